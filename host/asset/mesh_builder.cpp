@@ -11,6 +11,7 @@
 #include "base/formatted.h"
 #include "base/parallel.h"
 #include "io/file/bounds.h"
+#include "mesh/box.h"
 #include "mesh/frame.h"
 #include "mesh/polygon.h"
 #include "mesh/smoothing_groups.h"
@@ -25,7 +26,7 @@ constexpr std::uint64_t kMaxCount = 0x7FFFFFFFu;
 
 Vec3d vector_of(const MeshBuilder::Position& p) { return {p[0], p[1], p[2]}; }
 
-std::string coordinates(const std::array<double, 3>& p) { return place_text(p[0], p[1], p[2]); }
+std::string coordinates(const Vec3d& p) { return place_text(p.x, p.y, p.z); }
 
 Vec3 unit_or_zero(const Vec3& n) {
   const double x = n.x, y = n.y, z = n.z;
@@ -337,8 +338,8 @@ void MeshBuilder::check_finite() const {
   const auto first = std::find_if(positions.begin(), positions.end(), is_bad);
   input_.warn("non-finite-vertices",
               std::to_string(bad_count) + " vertices have a NaN or infinite coordinate (vertex " +
-                  std::to_string(first - positions.begin()) + ": " + coordinates(*first) +
-                  "); triangles with these vertices are skipped.",
+                  std::to_string(first - positions.begin()) + ": " +
+                  coordinates(vector_of(*first)) + "); triangles with these vertices are skipped.",
               bad_count);
 }
 
@@ -349,31 +350,29 @@ bool MeshBuilder::has_area_in_file(std::size_t triangle) const {
 }
 
 /// Bounding box of the triangles with an area; if there are none, of all finite vertices.
-MeshBuilder::Box MeshBuilder::box() const {
-  Box total_box;
+Box<Vec3d> MeshBuilder::box() const {
+  Box<Vec3d> total_box;
   std::mutex mutex;
   parallel_for(triangles_.size(), kItemsPerPiece, [&](std::size_t begin, std::size_t end) {
-    Box part;
+    Box<Vec3d> part;
     for (std::size_t t = begin; t < end; ++t) {
       if (!has_area_in_file(t)) continue;
-      for (const std::uint32_t corner : triangles_[t]) part.add(positions[corner]);
+      for (const std::uint32_t corner : triangles_[t]) part.add(vector_of(positions[corner]));
     }
     const std::lock_guard lock(mutex);
-    for (std::size_t k = 0; k < 3; ++k) {  // a thread without triangles has no box
-      total_box.low[k] = std::min(total_box.low[k], part.low[k]);
-      total_box.high[k] = std::max(total_box.high[k], part.high[k]);
-    }
+    total_box.join(part);
   });
-  if (total_box.low[0] <= total_box.high[0]) return total_box;
+  if (!total_box.is_empty()) return total_box;
   for (const Position& p : positions) {
-    if (std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2])) total_box.add(p);
+    if (std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]))
+      total_box.add(vector_of(p));
   }
   return total_box;
 }
 
 void MeshBuilder::place(Mesh& mesh) {
   check_finite();
-  const Box used_box = box();
+  const Box<Vec3d> used_box = box();
   const auto& [low, high] = used_box;
   Position centre{}, size{};
   double extent = 0;
@@ -447,9 +446,9 @@ void MeshBuilder::check_steps(const Mesh& mesh) {
 }
 
 /// Moves the corners of a distant triangle without area to one point, since rounding could give it a large area.
-void MeshBuilder::collapse_flat_triangles(const Mesh& mesh, const Box& used) {
+void MeshBuilder::collapse_flat_triangles(const Mesh& mesh, const Box<Vec3d>& used) {
   if (std::all_of(positions.begin(), positions.end(),
-                  [&](const Position& p) { return used.contains(p); })) {
+                  [&](const Position& p) { return used.contains(vector_of(p)); })) {
     return;
   }
   // relative error of floats that were written with nine digits
@@ -468,7 +467,7 @@ void MeshBuilder::collapse_flat_triangles(const Mesh& mesh, const Box& used) {
   for (std::size_t t = 0; t < triangles_.size(); ++t) {
     Triangle& corners = triangles_[t];
     const bool outside = std::any_of(corners.begin(), corners.end(), [&](std::uint32_t corner) {
-      return !used.contains(positions[corner]);
+      return !used.contains(vector_of(positions[corner]));
     });
     if (outside && has_area(mesh.positions, corners) && !has_area_in_file(t) &&
         std::any_of(corners.begin(), corners.end(), is_rounded)) {

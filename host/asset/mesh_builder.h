@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "asset/mesh_reader.h"
+#include "mesh/box.h"
 
 namespace kiln {
 
@@ -157,21 +158,6 @@ class MeshBuilder {
     bool mirrored;         ///< True if its triangles are reversed
   };
 
-  /// Bounding box of finite positions.
-  struct Box {
-    Position low{HUGE_VAL, HUGE_VAL, HUGE_VAL}, high{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
-    void add(const Position& p) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        low[k] = std::min(low[k], p[k]);
-        high[k] = std::max(high[k], p[k]);
-      }
-    }
-    bool contains(const Position& p) const {
-      return p[0] >= low[0] && p[0] <= high[0] && p[1] >= low[1] && p[1] <= high[1] &&
-             p[2] >= low[2] && p[2] <= high[2];
-    }
-  };
-
   double move_to_world();
   void check_growth() const;
   void add_face_color(std::size_t triangles);
@@ -181,10 +167,10 @@ class MeshBuilder {
   void number_polygons(Mesh& mesh) const;
   void check_finite() const;
   bool has_area_in_file(std::size_t triangle) const;
-  Box box() const;
+  Box<Vec3d> box() const;
   void place(Mesh& mesh);
   void check_steps(const Mesh& mesh);
-  void collapse_flat_triangles(const Mesh& mesh, const Box& used);
+  void collapse_flat_triangles(const Mesh& mesh, const Box<Vec3d>& used);
   void complete_attributes(Mesh& mesh);
   void check_tangents(const Mesh& mesh);
   void copy_tangents(Mesh& mesh);

@@ -15,6 +15,7 @@
 #include "bake/coverage_slabs.h"
 #include "base/byte_hash.h"
 #include "base/parallel.h"
+#include "mesh/box.h"
 #include "mesh/kernels_shared.h"
 
 namespace kiln {
@@ -54,14 +55,10 @@ Vec3d face_normal(const Source::Impl& high, const Triangle& t) {
   return cross(to_double(high.positions[t[1]]) - a, to_double(high.positions[t[2]]) - a);
 }
 
-std::array<Vec3d, 2> box_of(const Source::Impl& high, const Triangle& t) {
-  Vec3d low = to_double(high.positions[t[0]]), top = low;
-  for (const std::uint32_t corner : t) {
-    const Vec3d p = to_double(high.positions[corner]);
-    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-    top = {std::max(top.x, p.x), std::max(top.y, p.y), std::max(top.z, p.z)};
-  }
-  return {low, top};
+Box<Vec3d> box_of(const Source::Impl& high, const Triangle& t) {
+  Box<Vec3d> box;
+  for (const std::uint32_t corner : t) box.add(to_double(high.positions[corner]));
+  return box;
 }
 
 /// The i-th number of a low-discrepancy sequence on [0, 1).
@@ -319,18 +316,14 @@ std::vector<std::uint32_t> HighCoverage::near_places_along_curve() const {
     for (std::uint32_t bit = 0; bit < kBits; ++bit) spread |= (x >> bit & 1U) << (3 * bit);
     return spread;
   };
-  Vec3d low = Vec3d{1, 1, 1} * double{INFINITY}, top = -low;
-  for (const std::uint32_t i : order) {
-    const Vec3d p = to_double(places_[i].position);
-    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-    top = {std::max(top.x, p.x), std::max(top.y, p.y), std::max(top.z, p.z)};
-  }
-  const Vec3d size = top - low;
+  Box<Vec3d> box;
+  for (const std::uint32_t i : order) box.add(to_double(places_[i].position));
+  const Vec3d size = box.size();
   const double side = std::max({size.x, size.y, size.z});
   const double cells = side > 0 && std::isfinite(side) ? ((1U << kBits) - 1) / side : 0;
   std::vector<std::uint64_t> keys(places_.size());
   for (const std::uint32_t i : order) {
-    const Vec3d grid_position = (to_double(places_[i].position) - low) * cells;
+    const Vec3d grid_position = (to_double(places_[i].position) - box.low) * cells;
     std::uint64_t key = 0;
     for (const double x : {grid_position.x, grid_position.y, grid_position.z}) {
       key = key << 1U | spread_bits(x >= 0 ? static_cast<std::uint64_t>(x) : 0);
@@ -389,16 +382,13 @@ void HighCoverage::find_triangles(const Source::Impl& high) {
   std::vector<std::uint32_t> visible_places;
   std::vector<Vec3> points(places_.size());
   double farthest = 0;
-  Vec3d box_min = Vec3d{1, 1, 1} * double{INFINITY},
-        box_max = -box_min;  // bounding box of the places that count
+  Box<Vec3d> occupied;  // of the places that count
   for (std::uint32_t i = 0; i < places_.size(); ++i) {
     points[i] = places_[i].position;
     if (!(visibility_[i] > 0)) continue;
     visible_places.push_back(i);
     farthest = std::max(farthest, double{radius_[i]} * kRadiusSlack);
-    const Vec3d p = to_double(points[i]);
-    box_min = {std::min(box_min.x, p.x), std::min(box_min.y, p.y), std::min(box_min.z, p.z)};
-    box_max = {std::max(box_max.x, p.x), std::max(box_max.y, p.y), std::max(box_max.z, p.z)};
+    occupied.add(to_double(points[i]));
   }
   const CoverageSlabs slabs(points, std::move(visible_places));
   struct Found {
@@ -412,12 +402,12 @@ void HighCoverage::find_triangles(const Source::Impl& high) {
     std::vector<std::uint32_t>& ends = found[begin / kPlacesPerTask].ends;
     std::vector<std::uint32_t>& places = found[begin / kPlacesPerTask].places;
     for (std::size_t t = begin; t < end; ++t) {
-      const auto box = box_of(high, high.triangles[t]);
-      const Vec3d &low = box[0], &top = box[1];
+      const Box<Vec3d> box = box_of(high, high.triangles[t]);
+      const Vec3d &low = box.low, &top = box.high;
       const double slack = kTriangleSlack * 4 * length(top - low);
       const std::size_t size_before = places.size();
       const Vec3d reach = Vec3d{1, 1, 1} * (slack + farthest);
-      const Vec3d under = top + reach - box_min, over = box_max + reach - low;
+      const Vec3d under = top + reach - occupied.low, over = occupied.high + reach - low;
       if (std::min({under.x, under.y, under.z, over.x, over.y, over.z}) < 0) continue;
       slabs.around(low - reach, top + reach, [&](std::uint32_t i) {
         const Vec3d p = to_double(points[i]);

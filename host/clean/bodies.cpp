@@ -142,27 +142,24 @@ class Bodies {
 std::vector<std::uint8_t> find_floaters(const Mesh& mesh, double share, Cleaned& floaters) {
   const SharedParts parts(mesh);
   if (parts.count < 2) return {};
-  std::vector<Box> boxes(parts.count);
+  std::vector<Box<Vec3d>> boxes(parts.count);
   std::vector<double> areas(parts.count, 0);
-  Box whole;
+  Box<Vec3d> whole;
   double area = 0;
   for (std::size_t t = 0; t < parts.of.size(); ++t) {
     const Triangle& v = mesh.triangles[t];
     if (!is_finite_triangle(mesh, v)) continue;
-    for (const std::uint32_t corner : v) boxes[parts.of[t]].add(point_of(mesh, corner));
+    add_triangle(boxes[parts.of[t]], mesh, v);
     const double size = area_of(mesh, v);
     areas[parts.of[t]] += size;
     area += size;
   }
-  for (const Box& box : boxes) {
-    if (box.diagonal() > 0) {
-      whole.add(box.low);
-      whole.add(box.high);
-    }
+  for (const Box<Vec3d>& box : boxes) {
+    if (box.diagonal() > 0) whole.join(box);
   }
   double diagonal = whole.diagonal();
   if (!(diagonal > 0)) return {};
-  std::vector<Box> of_body;
+  std::vector<Box<Vec3d>> of_body;
   std::vector<double> area_of;
   std::vector<std::uint32_t> body(parts.count);
   for (int scale = 0; scale < kMaxScales && diagonal > 0; ++scale) {
@@ -172,8 +169,7 @@ std::vector<std::uint8_t> find_floaters(const Mesh& mesh, double share, Cleaned&
     area_of.assign(parts.count, 0);
     for (std::uint32_t p = 0; p < parts.count; ++p) {
       body[p] = bodies.of(p);
-      of_body[body[p]].add(boxes[p].low);
-      of_body[body[p]].add(boxes[p].high);
+      of_body[body[p]].join(boxes[p]);
       area_of[body[p]] += areas[p];
     }
     const auto largest = std::max_element(area_of.begin(), area_of.end()) - area_of.begin();

@@ -32,10 +32,8 @@ void check(const CleanOptions& options) {
 }
 
 double diagonal_of(const Mesh& mesh) {
-  Box box;
-  for (const Triangle& t : mesh.triangles) {
-    for (const std::uint32_t v : t) box.add(point_of(mesh, v));
-  }
+  Box<Vec3d> box;
+  for (const Triangle& t : mesh.triangles) add_triangle(box, mesh, t);
   return box.diagonal();
 }
 

@@ -32,7 +32,7 @@ std::vector<std::uint8_t> find_fins(const Mesh& mesh, double size, Cleaned& fins
   if (!any) return {};
   const FacingParts parts(corners, mesh.positions.size());
   struct Sums {
-    Box box;
+    Box<Vec3d> box;
     double area = 0;
     bool open = false, hangs = false, crowded = false;
   };
@@ -40,7 +40,7 @@ std::vector<std::uint8_t> find_fins(const Mesh& mesh, double size, Cleaned& fins
   double whole = 0, area = 0;
   for (std::size_t t = 0; t < corners.size(); ++t) {
     Sums& of = sums[parts.of[t]];
-    for (const std::uint32_t v : corners[t]) of.box.add(point_of(mesh, v));
+    add_triangle(of.box, mesh, corners[t]);
     const double own = area_of(mesh, corners[t]);
     of.area += own;
     whole += own;

@@ -45,11 +45,9 @@ struct Block {
 };
 
 Ball ball_around(const Mesh& mesh, std::span<const Triangle> triangles) {
-  Box box;
-  for (const Triangle& t : triangles) {
-    for (const std::uint32_t v : t) box.add(to_double(mesh.positions[v]));
-  }
-  return {(box.low + box.high) * 0.5, 0.5 * box.diagonal()};
+  Box<Vec3d> box;
+  for (const Triangle& t : triangles) add_triangle(box, mesh, t);
+  return {box.center(), 0.5 * box.diagonal()};
 }
 
 /// Side of pictures, bounded by the mesh's area. Over all directions, a triangle's mean projected area is half of its
@@ -301,13 +299,12 @@ std::vector<std::uint32_t> first_repetitions(const Mesh& mesh) {
 std::vector<Block> blocks_of(const Mesh& mesh, std::span<const std::uint32_t> triangles) {
   std::vector<Block> blocks;
   for (std::size_t first = 0; first < triangles.size(); first += kTrianglesPerBlock) {
-    Box box;
+    Box<Vec3d> box;
     for (std::size_t i = first; i < std::min(first + kTrianglesPerBlock, triangles.size()); ++i) {
-      for (const std::uint32_t v : mesh.triangles[triangles[i]]) box.add(point_of(mesh, v));
+      add_triangle(box, mesh, mesh.triangles[triangles[i]]);
     }
     const bool any = box.diagonal() > 0;
-    blocks.push_back(
-        {any ? (box.low + box.high) * 0.5 : Vec3d(), any ? (box.high - box.low) * 0.5 : Vec3d()});
+    blocks.push_back({any ? box.center() : Vec3d(), any ? box.size() * 0.5 : Vec3d()});
   }
   return blocks;
 }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "kiln/mesh.h"
+#include "mesh/box.h"
 #include "mesh/vector.h"
 
 namespace kiln {
@@ -41,17 +42,12 @@ void cut_triangle(Mesh& mesh, std::uint32_t t, std::uint32_t k, std::span<const 
 /// \param corners  triangles whose corners have equal indices for equal positions
 std::vector<std::uint32_t> open_sides(std::span<const Triangle> corners, std::size_t vertices);
 
-/// Bounding box of finite points.
-struct Box {
-  Vec3d low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
-  void add(const Vec3d& p) {
-    if (!std::isfinite(p.x + p.y + p.z)) return;
-    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+/// Adds the corners of a triangle that are finite to a box.
+inline void add_triangle(Box<Vec3d>& box, const Mesh& mesh, const Triangle& t) {
+  for (const std::uint32_t v : t) {
+    if (is_finite(mesh.positions[v])) box.add(to_double(mesh.positions[v]));
   }
-  /// The box's diagonal; 0 if it is empty.
-  double diagonal() const { return high.x < low.x ? 0 : length(high - low); }
-};
+}
 
 inline Vec3d point_of(const Mesh& mesh, std::uint32_t vertex) {
   return to_double(mesh.positions[vertex]);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "job/high_poly_input.h"
+#include "mesh/box.h"
 #include "options/parse.h"
 
 namespace kiln {
@@ -54,29 +55,23 @@ std::string swapped_axes(const std::array<double, 3>& high, const std::array<dou
 /// Explains how the bounding boxes of the two meshes differ; empty if they match.
 /// \param check_position  true: a displacement counts as a difference, too
 Message explain_bounds_mismatch(const Mesh& high, const Mesh& low, bool check_position) {
-  struct Box {
-    std::array<double, 3> lo{}, hi{};
-    double diagonal = 0;
-  };
   const auto box_of = [](const Mesh& mesh) {
     const Bounds own = Bounds::of(mesh);
-    Box box;
-    double squared = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      box.lo[k] = mesh.origin[k] + own.low[k];
-      box.hi[k] = mesh.origin[k] + own.high[k];
-      squared += std::pow(box.hi[k] - box.lo[k], 2);
+    Box<Vec3d> box;
+    for (int k = 0; k < 3; ++k) {
+      box.low[k] = mesh.origin[static_cast<std::size_t>(k)] + own.low[static_cast<std::size_t>(k)];
+      box.high[k] =
+          mesh.origin[static_cast<std::size_t>(k)] + own.high[static_cast<std::size_t>(k)];
     }
-    box.diagonal = std::sqrt(squared);
     return box;
   };
-  const auto extents = [](const Box& box) {
-    return std::array<double, 3>{box.hi[0] - box.lo[0], box.hi[1] - box.lo[1],
-                                 box.hi[2] - box.lo[2]};
+  const auto extents = [](const Box<Vec3d>& box) {
+    const Vec3d size = box.size();
+    return std::array<double, 3>{size.x, size.y, size.z};
   };
-  const Box high_box = box_of(high);
-  const Box low_box = box_of(low);
-  const double ratio = low_box.diagonal / high_box.diagonal;
+  const Box<Vec3d> high_box = box_of(high);
+  const Box<Vec3d> low_box = box_of(low);
+  const double ratio = low_box.diagonal() / high_box.diagonal();
   if (ratio > 3 || ratio < 1 / 3.0) {
     const double power = std::pow(10, std::round(std::log10(ratio)));
     // a ratio of lengths near a power of ten suggests different units
@@ -89,17 +84,14 @@ Message explain_bounds_mismatch(const Mesh& high, const Mesh& low, bool check_po
                                 : ", and swap " + axes + ", or state their " + option("unit") +
                                       " and " + option("up"));
   }
-  double squared = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    squared += std::pow((low_box.lo[k] + low_box.hi[k] - high_box.lo[k] - high_box.hi[k]) / 2, 2);
-  }
+  const double distance = length(low_box.center() - high_box.center());
   if (const std::string axes = swapped_axes(extents(high_box), extents(low_box), 1);
       !axes.empty()) {
     return "their bounding boxes match after swapping " + axes +
            "; export both with the same up axis, or state it by " + option("up");
   }
-  if (check_position && std::sqrt(squared) > 0.1 * high_box.diagonal) {
-    return formatted("LOW lies %.4g units away from HIGH; move one of them", std::sqrt(squared));
+  if (check_position && distance > 0.1 * high_box.diagonal()) {
+    return formatted("LOW lies %.4g units away from HIGH; move one of them", distance);
   }
   return {};
 }

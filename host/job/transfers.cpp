@@ -214,7 +214,7 @@ void load_textures(const Job& arguments, const Mesh& high, BakeOptions& options,
       options.transfers.push_back({transfer.name, std::move(texture)});
     }
   }
-  if (high.material_files.empty()) return;
+  if (high.material_files.empty() && known.empty()) return;
   if (needs_texture(options, "color") && !options.color &&
       (high.colors.empty() || materials.have_colors())) {
     Texture texture = materials.texture(MaterialSlot::color);

@@ -7,6 +7,7 @@
 
 #include "accel/raster_chunks.h"
 #include "base/parallel.h"
+#include "mesh/box.h"
 
 namespace kiln {
 namespace {
@@ -100,19 +101,15 @@ ViewSize choose_view_size(std::span<const Vec3> positions, std::span<const Trian
 }
 
 ViewArea view_area(const LowSurface& surface, double reach, double dense_radius) {
-  Vec3d low{1e300, 1e300, 1e300};
-  Vec3d high{-1e300, -1e300, -1e300};
+  Box<Vec3d> box;
   const auto for_each_corner = [&](const auto& body) {
     for (const std::size_t i : surface.usable_triangles()) {
       for (const LowSurface::Corner& corner : surface.triangles[i])
         body(to_double(corner.position));
     }
   };
-  for_each_corner([&](const Vec3d& p) {
-    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-  });
-  ViewArea area{(low + high) * 0.5, 0};
+  for_each_corner([&](const Vec3d& p) { box.add(p); });
+  ViewArea area{box.center(), 0};
   for_each_corner(
       [&](const Vec3d& p) { area.radius = std::max(area.radius, length(p - area.center)); });
   area.radius += reach;

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "base/parallel.h"
+#include "mesh/box.h"
 
 namespace kiln {
 namespace {
@@ -14,18 +15,14 @@ constexpr std::size_t kPictureGrain = 1 << 12;
 
 /// The high poly's bounding box as a mesh, so that pictures of both meshes have the same frame.
 Mesh box_of(const Source::Impl& source) {
-  Vec3d low{1e300, 1e300, 1e300};
-  Vec3d high{-1e300, -1e300, -1e300};
+  Box<Vec3d> bounds;
   for (const Triangle& triangle : source.triangles) {
     for (const std::uint32_t i : triangle) {
       const Vec3& p = source.positions[i];
-      if (!is_finite(p)) continue;
-      low = {std::min(low.x, double{p.x}), std::min(low.y, double{p.y}),
-             std::min(low.z, double{p.z})};
-      high = {std::max(high.x, double{p.x}), std::max(high.y, double{p.y}),
-              std::max(high.z, double{p.z})};
+      if (is_finite(p)) bounds.add(to_double(p));
     }
   }
+  const auto& [low, high] = bounds;
   Mesh box;
   box.name = "box";
   box.origin = source.frame.center;

@@ -13,6 +13,7 @@
 #include "base/disjoint_sets.h"
 #include "base/lower_case.h"
 #include "kiln/validate.h"
+#include "mesh/box.h"
 #include "mesh/vector.h"
 #include "mesh/weld.h"
 
@@ -33,22 +34,16 @@ constexpr std::size_t kSampledCorners = 256;
 struct Piece {
   std::string name;
   std::vector<std::uint32_t> triangles;
-  std::array<Vec3d, 2> box{};  ///< Bounding box of the finite corners
+  Box<Vec3d> box;  ///< Bounding box of the finite corners
 };
 
 void find_boxes(const Mesh& mesh, std::span<const Vec3> positions, std::vector<Piece>& pieces) {
   for (Piece& piece : pieces) {
-    constexpr double kFar = std::numeric_limits<double>::infinity();
-    piece.box = {Vec3d(kFar, kFar, kFar), Vec3d(-kFar, -kFar, -kFar)};
-    auto& [low, high] = piece.box;
+    piece.box = {};
     for (const std::uint32_t t : piece.triangles) {
       for (const std::uint32_t vertex : mesh.triangles[t]) {
         const Vec3& p = positions[vertex];
-        if (!is_finite(p)) continue;
-        low = {std::min(low.x, double{p.x}), std::min(low.y, double{p.y}),
-               std::min(low.z, double{p.z})};
-        high = {std::max(high.x, double{p.x}), std::max(high.y, double{p.y}),
-                std::max(high.z, double{p.z})};
+        if (is_finite(p)) piece.box.add(to_double(p));
       }
     }
   }
@@ -137,7 +132,7 @@ std::vector<std::uint32_t> pair_by_distance(const std::vector<Piece>& low,
     for (std::uint32_t i = 0; i < cage.size(); ++i) {
       if (cage[i].triangles.size() != piece.triangles.size()) continue;
       const double off =
-          length(cage[i].box[0] - piece.box[0]) + length(cage[i].box[1] - piece.box[1]);
+          length(cage[i].box.low - piece.box.low) + length(cage[i].box.high - piece.box.high);
       if (nearest == kNoPartner || off < least) std::tie(nearest, least) = std::pair(i, off);
     }
     if (nearest == kNoPartner || is_taken[nearest]) return {};

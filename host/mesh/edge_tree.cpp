@@ -8,6 +8,7 @@
 
 #include "base/parallel.h"
 #include "mesh/ball_clip.h"
+#include "mesh/box.h"
 
 namespace kiln {
 namespace {
@@ -48,22 +49,14 @@ double farthest(const Vec3d& low, const Vec3d& high) {
   return dot(offset, offset);
 }
 
-struct Box {
-  Vec3 low{kFar, kFar, kFar}, high{-kFar, -kFar, -kFar};
-  static constexpr float kFar = std::numeric_limits<float>::infinity();
-  void add(const Vec3& p) {
-    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-  }
-  /// Volume of the box enlarged by a radius on all sides.
-  double reach(double radius) const {
-    const Vec3d size = to_double(high) - to_double(low);
-    return (size.x + 2 * radius) * (size.y + 2 * radius) * (size.z + 2 * radius);
-  }
-};
+/// Volume of a box enlarged by a radius on all sides.
+double enlarged_volume(const Box<Vec3>& box, double radius) {
+  const Vec3d size = box.size();
+  return (size.x + 2 * radius) * (size.y + 2 * radius) * (size.z + 2 * radius);
+}
 
-Box box_of(const BendPiece& piece) {
-  Box box;
+Box<Vec3> box_of(const BendPiece& piece) {
+  Box<Vec3> box;
   for (const Vec3& p : piece.corner) box.add(p);
   return box;
 }
@@ -71,7 +64,7 @@ Box box_of(const BendPiece& piece) {
 /// Halves a piece across its longest edge until each part's reach is small enough.
 template <typename Body>
 void cut(const BendPiece& piece, double radius, double most, std::uint32_t left, const Body& body) {
-  if (left == 0 || box_of(piece).reach(radius) <= most) return body(piece);
+  if (left == 0 || enlarged_volume(box_of(piece), radius) <= most) return body(piece);
   std::size_t k = 0;
   double longest = -1;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -92,21 +85,20 @@ void cut(const BendPiece& piece, double radius, double most, std::uint32_t left,
 /// Cuts long triangles in random directions, whose boxes every ball would touch, within the limit on the number of
 /// pieces.
 std::vector<BendPiece> cut_long(std::vector<BendPiece> pieces, double radius) {
-  Box all;
-  for (const BendPiece& piece : pieces) {
-    for (const Vec3& p : piece.corner) all.add(p);
-  }
+  Box<Vec3> all;
+  for (const BendPiece& piece : pieces) all.join(box_of(piece));
   const auto with = [&](double most, const auto& body) {
     for (const BendPiece& piece : pieces) cut(piece, radius, most, kMaxHalvings, body);
   };
-  const double room = all.reach(radius);
+  const double room = enlarged_volume(all, radius);
   // Cutting pieces that are about as long as the radius does not reduce their reach.
-  const double least = Box{{0, 0, 0}, {0, 0, 0}}.reach(radius) * kMinReachFactor;
+  const double least = enlarged_volume({{0, 0, 0}, {0, 0, 0}}, radius) * kMinReachFactor;
   double best = std::numeric_limits<double>::infinity();
   for (double most = room; most >= least; most /= 2) {
     double touched = 0;
     std::size_t count = 0;
-    with(best, [&](const BendPiece& piece) { touched += box_of(piece).reach(radius) / room; });
+    with(best,
+         [&](const BendPiece& piece) { touched += enlarged_volume(box_of(piece), radius) / room; });
     if (touched <= kMaxTouchingBalls) break;
     with(most, [&](const BendPiece&) { ++count; });
     if (count > kMaxPiecesPerTriangle * pieces.size()) break;
@@ -219,10 +211,10 @@ bool EdgeTree::gather(const Vec3d& low, const Vec3d& high, Cell& cell, std::uint
     }
     const std::size_t leaf = at - first_of(levels_);
     for (std::size_t i = begin_of(levels_, leaf); i < begin_of(levels_, leaf + 1); ++i) {
-      const Box box = box_of(pieces_[i]);
+      const Box<Vec3> box = box_of(pieces_[i]);
       ++steps;
       if (nearest(to_double(box.low) - high, to_double(box.high) - low) >= squared_) continue;
-      const Vec3d centre = (to_double(box.low) + to_double(box.high)) * 0.5;
+      const Vec3d centre = box.center();
       double farthest = 0;
       for (const Vec3& p : pieces_[i].corner) {
         farthest = std::max(farthest, length(to_double(p) - centre));
@@ -271,7 +263,7 @@ bool EdgeTree::Node::may_be_opposed(const Sheet& sheet) const {
 
 bool EdgeTree::may_hold_opposed(const Vec3d& centre, const Sheet& sheet, Scratch& scratch) const {
   const auto reaches = [&](const BendPiece& piece) {
-    const Box box = box_of(piece);
+    const Box<Vec3> box = box_of(piece);
     return nearest(to_double(box.low) - centre, to_double(box.high) - centre) < squared_;
   };
   const Cell& cell = cell_of(centre, scratch);
@@ -520,7 +512,7 @@ void EdgeTree::split(std::vector<Item>& order, std::uint32_t level, std::size_t 
 }
 
 void EdgeTree::fill_leaf(std::size_t leaf) {
-  Box box;
+  Box<Vec3> box;
   BendSums all;
   CoarseNormal low{127, 127, 127}, high{-127, -127, -127};
   for (std::size_t i = begin_of(levels_, leaf); i < begin_of(levels_, leaf + 1); ++i) {
@@ -545,9 +537,8 @@ void EdgeTree::fill_leaf(std::size_t leaf) {
 
 void EdgeTree::join(std::size_t at) {
   const Node &left = nodes_[2 * at + 1], &right = nodes_[2 * at + 2];
-  Box box{left.low, left.high};
-  box.add(right.low);
-  box.add(right.high);
+  Box<Vec3> box{left.low, left.high};
+  box.join({right.low, right.high});
   BendSums sums = left.sums;
   sums += right.sums;
   CoarseNormal low = left.normal_low, high = left.normal_high;

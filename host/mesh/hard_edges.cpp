@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "base/parallel.h"
+#include "mesh/box.h"
 #include "mesh/vector.h"
 #include "mesh/weld.h"
 
@@ -65,41 +66,28 @@ bool parts(const Vec3& a, const Vec3& b) {
          kSameNormalCosine * length(to_double(a)) * length(to_double(b));
 }
 
-struct EdgeBox {
-  std::array<float, 3> lo{}, hi{};
-};
-
-EdgeBox box_of(std::span<const Vec3> points, float widened) {
-  EdgeBox box{{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+/// Bounding box of balls around points.
+Box<Vec3> box_of(std::span<const Vec3> points, float radius) {
+  Box<Vec3> box;
   for (const Vec3& p : points) {
-    const std::array<float, 3> x = {p.x, p.y, p.z};
-    for (std::size_t k = 0; k < 3; ++k) {
-      box.lo[k] = std::min(box.lo[k], x[k] - widened);
-      box.hi[k] = std::max(box.hi[k], x[k] + widened);
-    }
+    box.add({p.x - radius, p.y - radius, p.z - radius});
+    box.add({p.x + radius, p.y + radius, p.z + radius});
   }
   return box;
-}
-
-bool overlap(const EdgeBox& a, const EdgeBox& b) {
-  for (std::size_t k = 0; k < 3; ++k) {
-    if (a.lo[k] > b.hi[k] || a.hi[k] < b.lo[k]) return false;
-  }
-  return true;
 }
 
 /// Box tree of edges, split at the median of the longest axis. A sweep along one axis takes O(n^(2/3)) per query for
 /// edges that fill a volume.
 class EdgeBoxTree {
  public:
-  explicit EdgeBoxTree(const std::vector<EdgeBox>& boxes)
+  explicit EdgeBoxTree(const std::vector<Box<Vec3>>& boxes)
       : boxes_(boxes), order_(boxes.size()), nodes_(4 * (boxes.size() / kEdgesPerLeaf + 1)) {
     std::iota(order_.begin(), order_.end(), 0U);
     build(0, 0, order_.size());
   }
 
   /// Appends the edges whose boxes overlap.
-  void find(const EdgeBox& box, std::vector<std::uint32_t>& found) const {
+  void find(const Box<Vec3>& box, std::vector<std::uint32_t>& found) const {
     find(0, 0, order_.size(), box, found);
   }
 
@@ -107,33 +95,30 @@ class EdgeBoxTree {
   static constexpr std::size_t kEdgesPerLeaf = 8;
 
   void build(std::size_t node, std::size_t begin, std::size_t end) {
-    EdgeBox& all = nodes_[node] = box_of({}, 0);
-    for (std::size_t i = begin; i < end; ++i) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        all.lo[k] = std::min(all.lo[k], boxes_[order_[i]].lo[k]);
-        all.hi[k] = std::max(all.hi[k], boxes_[order_[i]].hi[k]);
-      }
-    }
+    Box<Vec3>& all = nodes_[node];
+    for (std::size_t i = begin; i < end; ++i) all.join(boxes_[order_[i]]);
     if (end - begin <= kEdgesPerLeaf) return;
-    std::size_t axis = 0;
-    for (const std::size_t k : {1, 2}) {
-      if (all.hi[k] - all.lo[k] > all.hi[axis] - all.lo[axis]) axis = k;
+    const auto side = [&](int k) { return component(all.high, k) - component(all.low, k); };
+    int axis = 0;
+    for (const int k : {1, 2}) {
+      if (side(k) > side(axis)) axis = k;
     }
     const std::size_t middle = (begin + end) / 2;
     const auto at = [&](std::size_t i) { return order_.begin() + static_cast<std::ptrdiff_t>(i); };
     std::nth_element(at(begin), at(middle), at(end), [&](std::uint32_t a, std::uint32_t b) {
-      return std::tie(boxes_[a].lo[axis], a) < std::tie(boxes_[b].lo[axis], b);
+      const float low_a = component(boxes_[a].low, axis), low_b = component(boxes_[b].low, axis);
+      return low_a != low_b ? low_a < low_b : a < b;
     });
     build(2 * node + 1, begin, middle);
     build(2 * node + 2, middle, end);
   }
 
-  void find(std::size_t node, std::size_t begin, std::size_t end, const EdgeBox& box,
+  void find(std::size_t node, std::size_t begin, std::size_t end, const Box<Vec3>& box,
             std::vector<std::uint32_t>& found) const {
-    if (!overlap(nodes_[node], box)) return;
+    if (!nodes_[node].overlaps(box)) return;
     if (end - begin <= kEdgesPerLeaf) {
       for (std::size_t i = begin; i < end; ++i) {
-        if (overlap(boxes_[order_[i]], box)) found.push_back(order_[i]);
+        if (boxes_[order_[i]].overlaps(box)) found.push_back(order_[i]);
       }
       return;
     }
@@ -142,9 +127,9 @@ class EdgeBoxTree {
     find(2 * node + 2, middle, end, box, found);
   }
 
-  const std::vector<EdgeBox>& boxes_;
+  const std::vector<Box<Vec3>>& boxes_;
   std::vector<std::uint32_t> order_;
-  std::vector<EdgeBox> nodes_;  // Nodes; the children of node n are 2 n + 1 and 2 n + 2
+  std::vector<Box<Vec3>> nodes_;  // Nodes; the children of node n are 2 n + 1 and 2 n + 2
 };
 
 }  // namespace
@@ -176,7 +161,7 @@ HardEdges HardEdges::of(const LowSurface& surface) {
 }
 
 HardEdges::Near HardEdges::near(const LowSurface& surface, std::span<const float> widths) const {
-  std::vector<EdgeBox> boxes(edges.size());
+  std::vector<Box<Vec3>> boxes(edges.size());
   for (std::size_t e = 0; e < edges.size(); ++e) {
     const Vec3 to = to_float(to_double(edges[e].from) + to_double(edges[e].along));
     boxes[e] = box_of(std::array{edges[e].from, to}, widths[e]);

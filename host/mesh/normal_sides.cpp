@@ -16,6 +16,7 @@
 #include "base/parallel.h"
 #include "kiln/normals.h"
 #include "kiln/validate.h"
+#include "mesh/box.h"
 #include "mesh/normals.h"
 #include "mesh/vector.h"
 #include "mesh/vertex_lists.h"
@@ -64,7 +65,7 @@ struct SidePart {
   std::array<double, kMirrors.size()> off{};
   double flux = 0, most_flux = 0;
   Vec3d middle{};
-  std::array<double, 3> low{}, high{};
+  Box<Vec3d> box;
   std::uint32_t first = 0, triangles = 0;
   bool open = false;
 
@@ -75,12 +76,6 @@ struct SidePart {
   int side() const {
     const double least = open ? kMinOpenFlux : kMinClosedFlux;
     return outward() > least ? 1 : outward() < -least ? -1 : 0;
-  }
-  bool holds(const SidePart& other) const {
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (!(low[k] <= other.low[k] && high[k] >= other.high[k])) return false;
-    }
-    return true;
   }
 };
 
@@ -148,8 +143,6 @@ MeshParts parts_of(const Mesh& mesh) {
     if (root == t) {
       parts.of[t] = static_cast<std::uint32_t>(parts.list.size());
       parts.list.emplace_back().first = t;
-      parts.list.back().low.fill(std::numeric_limits<double>::infinity());
-      parts.list.back().high.fill(-std::numeric_limits<double>::infinity());
     }
     SidePart& part = parts.list[parts.of[t] = parts.of[root]];
     part.open = part.open || open[t] != 0;
@@ -158,14 +151,7 @@ MeshParts parts_of(const Mesh& mesh) {
     if (face.area == 0) continue;
     part.area += face.area;
     part.middle += face.middle * face.area;
-    for (const std::uint32_t v : mesh.triangles[t]) {
-      const Vec3& p = mesh.positions[v];
-      const double xyz[3] = {p.x, p.y, p.z};
-      for (std::size_t k = 0; k < 3; ++k) {
-        part.low[k] = std::min(part.low[k], xyz[k]);
-        part.high[k] = std::max(part.high[k], xyz[k]);
-      }
-    }
+    for (const std::uint32_t v : mesh.triangles[t]) part.box.add(to_double(mesh.positions[v]));
   }
   for (SidePart& part : parts.list) {
     if (part.is_used()) part.middle = part.middle * (1 / part.area);
@@ -293,7 +279,7 @@ class FaultFinder {
     constexpr std::size_t kMaxContainers = 1000;  // Only the largest parts are tested as containers
     for (std::size_t i = 1; i < solid.size(); ++i) {
       for (std::size_t k = 0; k < std::min(i, kMaxContainers); ++k) {
-        if (!parts_.list[solid[k]].holds(parts_.list[solid[i]])) continue;
+        if (!parts_.list[solid[k]].box.contains(parts_.list[solid[i]].box)) continue;
         faults_[solid[i]].faces = faults_[solid[k]].faces;
         break;
       }
@@ -482,7 +468,7 @@ InwardParts inward_parts(const Mesh& mesh) {
   if (inward.size() * outward.size() > kMaxComparisons) return result;
   for (const SidePart* part : inward) {
     if (std::any_of(outward.begin(), outward.end(),
-                    [&](const SidePart* other) { return other->holds(*part); })) {
+                    [&](const SidePart* other) { return other->box.contains(part->box); })) {
       continue;
     }
     if (result.count++ == 0) result.example = mesh.positions[mesh.triangles[part->first][0]];

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/disjoint_sets.h"
+#include "mesh/box.h"
 #include "mesh/vector.h"
 #include "mesh/weld.h"
 
@@ -12,7 +13,7 @@ namespace kiln {
 namespace {
 
 struct Part {
-  Vec3d lo{1e300, 1e300, 1e300}, hi{-1e300, -1e300, -1e300};
+  Box<Vec3d> box;
   Vec3d normal{};
   bool has_border = false, one_side = true;
 };
@@ -66,9 +67,7 @@ std::vector<float> sheet_sizes(const LowSurface& surface) {
     Part& part = parts[name];
     if (!part.one_side) continue;
     for (std::size_t k = 0; k < 3; ++k) {
-      const Vec3d p = to_double(surface.triangles[t][k].position);
-      part.lo = {std::min(part.lo.x, p.x), std::min(part.lo.y, p.y), std::min(part.lo.z, p.z)};
-      part.hi = {std::max(part.hi.x, p.x), std::max(part.hi.y, p.y), std::max(part.hi.z, p.z)};
+      part.box.add(to_double(surface.triangles[t][k].position));
       const std::uint32_t a = connection.corner(t, k), b = connection.corner(t, (k + 1) % 3);
       sides.push_back({std::minmax(a, b), name});
     }
@@ -82,7 +81,7 @@ std::vector<float> sheet_sizes(const LowSurface& surface) {
   for (const std::size_t t : surface.usable_triangles()) {
     const Part& part = parts[connection.part(t)];
     if (!part.has_border || !part.one_side) continue;
-    sizes[t] = static_cast<float>(length(part.hi - part.lo) / 2);
+    sizes[t] = static_cast<float>(part.box.diagonal() / 2);
   }
   return sizes;
 }

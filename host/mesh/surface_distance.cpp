@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/parallel.h"
+#include "mesh/box.h"
 #include "mesh/two_boxes.h"
 #include "mesh/vector.h"
 
@@ -74,13 +75,6 @@ bool both_farther(const Vec3d& p, const Vec3* one, const Vec3* other, double bes
   return farther[0] != 0 && farther[1] != 0;
 }
 
-float component(const Vec3& v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
-
-void extend(Vec3& low, Vec3& high, const Vec3& p) {
-  low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-  high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-}
-
 }  // namespace
 
 double squared_to_triangle(const Vec3d& p, const Vec3* c, double best) {
@@ -125,7 +119,7 @@ SurfaceDistance::SurfaceDistance(std::span<const Vec3> positions,
     items[i] = {{(a.x + b.x + c.x) / 3, (a.y + b.y + c.y) / 3, (a.z + b.z + c.z) / 3},
                 static_cast<std::uint32_t>(i)};
   });
-  boxes_.resize(boxes_of(items.size()));
+  nodes_.resize(boxes_of(items.size()));
   // Splits level by level until there are enough parts for all threads; boxes of the levels above these parts are
   // fitted last.
   std::vector<Part> parts{{0, items.size(), 0}}, above;
@@ -166,9 +160,9 @@ void SurfaceDistance::cut_up(std::span<const Vec3> positions, std::span<const Tr
   double areas = 0, boxes = 0;
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     const Triangle& t = triangles[i];
-    Vec3 low = positions[t[0]], high = low;
-    for (const std::uint32_t v : t) extend(low, high, positions[v]);
-    const Vec3d size = to_double(high) - to_double(low), a = to_double(positions[t[0]]);
+    Box<Vec3> bounds;
+    for (const std::uint32_t v : t) bounds.add(positions[v]);
+    const Vec3d size = bounds.size(), a = to_double(positions[t[0]]);
     const double area =
         0.5 * length(cross(to_double(positions[t[1]]) - a, to_double(positions[t[2]]) - a));
     const double box = 0.5 * (size.x * size.y + size.y * size.z + size.z * size.x);
@@ -198,17 +192,17 @@ void SurfaceDistance::cut_up(std::span<const Vec3> positions, std::span<const Tr
     const auto margin = kPieceMargin * static_cast<float>(std::sqrt(length2));
     for (int piece = 0; piece < count; ++piece) {
       const double from = 1.0 * piece / count, to = (piece + 1.0) / count;
-      Box box{to_float(p[0] + along * from), {}, i, 0};
-      box.high = box.low;
-      const auto add = [&](const Vec3d& v) { extend(box.low, box.high, to_float(v)); };
+      Node box;
+      box.first = i;
+      const auto add = [&](const Vec3d& v) { box.add(to_float(v)); };
       for (const double s : {from, to}) {
         add(p[0] + along * s);
         add(s < apex ? p[0] + (p[2] - p[0]) * (s / apex)
                      : p[1] + (p[2] - p[1]) * (apex < 1 ? (1 - s) / (1 - apex) : 1));
       }
       if (apex >= from && apex <= to) add(p[2]);
-      extend(box.low, box.high, {box.low.x - margin, box.low.y - margin, box.low.z - margin});
-      extend(box.low, box.high, {box.high.x + margin, box.high.y + margin, box.high.z + margin});
+      box.low = {box.low.x - margin, box.low.y - margin, box.low.z - margin};
+      box.high = {box.high.x + margin, box.high.y + margin, box.high.z + margin};
       pieces_.push_back(box);
     }
   }
@@ -218,14 +212,15 @@ void SurfaceDistance::cut_up(std::span<const Vec3> positions, std::span<const Tr
 /// its parent. Halving the count bounds the depth by log2(n).
 /// \returns false for a leaf
 bool SurfaceDistance::split(std::span<Item> items, const Part& part, std::array<Part, 2>& halves) {
-  Box& box = boxes_[part.box];
+  Node& box = nodes_[part.box];
   if (part.last - part.first <= kLeafSize) {
     box.first = static_cast<std::uint32_t>(part.first);
     box.count = static_cast<std::uint32_t>(part.last - part.first);
     return false;
   }
-  Vec3 low = items[part.first].center, high = low;
-  for (std::size_t i = part.first; i < part.last; ++i) extend(low, high, items[i].center);
+  Box<Vec3> centers;
+  for (std::size_t i = part.first; i < part.last; ++i) centers.add(items[i].center);
+  const auto& [low, high] = centers;
   const Vec3 size{high.x - low.x, high.y - low.y, high.z - low.z};
   const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
   const std::size_t middle = part.first + (part.last - part.first) / 2;
@@ -251,28 +246,21 @@ void SurfaceDistance::build(std::span<Item> items, const Part& part) {
 
 /// Fits a box to its leaf's corners, or to its children's boxes, which must have been fitted.
 void SurfaceDistance::fit_box(std::size_t index) {
-  Box& box = boxes_[index];
-  if (box.count == 0) {
-    const Box &left = boxes_[index + 1], &right = boxes_[box.first];
-    box.low = left.low;
-    box.high = left.high;
-    extend(box.low, box.high, right.low);
-    extend(box.low, box.high, right.high);
-    return;
+  Node& node = nodes_[index];
+  Box<Vec3> box;
+  if (node.count == 0) {
+    box.join(nodes_[index + 1]);
+    box.join(nodes_[node.first]);
   }
-  if (!pieces_.empty()) {
-    box.low = pieces_[order_[box.first]].low;
-    box.high = pieces_[order_[box.first]].high;
-    for (std::uint32_t i = box.first; i < box.first + box.count; ++i) {
-      extend(box.low, box.high, pieces_[order_[i]].low);
-      extend(box.low, box.high, pieces_[order_[i]].high);
+  for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
+    if (!pieces_.empty()) {
+      box.join(pieces_[order_[i]]);
+    } else {
+      for (std::size_t k = 0; k < 3; ++k) box.add(corners_[std::size_t{3} * i + k]);
     }
-    return;
   }
-  box.low = box.high = corners_[std::size_t{3} * box.first];
-  for (std::size_t i = 0; i < std::size_t{3} * box.count; ++i) {
-    extend(box.low, box.high, corners_[std::size_t{3} * box.first + i]);
-  }
+  node.low = box.low;
+  node.high = box.high;
 }
 
 double SurfaceDistance::squared(const Vec3& point, double within) const {
@@ -301,7 +289,7 @@ std::uint32_t SurfaceDistance::nearest(const Vec3& point, double within) const {
 
 double SurfaceDistance::search(const Vec3& point, std::uint32_t& place, double best,
                                double enough) const {
-  if (boxes_.empty()) return best;
+  if (nodes_.empty()) return best;
   const Vec3d at = to_double(point);
   struct Entry {
     std::uint32_t box;
@@ -309,13 +297,13 @@ double SurfaceDistance::search(const Vec3& point, std::uint32_t& place, double b
   };
   std::array<Entry, 64> stack;  // The depth is at most 32, and each level leaves one entry
   std::size_t top = 0;
-  Entry entry{0, squared_to_boxes(at, boxes_[0], boxes_[0])[0]};
+  Entry entry{0, squared_to_boxes(at, nodes_[0], nodes_[0])[0]};
   for (;;) {
     while (!(entry.distance < best)) {
       if (top == 0) return best;
       entry = stack[--top];
     }
-    const Box& box = boxes_[entry.box];
+    const Node& box = nodes_[entry.box];
     if (box.count != 0) {
       test_leaf(at, box, place, best);
       if (best <= enough) return best;
@@ -323,7 +311,7 @@ double SurfaceDistance::search(const Vec3& point, std::uint32_t& place, double b
       continue;
     }
     const std::uint32_t left = entry.box + 1, right = box.first;
-    const Double2 to = squared_to_boxes(at, boxes_[left], boxes_[right]);
+    const Double2 to = squared_to_boxes(at, nodes_[left], nodes_[right]);
     const bool right_first = to[1] < to[0];
     const Entry later = right_first ? Entry{left, to[0]} : Entry{right, to[1]};
     entry = right_first ? Entry{right, to[1]} : Entry{left, to[0]};
@@ -333,7 +321,7 @@ double SurfaceDistance::search(const Vec3& point, std::uint32_t& place, double b
 }
 
 /// Tests the triangles of a leaf.
-void SurfaceDistance::test_leaf(const Vec3d& at, const Box& leaf, std::uint32_t& place,
+void SurfaceDistance::test_leaf(const Vec3d& at, const Node& leaf, std::uint32_t& place,
                                 double& best) const {
   const std::uint32_t end = leaf.first + leaf.count;
   for (std::uint32_t i = leaf.first; i < end; i += 2) {
@@ -352,13 +340,13 @@ void SurfaceDistance::test_leaf(const Vec3d& at, const Box& leaf, std::uint32_t&
 
 void SurfaceDistance::each_within(const Vec3& center, double squared_radius,
                                   const std::function<void(const Vec3*)>& body) const {
-  if (boxes_.empty()) return;
+  if (nodes_.empty()) return;
   const Vec3d at = to_double(center);
   std::array<std::uint32_t, 64> stack{};
   std::size_t top = 1;
   while (top != 0) {
     const std::uint32_t index = stack[--top];
-    const Box& box = boxes_[index];
+    const Node& box = nodes_[index];
     if (squared_to_boxes(at, box, box)[0] > squared_radius) continue;
     if (box.count == 0) {
       stack[top++] = box.first;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "kiln/types.h"
+#include "mesh/box.h"
 #include "mesh/vector.h"
 
 namespace kiln {
@@ -43,8 +44,7 @@ class SurfaceDistance {
   std::span<const Vec3> corners() const { return corners_; }
 
  private:
-  struct Box {
-    Vec3 low, high;
+  struct Node : Box<Vec3> {
     /// Of a leaf, the first triangle; of an inner box, the index of the right child
     std::uint32_t first = 0;
     /// Of a leaf, the number of triangles; 0 for inner boxes, which the left child follows
@@ -63,15 +63,15 @@ class SurfaceDistance {
   void build(std::span<Item> items, const Part& part);
   void fit_box(std::size_t box);
 
-  std::vector<Box> boxes_;
+  std::vector<Node> nodes_;
   /// Pieces of triangles, if the tree is built over them; Item::triangle and order_ then number pieces.
-  std::vector<Box> pieces_;
+  std::vector<Node> pieces_;
   /// \returns the squared distance
   /// \param place  [out] index of the nearest triangle in leaf order
   /// \param best    squared distance below which triangles count
   /// \param enough  squared distance at which the search stops
   double search(const Vec3& point, std::uint32_t& place, double best, double enough = -1) const;
-  void test_leaf(const Vec3d& at, const Box& leaf, std::uint32_t& place, double& best) const;
+  void test_leaf(const Vec3d& at, const Node& leaf, std::uint32_t& place, double& best) const;
 
   std::vector<Vec3> corners_;  ///< Corners of all triangles in leaf order, three per triangle
   std::vector<std::uint32_t> order_;  ///< Index of each triangle in leaf order

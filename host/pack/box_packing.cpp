@@ -5,23 +5,24 @@
 #include <limits>
 #include <vector>
 
+#include "mesh/box.h"
 #include "pack/rectangle_packing.h"
 
 namespace kiln {
 namespace {
 
-struct TurnedBox {
-  Vec2d turn{}, low{}, high{};
+/// The bounding box of a rotated outline.
+struct TurnedBox : Box<Vec2d> {
+  Vec2d turn{};  ///< Cosine and sine of the rotation
 };
 
 TurnedBox turned_box(const Outline& outline) {
-  const double angle = best_box_angle(outline), most = std::numeric_limits<double>::max();
-  TurnedBox box{{std::cos(angle), std::sin(angle)}, {most, most}, {-most, -most}};
+  const double angle = best_box_angle(outline);
+  TurnedBox box;
+  box.turn = {std::cos(angle), std::sin(angle)};
   for (const auto& ring : outline.rings) {
     for (const Vec2d& p : ring) {
-      const Vec2d q{box.turn.x * p.x - box.turn.y * p.y, box.turn.y * p.x + box.turn.x * p.y};
-      box.low = {std::min(box.low.x, q.x), std::min(box.low.y, q.y)};
-      box.high = {std::max(box.high.x, q.x), std::max(box.high.y, q.y)};
+      box.add({box.turn.x * p.x - box.turn.y * p.y, box.turn.y * p.x + box.turn.x * p.y});
     }
   }
   return box;

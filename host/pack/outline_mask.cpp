@@ -9,21 +9,13 @@
 #include <utility>
 
 #include "base/vectors.h"
+#include "mesh/box.h"
 namespace kiln {
 namespace {
 
 Vec2d turned(const Vec2d& p, const Vec2d& turn) {
   return {turn.x * p.x - turn.y * p.y, turn.y * p.x + turn.x * p.y};
 }
-
-struct Box {
-  Vec2d low{std::numeric_limits<double>::max(), std::numeric_limits<double>::max()};
-  Vec2d high{-low.x, -low.y};
-  void add(const Vec2d& p) {
-    low = {std::min(low.x, p.x), std::min(low.y, p.y)};
-    high = {std::max(high.x, p.x), std::max(high.y, p.y)};
-  }
-};
 
 /// A shape's extent in x within a slab, which is a row of cells between two heights.
 struct Span {
@@ -258,7 +250,7 @@ DrawnMask draw(const Outline& outline, double angle, double scale, double margin
   ChartMask mask;
   mask.turn = {std::cos(angle), std::sin(angle)};
   std::vector<std::vector<Vec2d>> rings = outline.rings;
-  Box box;
+  Box<Vec2d> box;
   for (auto& ring : rings) {
     for (Vec2d& p : ring) {
       p = turned(p, mask.turn) * scale;
@@ -346,7 +338,7 @@ double best_box_angle(const Outline& outline) {
   for (int i = 0; i < kSteps; ++i) {
     const double angle = i * (0.5 * std::numbers::pi / kSteps);
     const Vec2d turn{std::cos(angle), std::sin(angle)};
-    Box box;
+    Box<Vec2d> box;
     for (const auto& ring : outline.rings) {
       for (const Vec2d& p : ring) box.add(turned(p, turn));
     }

@@ -8,6 +8,7 @@
 
 #include "base/counted.h"
 #include "base/disjoint_sets.h"
+#include "mesh/box.h"
 #include "mesh/vertex_lists.h"
 #include "simplify/small_components.h"
 
@@ -19,13 +20,9 @@ constexpr std::size_t kMaxComparisons = 10'000'000;
 
 struct Part {
   double volume = 0;
-  Vec3d low{}, high{}, corner{};
+  Box<Vec3d> box;
+  Vec3d corner{};
   bool has_triangle = false, open = false;
-
-  bool holds(const Part& other) const {
-    return low.x <= other.low.x && low.y <= other.low.y && low.z <= other.low.z &&
-           high.x >= other.high.x && high.y >= other.high.y && high.z >= other.high.z;
-  }
 };
 
 std::vector<Part> parts_of(const Work& work) {
@@ -35,15 +32,10 @@ std::vector<Part> parts_of(const Work& work) {
   for (const Triangle& t : work.triangles) {
     Part& part = parts[sets.find(t[0])];
     const Vec3d &a = work.points[t[0]], &b = work.points[t[1]], &c = work.points[t[2]];
-    if (!part.has_triangle) part.low = part.high = part.corner = a;
+    if (!part.has_triangle) part.corner = a;
     part.has_triangle = true;
     part.volume += dot(a - part.corner, cross(b - part.corner, c - part.corner)) / 6;
-    for (const Vec3d* p : {&a, &b, &c}) {
-      part.low = {std::min(part.low.x, p->x), std::min(part.low.y, p->y),
-                  std::min(part.low.z, p->z)};
-      part.high = {std::max(part.high.x, p->x), std::max(part.high.y, p->y),
-                   std::max(part.high.z, p->z)};
-    }
+    for (const Vec3d* p : {&a, &b, &c}) part.box.add(*p);
   }
   SideLists(work.triangles, work.points.size())
       .each_edge([&](std::uint32_t a, std::span<const SideLists::Item> sides) {
@@ -68,7 +60,7 @@ InsideOut find_inside_out(const Work& work) {
   if (positive_parts.size() * negative_parts.size() > kMaxComparisons) return found;
   for (const Part* part : negative_parts) {
     if (std::any_of(positive_parts.begin(), positive_parts.end(),
-                    [&](const Part* s) { return s->holds(*part); })) {
+                    [&](const Part* s) { return s->box.contains(part->box); })) {
       continue;
     }
     if (found.count++ == 0) found.place = part->corner;

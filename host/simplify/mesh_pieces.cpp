@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "base/parallel.h"
+#include "mesh/box.h"
 
 namespace kiln {
 namespace {
@@ -16,11 +17,9 @@ struct Item {
 
 /// Splits a list in halves across the longest side of its bounding box.
 void halve(std::span<Item> items) {
-  Vec3 low{items[0].x, items[0].y, items[0].z}, high = low;
-  for (const Item& p : items) {
-    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-  }
+  Box<Vec3> box;
+  for (const Item& p : items) box.add({p.x, p.y, p.z});
+  const auto& [low, high] = box;
   const float x = high.x - low.x, y = high.y - low.y, z = high.z - low.z;
   const auto axis = x >= y && x >= z ? &Item::x : y >= z ? &Item::y : &Item::z;
   std::nth_element(items.begin(), items.begin() + static_cast<std::ptrdiff_t>(items.size() / 2),

@@ -14,6 +14,7 @@
 
 #include "base/counted.h"
 #include "base/parallel.h"
+#include "mesh/box.h"
 #include "mesh/charts.h"
 #include "mesh/normals.h"
 #include "mesh/triangle_shape.h"
@@ -187,27 +188,18 @@ std::vector<Triangle> clean(const Mesh& mesh, std::vector<SourceTriangle>& sourc
 }
 
 Scale::Scale(const Mesh& mesh, const std::vector<Triangle>& triangles) {
-  constexpr float kInf = std::numeric_limits<float>::infinity();
-  struct Box {
-    Vec3 low{kInf, kInf, kInf}, high{-kInf, -kInf, -kInf};
-    void add(const Vec3& least, const Vec3& most) {
-      low = {std::min(low.x, least.x), std::min(low.y, least.y), std::min(low.z, least.z)};
-      high = {std::max(high.x, most.x), std::max(high.y, most.y), std::max(high.z, most.z)};
-    }
-  };
-  std::vector<Box> boxes(triangles.size() / kTrianglesPerTask + 1);
+  std::vector<Box<Vec3>> boxes(triangles.size() / kTrianglesPerTask + 1);
   parallel_for(triangles.size(), kTrianglesPerTask, [&](std::size_t begin, std::size_t end) {
-    Box box;
+    Box<Vec3> box;
     for (std::size_t t = begin; t < end; ++t) {
-      for (const std::uint32_t v : triangles[t]) box.add(mesh.positions[v], mesh.positions[v]);
+      for (const std::uint32_t v : triangles[t]) box.add(mesh.positions[v]);
     }
     boxes[begin / kTrianglesPerTask] = box;
   });
-  Box all;
-  for (const Box& box : boxes) all.add(box.low, box.high);
-  const Vec3d low = to_double(all.low), high = to_double(all.high);
-  center_ = (low + high) * 0.5;
-  diagonal_ = length(high - low);
+  Box<Vec3> all;
+  for (const Box<Vec3>& box : boxes) all.join(box);
+  center_ = all.center();
+  diagonal_ = all.diagonal();
 }
 
 double Scale::slack() const {

@@ -6,6 +6,8 @@
 #include <numeric>
 #include <utility>
 
+#include "mesh/box.h"
+
 namespace kiln {
 
 ComponentSizes::ComponentSizes(const Work& work) : part_(work.triangles.size()) {
@@ -18,27 +20,20 @@ ComponentSizes::ComponentSizes(const Work& work) : part_(work.triangles.size()) 
     return;
   }
   constexpr std::uint32_t kNoComponent = std::numeric_limits<std::uint32_t>::max();
-  constexpr double kMaxDouble = std::numeric_limits<double>::max();
   std::vector<std::uint32_t> number(work.points.size(), kNoComponent);
-  std::vector<std::pair<Vec3d, Vec3d>> boxes;
+  std::vector<Box<Vec3d>> boxes;
   for (std::size_t t = 0; t < part_.size(); ++t) {
     std::uint32_t& part = number[sets.find(work.triangles[t][0])];
     if (part == kNoComponent) {
       part = static_cast<std::uint32_t>(boxes.size());
-      boxes.push_back(
-          {{kMaxDouble, kMaxDouble, kMaxDouble}, {-kMaxDouble, -kMaxDouble, -kMaxDouble}});
+      boxes.emplace_back();
       faces_.push_back(0);
     }
     part_[t] = part;
     ++faces_.at(part);
-    auto& [low, high] = boxes[part];
-    for (const std::uint32_t v : work.triangles[t]) {
-      const Vec3d& p = work.points[v];
-      low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-      high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-    }
+    for (const std::uint32_t v : work.triangles[t]) boxes[part].add(work.points[v]);
   }
-  for (const auto& [low, high] : boxes) diagonal_.push_back(length(high - low));
+  for (const Box<Vec3d>& box : boxes) diagonal_.push_back(box.diagonal());
   largest_ = static_cast<std::uint32_t>(std::max_element(diagonal_.begin(), diagonal_.end()) -
                                         diagonal_.begin());
 }

@@ -6,6 +6,7 @@
 #include <span>
 #include <utility>
 
+#include "mesh/box.h"
 #include "mesh/half_edge.h"
 #include "mesh/usable.h"
 #include "mesh/weld.h"
@@ -136,16 +137,13 @@ ChartSurface chart_surface(const Mesh& mesh) {
     surface.source.push_back(t);
   }
   if (kept_triangles.empty()) return surface;
-  Vec3d low = to_double(mesh.positions[kept_triangles[0]]), high = low;
-  for (const std::uint32_t v : kept_triangles) {
-    const Vec3d p = to_double(mesh.positions[v]);
-    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-  }
-  const double extent = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
+  Box<Vec3d> box;
+  for (const std::uint32_t v : kept_triangles) box.add(to_double(mesh.positions[v]));
+  const Vec3d size = box.size();
+  const double extent = std::max({size.x, size.y, size.z});
   const double scale = std::ldexp(1.0, -std::ilogb(extent));
   for (const std::uint32_t v : kept_triangles) {
-    surface.positions.push_back((to_double(mesh.positions[v]) - low) * scale);
+    surface.positions.push_back((to_double(mesh.positions[v]) - box.low) * scale);
   }
   measure(surface);
   find_bends(surface, find_mates(surface));

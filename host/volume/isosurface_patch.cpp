@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/parallel.h"
+#include "mesh/box.h"
 #include "mesh/vertex_lists.h"
 
 namespace kiln {
@@ -154,14 +155,10 @@ IsosurfacePatch::IsosurfacePatch(const FineSurface& surface, const SimplifiedIso
                                  const IsosurfaceFaces& faces,
                                  std::span<const std::uint32_t> seeds_in)
     : faces_(faces) {
-  constexpr float kFar = std::numeric_limits<float>::max();
-  Vec3 low{kFar, kFar, kFar}, high{-kFar, -kFar, -kFar};
-  for (const Vec3& p : low_poly.positions) {
-    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-  }
-  center_ = (to_double(low) + to_double(high)) * 0.5;
-  size_ = std::max(length(to_double(high) - to_double(low)), std::numeric_limits<double>::min());
+  Box<Vec3> box;
+  for (const Vec3& p : low_poly.positions) box.add(p);
+  center_ = box.center();
+  size_ = std::max(box.diagonal(), std::numeric_limits<double>::min());
 
   std::vector<std::uint8_t> free(low_poly.positions.size(), 0);
   for (const std::uint32_t t : seeds_in) {

@@ -392,7 +392,7 @@ TEST(GltfPose, InstancesArePlacedEach) {
   attributes["SCALE"] = attributes["TRANSLATION"];
   EXPECT_EQ(load_text("one.glb", maker.glb()).mesh.triangles.size(), 2U);
   attributes["ROTATION"] = maker.add<float>("VEC4", {0, 0, 0, 0});
-  expect_bad_text("turn.glb", maker.glb(), {"ROTATION", "no rotation"});
+  expect_bad_text("turn.glb", maker.glb(), {"ROTATION", "does not define a rotation"});
 }
 
 /// Kenney's kits list nodes beside their parents.

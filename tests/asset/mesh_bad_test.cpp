@@ -134,7 +134,7 @@ TEST(MeshIo, RefusesCountsThatTheFileCannotHold) {
 TEST(MeshIo, RefusesIndicesOutOfRange) {
   const std::string obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\nf 1 2 3\n";
   expect_bad_text("i.obj", obj + "f 1 2 9\n", {"line 7", "vertex 9", "are 3"});
-  expect_bad_text("i.obj", obj + "f 0 1 2\n", {"line 7", "face 1", "vertex 0", "count from 1"});
+  expect_bad_text("i.obj", obj + "f 0 1 2\n", {"line 7", "face 1", "vertex 0", "start at 1"});
   expect_bad_text("i.obj", obj + "f -4 1 2\n", {"line 7", "vertex -4"});
   expect_bad_text("i.obj", obj + "f 1/2 2/1 3/1\n", {"line 7", "texture coordinate 2"});
   expect_bad_text("i.obj", obj + "f 1//7 2//1 3//1\n", {"line 7", "normal 7"});

@@ -347,7 +347,7 @@ TEST_F(CacheServer, ThatFailsIsLeftAlone) {
       GTEST_SKIP() << "built without libcurl";
     expect_states(result, "baked");
     EXPECT_TRUE(files_of(folder / "out") == reference.files);
-    EXPECT_NE(result.errors.find("is left alone: "), std::string::npos) << result.errors;
+    EXPECT_NE(result.errors.find("is not used any more: "), std::string::npos) << result.errors;
   }
   // Two bakes at once may each have a call on its way.
   EXPECT_LE(calls(""), 5U);

@@ -266,7 +266,7 @@ TEST(JobFile, RefusesOutputsThatMeet) {
                         "[[bake]]\nhigh = \"assets/{name}.obj\"\nfaces = 40\nout = "
                         "\"assets/{name}_game.obj\"\n");
                }),
-               {"job.toml:2", "matches it, too"});
+               {"job.toml:2", "matches this pattern"});
   // A link out of the folder is outside.
   fs::create_directory_symlink("/tmp", folder / "link");
   expect_words(bake("out = \"link/{name}\"\n"), {"outside"});

@@ -115,7 +115,7 @@ TEST(Baseline, SaysWhatChangedAndHowMuchWorseItIs) {
   EXPECT_NEAR(found["degrees"]["worse"], 2, 1e-9);
   EXPECT_EQ(found["degrees"]["what"][0], "rendered normals deviate by 3.00 degrees, formerly 1.00");
   EXPECT_NEAR(found["missed"]["worse"], 1, 1e-9);
-  EXPECT_EQ(found["missed"]["what"][0], "1% of the samples are missed, not 0%");
+  EXPECT_EQ(found["missed"]["what"][0], "1% of the samples are missed, formerly 0%");
   EXPECT_EQ(found["pixels"]["what"][0], "normal has other pixels");
   EXPECT_EQ(found["pixels"]["maps"]["normal"]["picture"], "data:h");
   EXPECT_EQ(found["warns"]["what"][0], "it warns now: new-code");

@@ -158,7 +158,7 @@ high = "assets/a_high.obj"
 maps = ["normal"]
 )");
   const ProcessResult result = run_job(folder, {"--at-once", "1"});
-  expect_exit(result, 1, {"a_low_b_normal.png", "was written by another bake of this run"});
+  expect_exit(result, 1, {"a_low_b_normal.png", "was already written by another bake of this run"});
 }
 
 TEST(RunCommand, RunsHooksWithTheAsset) {

@@ -224,7 +224,7 @@ def test_a_picture_as_colour(scene):
     np.testing.assert_allclose(color[22, 16], [0, 0, 1, 1], atol=1e-3)
     choose(high)
     scene.kiln_bake.mode, scene.kiln_bake.by_error = "NEW", True
-    with pytest.raises(RuntimeError, match="not planned by error"):
+    with pytest.raises(RuntimeError, match="cannot be planned by error"):
         bpy.ops.kiln.bake()
     scene.kiln_bake.by_error, scene.kiln_bake.faces = False, 50
     assert bpy.ops.kiln.bake() == {"FINISHED"}

@@ -102,7 +102,7 @@ TEST(Command, RefusesBadUsage) {
   expect_failure(bake({"--curvature-radius", "1%"}), 2, {"--curvature-radius", "--maps"}, out);
   expect_failure(bake({"--maps", "curvature", "--curvature-radius", "0"}), 2,
                  {"--curvature-radius"}, out);
-  expect_failure(bake({"--range", "height=0,1"}), 2, {"height", "no map of this bake"}, out);
+  expect_failure(bake({"--range", "height=0,1"}), 2, {"height", "which is not baked"}, out);
   expect_failure(bake({"--maps", "height", "--range", "height=1,0"}), 2, {"range", "less"}, out);
   expect_failure(bake({"--maps", "height", "--range", "height=1"}), 2, {"--range", "MAP=LO,HI"},
                  out);

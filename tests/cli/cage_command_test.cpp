@@ -196,7 +196,7 @@ TEST(CageCommand, OneIsAnImageToo) {
       const ProcessResult result = bake("d", {"--cage-mesh", image});
       EXPECT_EQ(result.exit_code, 3);
       const std::string named = std::string(shell == 0 ? "outer" : "inner") + " pixel of vertex " +
-                                std::to_string(v) + " has the alpha -1";
+                                std::to_string(v) + " has alpha -1";
       EXPECT_NE(result.errors.find(named), std::string::npos) << result.errors;
     }
   }

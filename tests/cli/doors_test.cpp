@@ -420,10 +420,12 @@ TEST(Job, ErrorsCarryTheirData) {
   EXPECT_EQ(remedies_of(pair.message())[0].option, "format");
   EXPECT_EQ(remedies_of(pair.message())[0].value, "exr");
   EXPECT_EQ(pair.message().text(option_as_flag),
-            "--layers are of one EXR: add --format exr or exr32.");
+            "--layers writes one EXR with several layers: add --format exr or exr32.");
   EXPECT_EQ(pair.message().text(option_as_keyword),
-            "layers are of one EXR: add format=\"exr\" or exr32.");
-  EXPECT_STREQ(pair.what(), "job.layers are of one EXR: add job.image.format = exr or exr32.");
+            "layers writes one EXR with several layers: add format=\"exr\" or exr32.");
+  EXPECT_STREQ(
+      pair.what(),
+      "job.layers writes one EXR with several layers: add job.image.format = exr or exr32.");
   kiln_job* c = nullptr;
   ASSERT_EQ(kiln_job_new(&c), KILN_OK);
   EXPECT_NE(kiln_job_set(c, "samples", "17"), KILN_OK);
@@ -447,14 +449,14 @@ TEST(Job, WarningsCarryTheirData) {
   const auto has = [](const std::string& text, const std::string& word) {
     return text.find(word) != std::string::npos;
   };
-  EXPECT_TRUE(has(idle->message.text(option_as_flag), "nowhere, which --no-data says"));
-  EXPECT_TRUE(has(idle->message.text(option_as_keyword), "nowhere, which no_data says"));
-  const std::string member = "nowhere, which job.heights.no_data says";
+  EXPECT_TRUE(has(idle->message.text(option_as_flag), "the value of --no-data"));
+  EXPECT_TRUE(has(idle->message.text(option_as_keyword), "the value of no_data"));
+  const std::string member = "the value of job.heights.no_data";
   EXPECT_TRUE(has(idle->message.text(option_as_member), member));
-  EXPECT_TRUE(has(result.report, "nowhere, which --no-data says"));
+  EXPECT_TRUE(has(result.report, "the value of --no-data"));
   const ProcessResult command =
       call_kiln({"bake", hills, "--size=64", "--no-data=12345", "--out=" + job.out});
-  EXPECT_TRUE(has(command.errors, "nowhere, which --no-data says")) << command.errors;
+  EXPECT_TRUE(has(command.errors, "the value of --no-data")) << command.errors;
   kiln_job* c = nullptr;
   ASSERT_EQ(kiln_job_new(&c), KILN_OK);
   for (const auto& [name, value] :

@@ -380,9 +380,9 @@ TEST(ForeignFiles, HeightsWithoutDataAreHoles) {
   }
   // Any number, where it is given; and none.
   EXPECT_NE(bake(0, {"--no-data", "0"}).find("64 of 1,024 pixels"), std::string::npos);
-  EXPECT_EQ(bake(0, {}).find("no height"), std::string::npos);
-  EXPECT_EQ(bake(-9999, {"--no-data", "none"}).find("no height"), std::string::npos);
-  EXPECT_NE(bake(0, {"--no-data", "-1"}).find("nowhere"), std::string::npos);
+  EXPECT_EQ(bake(0, {}).find("no valid height"), std::string::npos);
+  EXPECT_EQ(bake(-9999, {"--no-data", "none"}).find("no valid height"), std::string::npos);
+  EXPECT_NE(bake(0, {"--no-data", "-1"}).find("contains no pixel of -1"), std::string::npos);
   // A low poly of few faces, too.
   EXPECT_NE(bake(-9999, {"--faces", "200"}).find("64 of 1,024 pixels"), std::string::npos);
   const Mesh low = load_mesh(folder / "out" / "h_low.obj");

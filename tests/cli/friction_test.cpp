@@ -258,7 +258,7 @@ TEST(Friction, SaysWhatExcludesAndNeedsWhat) {
   expect_refused(call_kiln({"simplify", "a", "--out", "b.obj", "--keep-parts"}),
                  {"--keep-parts needs --faces", "add it"});
   expect_refused(call_kiln({"bake", "a", "b", "--out", "c", "--flip-y=maybe"}),
-                 {"--flip-y is given without a value"});
+                 {"--flip-y takes no value"});
 }
 
 TEST(Friction, TakesNamesInCapitalsAndWithBlanks) {

@@ -195,7 +195,7 @@ TEST(HardCommand, WarnsOfWhatIsLostAndWhere) {
   const ProcessResult nearest = bake("nearest"), outermost = bake("outermost");
   ASSERT_EQ(nearest.exit_code, 0) << nearest.errors;
   EXPECT_NE(nearest.errors.find("take --ray outermost"), std::string::npos) << nearest.errors;
-  EXPECT_EQ(outermost.errors.find("on no texel"), std::string::npos) << outermost.errors;
+  EXPECT_EQ(outermost.errors.find("has no texel"), std::string::npos) << outermost.errors;
   const nlohmann::json lost = read_json(folder / "nearest.json")["recall"];
   EXPECT_NEAR(lost["lost"].get<double>(), 0.5, 0.04);
   EXPECT_NEAR(lost["largest"]["where"][0].get<double>(), 0.5, 0.1);

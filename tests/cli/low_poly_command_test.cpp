@@ -302,13 +302,13 @@ TEST(LowPolyCommand, BoundsErrorsOfSeveralMaps) {
   EXPECT_EQ(not_reached.exit_code, 1);
   for (const auto& [bound, word] :
        std::vector<std::pair<std::string, std::string>>{{"ao=2/255", "normal=DEGREES"},
-                                                        {"normal=12,ao", "names no map"},
+                                                        {"normal=12,ao", "has no map"},
                                                         {"normal=12,ao=few", "2/255"},
                                                         {"normal=12,ao=-1", "2/255"},
                                                         {"normal=12,ao=1/0", "2/255"},
                                                         {"normal=12,ao=1,ao=2", "two errors"},
                                                         {"normal=12,height=1", "'height'"},
-                                                        {"normal=12,", "names no map"}}) {
+                                                        {"normal=12,", "has no map"}}) {
     const ProcessResult bad = dense.bake("bad", {"--max-error", bound, "--maps", "normal,ao"});
     EXPECT_EQ(bad.exit_code, 2) << bound;
     EXPECT_NE(bad.errors.find(word), std::string::npos) << bad.errors;

@@ -128,7 +128,7 @@ TEST(MaxBytes, SaysTheSmallestThatFits) {
     const ProcessResult done = scene.bake("small.glb", words);
     EXPECT_EQ(done.exit_code, 2) << done.errors;
     EXPECT_FALSE(fs::exists(scene.folder / "small.glb"));
-    const std::string before = "the smallest file has ";
+    const std::string before = "the smallest possible file has ";
     const std::size_t at = done.errors.find(before);
     ASSERT_NE(at, std::string::npos) << done.errors;
     words[1] = std::to_string(std::stoull(done.errors.substr(at + before.size())));

@@ -130,7 +130,7 @@ TEST_F(Variants, ThatCannotBeAreRefused) {
   EXPECT_NE(refused({.name = "x", .kind = "nothing"}).find("'nothing'"), std::string::npos);
   EXPECT_NE(refused({.name = "x y", .kind = "ao"}).find("'x y'"), std::string::npos);
   EXPECT_NE(refused({.name = "x", .kind = "normal", .occlusion = OcclusionOptions{}})
-                .find("does not obey"),
+                .find("does not use"),
             std::string::npos);
   EXPECT_NE(refused({.name = "x", .kind = "ao", .occlusion = OcclusionOptions{.rays = 0}})
                 .find("`occlusion.rays`"),

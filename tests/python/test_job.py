@@ -113,7 +113,7 @@ def test_errors_carry_their_data(scene: Path) -> None:
     assert (ranged.parameter, ranged.value, ranged.allowed, ranged.remedies) == ("samples", "17", "1 to 16", [])
     pair = failure(layers=True)
     assert (pair.parameter, pair.remedies) == ("layers", [("format", "exr")])
-    assert str(pair) == 'layers are of one EXR: add format="exr" or exr32.'
+    assert str(pair) == 'layers writes one EXR with several layers: add format="exr" or exr32.'
     again = pickle.loads(pickle.dumps(pair))
     assert (str(again), again.remedies) == (str(pair), pair.remedies)
 
@@ -131,7 +131,7 @@ def test_warnings_name_arguments(scene: Path) -> None:
     with pytest.warns(kiln.KilnWarning) as told:
         job = kiln.run(**files, out=scene / "out", load_match=match, clean="none")
     texts = {warning.message.code: str(warning.message) for warning in told}
-    assert texts["match-of-clean"].startswith(f"load_match '{match}' is right only if it was saved with the same clean,")
+    assert texts["match-of-clean"].startswith(f"load_match '{match}' is only valid if it was saved with the same clean,")
     # The report has the command's words, by every door.
     assert f"--load-match '{match}'" in str(job.report["warnings"])
 

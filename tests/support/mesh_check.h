@@ -27,22 +27,27 @@ inline std::string broken_promise(const Mesh& mesh) {
   if (!in_range(mesh.triangles, mesh.positions.size())) return "vertex index out of range";
   if (!in_range(mesh.uv_triangles, mesh.uvs.size())) return "UV index out of range";
   if (!in_range(mesh.normal_triangles, mesh.normals.size())) return "normal index out of range";
-  if (!mesh.uv_triangles.empty() && mesh.uv_triangles.size() != n) return "UVs not parallel";
-  if (mesh.uv_triangles.empty() != mesh.uvs.empty()) return "UV pool without use";
+  if (!mesh.uv_triangles.empty() && mesh.uv_triangles.size() != n)
+    return "UVs: not one index triple per triangle";
+  if (mesh.uv_triangles.empty() != mesh.uvs.empty())
+    return "UVs without indices, or indices without UVs";
   if (!mesh.normal_triangles.empty() && mesh.normal_triangles.size() != n)
-    return "normals not parallel";
-  if (mesh.normal_triangles.empty() != mesh.normals.empty()) return "normal pool without use";
+    return "normals: not one index triple per triangle";
+  if (mesh.normal_triangles.empty() != mesh.normals.empty())
+    return "normals without indices, or indices without normals";
   if (!mesh.colors.empty() && mesh.colors.size() != mesh.positions.size())
-    return "colors not parallel";
+    return "colors: not one per vertex";
   const auto named = [n](const std::vector<std::uint32_t>& of,
                          const std::vector<std::string>& names) {
     return (of.empty() || of.size() == n) &&
            std::all_of(of.begin(), of.end(),
                        [&](std::uint32_t name) { return name < names.size(); });
   };
-  if (!named(mesh.groups, mesh.group_names)) return "groups not as promised";
-  if (!named(mesh.objects, mesh.object_names)) return "objects not as promised";
-  if (!named(mesh.materials, mesh.material_names)) return "materials not as promised";
+  if (!named(mesh.groups, mesh.group_names)) return "groups: wrong count, or an index out of range";
+  if (!named(mesh.objects, mesh.object_names))
+    return "objects: wrong count, or an index out of range";
+  if (!named(mesh.materials, mesh.material_names))
+    return "materials: wrong count, or an index out of range";
   for (const double value : mesh.origin) {
     if (!std::isfinite(value)) return "origin not finite";
   }

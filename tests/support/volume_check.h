@@ -16,7 +16,7 @@ inline std::string broken_promise(const Volume& volume) {
     if (n == 0) return "a size of 0";
     bytes *= n;
   }
-  if (bytes != volume.voxels.size()) return "not as many voxels as the size says";
+  if (bytes != volume.voxels.size()) return "the number of voxels differs from the size";
   for (const double value : volume.origin) {
     if (!std::isfinite(value)) return "origin not finite";
   }

@@ -69,7 +69,7 @@ def main():
     parser.add_argument("low")
     parser.add_argument("--sizes", default="2048,4096")
     parser.add_argument("--runs", type=int, default=3)
-    parser.add_argument("--json", help="file that the lines are appended to")
+    parser.add_argument("--json", help="file to which the results are appended")
     arguments = parser.parse_args()
     bpy.ops.wm.read_factory_settings(use_empty=True)
     kiln_bake.register()

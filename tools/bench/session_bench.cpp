@@ -112,7 +112,7 @@ class Scene {
     const std::vector<float>& ours = session.bake().maps[0].image.pixels;
     const std::vector<float>& theirs = fresh.maps[0].image.pixels;
     if (std::memcmp(ours.data(), theirs.data(), ours.size() * sizeof(float)) == 0) return;
-    std::fprintf(stderr, "session_bench: a re-bake is not the same as a fresh bake\n");
+    std::fprintf(stderr, "session_bench: a re-bake differs from a new bake\n");
     std::exit(1);
   }
 

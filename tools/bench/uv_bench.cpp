@@ -158,7 +158,7 @@ void bench_session(const Device& device, std::uint32_t cells, std::uint32_t size
   const std::vector<float>& ours = session.bake().maps[0].image.pixels;
   if (std::memcmp(ours.data(), fresh.maps[0].image.pixels.data(), ours.size() * sizeof(float)) !=
       0) {
-    std::fprintf(stderr, "uv_bench: a re-bake is not the same as a fresh bake\n");
+    std::fprintf(stderr, "uv_bench: a re-bake differs from a new bake\n");
     std::exit(1);
   }
   std::vector<Mode> modes;

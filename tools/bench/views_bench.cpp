@@ -71,7 +71,7 @@ void bench_views(const Device& device, const Mesh& high, const Mesh& low, std::u
     compare(context, *peer, views);
     modes.push_back({"draw, " + peer->renderer(), true, [&] { peer->draw(views.views()); }});
   } catch (const std::runtime_error& error) {
-    std::fprintf(stderr, "no OpenGL to compare with: %s\n", error.what());
+    std::fprintf(stderr, "OpenGL is not available for comparison: %s\n", error.what());
   }
   for (const auto& [name, criterion] : {std::pair{"match depth", ViewCriterion::depth},
                                         std::pair{"match distance", ViewCriterion::distance},

@@ -40,7 +40,7 @@ void measure(const Device& device, const Volume& volume, const ExtractOptions& o
   for (int round = -1; round < kRounds; ++round) {  // round -1 is a warm-up
     ExtractReport report = extract(device, volume, options).report;
     if (report.faces > options.faces || report.non_manifold_edges != 0) {
-      throw Error(ErrorCode::internal, "The low poly is not what was asked for.");
+      throw Error(ErrorCode::internal, "The low poly differs from the requested one.");
     }
     if (round >= 0) reports.push_back(std::move(report));
   }

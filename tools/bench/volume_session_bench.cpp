@@ -38,7 +38,7 @@ bool same(const std::vector<T>& a, const std::vector<T>& b) {
 void check(const ExtractResult& a, const ExtractResult& b) {
   if (!same(a.mesh.positions, b.mesh.positions) || !same(a.mesh.triangles, b.mesh.triangles) ||
       !same(a.mesh.uvs, b.mesh.uvs) || !same(a.normal_map.pixels, b.normal_map.pixels)) {
-    throw Error(ErrorCode::internal, "The session's result is not a fresh extraction's.");
+    throw Error(ErrorCode::internal, "The session's result differs from a new extraction.");
   }
 }
 
@@ -100,7 +100,7 @@ int run(int argc, char** argv) {
   const std::vector<std::byte> whole = box_of(volume, region, false);
   const std::vector<std::byte> crater = box_of(volume, region, true);
   if (whole == crater)
-    throw Error(ErrorCode::internal, "The box of voxels holds nothing to change.");
+    throw Error(ErrorCode::internal, "The box of voxels contains no surface to change.");
 
   VolumeSession session(device, volume, contour);
   for (const std::uint32_t faces : {3000U, 10000U, 30000U}) {

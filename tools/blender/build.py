@@ -23,7 +23,7 @@ def platform_of(wheel):
     tag = re.sub(r"^manylinux[\d_]+_x86_64$|^manylinux\d+_x86_64$", "linux_x86_64", tag)
     tag = re.sub(r"^macosx_\d+_\d+_arm64$", "macosx_arm64", tag)
     if tag not in PLATFORMS:
-        sys.exit(f"build.py: '{wheel.name}': no platform of Blender's has the tag '{tag}'.")
+        sys.exit(f"build.py: '{wheel.name}': no platform of Blender has the tag '{tag}'.")
     return PLATFORMS[tag]
 
 

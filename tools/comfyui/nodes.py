@@ -405,11 +405,11 @@ class KilnBake:
                         "min": 0.0,
                         "max": 1e9,
                         "step": 0.001,
-                        "tooltip": "Rays start so far outside, in the mesh's units; 0: by the meshes",
+                        "tooltip": "Rays start at this distance outside, in the mesh's units; 0: chosen from the meshes",
                     },
                 ),
-                "two_sided": ("BOOLEAN", {"default": False, "tooltip": "Backs of the dense mesh's faces count, too"}),
-                "double_sided": (SIDES, {"tooltip": "Whether the light mesh shows its backs; auto: where it is open"}),
+                "two_sided": ("BOOLEAN", {"default": False, "tooltip": "Rays hit back faces of the dense mesh, too"}),
+                "double_sided": (SIDES, {"tooltip": "Whether the light mesh shows back faces; auto: if it is open"}),
             },
         }
 
@@ -429,7 +429,7 @@ class KilnBake:
                 continue
             (low, _), (high, look) = low_item, high_item
             if low.uvs is None:
-                raise ValueError("low_poly has no UVs: put Kiln Unwrap before this node.")
+                raise ValueError("low_poly has no UVs: insert Kiln Unwrap before this node.")
             names = maps_of(["normal", "ao", "color"], high, look)
             given, keywords = {}, {}
             if high.uvs is not None:
@@ -459,7 +459,7 @@ class KilnBake:
             sides.append(material_of(packed.data).get("doubleSided", False))
             baked.append(packed)
         if not baked:
-            raise ValueError("No pair of meshes has faces.")
+            raise ValueError("No pair of meshes has faces: connect meshes with faces.")
         return textured(low_poly, baked, maps, looks, resolution, sides)
 
 
@@ -543,22 +543,33 @@ class KilnToGLB:
                 "texture_size": SIZE,
             },
             "optional": {
-                "format": (["png", "webp", "jpeg"], {"tooltip": "Pictures in the GLB; png with max_bytes: PNG and JPEG"}),
+                "format": (
+                    ["png", "webp", "jpeg"],
+                    {"tooltip": "Format of the GLB's pictures; png with max_bytes: PNG or JPEG, whichever is smaller"},
+                ),
                 "quality": (
                     "INT",
-                    {"default": 100, "min": 1, "max": 100, "tooltip": "webp and jpeg: 100 is the best; normals stay exact"},
+                    {
+                        "default": 100,
+                        "min": 1,
+                        "max": 100,
+                        "tooltip": "Quality of webp and jpeg; normals stay exact",
+                    },
                 ),
-                "mesh_compression": (["none", "meshopt", "draco"], {"tooltip": "Readers need the extension"}),
+                "mesh_compression": (
+                    ["none", "meshopt", "draco"],
+                    {"tooltip": "Compresses the mesh; programs that read the GLB need this extension"},
+                ),
                 "max_bytes": (
                     "INT",
                     {
                         "default": 0,
                         "min": 0,
                         "max": 2**31 - 1,
-                        "tooltip": "Largest size of the GLB: sizes and encodings of pictures follow; 0: any",
+                        "tooltip": "Maximum size of the GLB, from which sizes and encodings of pictures are chosen; 0: no limit",
                     },
                 ),
-                "double_sided": (SIDES, {"tooltip": "Whether backs are shown; auto: where the mesh is open"}),
+                "double_sided": (SIDES, {"tooltip": "Whether back faces are shown; auto: if the mesh is open"}),
             },
         }
 
@@ -618,7 +629,7 @@ class KilnLoadMesh:
     def INPUT_TYPES(cls):
         return {
             "required": {"path": ("STRING", {"default": ""})},
-            "optional": {"up_axis": (["y", "z", "x", "-x", "-y", "-z"], {"tooltip": "Of files that do not state theirs"})},
+            "optional": {"up_axis": (["y", "z", "x", "-x", "-y", "-z"], {"tooltip": "Up axis of files that do not state it"})},
         }
 
     RETURN_TYPES = ("MESH",)

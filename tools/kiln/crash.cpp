@@ -31,7 +31,7 @@ void write_error(const char* text) { os::write_error(text); }
 
 int read_tries() {
   const char* repeats = std::getenv(kRetry);
-  return repeats == nullptr ? 0 : *tries == '1' ? 1 : 2;
+  return repeats == nullptr ? 0 : *repeats == '1' ? 1 : 2;
 }
 
 void prepare_retry(char** argv) {

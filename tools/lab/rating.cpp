@@ -227,8 +227,8 @@ Json json_of(const MatchAssessment& a) {
               {a.largest_jump, a.largest_jump / a.diagonal, a.largest_step})});
 }
 
-/// Adds the errors of the requested maps, and lists maps without an error: maps of names and coverage; and for a saved
-/// match all maps but those of rays.
+/// Adds the errors of the requested maps, and lists maps without an error: those of names and of coverage, and
+/// for a saved match all maps that do not come from rays.
 void add_errors(const BakeReport& bake, const std::vector<std::string>& maps, Json& figures) {
   std::vector<MapError> errors = bake.errors;
   std::erase_if(errors, [&](const MapError& error) {

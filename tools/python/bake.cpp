@@ -275,8 +275,7 @@ nb::any stored(PyBake& self, const std::string& name) {
 bool is_transparent_mesh(const PyMesh& high) {
   const Call call;
   return call.run([&] {
-    if (high.file.empty() || high.mesh->material_files.empty()) return false;
-    const std::vector<Material> materials = load_materials(*high.mesh, high.file);
+    const std::vector<Material> materials = materials_of(high);
     return std::any_of(materials.begin(), materials.end(), is_transparent);
   });
 }
@@ -336,7 +335,7 @@ void check_transfers(const Job& job, const PyMesh& high) {
   const bool of_materials =
       std::any_of(job.transfers.begin(), job.transfers.end(),
                   [](const std::string& transfer) { return transfer.starts_with("mtl:"); });
-  if (!high.file.empty() || !of_materials) return;
+  if (high.is_of_file() || !of_materials) return;
   throw Error(ErrorCode::usage,
               option("transfer") +
                   ": the high poly was not read from a file with materials: give textures as "

@@ -28,15 +28,14 @@ using nb::literals::operator""_a;
 /// Makes a job input from a Python mesh, with the materials of its file.
 JobInput input_of(const PyMesh& mesh, const Call& call) {
   return call.run([&] {
-    Asset asset;
-    asset.mesh = *mesh.mesh;
-    if (mesh.materials) {
-      asset.materials = *mesh.materials;
-    } else if (!mesh.file.empty() && !mesh.mesh->material_files.empty()) {
-      asset.materials = load_materials(*mesh.mesh, mesh.file);
+    const std::string& name = mesh.file.empty() ? mesh.mesh->name : mesh.file;
+    JobInput input(name.empty() ? "mesh" : name);
+    if (mesh.asset && mesh.mesh.get() == &mesh.asset->mesh) {
+      input.asset = mesh.asset;
+    } else {
+      input.asset =
+          std::make_shared<const Asset>(Asset{*mesh.mesh, materials_of(mesh), {}, {}, {}, {}, {}});
     }
-    const std::string& name = mesh.file.empty() ? asset.mesh.name : mesh.file;
-    JobInput input(std::move(asset), name.empty() ? "mesh" : name);
     input.simplified = mesh.made;
     return input;
   });

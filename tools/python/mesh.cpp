@@ -257,6 +257,13 @@ constexpr bool kIsArray = false;
 template <typename T>
 constexpr bool kIsArray<std::vector<T>> = std::is_trivially_copyable_v<T>;
 
+/// Name of files that were given as bytes, for messages.
+constexpr const char* kBytesName = "mesh.glb";
+
+std::span<const std::byte> span_of(const nb::bytes& data) {
+  return {static_cast<const std::byte*>(data.data()), data.size()};
+}
+
 nb::bytes as_bytes(const std::string& text) { return nb::bytes(text.data(), text.size()); }
 std::string of_bytes(nb::handle given) {
   const auto bytes = nb::cast<nb::bytes>(given);
@@ -285,17 +292,13 @@ nb::tuple pickled(const PyMesh& self) {
       parts.append(part);
     }
   });
-  // Files of bytes are temporary, so they are embedded in the pickle; other files are stored by path.
+  // Bytes are embedded in the pickle; files are stored by path.
   const std::string file =
       self.file.empty() ? "" : std::filesystem::absolute(self.file).lexically_normal().string();
-  nb::object content = nb::none();
-  if (!self.keep.is_none()) {
-    content = nb::cast(std::filesystem::path(file)).attr("read_bytes")();
-  }
   nb::list made;
   if (self.made) each_figure(*self.made, [&](const auto& figure) { made.append(figure); });
-  return nb::make_tuple(std::string(version()), parts, as_bytes(file), content, self.report, made,
-                        self.height_field);
+  return nb::make_tuple(std::string(version()), parts, as_bytes(file), self.content, self.report,
+                        made, self.height_field);
 }
 
 /// number of parts of a pickle
@@ -337,9 +340,12 @@ PyMesh unpickled_parts(const nb::tuple& state, const Call& call) {
   call.run([&] { validate(mesh); });
   PyMesh result{shared(std::move(mesh)), of_bytes(state[2])};
   if (const nb::object content = state[3]; !content.is_none()) {
-    const nb::object kept = nb::module_::import_("kiln._meshes").attr("kept_file")(content);
-    result.file = nb::cast<std::string>(kept[0]);
-    result.keep = kept[1];
+    const nb::bytes data = nb::cast<nb::bytes>(content);
+    result.content = data;
+    result.materials = call.run([&] {
+      return std::make_shared<const std::vector<Material>>(
+          load_asset(span_of(data), kBytesName).materials);
+    });
   }
   result.report = state[4];
   if (const nb::list made = nb::cast<nb::list>(state[5]); made.size() != 0) {
@@ -373,7 +379,7 @@ PyMesh unpickled(const nb::tuple& state) {
 }
 
 PyMesh load_file(const std::filesystem::path& path, const std::string& triangulate,
-                 std::uint32_t uv_set, nb::object keep, const std::string& up) {
+                 std::uint32_t uv_set, const std::string& up) {
   const Call call;
   std::vector<Warning> warnings;
   LoadMeshOptions options;
@@ -389,7 +395,6 @@ PyMesh load_file(const std::filesystem::path& path, const std::string& triangula
   if (!up.empty()) options.up = parse_up(up);
   PyMesh mesh{call.run([&] { return shared(load_mesh(path, options, &warnings)); })};
   mesh.file = path.string();
-  mesh.keep = std::move(keep);
   warn(warnings);
   return mesh;
 }
@@ -403,7 +408,7 @@ PyMesh with_material(const PyMesh& mesh, const PyMesh& of) {
   copy.material_files = of.mesh->material_files;
   result.mesh = shared(std::move(copy));
   result.file = of.file;
-  result.keep = of.keep;
+  result.content = of.content;
   result.materials = of.materials;
   return result;
 }
@@ -426,16 +431,33 @@ PyMesh shaded(const PyMesh& mesh, const std::string& rule) {
   return result;
 }
 
-PyMesh load_bytes(nb::bytes data, const std::string& name) {
+/// A mesh from a file's bytes, with the materials in them.
+/// \param with_nodes  true: jobs get the file's nodes, too
+PyMesh load_bytes(nb::bytes data, const std::string& name, const std::string& up, bool with_nodes) {
   const Call call;
   std::vector<Warning> warnings;
-  const std::span<const std::byte> bytes(static_cast<const std::byte*>(data.data()), data.size());
-  PyMesh mesh{call.run([&] { return shared(load_mesh(bytes, name, &warnings)); })};
+  LoadMeshOptions options;
+  if (!up.empty()) options.up = parse_up(up);
+  const auto asset = call.run([&] {
+    return std::make_shared<const Asset>(load_asset(span_of(data), name, options, &warnings));
+  });
+  PyMesh mesh{std::shared_ptr<const Mesh>(asset, &asset->mesh)};
+  if (!asset->materials.empty()) {
+    mesh.content = data;
+    mesh.materials = {asset, &asset->materials};
+  }
+  if (with_nodes) mesh.asset = asset;
   warn(warnings);
   return mesh;
 }
 
 }  // namespace
+
+std::vector<Material> materials_of(const PyMesh& mesh) {
+  if (mesh.materials) return *mesh.materials;
+  if (mesh.file.empty() || mesh.mesh->material_files.empty()) return {};
+  return load_materials(*mesh.mesh, mesh.file);
+}
 
 void add_mesh(nb::module_& module) {
   nb::class_<PyMesh>(module, "Mesh", R"(A triangle mesh that does not change.
@@ -581,10 +603,10 @@ Raises kiln.Error, with the parameter's name, for arrays of other shapes or type
            [](PyMesh& self, const nb::tuple& state) { new (&self) PyMesh(unpickled(state)); })
       .def("__repr__", &describe);
   module.def("load_file", &load_file, "path"_a, "triangulate"_a = "auto", "uv_set"_a = 0,
-             "keep"_a.none() = nb::none(), "up"_a = "");
+             "up"_a = "");
   module.def("with_material", &with_material, "mesh"_a, "of"_a);
   module.def("shaded", &shaded, "mesh"_a, "rule"_a);
-  module.def("load_bytes", &load_bytes, "data"_a, "name"_a);
+  module.def("load_bytes", &load_bytes, "data"_a, "name"_a, "up"_a = "", "with_nodes"_a = false);
 }
 
 }  // namespace kiln::python

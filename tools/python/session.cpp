@@ -302,7 +302,7 @@ class PyViewSession {
                          static_cast<float>(xyz.data()[2])};
     return work_.use([&](Work& work) {
       const ViewSession::Step step = with_parameter("direction", [&] {
-        // The view is added without progress: if it were cancelled, a part of the samples would keep it.
+        // No progress is reported, so that a view cannot be cancelled half-way, after some samples have used it.
         const nb::gil_scoped_release unlocked;
         return work.session.add(toward);
       });

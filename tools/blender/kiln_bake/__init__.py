@@ -6,19 +6,19 @@ from . import bake, cage
 
 CHOICES = {
     "mode": (
-        ("SELECTED", "Selected to Active", "The active object gets the maps of the other selected ones"),
-        ("NAME", "By Name", "x_low gets the maps of x_high and x_high_*, of the selected objects or of all"),
-        ("COLLECTIONS", "Collections", "One collection's objects get the maps of the other's"),
-        ("NEW", "New Low Poly", "A low poly with UVs is made of the selected objects"),
+        ("SELECTED", "Selected to Active", "The active object gets maps of the other selected objects"),
+        ("NAME", "By Name", "NAME_low gets maps of NAME_high and NAME_high_*, among the selected objects or all objects"),
+        ("COLLECTIONS", "Collections", "The objects of one collection get maps of the objects of another"),
+        ("NEW", "New Low Poly", "Makes a low poly with UVs from the selected objects"),
     ),
     "maps": (
         ("normal", "Normal", "In tangent space"),
         ("ao", "Occlusion", ""),
-        ("color", "Color", "Of the high poly's picture, else of its color attribute"),
+        ("color", "Color", "From the high poly's picture, else from its color attribute"),
         ("curvature", "Curvature", ""),
         ("height", "Height", "Distance between the surfaces, world units"),
         ("thickness", "Thickness", ""),
-        ("id", "ID", "A color an object"),
+        ("id", "ID", "One color per object"),
         ("position", "Position", ""),
         ("normal_object", "Object Normal", "In world space"),
     ),
@@ -39,31 +39,34 @@ class KilnSettings(bpy.types.PropertyGroup):
     low_collection: bpy.props.PointerProperty(name="Low", type=bpy.types.Collection)
     high_collection: bpy.props.PointerProperty(name="High", type=bpy.types.Collection)
     maps: choice("maps", "Maps", {"normal"}, options={"ENUM_FLAG"})
-    size: bpy.props.IntProperty(name="Size", default=2048, min=16, max=16384, description="Texels a side")
-    samples: bpy.props.IntProperty(name="Samples", default=1, min=1, max=16, description="N x N a texel")
-    ao_rays: bpy.props.IntProperty(name="Occlusion Rays", min=0, max=4096, description="A sample; 0: Kiln's default")
+    size: bpy.props.IntProperty(name="Size", default=2048, min=16, max=16384, description="Texels per side")
+    samples: bpy.props.IntProperty(name="Samples", default=1, min=1, max=16, description="N x N samples per texel")
+    ao_rays: bpy.props.IntProperty(name="Occlusion Rays", min=0, max=4096, description="Rays per sample; 0: Kiln's default")
     sets: choice("sets", "Texture Sets", "auto")
     match: choice("match", "Match", "ray")
     cage: bpy.props.FloatProperty(
-        name="Cage", min=0, subtype="DISTANCE", description="Rays start this far outside and run inward; 0: both ways"
+        name="Cage",
+        min=0,
+        subtype="DISTANCE",
+        description="Rays start at this distance outside and run inward; 0: rays run both ways from the surface",
     )
     show_cage: bpy.props.BoolProperty(name="Show Cage", update=lambda self, context: cage.toggle(self.show_cage))
     max_distance: bpy.props.FloatProperty(
-        name="Max Distance", min=0, subtype="DISTANCE", description="Of the search; 0: Kiln's default"
+        name="Max Distance", min=0, subtype="DISTANCE", description="Maximum distance of matches; 0: Kiln's default"
     )
     by_error: bpy.props.BoolProperty(
-        name="By Error", description="Match and size, and faces of a new low poly, are chosen"
+        name="By Error", description="Choose match, map size, and faces of a new low poly by the error"
     )
     max_error: bpy.props.FloatProperty(
         name="Max Error", default=1.5, min=0.01, max=90, description="Mean angle between rendered normals, degrees"
     )
-    faces: bpy.props.IntProperty(name="Faces", default=10_000, min=4, description="Of the new low poly")
-    flip_y: bpy.props.BoolProperty(name="Flip Green", description="As DirectX has it")
-    two_sided: bpy.props.BoolProperty(name="Two-Sided", description="Back faces of the high poly are hit, too")
+    faces: bpy.props.IntProperty(name="Faces", default=10_000, min=4, description="Triangles of the new low poly")
+    flip_y: bpy.props.BoolProperty(name="Flip Green", description="The green channel points down, as in DirectX")
+    two_sided: bpy.props.BoolProperty(name="Two-Sided", description="Rays hit back faces of the high poly, too")
     folder: bpy.props.StringProperty(
         name="Folder",
         subtype="DIR_PATH",
-        description="Where EXR files are written; without: images in this file, not yet saved",
+        description="Folder for EXR files; empty: images within this file, which are not saved yet",
     )
 
 

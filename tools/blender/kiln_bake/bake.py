@@ -55,8 +55,8 @@ def dense_low(context, settings):
     if low < DENSE or low <= high:
         return ""
     return (
-        f"The active object '{lows[0].name}' has {low:,} faces, those selected beside it {high:,}. "
-        "Is it the low poly? Else cancel, and make the light mesh active."
+        f"The active object '{lows[0].name}' has {low:,} faces, but the other selected objects have {high:,}. Is it "
+        "the low poly? If not, cancel, and make the light mesh active."
     )
 
 
@@ -68,7 +68,7 @@ class Bake:
         settings = context.scene.kiln_bake
         self.lows, highs = sides(context, settings)
         if not highs or not (self.lows or settings.mode == "NEW"):
-            raise kiln.Error("Nothing to bake: choose objects of a low poly and of a high poly, as the mode says.")
+            raise kiln.Error("Nothing to bake: select objects of a low poly and of a high poly, as the mode describes.")
         self.made, self.notes = settings.mode == "NEW", []
         self.name = (highs[0].name + "_low") if self.made else self.lows[0].name
         self.folder = bpy.path.abspath(settings.folder) if settings.folder else ""
@@ -76,7 +76,7 @@ class Bake:
             check_folder(self.folder)
         maps = sorted(settings.maps)
         if not maps:
-            raise kiln.Error("No map is chosen.")
+            raise kiln.Error("No map is chosen: choose one.")
         self.size, self.faces = settings.size, settings.faces
         self.max_error = settings.max_error if settings.by_error else None
         self.keywords = {
@@ -94,14 +94,14 @@ class Bake:
         self.high, materials = meshes.gather(context, highs, "high", colored="color" in maps)
         if "color" in maps and (picture := meshes.picture_of(materials)):
             if self.made and self.max_error is not None:
-                raise kiln.Error("A picture's colors are not planned by error: give Faces, or leave Color out.")
+                raise kiln.Error("Colors of pictures cannot be planned by error: turn By Error off, or leave Color out.")
             self.keywords["textures"] = {"color": picture}
         if not self.made:
             self.keywords["sets"] = settings.sets
             self.low, _ = meshes.gather(context, self.lows, self.name, tangents=True)
             self.notes = [
-                f"Apply the scale of '{item.name}' (Ctrl+A) and bake again: it is not the same along all axes, so tangent "
-                "space is not that of the world, which normals were baked in."
+                f"Apply the scale of '{item.name}' (Ctrl+A) and bake again: the scale differs between axes, so the "
+                "object's tangent space differs from that of the baked normals."
                 for item in self.lows
                 if "normal" in maps and meshes.is_stretched(item.matrix_world)
             ]
@@ -224,7 +224,7 @@ class KILN_OT_bake(bpy.types.Operator):
         try:
             messages = work.finish(context, bakes)
         except ReferenceError:
-            return self.failed(kiln.Error("The low poly was deleted meanwhile."))
+            return self.failed(kiln.Error("The low poly was deleted during the bake."))
         for message in messages:
             self.report({"WARNING"}, message)
         self.report({"INFO"}, f"Baked {', '.join(sorted({name for bake in bakes.values() for name in bake}))}")

@@ -25,7 +25,7 @@ def check_scale(objects, name):
     """Rejects objects with scale 0: they show nothing, and their matrix has no inverse, which normals need."""
     for item in objects:
         if item.type in SOLID and min(abs(size) for size in item.matrix_world.to_scale()) < 1e-12:
-            raise kiln.Error(f"{name}: '{item.name}' has a scale of 0: give it another, or choose without it.")
+            raise kiln.Error(f"{name}: '{item.name}' has a scale of 0: change the scale, or deselect the object.")
 
 
 def holders(objects):
@@ -77,7 +77,7 @@ class Gathered:
         if sizes.max() < 1e-12:
             return  # an instance with scale 0 shows nothing
         if sizes.min() < 1e-12:
-            raise kiln.Error(f"'{name}' shows an instance with a scale of 0 along an axis: give it another.")
+            raise kiln.Error(f"'{name}' has an instance with a scale of 0 along an axis: change that scale.")
         mesh = item.to_mesh()
         try:
             if mesh is not None and mesh.polygons:
@@ -195,7 +195,7 @@ def picture_of(materials):
         return None
     if len(images) > 1 or len(materials) > 1:
         raise kiln.Error(
-            "color: the high poly has several materials or pictures. Bake each by itself, or its vertex colours."
+            "color: the high poly has several materials or pictures: bake each separately, or bake vertex colours."
         )
     image = images.pop()
     pixels = np.empty(image.size[0] * image.size[1] * 4, np.float32)

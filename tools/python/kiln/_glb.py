@@ -12,7 +12,7 @@ from . import _core
 from ._bake import Bake, error_bound
 from ._core import Mesh
 from ._errors import Error, count_of, device_of, path_of, unknown_keyword, untold
-from ._meshes import as_mesh, kept_file, scene_data
+from ._meshes import as_mesh, scene_data
 from ._options import checked, json_of, plain
 from ._plan import screen_of
 from ._progress import callback_of
@@ -440,12 +440,13 @@ def to_glb(
             left_out |= {"normal"} - set(wanted)
     report = callback_of(progress)
     repairs = (weld, orient, fill_holes, drop_floaters, drop_hidden)
-    mesh, kept = None, None
+    mesh = None
     if repairs == (1e-5, True, True, True, True) and faces is None and colors is None:
-        options["high"], kept = _file_of(vertices)
-        options["up"] = up
-    if not options.get("high"):
-        options.pop("up", None)
+        if isinstance(vertices, (str, os.PathLike)):
+            options |= {"high": path_of(vertices, "vertices"), "up": up}
+        elif (data := _glb_bytes(vertices)) is not None:
+            mesh = _core.load_bytes(data, "mesh.glb", up or "", True)
+    if mesh is None and "high" not in options:
         high = as_mesh(vertices, "vertices", up) if faces is None else Mesh(vertices, faces, colors=colors, up=up or "y")
         if faces is None and colors is not None:
             high = Mesh(high.vertices, high.faces, colors=colors, name=high.name)
@@ -469,7 +470,6 @@ def to_glb(
     with untold("low-heavy" if faces_target is None else None):
         function = None if sample is None else call
         data, low, core = _core.run_glb(json_of(options), mesh, left_out, function, report)
-    del kept
     baked = None if core is None else Bake(core, keywords)
     strength = 1.0
     if baked is not None:
@@ -488,16 +488,11 @@ def _maps_of(maps: Sequence[str] | None, samples: bool) -> tuple[list[str] | Non
     return wanted, set() if wanted else {"normal"}
 
 
-def _file_of(given: Any) -> tuple[str | None, object]:
-    """Returns the file of a high poly, and an object that keeps a temporary file alive; None for a mesh in memory."""
-    data = scene_data(given)
-    if data is not None:
-        return kept_file(data)
-    if isinstance(given, (str, os.PathLike)):
-        return path_of(given, "vertices"), None
-    if isinstance(given, (bytes, bytearray, memoryview)) and bytes(given[:4]) == b"glTF":
-        return kept_file(bytes(given))
-    return None, None
+def _glb_bytes(given: Any) -> bytes | None:
+    """Returns the bytes of a high poly that is given as a GLB in memory, else None."""
+    if isinstance(given, (bytes, bytearray, memoryview)):
+        return bytes(given) if bytes(given[:4]) == b"glTF" else None
+    return scene_data(given)
 
 
 def _text_of(given: Any, parameter: str) -> str:

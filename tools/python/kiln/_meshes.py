@@ -21,7 +21,7 @@ def load(
 
     Raises kiln.Error for a file that cannot be used.
     """
-    return _core.load_file(path_of(path), triangulate, uv_set, None, up or "")
+    return _core.load_file(path_of(path), triangulate, uv_set, up or "")
 
 
 def as_mesh(given: Any, parameter: str = "mesh", up: str | None = None) -> Mesh:
@@ -42,15 +42,10 @@ def as_mesh(given: Any, parameter: str = "mesh", up: str | None = None) -> Mesh:
     if isinstance(given, (str, os.PathLike)):
         return load(given, up=up)
     if (scene := scene_data(given)) is not None:
-        return _of_glb(scene)
+        return _core.load_bytes(scene, "mesh.glb")
     if isinstance(given, (bytes, bytearray, memoryview)):
         data = bytes(given)
-        if data[:4] == b"glTF":
-            return _of_glb(data)
-        if up is not None:
-            file, kept = kept_file(data, _extension(data))
-            return _core.load_file(file, "auto", 0, kept, up)
-        return _core.load_bytes(data, "mesh" + _extension(data))
+        return _core.load_bytes(data, "mesh" + _extension(data), up or "")
     if isinstance(given, (tuple, list)) and len(given) == 2:
         return Mesh(given[0], given[1], up=up or "y")
     if isinstance(getattr(given, "mesh", None), Mesh):  # a kiln.Glb
@@ -75,12 +70,6 @@ def as_high(given: Any, high_normals: str | float = "auto", parameter: str = "hi
     return _core.shaded(as_mesh(given, parameter), str(high_normals))
 
 
-def _of_glb(data: bytes) -> Mesh:
-    """Reads a mesh from bytes by a temporary file. The file exists as long as the mesh, since bakes read its textures."""
-    file, kept = kept_file(data)
-    return _core.load_file(file, "auto", 0, kept)
-
-
 def scene_data(given: Any) -> bytes | None:
     """Returns the GLB of a trimesh.Scene, with its hierarchy and materials. None if the object is no scene, or if it
     has vertex colours, which trimesh does not write as glTF defines them."""
@@ -95,26 +84,10 @@ def scene_data(given: Any) -> bytes | None:
     return data
 
 
-def kept_file(data: bytes, extension: str = ".glb") -> tuple[str, object]:
-    """Writes bytes to a temporary file. Returns the file, and an object that keeps it alive."""
-    import shutil
-    import tempfile
-    import weakref
-
-    folder = tempfile.mkdtemp()
-    kept = _Kept()
-    weakref.finalize(kept, shutil.rmtree, folder, ignore_errors=True)
-    file = os.path.join(folder, "mesh" + extension)
-    with open(file, "wb") as out:
-        out.write(data)
-    return file, kept
-
-
-class _Kept:
-    """An object to which a mesh refers, so that a function runs when the mesh is freed."""
-
-
 def _extension(data: bytes) -> str:
+    """The extension of the format that a file's first bytes show."""
+    if data[:4] == b"glTF":
+        return ".glb"
     if data[:3] == b"ply":
         return ".ply"
     if data[:3] in (b"OFF", b"NOF", b"COF", b"STO"):
@@ -186,7 +159,7 @@ def _with_material(mesh: Mesh, material: Any, visual: Any) -> Mesh:
             beside = getattr(visual, "vertex_attributes", {}).get("color")
             if beside is not None and (beside != beside.dtype.type(1 if beside.dtype.kind == "f" else 255)).any():
                 warn("colors-left-out", "The mesh has vertex colours in addition to its material, which are not read.", 1)
-            return _core.with_material(mesh, _of_glb(data))
+            return _core.with_material(mesh, _core.load_bytes(data, "mesh.glb"))
     warn(
         "material-left-out",
         "The mesh's material is not read, only its shape and UVs: pass mesh.export(file_type='glb', "

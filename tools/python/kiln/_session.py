@@ -165,11 +165,11 @@ class ViewSession:
     """
 
     class Step(NamedTuple):
-        """The improvement by one view."""
+        """How many samples one view has improved."""
 
-        samples: int  #: of the low poly
-        decided: int  #: by any view so far
-        changed: int  #: samples that this view decided first, or better
+        samples: int  #: samples of the low poly
+        decided: int  #: samples with a point from any view so far
+        changed: int  #: samples whose point this view found first or improved
 
     def __init__(
         self,

@@ -1,0 +1,74 @@
+// Axis-aligned bounding boxes.
+#pragma once
+
+#include <algorithm>
+#include <limits>
+#include <type_traits>
+
+#include "mesh/vector.h"
+
+namespace kiln {
+
+/// The bounding box of the points that were added; empty at first. Points must not be NaN.
+/// \tparam Vector  Vec3, or GLM's vectors of two or three numbers
+template <typename Vector>
+struct Box {
+  using Number = std::remove_cvref_t<decltype(Vector().x)>;
+
+  Vector low = filled(std::numeric_limits<Number>::max());
+  Vector high = filled(std::numeric_limits<Number>::lowest());
+
+  void add(const Vector& p) {
+    low = each(low, p, [](Number a, Number b) { return std::min(a, b); });
+    high = each(high, p, [](Number a, Number b) { return std::max(a, b); });
+  }
+  void join(const Box& other) {
+    low = each(low, other.low, [](Number a, Number b) { return std::min(a, b); });
+    high = each(high, other.high, [](Number a, Number b) { return std::max(a, b); });
+  }
+
+  bool is_empty() const { return !(low.x <= high.x); }
+  bool contains(const Box& other) const {
+    return are_ordered(low, other.low) && are_ordered(other.high, high);
+  }
+  bool contains(const Vector& p) const { return are_ordered(low, p) && are_ordered(p, high); }
+  /// True if the boxes have a point in common.
+  bool overlaps(const Box& other) const {
+    return are_ordered(low, other.high) && are_ordered(other.low, high);
+  }
+  /// The zero vector if the box is empty.
+  auto center() const { return (to_double(low) + to_double(high)) * 0.5; }
+  /// Negative if the box is empty.
+  auto size() const { return to_double(high) - to_double(low); }
+  /// 0 if the box is empty.
+  double diagonal() const { return is_empty() ? 0 : length(size()); }
+
+ private:
+  static constexpr bool kIsFlat = !requires(Vector v) { v.z; };
+
+  static Vector filled(Number value) {
+    if constexpr (kIsFlat) {
+      return {value, value};
+    } else {
+      return {value, value, value};
+    }
+  }
+  template <typename Function>
+  static Vector each(const Vector& a, const Vector& b, const Function& function) {
+    if constexpr (kIsFlat) {
+      return {function(a.x, b.x), function(a.y, b.y)};
+    } else {
+      return {function(a.x, b.x), function(a.y, b.y), function(a.z, b.z)};
+    }
+  }
+  /// True if no number of `a` is above that of `b`.
+  static bool are_ordered(const Vector& a, const Vector& b) {
+    if constexpr (kIsFlat) {
+      return a.x <= b.x && a.y <= b.y;
+    } else {
+      return a.x <= b.x && a.y <= b.y && a.z <= b.z;
+    }
+  }
+};
+
+}  // namespace kiln
