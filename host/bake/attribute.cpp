@@ -82,8 +82,8 @@ class Resolver {
     const std::array<double, 3> weights = {1 - u - v, u, v};
     const Triangle& corners = high_.triangles[match_.triangle[i]];
     for (std::size_t k = 0; k < 3; ++k) {
-      const float* at = &values_[std::size_t{corners[k]} * channels_];
-      for (std::uint32_t c = 0; c < channels_; ++c) sum[c] += weights[k] * double{at[c]};
+      const float* corner_values = &values_[std::size_t{corners[k]} * channels_];
+      for (std::uint32_t c = 0; c < channels_; ++c) sum[c] += weights[k] * double{corner_values[c]};
     }
   }
 

@@ -108,12 +108,12 @@ CopyCheck::CopyCheck(const MatchRequest& request, const BakeOptions& options, Ma
 
 /// The point with the same UV on the triangle that is baked for a copy.
 std::optional<CopyCheck::Place> CopyCheck::baked_at(const Place& place) const {
-  UvPosition at = uv_of(surface_, place);
-  for (std::size_t axis = 0; axis < 2; ++axis) at[axis] -= uv_places_[place.triangle].offset[axis];
+  UvPosition uv = uv_of(surface_, place);
+  for (std::size_t axis = 0; axis < 2; ++axis) uv[axis] -= uv_places_[place.triangle].offset[axis];
   std::uint32_t triangle = surface_.copy_of[place.triangle];
-  if (!uv_places_[triangle].holds(at)) {
-    const bool found = baked_.any_at(at, [&](std::uint32_t other) {
-      if (!uv_places_[other].holds(at)) return false;
+  if (!uv_places_[triangle].holds(uv)) {
+    const bool found = baked_.any_at(uv, [&](std::uint32_t other) {
+      if (!uv_places_[other].holds(uv)) return false;
       triangle = other;
       return true;
     });
@@ -121,8 +121,8 @@ std::optional<CopyCheck::Place> CopyCheck::baked_at(const Place& place) const {
   }
   const auto& [a, b, c] = uv_places_[triangle].uv;
   const double area = uv_places_[triangle].area;
-  const double u = ((at[0] - a[0]) * (c[1] - a[1]) - (at[1] - a[1]) * (c[0] - a[0])) / area;
-  const double v = ((b[0] - a[0]) * (at[1] - a[1]) - (b[1] - a[1]) * (at[0] - a[0])) / area;
+  const double u = ((uv[0] - a[0]) * (c[1] - a[1]) - (uv[1] - a[1]) * (c[0] - a[0])) / area;
+  const double v = ((b[0] - a[0]) * (uv[1] - a[1]) - (b[1] - a[1]) * (uv[0] - a[0])) / area;
   return Place{triangle, static_cast<float>(u), static_cast<float>(v)};
 }
 
@@ -228,16 +228,16 @@ double CopyCheck::check_copies(const Mesh& low, std::vector<Warning>& warnings) 
   if (!(area > 0)) return 0;
   std::vector<Place> places;
   for (std::uint32_t i = 0; i < kPlacesOfCopies; ++i) {
-    const auto at = std::upper_bound(cumulative_area.begin(), cumulative_area.end(),
-                                     area * (i + 0.5) / kPlacesOfCopies);
+    const auto area_end = std::upper_bound(cumulative_area.begin(), cumulative_area.end(),
+                                           area * (i + 0.5) / kPlacesOfCopies);
     const auto spread = [&](double step) { return i * step - std::floor(i * step); };
     double u = spread(0.7548776662466927), v = spread(0.5698402909980532);
     if (u + v > 1) {
       u = 1 - u;
       v = 1 - v;
     }
-    const auto copy = std::min<std::size_t>(static_cast<std::size_t>(at - cumulative_area.begin()),
-                                            copies.size() - 1);
+    const auto copy = std::min<std::size_t>(
+        static_cast<std::size_t>(area_end - cumulative_area.begin()), copies.size() - 1);
     places.push_back({copies[copy], static_cast<float>(u), static_cast<float>(v)});
   }
   const std::vector<Finding> findings = find(places);

@@ -139,7 +139,7 @@ std::uint64_t FallbackBlend::run(cl::Context& context, const TexelBand& band, Ma
   band.texel_index.read(context, index);
   band.texel_first.read(context, first);
   const std::span<const Decider> deciders = matcher.deciders();
-  std::vector<float> shares(band.sample_count, 1.0F);
+  std::vector<float> ray_shares(band.sample_count, 1.0F);
   std::vector<std::uint32_t> chosen;
   const std::size_t offset = std::size_t{band.first_row} * width_;
   for (std::size_t t = 0; t < index.size(); ++t) {
@@ -147,7 +147,7 @@ std::uint64_t FallbackBlend::run(cl::Context& context, const TexelBand& band, Ma
     if (match_share == 1) continue;
     for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
       if (deciders[s] != Decider::method) continue;
-      shares[s] = match_share;
+      ray_shares[s] = match_share;
       chosen.push_back(s);
     }
   }
@@ -159,7 +159,7 @@ std::uint64_t FallbackBlend::run(cl::Context& context, const TexelBand& band, Ma
   }
   context.fill(other_.triangle, std::uint32_t{KILN_NO_TRIANGLE});
   SamplePick(context, chosen).put_back(found_, other_);
-  const cl::Array<float> device_shares(context, std::span<const float>(shares));
+  const cl::Array<float> device_shares(context, std::span<const float>(ray_shares));
   make(other_, device_shares);
   context.finish();
 

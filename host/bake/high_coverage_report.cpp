@@ -58,7 +58,7 @@ Message advice(const BakeOptions& options) {
 
 HighCoverageReport HighCoverage::report(const Frame& frame) const {
   HighCoverageReport result;
-  double total = 0, lost = 0, by_copies = 0;
+  double total = 0, lost_weight = 0, by_copies = 0;
   std::vector<Vec3d> places;
   std::vector<double> weight;
   for (std::size_t i = 0; i < places_.size(); ++i) {
@@ -66,14 +66,14 @@ HighCoverageReport HighCoverage::report(const Frame& frame) const {
     ++result.places;
     total += double{visibility_[i]};
     if (covered_[i] != 0) continue;
-    lost += double{visibility_[i]};
+    lost_weight += double{visibility_[i]};
     if (by_copies_[i] != 0) by_copies += double{visibility_[i]};
     places.push_back(to_double(places_[i].position));
     weight.push_back(double{visibility_[i]});
   }
   result.weight = total;
   if (places.empty()) return result;
-  result.lost = lost / total;
+  result.lost = lost_weight / total;
   result.by_copies = by_copies / total;
   const std::vector<std::uint32_t> part = parts_of(places, kLinkDistance * spacing_);
   std::vector<double> size(places.size());

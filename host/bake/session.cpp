@@ -180,8 +180,8 @@ void BakeSession::set_positions(std::uint32_t first, std::span<const Vec3> posit
     const double p[3] = {positions[i].x, positions[i].y, positions[i].z};
     for (std::size_t k = 0; k < 3; ++k) {
       // Positions within the bounds have coordinates up to 0.5; kernels require at most about 1.
-      const double place = (p[k] + (mesh.origin[k] - frame.center[k])) * frame.scale;
-      if (std::abs(place) <= 1) continue;
+      const double coordinate = (p[k] + (mesh.origin[k] - frame.center[k])) * frame.scale;
+      if (std::abs(coordinate) <= 1) continue;
       throw Error(ErrorCode::usage,
                   "The position of vertex " + std::to_string(first + i) +
                       " is not finite, or too far outside the session's bounds: create the session "

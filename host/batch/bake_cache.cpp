@@ -36,12 +36,12 @@ constexpr const char* kMissingFile = "none";  // Identity of a file that cannot 
 std::string state_of(const fs::path& path, bool& proves_unchanged) {
   const std::optional<os::FileFacts> facts = os::facts_of(path);
   if (!facts || !facts->is_regular) return {};
-  const auto now = std::chrono::duration_cast<std::chrono::nanoseconds>(
-                       std::chrono::system_clock::now().time_since_epoch())
-                       .count();
+  const auto current_time = std::chrono::duration_cast<std::chrono::nanoseconds>(
+                                std::chrono::system_clock::now().time_since_epoch())
+                                .count();
   // A file that has just changed, or whose time is in the future, may change again without a new time.
   const std::int64_t last = std::max(facts->modified_ns, facts->changed_ns);
-  proves_unchanged = facts->changed_ns != 0 && now - last > kCoarsest;
+  proves_unchanged = facts->changed_ns != 0 && current_time - last > kCoarsest;
   return std::to_string(facts->bytes) + ":" + std::to_string(facts->modified_ns) + ":" +
          std::to_string(facts->changed_ns) + ":" + std::to_string(facts->id.device) + ":" +
          std::to_string(facts->id.file);
@@ -93,7 +93,7 @@ std::string BakeCache::relative(const fs::path& path) const {
   return file.starts_with(base) ? file.substr(base.size()) : file;
 }
 
-fs::path BakeCache::whole(const std::string& path) const { return folder_ / path; }
+fs::path BakeCache::absolute_path(const std::string& path) const { return folder_ / path; }
 
 std::string BakeCache::identify(const fs::path& path) {
   return file_hash(path).value_or(kMissingFile);
@@ -233,7 +233,7 @@ std::string BakeCache::hash_now(const std::string& path) {
 
 bool BakeCache::is_same(const std::string& path, File& file, bool& renewed, bool output) {
   bool proves_unchanged = false;
-  const std::string name = whole(path).string();
+  const std::string name = absolute_path(path).string();
   const std::string state = state_of(name, proves_unchanged);
   if (state.empty()) return file.hash == kMissingFile;
   if (!file.state.empty() && file.state == state) return true;
@@ -249,14 +249,14 @@ std::string BakeCache::why_changed(Record& record, bool& renewed) {
   for (auto& [path, file] : record.inputs) {
     if (is_same(path, file, renewed, false)) continue;
     std::error_code error;
-    return path + (fs::exists(whole(path), error) ? " changed" : " is gone");
+    return path + (fs::exists(absolute_path(path), error) ? " changed" : " is gone");
   }
   for (const std::string& path : record.absent) {
     std::error_code error;
-    if (fs::is_regular_file(whole(path), error)) return path + " is new";
+    if (fs::is_regular_file(absolute_path(path), error)) return path + " is new";
   }
   for (const auto& [of, answer] : record.answers) {
-    if (current_answer(whole(of.first), of.second) != answer) {
+    if (current_answer(absolute_path(of.first), of.second) != answer) {
       return of.first + " has other files (" + of.second + ")";
     }
   }
@@ -266,7 +266,7 @@ std::string BakeCache::why_changed(Record& record, bool& renewed) {
 std::string BakeCache::why_outputs_changed(Record& record, bool& renewed) {
   for (auto& [path, file] : record.outputs) {
     std::error_code error;
-    if (!fs::exists(whole(path), error)) return path + " is gone";
+    if (!fs::exists(absolute_path(path), error)) return path + " is gone";
     if (!is_same(path, file, renewed, true)) return path + " changed after it was written";
   }
   return {};
@@ -357,7 +357,7 @@ CacheDecision BakeCache::decide(const BatchAsset& asset) {
         decision.warnings = record->warnings;
         decision.missed = record->missed;
         for (const std::string& file : record->files)
-          decision.files.push_back(whole(file).string());
+          decision.files.push_back(absolute_path(file).string());
         if (renewed) save(asset, *record);
         return decision;
       }
@@ -427,8 +427,8 @@ std::string BakeCache::keep(const BatchAsset& asset, const InputLog::Inputs& inp
         list["answers"].push_back(Json::array({of.first, of.second, answer}));
       lists.push_back(list.with_texts(escape_bytes));
       if (const auto former_lists = store_->get("lists/" + record.key)) {
-        const Json others = Json::parse(*former_lists);
-        for (const Json& other : others.elements()) {
+        const Json other_lists = Json::parse(*former_lists);
+        for (const Json& other : other_lists.elements()) {
           if (lists.size() < kMaxLists && other.at("entry").text() != record.entry)
             lists.push_back(other);
         }
@@ -456,7 +456,7 @@ void BakeCache::note_outputs(const BatchAsset& asset, bool read) {
     kept_.erase(kept_record);
   }
   for (auto& [path, file] : record.outputs) {
-    if (read) file.hash = identify(whole(path));
+    if (read) file.hash = identify(absolute_path(path));
   }
   save(asset, record);
 }
@@ -489,7 +489,7 @@ bool BakeCache::restore(const BatchAsset& asset, CacheDecision& decision) {
   for (const Json& file : head.at("files").elements()) {
     const std::string path = unescape_bytes(file.at("path").text());
     const auto bytes = static_cast<std::size_t>(file.at("bytes").number());
-    const fs::path name = whole(path).lexically_normal();
+    const fs::path name = absolute_path(path).lexically_normal();
     // A shared cache is untrusted: only the asset's own outputs may be written from it.
     if (!is_ours(name) || bytes > entry->size() - file_offset) return false;
     files.emplace_back(name, std::string_view(*entry).substr(file_offset, bytes));
@@ -512,7 +512,7 @@ bool BakeCache::restore(const BatchAsset& asset, CacheDecision& decision) {
   decision.missed = head.at("missed").number();
   for (const Json& path : head.at("outputs").elements()) {
     record.files.push_back(unescape_bytes(path.text()));
-    decision.files.push_back(whole(record.files.back()).string());
+    decision.files.push_back(absolute_path(record.files.back()).string());
   }
   // The new record gets the list of dependencies that led to the entry.
   record.options = options_of(asset);
@@ -569,7 +569,7 @@ void BakeCache::put_derived_data(const std::string& key, std::string_view text) 
 std::vector<std::string> BakeCache::inputs_of(const BatchAsset& asset) {
   std::vector<std::string> inputs;
   if (const std::optional<Record> record = load(asset)) {
-    for (const auto& [path, file] : record->inputs) inputs.push_back(whole(path).string());
+    for (const auto& [path, file] : record->inputs) inputs.push_back(absolute_path(path).string());
   }
   return inputs;
 }

@@ -103,7 +103,7 @@ class BakeCache {
   };
 
   std::string relative(const std::filesystem::path& path) const;
-  std::filesystem::path whole(const std::string& path) const;
+  std::filesystem::path absolute_path(const std::string& path) const;
   Json options_of(const BatchAsset& asset) const;
   std::string key_of(const Json& options) const;
   std::filesystem::path record_path(const BatchAsset& asset) const;

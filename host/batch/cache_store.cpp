@@ -74,17 +74,17 @@ void FolderStore::prune(std::uint64_t max_bytes) {
   std::vector<std::tuple<fs::file_time_type, std::uintmax_t, fs::path>> entries;
   std::uint64_t bytes = 0;
   std::error_code error;
-  const auto now = fs::file_time_type::clock::now();
-  fs::recursive_directory_iterator at(folder_ / "entries", error);
-  for (; !error && at != fs::recursive_directory_iterator(); at.increment(error)) {
+  const auto current_time = fs::file_time_type::clock::now();
+  fs::recursive_directory_iterator entry(folder_ / "entries", error);
+  for (; !error && entry != fs::recursive_directory_iterator(); entry.increment(error)) {
     std::error_code ignored_error;
-    if (!at->is_regular_file(ignored_error)) continue;
-    const auto time = at->last_write_time(ignored_error);
-    const std::uintmax_t size = at->file_size(ignored_error);
+    if (!entry->is_regular_file(ignored_error)) continue;
+    const auto time = entry->last_write_time(ignored_error);
+    const std::uintmax_t size = entry->file_size(ignored_error);
     if (ignored_error) continue;
-    const bool unfinished = at->path().filename().string().find(".tmp-") != std::string::npos;
-    if (unfinished && now - time < kLeftoverAge) continue;
-    entries.emplace_back(unfinished ? fs::file_time_type::min() : time, size, at->path());
+    const bool unfinished = entry->path().filename().string().find(".tmp-") != std::string::npos;
+    if (unfinished && current_time - time < kLeftoverAge) continue;
+    entries.emplace_back(unfinished ? fs::file_time_type::min() : time, size, entry->path());
     bytes += size;
   }
   std::sort(entries.begin(), entries.end());

@@ -35,9 +35,9 @@ const MapInfo* map_of(const fs::path& file) {
   for (const MapInfo& map : maps()) {
     const std::string name(map.kind.name);
     // A UDIM tile's number follows the map's name: "low_normal.1001".
-    const std::size_t at = stem.rfind("_" + name);
-    if (at == std::string::npos) continue;
-    const std::size_t end = at + 1 + name.size();
+    const std::size_t suffix_start = stem.rfind("_" + name);
+    if (suffix_start == std::string::npos) continue;
+    const std::size_t end = suffix_start + 1 + name.size();
     if (end != stem.size() && stem[end] != '.') continue;
     if (found == nullptr || name.size() > found->kind.name.size()) found = &map;
   }
@@ -132,7 +132,7 @@ std::optional<Image> mask_of(const AssetResult& result, const fs::path& output) 
   return std::nullopt;
 }
 
-fs::path whole(const fs::path& path) {
+fs::path absolute_path(const fs::path& path) {
   return fs::absolute(path.empty() ? fs::path(".") : path).lexically_normal();
 }
 
@@ -146,7 +146,7 @@ bool is_map_file(const fs::path& path) {
 
 fs::path golden_of(const JobFile& file, const std::string& output) {
   const fs::path relative_path =
-      whole(output).lexically_relative(whole(file.folder / "x").parent_path());
+      absolute_path(output).lexically_relative(absolute_path(file.folder / "x").parent_path());
   return file.folder / file.check.golden / relative_path;
 }
 
@@ -195,7 +195,7 @@ std::vector<std::string> golden_without_outputs(const JobFile& file,
   std::set<fs::path> expected, folders;
   for (const AssetResult& result : results) {
     for (const std::string& output : result.files) {
-      const fs::path golden = whole(golden_of(file, output));
+      const fs::path golden = absolute_path(golden_of(file, output));
       expected.insert(golden);
       folders.insert(golden.parent_path());
     }
@@ -203,11 +203,12 @@ std::vector<std::string> golden_without_outputs(const JobFile& file,
   std::vector<std::string> missing;
   for (const fs::path& folder : folders) {
     std::error_code error;
-    for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
-      const fs::path path = whole(at->path());
+    for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+         entry.increment(error)) {
+      const fs::path path = absolute_path(entry->path());
       const bool hidden = path.filename().string().starts_with('.');
       std::error_code ignored_error;
-      if (!hidden && at->is_regular_file(ignored_error) && expected.count(path) == 0)
+      if (!hidden && entry->is_regular_file(ignored_error) && expected.count(path) == 0)
         missing.push_back(path.string());
     }
   }

@@ -289,16 +289,17 @@ const FileLister::Folder& FileLister::list_folder(const std::string& path) {
   const fs::path folder = path.empty() ? base_ : base_ / path;
   std::error_code error;
   if (!fs::exists(folder, error)) return entry->second;
-  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
+  for (fs::directory_iterator item(folder, error), end; !error && item != end;
+       item.increment(error)) {
     refuse_if(++entries_ > kMaxEntries, "'" + folder.string() + "': more than " +
                                             std::to_string(kMaxEntries) +
                                             " files and folders lie below the patterns: start the "
                                             "patterns with a more specific folder.");
     std::error_code ignored_error;
-    const std::string name = at->path().filename().string();
-    if (at->is_directory(ignored_error)) {
+    const std::string name = item->path().filename().string();
+    if (item->is_directory(ignored_error)) {
       entry->second.folders.push_back(name);
-    } else if (at->is_regular_file(ignored_error)) {
+    } else if (item->is_regular_file(ignored_error)) {
       entry->second.files.push_back(name);
     }
   }
@@ -314,8 +315,8 @@ const FileLister::Folder& FileLister::list_folder(const std::string& path) {
 
 const std::vector<std::string>& FileLister::files_of(const std::string& folder) {
   std::error_code error;
-  static const std::vector<std::string> none;
-  if (!fs::is_directory(base_ / folder, error)) return none;
+  static const std::vector<std::string> no_names;
+  if (!fs::is_directory(base_ / folder, error)) return no_names;
   return list_folder(folder).files;
 }
 

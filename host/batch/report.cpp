@@ -92,10 +92,10 @@ class Comparison {
   void compare_maps(const Json& former, const Json& now) {
     // Reports that were not embedded in a page contain no maps.
     if (!former.is_array() || !now.is_array()) return;
-    const auto before = by_text(former, "name"), after = by_text(now, "name");
-    for (const auto& [name, map] : after) {
-      const auto old = before.find(name);
-      if (old == before.end()) {
+    const auto former_maps = by_text(former, "name"), current_maps = by_text(now, "name");
+    for (const auto& [name, map] : current_maps) {
+      const auto old = former_maps.find(name);
+      if (old == former_maps.end()) {
         add_change(0, name + " is new");
       } else if (size_text(*old->second) != size_text(*map)) {
         add_change(ChangeWeights::kPixels,
@@ -104,18 +104,19 @@ class Comparison {
         add_change(ChangeWeights::kPixels, name + " has other pixels");
       }
     }
-    for (const auto& [name, map] : before) {
-      if (after.count(name) == 0) add_change(ChangeWeights::kPixels, name + " is gone");
+    for (const auto& [name, map] : former_maps) {
+      if (current_maps.count(name) == 0) add_change(ChangeWeights::kPixels, name + " is gone");
     }
   }
 
   void compare_warnings(const Json& former, const Json& now) {
-    const auto before = by_text(former, "code"), after = by_text(now, "code");
-    for (const auto& [code, warning] : after) {
-      if (before.count(code) == 0) add_change(ChangeWeights::kWarning, "it warns now: " + code);
+    const auto former_warnings = by_text(former, "code"), current_warnings = by_text(now, "code");
+    for (const auto& [code, warning] : current_warnings) {
+      if (former_warnings.count(code) == 0)
+        add_change(ChangeWeights::kWarning, "it warns now: " + code);
     }
-    for (const auto& [code, warning] : before) {
-      if (after.count(code) == 0)
+    for (const auto& [code, warning] : former_warnings) {
+      if (current_warnings.count(code) == 0)
         add_change(-ChangeWeights::kWarning, "a warning is gone: " + code);
     }
   }
@@ -368,12 +369,12 @@ void add_baseline(Json& report, const Json& former) {
     }
     assets.push_back(std::move(asset));
   }
-  Json gone = Json::array();
+  Json removed = Json::array();
   for (const auto& [name, asset] : former_assets) {
-    if (current_names.count(name) == 0) gone.push_back(name);
+    if (current_names.count(name) == 0) removed.push_back(name);
   }
   report["assets"] = std::move(assets);
-  report["gone"] = std::move(gone);
+  report["gone"] = std::move(removed);
 }
 
 std::string base64(std::string_view bytes) {

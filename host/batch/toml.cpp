@@ -158,8 +158,8 @@ TomlValue parse_toml(std::string_view text, const std::string& file) {
   try {
     return value_of(toml::parse(text, std::string_view(file)));
   } catch (const toml::parse_error& error) {
-    const toml::source_position at = error.source().begin;
-    fail_at(file, at.line, at.column,
+    const toml::source_position position = error.source().begin;
+    fail_at(file, position.line, position.column,
             "this is not valid TOML: " + std::string(error.description()) + ".");
   }
 }

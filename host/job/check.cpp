@@ -42,8 +42,8 @@ void resolve_asset_output(Job& a) {
   // The prefix makes a name such as ".glb", which is only an extension, count as an asset. A trailing slash means a
   // folder.
   const std::string ending = lower_extension("x" + out.filename().string());
-  std::error_code none;
-  const bool is_folder = std::filesystem::is_directory(out, none);
+  std::error_code ignored;
+  const bool is_folder = std::filesystem::is_directory(out, ignored);
   if (ending != ".glb" && ending != ".gltf" && ending != ".obj") {
     if (is_folder) return;
     // A name with an extension of another file format is a mistake: a folder of that name is hardly ever meant.
@@ -629,9 +629,9 @@ void check_pairs(const Job& job) {
     refuse_if(!row.needs.empty() && !job.given.contains(row.needs),
               option_of(row.flag) + " needs " + row.needs + ": add it, or leave " +
                   option_of(row.flag) + " out");
-    for (const std::string& other : job.given) {
-      refuse_if((" " + row.excludes + " ").find(" " + other + " ") != std::string::npos,
-                option_of(row.flag) + " and " + option_of(other) +
+    for (const std::string& other_flag : job.given) {
+      refuse_if((" " + row.excludes + " ").find(" " + other_flag + " ") != std::string::npos,
+                option_of(row.flag) + " and " + option_of(other_flag) +
                     " exclude each other: leave one of them out");
     }
   }

@@ -56,12 +56,13 @@ std::string swapped_axes(const std::array<double, 3>& high, const std::array<dou
 /// \param check_position  true: a displacement counts as a difference, too
 Message explain_bounds_mismatch(const Mesh& high, const Mesh& low, bool check_position) {
   const auto box_of = [](const Mesh& mesh) {
-    const Bounds own = Bounds::of(mesh);
+    const Bounds bounds = Bounds::of(mesh);
     Box<Vec3d> box;
     for (int k = 0; k < 3; ++k) {
-      box.low[k] = mesh.origin[static_cast<std::size_t>(k)] + own.low[static_cast<std::size_t>(k)];
+      box.low[k] =
+          mesh.origin[static_cast<std::size_t>(k)] + bounds.low[static_cast<std::size_t>(k)];
       box.high[k] =
-          mesh.origin[static_cast<std::size_t>(k)] + own.high[static_cast<std::size_t>(k)];
+          mesh.origin[static_cast<std::size_t>(k)] + bounds.high[static_cast<std::size_t>(k)];
     }
     return box;
   };

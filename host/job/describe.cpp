@@ -44,9 +44,10 @@ Json describe(const std::vector<Warning>& warnings) {
 }
 
 Json describe(const NormalError& error) {
-  Json above = Json::object();
+  Json above_8bit = Json::object();
   for (std::size_t i = 0; i < error.above_8bit.size(); ++i) {
-    above[std::to_string(static_cast<int>(NormalError::kThresholds8Bit[i]))] = error.above_8bit[i];
+    above_8bit[std::to_string(static_cast<int>(NormalError::kThresholds8Bit[i]))] =
+        error.above_8bit[i];
   }
   return {{"mean_angle_degrees", error.mean_degrees},
           {"rms_angle_degrees", error.rms_degrees},
@@ -55,7 +56,7 @@ Json describe(const NormalError& error) {
           {"p99_angle_degrees", error.p99_degrees},
           {"max_angle_degrees", error.max_degrees},
           {"mean_8bit_difference", error.mean_8bit},
-          {"share_above_8bit_difference", above},
+          {"share_above_8bit_difference", above_8bit},
           {"pixels", error.pixels},
           {"one_sided_pixels", error.one_sided}};
 }

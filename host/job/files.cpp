@@ -189,8 +189,8 @@ fs::path recorded_source(const fs::path& folder, const std::string& stem) {
 /// The first map in a folder by name, of any format or UDIM tile; empty if there is none.
 fs::path map_of(const fs::path& folder, const std::string& stem) {
   std::string first;
-  std::error_code none;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, none)) {
+  std::error_code ignored;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
     const std::string name = entry.path().filename().string();
     const bool is_map = std::any_of(maps().begin(), maps().end(), [&](const MapInfo& map) {
       return name.starts_with(stem + "_" + std::string(map.kind.name) + ".");
@@ -204,9 +204,9 @@ fs::path map_of(const fs::path& folder, const std::string& stem) {
 
 void check_low_record(const fs::path& folder, const std::string& stem, const fs::path& source) {
   const fs::path recorded = recorded_source(folder, stem);
-  std::error_code none;
+  std::error_code ignored;
   // The recorded mesh may have been renamed, so a missing one is no conflict.
-  if (recorded.empty() || !fs::exists(recorded, none)) return;
+  if (recorded.empty() || !fs::exists(recorded, ignored)) return;
   // The maps may belong to the low poly that Kiln wrote into the same folder.
   const fs::path written_mesh = folder / (stem + ".obj");
   if (is_one_file(recorded, source) || is_one_file(recorded, written_mesh) ||

@@ -179,13 +179,13 @@ Message shading_line(const ShadingReport& shading, const ShadingOptions& options
   const bool automatic = options.rule == ShadingRule::automatic;
   if (automatic && shading.missing == 0) return {};
   const Message rule = " (" + option("high_normals", shading_rule_name(options)) + ")";
-  const std::string none = shading.given == 0
-                               ? "the file has none"
-                               : with_commas(shading.missing) + " triangles have none";
+  const std::string reason = shading.given == 0
+                                 ? "the file has none"
+                                 : with_commas(shading.missing) + " triangles have none";
   switch (shading.chosen) {
     case ShadingRule::smooth:
       return "HIGH's normals: smooth" +
-             (automatic ? "; " + none +
+             (automatic ? "; " + reason +
                               (shading.parts == 0 ? ", and no edge bends by 20 degrees"
                                                   : ", and its edges bend like those of a scan")
                         : "") +
@@ -201,7 +201,7 @@ Message shading_line(const ShadingReport& shading, const ShadingOptions& options
         text +=
             "; " + plural(shading.split_parts, "part") + " follow the split vertices of the file";
       }
-      return text + (automatic ? "; " + none : "") + rule;
+      return text + (automatic ? "; " + reason : "") + rule;
     }
     default:
       return "HIGH's normals: " + std::string(shading.given == 0 ? "smooth" : "the file's") + rule;
@@ -227,9 +227,10 @@ void correct_normals(const std::string& which, Trusted trust, Mesh& mesh,
   const AgreedNormals found = agree_normals(mesh, trust);
   const std::uint64_t corrected_count = found.normals + found.faces;
   if (corrected_count + found.strange == 0) return;
-  const Vec3& place = mesh.positions[mesh.triangles[found.first][0]];
-  const std::string place_text = formatted(", one at (%.5g, %.5g, %.5g)", mesh.origin[0] + place.x,
-                                           mesh.origin[1] + place.y, mesh.origin[2] + place.z);
+  const Vec3& example_position = mesh.positions[mesh.triangles[found.first][0]];
+  const std::string place_text =
+      formatted(", one at (%.5g, %.5g, %.5g)", mesh.origin[0] + example_position.x,
+                mesh.origin[1] + example_position.y, mesh.origin[2] + example_position.z);
   const std::string total_text = " of " + with_commas(mesh.triangles.size()) + " triangles";
   const char* remedy =
       " To avoid this, recalculate the normals in the program that made the mesh, or export it "

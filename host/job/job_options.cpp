@@ -27,8 +27,8 @@ MapRange parse_range(const Job& job, const std::string& text) {
           !number(comma + 1, text.size(), range.range.high),
       option("range") + " '" + text + "': write MAP=LO,HI, two numbers, such as height=-0.2,0.2.");
   const std::string_view name = std::string_view(text).substr(0, equals);
-  const std::vector<std::string> own = own_map_names(job);
-  const bool is_own = std::find(own.begin(), own.end(), name) != own.end();
+  const std::vector<std::string> own_names = own_map_names(job);
+  const bool is_own = std::find(own_names.begin(), own_names.end(), name) != own_names.end();
   range.kind = is_own ? MapKind{name} : find_map(name).kind;
   return range;
 }

@@ -123,14 +123,14 @@ std::vector<VisibilityOptions::Likelihood> parse_likelihoods(std::string_view te
     line = line.substr(0, line.find('#'));
     if (line.find_first_not_of(kBlanks) == line.npos) continue;
     VisibilityOptions::Likelihood entry;
-    const std::string place = "'" + name + "', line " + std::to_string(number);
+    const std::string line_place = "'" + name + "', line " + std::to_string(number);
     if (!parse_line(line, entry)) {
-      throw Error(ErrorCode::input, place +
+      throw Error(ErrorCode::input, line_place +
                                         ": give \"X Y Z WEIGHT\": a non-zero direction to the "
                                         "viewer, and a weight of 0 or more.");
     }
     if (result.size() == kMaxDirections) {
-      throw Error(ErrorCode::input, place + ": there are more than " +
+      throw Error(ErrorCode::input, line_place + ": there are more than " +
                                         std::to_string(kMaxDirections) +
                                         " directions: remove some lines.");
     }

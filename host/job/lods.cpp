@@ -48,10 +48,10 @@ void save_level(const BakeScene& scene, const Source& source, const std::string&
                 PlannedLow& planned, std::size_t number, BakedLayout& baked, AssetParts& asset,
                 JobOutputs& outputs) {
   const LodLevel& level = planned.lods->levels[number];
-  const std::size_t before = outputs.files.size();
+  const std::size_t former_count = outputs.files.size();
   save_low_and_maps(scene, source, file, &planned, baked, asset, outputs);
-  const std::vector<std::string> files(outputs.files.begin() + static_cast<std::ptrdiff_t>(before),
-                                       outputs.files.end());
+  const std::vector<std::string> files(
+      outputs.files.begin() + static_cast<std::ptrdiff_t>(former_count), outputs.files.end());
   Json json = level_json(level, number, files);
   const StoredMaps& stored = baked.stored;
   if (!stored.ranges.empty()) json["ranges"] = stored.ranges;
@@ -88,9 +88,9 @@ PlannedLow make_lods(const BakeScene& scene, const Source& source, const BakeOpt
   if (chain.cancelled) throw Cancelled{};
   for (const LodLevel& level : chain.levels) {
     const LowPolyPlan& plan = level.plan;
-    const std::string place = " at " + std::to_string(level.screen) + " pixels";
-    if (!plan.reached) log.warnings.push_back(plan_not_reached(plan, place));
-    warn_of_outline(plan, place, log.warnings);
+    const std::string place_text = " at " + std::to_string(level.screen) + " pixels";
+    if (!plan.reached) log.warnings.push_back(plan_not_reached(plan, place_text));
+    warn_of_outline(plan, place_text, log.warnings);
     // the caller reports the warnings of the first level
     if (&level == &chain.levels.front()) continue;
     log.warn(plan.simplified.warnings);

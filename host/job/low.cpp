@@ -80,25 +80,25 @@ Mesh unwrap_sets(const Job& job, Mesh mesh, const UnwrapOptions& layout, UnwrapR
   std::size_t sets = 0;
   for (std::uint32_t set = 0; set < std::max<std::size_t>(names.size(), 1); ++set) {
     const auto is_in_set = [&](std::size_t t) { return set_of.empty() || set_of[t] == set; };
-    Mesh part;
-    part.name = set_of.empty() ? mesh.name : names[set];
-    part.origin = mesh.origin;
-    part.positions = mesh.positions;
+    Mesh set_mesh;
+    set_mesh.name = set_of.empty() ? mesh.name : names[set];
+    set_mesh.origin = mesh.origin;
+    set_mesh.positions = mesh.positions;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-      if (is_in_set(t)) part.triangles.push_back(mesh.triangles[t]);
+      if (is_in_set(t)) set_mesh.triangles.push_back(mesh.triangles[t]);
     }
-    if (part.triangles.empty()) continue;
+    if (set_mesh.triangles.empty()) continue;
     UnwrapOptions set_layout = layout;
     for (const SetSize& size : job.set_sizes) {
-      if (size.set == part.name) set_layout.size = std::min(size.width, size.height);
+      if (size.set == set_mesh.name) set_layout.size = std::min(size.width, size.height);
     }
     UnwrapReport set_report;
-    part = unwrap(part, set_layout, &set_report);
+    set_mesh = unwrap(set_mesh, set_layout, &set_report);
     const auto first = static_cast<std::uint32_t>(mesh.uvs.size());
-    mesh.uvs.insert(mesh.uvs.end(), part.uvs.begin(), part.uvs.end());
+    mesh.uvs.insert(mesh.uvs.end(), set_mesh.uvs.begin(), set_mesh.uvs.end());
     for (std::size_t t = 0, next = 0; t < mesh.triangles.size(); ++t) {
       if (!is_in_set(t)) continue;
-      const Triangle& uvs = part.uv_triangles[next++];
+      const Triangle& uvs = set_mesh.uv_triangles[next++];
       mesh.uv_triangles[t] = {first + uvs[0], first + uvs[1], first + uvs[2]};
     }
     report.charts += set_report.charts;
@@ -108,7 +108,7 @@ Mesh unwrap_sets(const Job& job, Mesh mesh, const UnwrapOptions& layout, UnwrapR
     report.border_texels = sets == 1 ? set_report.border_texels
                                      : std::min(report.border_texels, set_report.border_texels);
     for (Warning& warning : set_report.warnings) {
-      warning.message = "'" + part.name + "': " + warning.message;
+      warning.message = "'" + set_mesh.name + "': " + warning.message;
       report.warnings.push_back(std::move(warning));
     }
   }

@@ -85,7 +85,7 @@ MapVariant parse_variant(const Job& job, const std::string& word) {
   };
   const MapInfo& info = find_map(next());
   map.kind = info.kind;
-  Job own = job;
+  Job parsed_job = job;
   while (!rest.empty()) {
     const std::string part = next();
     const std::string flag = "--" + part.substr(0, part.find('='));
@@ -96,10 +96,10 @@ MapVariant parse_variant(const Job& job, const std::string& word) {
                             row->value.type != "list";
     const std::string member = is_setting ? row->value.member : "";
     const auto is_of = [&](std::string_view path) { return member.starts_with(path); };
-    const bool known = is_of("bake.occlusion") || is_of("bake.light") ||
-                       is_of("bake.curvature_radius") || is_of("bake.id_by");
+    const bool is_known = is_of("bake.occlusion") || is_of("bake.light") ||
+                          is_of("bake.curvature_radius") || is_of("bake.id_by");
     refuse_if(
-        !known,
+        !is_known,
         option("maps") + " '" + word + "': '" + part + "' cannot be set for the map " +
             std::string(info.kind.name) +
             " alone: use an option that --help lists for this map, such as ao-distance=2% for ao.");
@@ -109,14 +109,15 @@ MapVariant parse_variant(const Job& job, const std::string& word) {
                   (has_value ? " does not take a value."
                              : " needs a value: write " + flag.substr(2) + "=VALUE."));
     try {
-      row->value.set(&own, option_of(flag), {has_value ? part.substr(part.find('=') + 1) : "true"});
+      row->value.set(&parsed_job, option_of(flag),
+                     {has_value ? part.substr(part.find('=') + 1) : "true"});
     } catch (const Error& error) {
       fail_usage(option("maps") + " '" + word + "': " + error.message());
     }
-    if (is_of("bake.occlusion")) map.occlusion = own.bake.occlusion;
-    if (is_of("bake.light")) map.light = own.bake.light;
-    if (is_of("bake.curvature_radius")) map.curvature_radius = own.bake.curvature_radius;
-    if (is_of("bake.id_by")) map.id_by = own.bake.id_by;
+    if (is_of("bake.occlusion")) map.occlusion = parsed_job.bake.occlusion;
+    if (is_of("bake.light")) map.light = parsed_job.bake.light;
+    if (is_of("bake.curvature_radius")) map.curvature_radius = parsed_job.bake.curvature_radius;
+    if (is_of("bake.id_by")) map.id_by = parsed_job.bake.id_by;
   }
   return map;
 }
@@ -164,7 +165,7 @@ std::vector<MapBound> map_bounds(const Job& a) {
   std::vector<MapBound> bounds;
   if (!bounds_maps(a)) return bounds;
   std::vector<std::string_view> named;
-  const std::vector<std::string> own = own_map_names(a);
+  const std::vector<std::string> own_names = own_map_names(a);
   for (const std::string_view item : items_of(a.low.make.max_error)) {
     const std::size_t sign = item.find('=');
     if (sign == std::string_view::npos) {
@@ -178,7 +179,7 @@ std::vector<MapBound> map_bounds(const Job& a) {
     if (name == shading_map().name) continue;
     const std::vector<MapKind> maps = requested_maps(a);
     if (std::find(maps.begin(), maps.end(), MapKind{name}) == maps.end() &&
-        std::find(own.begin(), own.end(), name) == own.end()) {
+        std::find(own_names.begin(), own_names.end(), name) == own_names.end()) {
       bad(a, "the map '" + std::string(name) + "' is not baked: add it to " + option("maps") +
                  ", or leave it out.");
     }
@@ -247,8 +248,8 @@ std::uint32_t channels_of(const Job& a, const std::string& map) {
   for (const std::string& word : a.variants) {
     if (word.substr(0, word.find('=')) == map) return find_map(variant_kind(word).name).channels;
   }
-  const std::vector<std::string> own = own_map_names(a);
-  return std::find(own.begin(), own.end(), map) != own.end() ? 3 : 0;
+  const std::vector<std::string> own_names = own_map_names(a);
+  return std::find(own_names.begin(), own_names.end(), map) != own_names.end() ? 3 : 0;
 }
 
 PackChannel parse_channel(const Job& a, const std::string& text, const std::string& part) {
@@ -261,12 +262,12 @@ PackChannel parse_channel(const Job& a, const std::string& text, const std::stri
   const std::size_t dot = part.find('.');
   channel.map = part.substr(0, dot);
   if (dot != std::string::npos) {
-    const std::size_t place = std::string("rgba").find(part.substr(dot + 1));
-    if (part.size() != dot + 2 || place == std::string::npos) {
+    const std::size_t channel_index = std::string("rgba").find(part.substr(dot + 1));
+    if (part.size() != dot + 2 || channel_index == std::string::npos) {
       fail(text,
            "'" + part + "' does not end in a channel: append .r, .g, .b or .a to the map's name.");
     }
-    channel.channel = static_cast<std::uint32_t>(place);
+    channel.channel = static_cast<std::uint32_t>(channel_index);
   }
   const std::uint32_t channels = channels_of(a, channel.map);
   if (channels == 0) {

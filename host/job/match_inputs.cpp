@@ -256,10 +256,10 @@ Mesh cage_of(const Image& image, const std::filesystem::path& path, const Mesh& 
                        std::to_string(v) + " is NaN or infinite");
       }
       const double distance = shell == 0 ? double{p[3]} : -double{p[3]};
-      const Vec3& at = low.positions[v];
-      cage.positions.push_back({static_cast<float>(double{at.x} + p[0] * distance),
-                                static_cast<float>(double{at.y} + p[1] * distance),
-                                static_cast<float>(double{at.z} + p[2] * distance)});
+      const Vec3& low_position = low.positions[v];
+      cage.positions.push_back({static_cast<float>(double{low_position.x} + p[0] * distance),
+                                static_cast<float>(double{low_position.y} + p[1] * distance),
+                                static_cast<float>(double{low_position.z} + p[2] * distance)});
     }
     const auto first = static_cast<std::uint32_t>(shell * count);
     for (const Triangle& t : low.triangles) {

@@ -171,14 +171,14 @@ void move_material_files(Mesh& mesh, const fs::path& from, const fs::path& to) {
   for (std::string& name : mesh.material_files) {
     std::replace(name.begin(), name.end(), '\\', '/');
     std::error_code error;
-    const fs::path moved = fs::proximate(from / name, to.empty() ? "." : to, error);
-    name = error ? fs::absolute(from / name).string() : moved.string();
+    const fs::path relative_path = fs::proximate(from / name, to.empty() ? "." : to, error);
+    name = error ? fs::absolute(from / name).string() : relative_path.string();
   }
 }
 
 const std::string& MeshFiles::file_of(std::size_t triangle) const {
-  const auto after = std::upper_bound(first.begin(), first.end(), triangle);
-  return files[static_cast<std::size_t>(after - first.begin()) - 1];
+  const auto next_file = std::upper_bound(first.begin(), first.end(), triangle);
+  return files[static_cast<std::size_t>(next_file - first.begin()) - 1];
 }
 
 MeshFiles load_meshes(const std::vector<JobInput>& inputs, const LoadMeshOptions& options,
@@ -238,11 +238,11 @@ void warn_of_shared_texels(const MeshFiles& low, std::vector<Warning>& warnings)
   std::map<std::pair<std::string, std::string>, UvOverlap> pairs;
   for (std::uint32_t t = 0; t < low.mesh.triangles.size(); ++t) {
     for_each_cell_inside(uvs_of(low.mesh, t), [&](std::uint32_t x, std::uint32_t y) {
-      std::uint32_t& known = owner[std::size_t{y} * kGridCells + x];
-      if (known == kNone) known = t;
-      const std::string &a = low.file_of(known), &b = low.file_of(t);
+      std::uint32_t& cell_owner = owner[std::size_t{y} * kGridCells + x];
+      if (cell_owner == kNone) cell_owner = t;
+      const std::string &a = low.file_of(cell_owner), &b = low.file_of(t);
       const std::string*& last = last_overlapping[std::size_t{y} * kGridCells + x];
-      if (&a == &b || last == &b || has_same_uvs(low.mesh, known, t)) return;
+      if (&a == &b || last == &b || has_same_uvs(low.mesh, cell_owner, t)) return;
       last = &b;
       UvOverlap& shared = pairs[{a, b}];
       if (shared.cells++ == 0) {
@@ -312,8 +312,8 @@ struct SideValues {
     }
   }
   const std::optional<std::string>& value_of_side(MeshSide side) const {
-    static const std::optional<std::string> none;
-    return side == MeshSide::high ? high : side == MeshSide::low ? low : none;
+    static const std::optional<std::string> no_value;
+    return side == MeshSide::high ? high : side == MeshSide::low ? low : no_value;
   }
 };
 
@@ -343,7 +343,7 @@ void check_mesh_frame(const MeshFrameArguments& arguments, const std::vector<std
     const auto needs = [&](const std::string& file) {
       return !is_height_field(file) && !has_extension(file, flag.stating_formats);
     };
-    const auto any = [&](const std::vector<std::string>& files) {
+    const auto any_file_needs = [&](const std::vector<std::string>& files) {
       return std::any_of(files.begin(), files.end(), needs);
     };
     refuse_if(values.high && high.empty(),
@@ -351,7 +351,7 @@ void check_mesh_frame(const MeshFrameArguments& arguments, const std::vector<std
     refuse_if(values.high && std::all_of(high.begin(), high.end(), is_height_field),
               option_of(flag.name) +
                   " high= applies to meshes, but HIGH is a height field: leave it out.");
-    if (values.both && !any(high) && !any(low) && !any(others)) {
+    if (values.both && !any_file_needs(high) && !any_file_needs(low) && !any_file_needs(others)) {
       fail_usage(option_of(flag.name, *values.both) +
                  " applies to files that do not state this themselves, but all given files do: "
                  "leave it out, or write " +

@@ -47,11 +47,11 @@ std::string key_of_name(std::string_view name) {
 
 const OptionRow& require_option(std::string_view name) {
   if (const OptionRow* const row = find_option(name)) return *row;
-  std::vector<std::string> known;
+  std::vector<std::string> known_names;
   for (const OptionRow& row : bake_rows()) {
-    if (!is_further_files_row(row)) known.push_back(key_of(row));
+    if (!is_further_files_row(row)) known_names.push_back(key_of(row));
   }
-  const std::string suggestion = nearest_word(key_of_name(name), known);
+  const std::string suggestion = nearest_word(key_of_name(name), known_names);
   fail_usage(
       "A job has no option '" + std::string(name) + "'" +
       (suggestion.empty() ? ": options_json() lists them." : "; did you mean " + suggestion + "?"));
@@ -255,11 +255,11 @@ std::string job_schema() {
                              : value.type == "whole" ? "integer"
                              : is_number             ? "number"
                                                      : "string";
-    Json plain = {{"type", type}};
-    if (is_number && value.low) plain["minimum"] = *value.low;
-    if (is_number && value.high) plain["maximum"] = *value.high;
-    if (value.type == "choice" && !value.choices.empty()) plain["enum"] = value.choices;
-    Json alternatives = Json::array({plain});
+    Json schema = {{"type", type}};
+    if (is_number && value.low) schema["minimum"] = *value.low;
+    if (is_number && value.high) schema["maximum"] = *value.high;
+    if (value.type == "choice" && !value.choices.empty()) schema["enum"] = value.choices;
+    Json alternatives = Json::array({schema});
     // a word such as "inf", or a fraction, may stand for a number
     if (is_number) alternatives.push_back({{"type", "string"}});
     if (!is_number && value.type != "flag" && value.type != "choice")

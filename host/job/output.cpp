@@ -172,17 +172,18 @@ void warn_of_format(const BakeScene& scene, const BakeResult& result, const Bake
                                   return info.kind == map.kind;
                                 });
   if (!stores_positions) return;
-  double step =
+  double precision_step =
       std::exp2(std::ilogb(max_magnitude) - (is_half ? kHalfMantissaBits : kFloatMantissaBits));
   if (!holds_floats(image)) {
-    step = 0;
+    precision_step = 0;
     for (const auto [low, high] : ranges) {
-      step = std::max(step, (double{high} - low) / (holds_bytes(image) ? 255 : 65535));
+      precision_step =
+          std::max(precision_step, (double{high} - low) / (holds_bytes(image) ? 255 : 65535));
     }
   }
   const double texel_size = texel_side(scene.low.mesh, result.report);
-  if (step > texel_size) {
-    warn("map-steps", "is stored in steps of " + number(step) + ", but its texels are " +
+  if (precision_step > texel_size) {
+    warn("map-steps", "is stored in steps of " + number(precision_step) + ", but its texels are " +
                           number(texel_size) + " apart. ");
   }
 }

@@ -321,9 +321,10 @@ OptionValue view_weight_value() {
   OptionValue value = value_of<Job>(
       "bake.match.visibility.likelihood", "choice", "NAME|FILE",
       [](Job& job, OptionName, ValueWords words) {
-        const ViewLikelihood* const known = Words(kLikelihoods).find(words.back());
-        job.bake.match.visibility.likelihood = known != nullptr ? *known : ViewLikelihood::list;
-        job.view_weights = known != nullptr ? "" : words.back();
+        const ViewLikelihood* const named_likelihood = Words(kLikelihoods).find(words.back());
+        job.bake.match.visibility.likelihood =
+            named_likelihood != nullptr ? *named_likelihood : ViewLikelihood::list;
+        job.view_weights = named_likelihood != nullptr ? "" : words.back();
       },
       [](Job& job) {
         const ViewLikelihood likelihood = job.bake.match.visibility.likelihood;
@@ -1079,11 +1080,11 @@ std::vector<OptionRow> make_rows() {
 
 std::span<const OptionRow> bake_rows() {
   static const std::vector<OptionRow> rows = [] {
-    std::vector<OptionRow> all = make_rows();
+    std::vector<OptionRow> rows = make_rows();
     for (OptionRow& row : mesh_frame_rows<Job>("Files of meshes", /*low=*/true)) {
-      all.push_back(std::move(row));
+      rows.push_back(std::move(row));
     }
-    return all;
+    return rows;
   }();
   return rows;
 }

@@ -43,8 +43,9 @@ std::string safe_file_name(const std::string& name) {
   std::string word;
   for (const char c : name) {
     const auto byte = static_cast<unsigned char>(c);
-    const bool plain = byte > 0x20 && byte != 0x7F && kForbidden.find(c) == std::string_view::npos;
-    word += plain ? c : '_';
+    const bool is_allowed =
+        byte > 0x20 && byte != 0x7F && kForbidden.find(c) == std::string_view::npos;
+    word += is_allowed ? c : '_';
   }
   word = truncate_name(word);
   return word.empty() ? "set" : word;
@@ -65,13 +66,13 @@ void assign_file_names(const Job& job, std::vector<BakedSet>& sets) {
       set.word = previous_set->word;  // tiles of one set share its name
       continue;
     }
-    const std::string plain = safe_file_name(set.set.name);
+    const std::string safe_name = safe_file_name(set.set.name);
     const auto is_free = [&](const std::string& ending) {
       return !used_names.contains(lower_case(set.word + ending));
     };
     std::size_t k = 1;
-    for (set.word = plain; !std::all_of(endings.begin(), endings.end(), is_free);) {
-      set.word = plain + "_" + std::to_string(++k);
+    for (set.word = safe_name; !std::all_of(endings.begin(), endings.end(), is_free);) {
+      set.word = safe_name + "_" + std::to_string(++k);
     }
     for (const std::string& ending : endings) used_names.insert(lower_case(set.word + ending));
   }
@@ -141,8 +142,8 @@ class SetWarnings {
   std::vector<Warning> joined() const {
     std::vector<Warning> result;
     for (const auto& [set, warning, more] : list_) {
-      const std::string others = more == 0 ? "" : " and " + std::to_string(more) + " more";
-      result.push_back({warning.code, set + others + ": " + warning.message, warning.count});
+      const std::string others_text = more == 0 ? "" : " and " + std::to_string(more) + " more";
+      result.push_back({warning.code, set + others_text + ": " + warning.message, warning.count});
     }
     return result;
   }
@@ -277,7 +278,7 @@ Mesh thin_uvs(Mesh low) {
   // Grid cells along a side of the unit square. A hash selects the cells whose triangles keep their UVs.
   constexpr double kCells = 1024;
   constexpr std::uint32_t kHashValues = 1U << 16U;
-  const double share = kTriangles / static_cast<double>(low.triangles.size());
+  const double detail_ratio = kTriangles / static_cast<double>(low.triangles.size());
   const auto nan_uv = static_cast<std::uint32_t>(low.uvs.size());
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
   low.uvs.push_back({kNaN, kNaN});
@@ -292,7 +293,7 @@ Mesh thin_uvs(Mesh low) {
     const auto column = static_cast<std::uint32_t>((u - std::floor(u)) * kCells);
     const auto row = static_cast<std::uint32_t>((v - std::floor(v)) * kCells);
     const std::uint32_t hash = (column * 0x9E3779B1U ^ row * 0x85EBCA77U) * 0xC2B2AE3DU >> 16U;
-    if (hash >= share * kHashValues) corners = {nan_uv, nan_uv, nan_uv};
+    if (hash >= detail_ratio * kHashValues) corners = {nan_uv, nan_uv, nan_uv};
   }
   return low;
 }
@@ -321,11 +322,11 @@ bool tiles_show_different_surfaces(const Mesh& low, const Source& source,
 
 /// True if a saved match exists for each tile.
 bool has_tile_matches(const Mesh& low, const std::string& path) {
-  std::error_code none;
-  if (std::filesystem::exists(path, none)) return false;
+  std::error_code ignored;
+  if (std::filesystem::exists(path, ignored)) return false;
   try {
     const std::vector<TextureSet> tiles = find_texture_sets(low, SetsBy::udim);
-    return std::filesystem::exists(match_file(path, {"", "", "." + tiles[0].name}), none);
+    return std::filesystem::exists(match_file(path, {"", "", "." + tiles[0].name}), ignored);
   } catch (const Error&) {
     return false;
   }
@@ -381,23 +382,23 @@ BakedLayout bake_sets(const RunContext& run, const LoadedHigh& high, const LowMe
   const std::string file = asset_file(run.job);
   BakedLayout sums{.options = options};
   if (low.made && file.empty()) {
-    BakedLayout none;
-    save_low_and_maps({run, high, low, sets}, source, file, nullptr, none, asset, outputs);
+    BakedLayout no_layout;
+    save_low_and_maps({run, high, low, sets}, source, file, nullptr, no_layout, asset, outputs);
   }
   LowMesh low_of_set = low;
   low_of_set.mesh.tangents = tangents_of(low.mesh);
   low_of_set.made = false;  // the low poly is already written
   BakeReport sum;
   SetWarnings warnings;
-  const double share = 1.0 / static_cast<double>(sets.size());
-  double done = 0;
+  const double set_share = 1.0 / static_cast<double>(sets.size());
+  double progress_done = 0;
   for (BakedSet& set : sets) {
     const BakeScene scene{run, high, low_of_set, sets, &set};
     lay_out_set(low.mesh, set.set, low_of_set.mesh);
     BakeOptions options_of_set = options;
     options_of_set.width = set.width;
     options_of_set.height = set.height;
-    options_of_set.progress = bake_progress(run.log, done, share);
+    options_of_set.progress = bake_progress(run.log, progress_done, set_share);
     const std::size_t first_file = outputs.files.size();
     const auto former_warnings = static_cast<std::ptrdiff_t>(run.log.warnings.size());
     BakedLayout baked = bake_set(scene, source, options_of_set);
@@ -411,17 +412,17 @@ BakedLayout bake_sets(const RunContext& run, const LoadedHigh& high, const LowMe
     save_beside_maps(scene, baked, outputs);
     set.reasons = std::move(baked.reasons);
     set_reports.push_back(set_json(run, set, baked, outputs, first_file));
-    std::vector<Warning>& own = baked.result.report.warnings;
+    std::vector<Warning>& set_warnings = baked.result.report.warnings;
     const auto first = run.log.warnings.begin() + former_warnings;
-    own.insert(own.end(), first, run.log.warnings.end());
+    set_warnings.insert(set_warnings.end(), first, run.log.warnings.end());
     run.log.warnings.erase(first, run.log.warnings.end());
-    for (const Warning& warning : own) {
+    for (const Warning& warning : set_warnings) {
       // triangles without UVs belong to other sets
       if (warning.code != "uv-missing") warnings.add(set_label(set.set), warning);
     }
     accumulate(sum, baked.result.report);
     sums.stored.add_common(baked.stored);
-    done += share;
+    progress_done += set_share;
   }
   if (sum.samples > sum.missed) {
     sum.mean_abs_distance /= static_cast<double>(sum.samples - sum.missed);

@@ -47,10 +47,10 @@ class Materials {
  private:
   const std::vector<Material>& all() {
     if (read_) return *read_;
-    const std::size_t before = warnings_.size();
+    const std::size_t former_count = warnings_.size();
     read_ =
         load_materials(high_, high_name(arguments_), &warnings_, arguments_.frame.allow_outside);
-    for (std::size_t i = before; i < warnings_.size(); ++i) {
+    for (std::size_t i = former_count; i < warnings_.size(); ++i) {
       // Joined files share materials by name, so that a part of the map would show the material of another file.
       if (warnings_[i].code != "materials-differ" || high_files(arguments_).size() < 2) continue;
       throw Error(ErrorCode::input,

@@ -409,7 +409,7 @@ TEST(GltfPose, AChildBesideItsParentIsReadOnce) {
   }
   // Without its root, no one says where it is.
   maker.json["scenes"] = {{{"nodes", {2}}}};
-  expect_bad_text("alone.glb", maker.glb(), {"nodes[2]", "no root"});
+  expect_bad_text("alone.glb", maker.glb(), {"nodes[2]", "not a root"});
 }
 
 /// The values of the cases' README.

@@ -58,7 +58,7 @@ TEST(JobFile, RefusesWhatIsWrongWithItsLine) {
     std::vector<std::string> words;
   } cases[] = {
       {"", {"job.toml", "no [[bake]]"}},
-      {"[[bake]]\nlow = \"a.obj\"\n", {"job.toml:1", "no high"}},
+      {"[[bake]]\nlow = \"a.obj\"\n", {"job.toml:1", "high is missing"}},
       {"bake = 3\n", {"job.toml:1", "[[bake]]"}},
       {"[bake]\nhigh = \"a.obj\"\n", {"job.toml:1", "[[bake]]"}},
       {kGood + "[deafults]\nsize = 3\n", {"job.toml:3", "deafults", "did you mean defaults?"}},

@@ -33,13 +33,13 @@ const char* asked_of_lab(int argc, char** argv) {
 
 // Allocates no memory before the programs were tried, so that kiln-lab starts even if memory is short.
 int run_lab(const char* command, char** argv) {
-  Path folder{}, beside{}, installed{};
+  Path folder{}, beside_program{}, installed{};
   os::own_folder(folder);
-  std::snprintf(beside.data(), beside.size(), "%.4000skiln-lab", folder.data());
+  std::snprintf(beside_program.data(), beside_program.size(), "%.4000skiln-lab", folder.data());
   std::snprintf(installed.data(), installed.size(), "%.4000s/kiln-lab", kInstalled);
-  if (folder[0] == '\0') beside = installed;
+  if (folder[0] == '\0') beside_program = installed;
   int reason = ENOENT;
-  for (const Path& program : {beside, installed}) {
+  for (const Path& program : {beside_program, installed}) {
     const int error = os::become_program(program.data(), argv);
     if (error != ENOENT) reason = error;
   }
@@ -53,7 +53,7 @@ int run_lab(const char* command, char** argv) {
   std::fprintf(
       stderr,
       "kiln: %s needs the program kiln-lab, which cannot be started, neither as %s nor as %s: %s. ",
-      command, beside.data(), installed.data(), std::strerror(reason));
+      command, beside_program.data(), installed.data(), std::strerror(reason));
   std::error_code error;
   const std::filesystem::path cache = std::filesystem::canonical(
       std::filesystem::path(folder.data()) / "../../CMakeCache.txt", error);

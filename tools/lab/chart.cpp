@@ -128,7 +128,7 @@ Json chart_panel(const std::vector<Mark>& marks, const Measure& measure) {
   return fields("name title unit marks", {measure.name, measure.title, measure.unit, shown});
 }
 
-bool ChartKind::look(const Progress&) {
+bool ChartKind::check_inputs(const Progress&) {
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     if (!is_readable_file(inputs[i])) read(i);  // an unreadable file throws its error here
   }
@@ -137,7 +137,7 @@ bool ChartKind::look(const Progress&) {
 
 Json ChartKind::plot(const DeviceInfo& device, const std::vector<ChartGroup>& groups) const {
   std::set<std::string> families;
-  Json shown = Json::array(), used = Json::array();
+  Json shown = Json::array(), used_styles = Json::array();
   for (const ChartGroup& group : groups) {
     shown.push_back(fields("title note panels", {group.title, group.note, group.panels}));
     for (const Json& panel : group.panels.elements()) {
@@ -148,14 +148,14 @@ Json ChartKind::plot(const DeviceInfo& device, const std::vector<ChartGroup>& gr
   }
   for (const MarkStyle& style : styles) {
     if (!families.contains(style.family)) continue;
-    used.push_back(
+    used_styles.push_back(
         fields("family title mark color", {style.family, style.title, style.mark, style.color}));
   }
   const std::string runs = a_.repeat == 1 ? ", one run"
                                           : ", median of " + std::to_string(a_.repeat) +
                                                 " runs (thin lines: fastest to slowest)";
   return fields("kind title subtitle seconds_title styles groups",
-                {"chart", title, subtitle + device.name + runs, seconds_title, used, shown});
+                {"chart", title, subtitle + device.name + runs, seconds_title, used_styles, shown});
 }
 
 bool ChartArguments::names(const std::string& setting) const {
@@ -175,7 +175,7 @@ int run_chart(const ChartArguments& a, Json options, ChartKind& kind) {
   const std::filesystem::path folder = a.out;
   const Device device = Device::open(a.device);
   const DeviceInfo info = device.info();
-  if (!kind.look(run.within(0, 0))) return kExitCancelled;
+  if (!kind.check_inputs(run.within(0, 0))) return kExitCancelled;
   double seconds_load = run.watch.lap(), seconds_chart = 0;
   std::vector<ChartGroup> groups;
   Json measured = Json::array();

@@ -151,7 +151,7 @@ class ChartKind {
   std::span<const MarkStyle> styles;
 
   /// Checks for errors that would otherwise stop a long run late. \returns false if cancelled
-  virtual bool look(const Progress& progress);
+  virtual bool check_inputs(const Progress& progress);
   virtual void read(std::size_t input) = 0;
   /// Measures the last input that was read. \returns nullopt if cancelled
   virtual std::optional<ChartGroup> measure(const Device& device, std::size_t input,

@@ -114,12 +114,12 @@ class MatchChart : public ChartKind {
   }
 
   /// Reads all low polys first, so that invalid ones are reported early.
-  bool look(const Progress& progress) override {
+  bool check_inputs(const Progress& progress) override {
     for (std::size_t i = 0; i < inputs.size(); ++i) {
       if (!progress(0, "reading " + low_path(i))) return false;
       lows_.push_back(load_low(low_path(i), "", warnings, load_options(a_, MeshSide::low)));
     }
-    return ChartKind::look(progress);
+    return ChartKind::check_inputs(progress);
   }
 
   void read(std::size_t i) override { high_ = read_high(a_, inputs[i], warnings); }
@@ -291,9 +291,9 @@ class MatchChart : public ChartKind {
       }
       if (is_reference) check_result((reference = early)->report, high_.mesh, *low_);
       if (!obeys(find_match(match.method.name), "match.views.count")) continue;
-      const std::vector<Vec3> more =
+      const std::vector<Vec3> directions =
           early != nullptr ? early->report.views->directions : spread_views(*match.views.count);
-      used_views.insert(used_views.end(), more.begin(), more.end());
+      used_views.insert(used_views.end(), directions.begin(), directions.end());
     }
     const std::vector<Vec3> held_out = held_out_views(kHeldOutViews, used_views, kMinHeldOutAngle);
     report["measured_from"] =

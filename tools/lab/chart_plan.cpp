@@ -29,7 +29,7 @@ constexpr std::uint32_t kMinFaces = 125, kMaxFaces = 16000, kSmallestMap = 16;
 constexpr std::uint64_t kMaxBytesRatio = 16;
 constexpr std::uint32_t kViews = 30, kPixels = 128;
 /// The number of samples is chosen as in plans.
-constexpr std::uint32_t kSampleBudget = 1024, kMostSamples = 4;
+constexpr std::uint32_t kSampleBudget = 1024, kMaxSamples = 4;
 /// Shares at which default errors to plan for are interpolated geometrically between the worst and the best error.
 constexpr double kDefaultErrorShares[] = {0.25, 0.5, 0.75};
 /// Share of the progress at which plans start, after the grids.
@@ -120,19 +120,19 @@ class PlansChart : public ChartKind {
 
   Json plot(const DeviceInfo&, const std::vector<ChartGroup>& groups) const override {
     Json panels = Json::array();
-    double least = 1e300, most = 0;
+    double min_error = 1e300, max_error = 0;
     for (const ChartGroup& group : groups) {
       panels.push_back(group.panels[0]);
       for (const char* list : {"points", "plans"}) {
         for (const Json& measured_point : group.report.at(list).elements()) {
-          least = std::min(least, kib(bytes_of(measured_point)));
-          most = std::max(most, kib(bytes_of(measured_point)));
+          min_error = std::min(min_error, kib(bytes_of(measured_point)));
+          max_error = std::max(max_error, kib(bytes_of(measured_point)));
         }
       }
     }
     return fields("kind title x_title x_ticks panels",
                   {"study", "Bytes against error: faces, map sizes and plans",
-                   "KiB of low poly and maps", ticks_around(least, most), panels});
+                   "KiB of low poly and maps", ticks_around(min_error, max_error), panels});
   }
 
  private:
@@ -164,16 +164,16 @@ class PlansChart : public ChartKind {
     if (size == 0) {
       degrees = measured(simple);
     } else {
-      const LowPolyBytes plain = bytes_with(vertices);
-      if (plain.texels > kMaxBytesRatio * plain.vertices ||
-          plain.vertices > kMaxBytesRatio * plain.texels)
+      const LowPolyBytes mesh_bytes = bytes_with(vertices);
+      if (mesh_bytes.texels > kMaxBytesRatio * mesh_bytes.vertices ||
+          mesh_bytes.vertices > kMaxBytesRatio * mesh_bytes.texels)
         return true;
       const Mesh low = fit_normals(
           unwrap(simple, {UnwrapMethod::charts, size, std::max(2U, size / 256)}), high_.mesh);
       BakeOptions bake_with;
       bake_with.width = bake_with.height = size;
       bake_with.report.recall = 0;
-      bake_with.samples = std::clamp(kSampleBudget / size, 1U, kMostSamples);
+      bake_with.samples = std::clamp(kSampleBudget / size, 1U, kMaxSamples);
       bake_with.progress = [&](double, std::string_view) { return progress_(at_, "baking"); };
       const BakeResult result = bake(*source_, low, bake_with);
       if (result.cancelled) return false;
@@ -212,11 +212,11 @@ class PlansChart : public ChartKind {
 
   /// The Pareto front: points for which no other point has both fewer bytes and a lower error.
   std::vector<Json> front() const {
-    double least = 1e300;
+    double min_bytes = 1e300;
     std::vector<Json> some = points_of([](const Json&) { return true; });
     std::erase_if(some, [&](const Json& point) {
-      if (degrees_of(point) >= least) return true;
-      least = degrees_of(point);
+      if (degrees_of(point) >= min_bytes) return true;
+      min_bytes = degrees_of(point);
       return false;
     });
     return some;
@@ -253,8 +253,9 @@ class PlansChart : public ChartKind {
       if (degrees_of(points[i]) > degrees) continue;
       const double bytes = bytes_of(points[i]);
       if (i == 0) return bytes;
-      const double fewer = bytes_of(points[i - 1]), before = degrees_of(points[i - 1]);
-      const double share = std::log(before / degrees) / std::log(before / degrees_of(points[i]));
+      const double fewer = bytes_of(points[i - 1]), coarser_error = degrees_of(points[i - 1]);
+      const double share =
+          std::log(coarser_error / degrees) / std::log(coarser_error / degrees_of(points[i]));
       return fewer * std::pow(bytes / fewer, share);
     }
     return {};
@@ -298,9 +299,9 @@ class PlansChart : public ChartKind {
     };
     std::set<double> sizes;
     for (const Json& point : points_) sizes.insert(point.at("size").number());
-    double before = 0;
+    double former_size = 0;
     for (const double size : sizes) {
-      const double shade = before++ / static_cast<double>(sizes.size());
+      const double shade = former_size++ / static_cast<double>(sizes.size());
       add(map_text(size), {{"thin", shade}},
           points_of([&](const Json& p) { return p.at("size").number() == size; }));
     }

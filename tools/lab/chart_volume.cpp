@@ -174,9 +174,9 @@ class VolumesChart : public ChartKind {
   };
 
   ExtractOptions extract_at(std::uint32_t size) const {
-    ExtractOptions at = extract_;
-    at.size = size;
-    return at;
+    ExtractOptions sized_options = extract_;
+    sized_options.size = size;
+    return sized_options;
   }
 
   BakeOptions bake_options(const VolumeWay& way, std::uint32_t size, Progress progress) const {
@@ -215,13 +215,13 @@ class VolumesChart : public ChartKind {
       for (Sized& sized : sizes_) {
         if (!way.every_size && sized.size != *a_.size) continue;
         const std::string size = std::to_string(sized.size);
-        const bool plain = is_plain(way);
+        const bool without_map = is_plain(way);
         Mark& mark = marks_.emplace_back();
-        mark.name = plain ? way.name : way.name + "_" + size;
+        mark.name = without_map ? way.name : way.name + "_" + size;
         mark.label = way.every_size ? way.label + ", " + size + "²" : way.label;
         mark.family = way.family;
         mark.figures = fields("name label family size", {mark.name, mark.label, mark.family,
-                                                         plain ? Json() : Json(sized.size)});
+                                                         without_map ? Json() : Json(sized.size)});
         tasks_.push_back({&way, &sized});
       }
     }

@@ -220,8 +220,8 @@ Run add_chart(Command& app) {
     a->given = given_flags(*command);
     const auto hard_setting = std::find(a->settings.begin(), a->settings.end(), kHardSurfaceGroup);
     if (hard_setting != a->settings.end()) {
-      const auto at = a->settings.erase(hard_setting);
-      a->settings.insert(at, hard_settings().begin(), hard_settings().end());
+      const auto position = a->settings.erase(hard_setting);
+      a->settings.insert(position, hard_settings().begin(), hard_settings().end());
     }
     Json options = values_json(shared, job);
     if (std::none_of(a->meshes.begin(), a->meshes.end(), is_height_field)) options["height"] = {};

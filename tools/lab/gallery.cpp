@@ -56,7 +56,7 @@ bool make_gallery(const Device& device, const HighPolyInput& dense, const Mesh& 
   });
   steps.count = static_cast<double>(methods.size());
   view.frame = &high;
-  const Scene original(device, high), plain(device, low);
+  const Scene original(device, high), unmapped_low(device, low);
   const TexelViews texel_views(device, low);
   RenderOptions flat = view;
   flat.flat = true;
@@ -66,10 +66,10 @@ bool make_gallery(const Device& device, const HighPolyInput& dense, const Mesh& 
   std::vector<Panel> panels = {
       {draw_with_room(original, view, to_come),
        {"high poly", plural(high.triangles.size(), "face"), ""}},
-      {plain.draw(flat), {"low poly", plural(low.triangles.size(), "face"), ""}}};
+      {unmapped_low.draw(flat), {"low poly", plural(low.triangles.size(), "face"), ""}}};
   const std::vector<ViewAngles> held_out = usual_held_out_angles();
   AnglePictures angles;
-  angles.add(original, plain, view);
+  angles.add(original, unmapped_low, view);
   Json figures = Json::array();
   BakeOptions bake_with;
   bake_with.width = bake_with.height = *a.size;

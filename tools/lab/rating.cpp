@@ -61,10 +61,10 @@ Image draw_field(const Image& field, const std::vector<std::size_t>& texels, con
   const auto width = static_cast<std::int64_t>(field.width);
   const auto height = static_cast<std::int64_t>(field.height);
   const auto value_at = [&](std::size_t texel) {
-    const auto at = static_cast<std::int64_t>(texel);
+    const auto texel_index = static_cast<std::int64_t>(texel);
     for (std::int64_t reach = 0; reach <= kReach; ++reach) {
-      for (std::int64_t y = at / width - reach; y <= at / width + reach; ++y) {
-        for (std::int64_t x = at % width - reach; x <= at % width + reach; ++x) {
+      for (std::int64_t y = texel_index / width - reach; y <= texel_index / width + reach; ++y) {
+        for (std::int64_t x = texel_index % width - reach; x <= texel_index % width + reach; ++x) {
           if (x < 0 || y < 0 || x >= width || y >= height) continue;
           const float value = field.pixels[static_cast<std::size_t>(y * width + x)];
           if (value >= 0) return static_cast<float>(scale * value);
@@ -152,7 +152,8 @@ std::vector<Rating> choose(const MeasureArguments& a, const Inputs& inputs, cons
       rows.push_back({method, method, ""});
       continue;
     }
-    for (const std::string& at : a.visibility_at) rows.push_back({method + "_" + at, method, at});
+    for (const std::string& place : a.visibility_at)
+      rows.push_back({method + "_" + place, method, place});
   }
   if (rows.empty()) fail_usage(left_out.front().reason);
   return rows;
@@ -507,16 +508,16 @@ int run_rating(MeasureArguments a) {
   }
   const std::vector<std::string> tables = tables_of(methods, run.report.at("without_map"));
   run.lines.insert(run.lines.begin(), tables.begin(), tables.end());
-  Json used = fields(
+  Json options = fields(
       "match visibility_at size directions pixels match_flags max_distance height extent",
       {a.matches, a.visibility_at, *a.size, *a.directions, *a.pixels, a.bake.given, a.max_distance,
        is_height_field(a.high) ? Json(a.heights.height) : Json(), extent_json(a.heights)});
-  used.update(describe_view(view));
-  if (!inputs.maps.empty()) used["maps"] = inputs.maps;
-  run.report.update(
-      fields("device inputs options methods",
-             {describe(device.info()),
-              fields("high low", {describe(high, a.high), describe(low, a.low)}), used, methods}));
+  options.update(describe_view(view));
+  if (!inputs.maps.empty()) options["maps"] = inputs.maps;
+  run.report.update(fields(
+      "device inputs options methods",
+      {describe(device.info()), fields("high low", {describe(high, a.high), describe(low, a.low)}),
+       options, methods}));
   return run.end();
 }
 

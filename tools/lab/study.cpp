@@ -179,8 +179,8 @@ std::optional<Study> measure_study(const Device& device, const Mesh& high, const
   // All three studies use the same views, so that their figures are comparable.
   std::vector<Vec3> used_views = spread_views(*a.views);
   for (const std::uint32_t count : kStudyViews) {
-    const std::vector<Vec3> more = spread_views(count);
-    used_views.insert(used_views.end(), more.begin(), more.end());
+    const std::vector<Vec3> views_of_count = spread_views(count);
+    used_views.insert(used_views.end(), views_of_count.begin(), views_of_count.end());
   }
   const std::vector<Vec3> held_out = held_out_views(kHeldOutViews, used_views, kMinHeldOutAngle);
   run.report["measured_from"] =
@@ -273,10 +273,10 @@ double degrees_of(const Json& row) { return row.at(kDegrees).number(); }
 /// The first figure of a series whose mean angle is within 5% of the smallest: further views or texels gain little.
 const Json& levels_off(const std::vector<Json>& series) {
   constexpr double kMaxRelativeGain = 0.05;
-  double least = degrees_of(series.front());
-  for (const Json& row : series) least = std::min(least, degrees_of(row));
+  double min_error = degrees_of(series.front());
+  for (const Json& row : series) min_error = std::min(min_error, degrees_of(row));
   return *std::find_if(series.begin(), series.end(), [&](const Json& row) {
-    return degrees_of(row) <= least * (1 + kMaxRelativeGain);
+    return degrees_of(row) <= min_error * (1 + kMaxRelativeGain);
   });
 }
 
@@ -368,12 +368,12 @@ Json size_plot(const Study& study, const MeasureArguments& a, const std::string&
   angles["rings"]["title"] = "larger maps gain less than 5%";
   const std::vector<Json> without = select(study, kNone);
   const double last = static_cast<double>(std::max<std::size_t>(2, without.size()) - 1);
-  double before = 0;
-  for (const Json& none : without) {
-    const std::vector<Json> series = select(study, kKiln, none.at("target_faces").number());
-    angles["curves"].push_back(curve_of(count_text(none.at("target_faces")) + " faces (no map: " +
-                                            fixed_text(degrees_of(none), 2) + ")",
-                                        before++ / last, series, "size", kDegrees));
+  double curve_index = 0;
+  for (const Json& row : without) {
+    const std::vector<Json> series = select(study, kKiln, row.at("target_faces").number());
+    angles["curves"].push_back(curve_of(count_text(row.at("target_faces")) + " faces (no map: " +
+                                            fixed_text(degrees_of(row), 2) + ")",
+                                        curve_index++ / last, series, "size", kDegrees));
     const Json& enough = levels_off(series);
     if (&enough == &series.back()) continue;
     angles["rings"]["x"].push_back(enough.at("size"));
@@ -394,8 +394,8 @@ Json levels_off_at(const Study& study, const MeasureArguments& a) {
       enough[curve] = levels_off(select(study, curve)).at("views");
     }
   } else if (a.study == "size") {
-    for (const Json& none : select(study, kNone)) {
-      const double faces = none.at("target_faces").number();
+    for (const Json& row : select(study, kNone)) {
+      const double faces = row.at("target_faces").number();
       enough[text_of(faces)] = levels_off(select(study, kKiln, faces)).at("size");
     }
   }

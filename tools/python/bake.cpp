@@ -52,7 +52,7 @@ nb::list words_of(const std::vector<Warning>& warnings) {
 }
 
 nb::dict words_of(const std::vector<MapError>& errors) {
-  nb::dict all;
+  nb::dict errors_by_map;
   for (const MapError& error : errors) {
     nb::dict d;
     d["unit"] = std::string(error.unit);
@@ -62,15 +62,16 @@ nb::dict words_of(const std::vector<MapError>& errors) {
     d["max"] = error.max;
     d["texels"] = error.texels;
     d["against"] = std::string(error.against);
-    all[nb::str(error.kind.name.data(), error.kind.name.size())] = d;
+    errors_by_map[nb::str(error.kind.name.data(), error.kind.name.size())] = d;
   }
-  return all;
+  return errors_by_map;
 }
 
 BakedMap& map_of(PyBake& self, const std::string& name) {
-  const auto at = std::find(self.names.begin(), self.names.end(), name);
-  if (at == self.names.end()) throw nb::key_error(("no map '" + name + "' was baked").c_str());
-  return self.result.maps[static_cast<std::size_t>(at - self.names.begin())];
+  const auto found_name = std::find(self.names.begin(), self.names.end(), name);
+  if (found_name == self.names.end())
+    throw nb::key_error(("no map '" + name + "' was baked").c_str());
+  return self.result.maps[static_cast<std::size_t>(found_name - self.names.begin())];
 }
 
 nb::any pixels(PyBake& self, Image& image) {
@@ -288,7 +289,7 @@ nb::tuple asset_maps(const PyBake& self, const std::vector<std::string>& names, 
   const Call call;
   std::vector<BakedMap> maps = self.result.maps;
   std::string left_out_maps;
-  AssetMaps places = call.run([&] {
+  AssetMaps slots = call.run([&] {
     const AssetMaps pictures = kiln::asset_maps(maps, &left_out_maps);
     for (BakedMap& map : maps) {
       if (padded) pad_for_mips(map, self.result.coverage);
@@ -299,12 +300,12 @@ nb::tuple asset_maps(const PyBake& self, const std::vector<std::string>& names, 
   for (const std::string& name : names) {
     for (BakedMap& map : maps) {
       Image& image = map.image;
-      if (*slot_of(places, name) != &image) continue;
+      if (*slot_of(slots, name) != &image) continue;
       const std::size_t height = image.height, width = image.width, channels = image.channels;
       files[name.c_str()] = array(std::move(image.pixels), {height, width, channels});
     }
   }
-  return nb::make_tuple(files, places.emission_strength, left_out_maps);
+  return nb::make_tuple(files, slots.emission_strength, left_out_maps);
 }
 
 }  // namespace

@@ -44,11 +44,11 @@ JobInput input_of(const PyMesh& mesh, const Call& call) {
 /// Calls the caller's function with a match. \returns the function's images by material slot
 std::map<std::string, Image> sampled(const nb::object& function, const Match& match,
                                      const Mesh& high) {
-  Mesh places;  // a mesh with only those attributes from which positions are computed
-  places.origin = high.origin;
-  places.positions = high.positions;
-  places.triangles = high.triangles;
-  auto kept_places = shared(std::move(places));
+  Mesh position_mesh;  // a mesh with only those attributes from which positions are computed
+  position_mesh.origin = high.origin;
+  position_mesh.positions = high.positions;
+  position_mesh.triangles = high.triangles;
+  auto kept_places = shared(std::move(position_mesh));
   auto found = std::make_shared<const Match>(match);
   const nb::gil_scoped_acquire locked;
   const nb::dict named_pixels = nb::cast<nb::dict>(

@@ -16,7 +16,7 @@ using nb::literals::operator""_a;
 
 template <typename T>
 T word(const Words<T>& words, const char* parameter, const std::string& text) {
-  if (const T* const known = words.find(text)) return *known;
+  if (const T* const value = words.find(text)) return *value;
   std::string names;
   for (const auto& [name, value] : words) names += (names.empty() ? "" : ", ") + std::string(name);
   throw Error(ErrorCode::usage,

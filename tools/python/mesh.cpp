@@ -383,14 +383,14 @@ PyMesh load_file(const std::filesystem::path& path, const std::string& triangula
   const Call call;
   std::vector<Warning> warnings;
   LoadMeshOptions options;
-  const Triangulation* const known = Words(kTriangulations).find(triangulate);
-  if (known == nullptr) {
+  const Triangulation* const triangulation = Words(kTriangulations).find(triangulate);
+  if (triangulation == nullptr) {
     throw Error(
         ErrorCode::usage,
         option("triangulate") + " is '" + triangulate + "': give auto, blender, fan or shortest.",
         "option-enum");
   }
-  options.triangulation = *known;
+  options.triangulation = *triangulation;
   options.uv_set = uv_set;
   if (!up.empty()) options.up = parse_up(up);
   PyMesh mesh{call.run([&] { return shared(load_mesh(path, options, &warnings)); })};

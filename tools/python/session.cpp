@@ -142,7 +142,7 @@ class PyBakeSession {
     const auto rows = doubles(given, "positions", {-1, 3});
     work_.use([&](Work& work) {
       const Mesh& high = work.session.high();
-      const std::uint32_t from =
+      const std::uint32_t first_vertex =
           first_row("positions", first, rows.shape(0), high.positions.size());
       std::vector<Vec3> positions(rows.shape(0));
       std::uint64_t moved_count = 0;
@@ -157,10 +157,11 @@ class PyBakeSession {
         positions[i] = {static_cast<float>(p[0] - high.origin[0]),
                         static_cast<float>(p[1] - high.origin[1]),
                         static_cast<float>(p[2] - high.origin[2])};
-        moved_count += positions[i] == high.positions[from + i] ? 0 : 1;
+        moved_count += positions[i] == high.positions[first_vertex + i] ? 0 : 1;
       }
-      with_parameter("positions",
-                     [&] { call.run([&] { work.session.set_positions(from, positions); }); });
+      with_parameter("positions", [&] {
+        call.run([&] { work.session.set_positions(first_vertex, positions); });
+      });
       moved_ += moved_count;
     });
   }
@@ -177,11 +178,12 @@ class PyBakeSession {
                 ": the high poly has no explicit normals; its computed ones follow the positions.",
             "option-contradiction");
       }
-      const std::uint32_t from = first_row("normals", first, rows.shape(0), high.normals.size());
+      const std::uint32_t first_vertex =
+          first_row("normals", first, rows.shape(0), high.normals.size());
       const auto* const begin = reinterpret_cast<const Vec3*>(rows.data());
       const std::vector<Vec3> normals(begin, begin + rows.shape(0));
       with_parameter("normals",
-                     [&] { call.run([&] { work.session.set_normals(from, normals); }); });
+                     [&] { call.run([&] { work.session.set_normals(first_vertex, normals); }); });
       turned_ = true;
     });
   }
@@ -245,16 +247,16 @@ class PyBakeSession {
   /// Warns if positions moved but explicit normals did not, since these do not follow positions.
   std::vector<Warning> look_at_normals(const Mesh& high) {
     std::vector<Warning> notes;
-    const std::uint64_t moved = std::exchange(moved_, 0);
+    const std::uint64_t moved_count = std::exchange(moved_, 0);
     const bool turned = std::exchange(turned_, false);
-    if (high.normals.empty() || (moved == 0 && !turned)) return notes;
+    if (high.normals.empty() || (moved_count == 0 && !turned)) return notes;
     if (!turned) {
       notes.push_back({"normals-stayed",
                        "'" + high.name + "' has explicit normals, which did not change when " +
-                           std::to_string(moved) +
+                           std::to_string(moved_count) +
                            " of its vertices moved: update them by set_normals(). Normals of a "
                            "mesh without explicit ones are updated automatically.",
-                       moved});
+                       moved_count});
     }
     std::vector<Warning> opposed;
     Mesh copy = high;
@@ -283,12 +285,12 @@ class PyViewSession {
       : high_(source.high) {
     const Call call;
     auto request = std::make_unique<Request>(words, nullptr, std::vector<PyMesh>(), true, false);
-    const Source kept = source.get();
+    const Source source_copy = source.get();
     std::vector<Warning> warnings;
     work_.set(call.run([&] {
-      request->prepare(&kept, source.high, source.faces_inwards, low);
+      request->prepare(&source_copy, source.high, source.faces_inwards, low);
       warnings = request->warnings;
-      ViewSession session(kept, request->low(), request->options);
+      ViewSession session(source_copy, request->low(), request->options);
       return std::make_shared<Work>(Work{std::move(request), std::move(session)});
     }));
     warn(warnings);

@@ -72,10 +72,10 @@ std::shared_ptr<const Mesh> with_corrected_normals(const std::shared_ptr<const M
                                                    const char* which, Trusted trust,
                                                    std::vector<Warning>& warnings) {
   if (mesh->normals.empty()) return mesh;
-  Mesh turned = *mesh;
-  const std::size_t before = warnings.size();
-  correct_normals(which, trust, turned, warnings);
-  return warnings.size() == before ? mesh : shared(std::move(turned));
+  Mesh corrected = *mesh;
+  const std::size_t former_count = warnings.size();
+  correct_normals(which, trust, corrected, warnings);
+  return warnings.size() == former_count ? mesh : shared(std::move(corrected));
 }
 
 void add_source(nb::module_& module) {

@@ -101,9 +101,9 @@ nb::list run_texture_sets(const PyMesh& low, const std::string& word) {
     if (by == SetsBy::none) return;
     tiles = by == SetsBy::udim;
     sets = find_texture_sets(*low.mesh, by);
-    Mesh whole = *low.mesh;
-    whole.tangents = tangents_of(whole);
-    for (const TextureSet& set : sets) meshes.push_back(shared(low_of_set(whole, set)));
+    Mesh joined = *low.mesh;
+    joined.tangents = tangents_of(joined);
+    for (const TextureSet& set : sets) meshes.push_back(shared(low_of_set(joined, set)));
   });
   nb::list list;
   for (std::size_t i = 0; i < meshes.size(); ++i) {

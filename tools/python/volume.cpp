@@ -29,8 +29,8 @@ PyVolume from_array(nb::handle voxels, const std::array<double, 3>& spacing,
   const nb::object checked = nb::module_::import_("kiln._arrays").attr("voxels")(voxels);
   const auto values =
       nb::cast<nb::ndarray<nb::ro, nb::ndim<3>, nb::c_contig, nb::device::cpu>>(checked);
-  PyVolume made;
-  Volume& volume = made.volume;
+  PyVolume result;
+  Volume& volume = result.volume;
   volume.name = name;
   for (std::size_t k = 0; k < 3; ++k) {
     if (!(spacing[k] > 0)) {
@@ -51,7 +51,7 @@ PyVolume from_array(nb::handle voxels, const std::array<double, 3>& spacing,
                                   : (is_signed ? VoxelType::i32 : VoxelType::u32);
   const auto* const first = static_cast<const std::byte*>(values.data());
   volume.voxels.assign(first, first + values.size() * size_of(volume.type));
-  return made;
+  return result;
 }
 
 ContourOptions contour_options(double iso, const std::string& inside, const std::string& border,
@@ -105,9 +105,9 @@ nb::tuple run_extract(const PyVolume& voxels, double iso, const std::string& ins
   options.flip_y = flip_y;
   std::shared_ptr<const Mesh> mesh;
   ExtractResult result = call.run([&] {
-    ExtractResult made = extract(device_of(device), voxels.volume, options);
-    mesh = shared(std::move(made.mesh));
-    return made;
+    ExtractResult result = extract(device_of(device), voxels.volume, options);
+    mesh = shared(std::move(result.mesh));
+    return result;
   });
   warn(result.report.warnings);
   nb::dict d;

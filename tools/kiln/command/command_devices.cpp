@@ -91,10 +91,10 @@ void let_all_read(const std::filesystem::path& folder) {
     std::filesystem::permissions(path, rights, std::filesystem::perm_options::add, ignored);
   };
   add(folder, kFolder);
-  for (std::filesystem::recursive_directory_iterator at(folder, ignored), end;
-       !ignored && at != end; at.increment(ignored)) {
+  for (std::filesystem::recursive_directory_iterator entry(folder, ignored), end;
+       !ignored && entry != end; entry.increment(ignored)) {
     std::error_code ignored_error;
-    add(at->path(), at->is_directory(ignored_error) ? kFolder : kFile);
+    add(entry->path(), entry->is_directory(ignored_error) ? kFolder : kFile);
   }
 }
 

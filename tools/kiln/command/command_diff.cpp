@@ -91,15 +91,15 @@ std::set<std::string> files_below(const std::filesystem::path& folder, const std
   namespace fs = std::filesystem;
   std::set<std::string> files;
   std::error_code error;
-  fs::recursive_directory_iterator at(folder, error);
-  for (; !error && at != fs::recursive_directory_iterator(); at.increment(error)) {
-    if (at->path().filename().string().starts_with('.')) {
-      at.disable_recursion_pending();
+  fs::recursive_directory_iterator entry(folder, error);
+  for (; !error && entry != fs::recursive_directory_iterator(); entry.increment(error)) {
+    if (entry->path().filename().string().starts_with('.')) {
+      entry.disable_recursion_pending();
       continue;
     }
     std::error_code ignored_error;
-    if (at->is_regular_file(ignored_error))
-      files.insert(at->path().lexically_relative(folder).generic_string());
+    if (entry->is_regular_file(ignored_error))
+      files.insert(entry->path().lexically_relative(folder).generic_string());
   }
   if (error) {
     throw Error(ErrorCode::input,

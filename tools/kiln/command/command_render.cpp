@@ -290,10 +290,10 @@ int run_render(const RenderArguments& arguments) {
   RenderOptions options = render_options(arguments);
   prepare_parent(arguments.out);
   prepare_parent(arguments.json);
-  std::vector<std::string> references = more_high, shown = more_low;
+  std::vector<std::string> references = more_high, low_files = more_low;
   if (!arguments.reference.empty()) references.push_back(arguments.reference);
-  shown.push_back(arguments.mesh);
-  check_mesh_frame(bake_as.frame, references, shown, {});
+  low_files.push_back(arguments.mesh);
+  check_mesh_frame(bake_as.frame, references, low_files, {});
   std::vector<Warning> warnings;
   MeshFiles files_of_mesh = load_low_files(baking(arguments), warnings, shows_own_maps(arguments));
   warn_of_shared_texels(files_of_mesh, warnings);

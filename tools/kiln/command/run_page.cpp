@@ -26,8 +26,8 @@ namespace fs = std::filesystem;
 struct PageSizes {
   std::uint32_t picture = 256, map = 512;
 };
-constexpr double kBytesOfTexel = 1.5, kMostPictureBytes = 48e6, kMostMapBytes = 96e6;
-constexpr std::uint32_t kLeastPicture = 64, kLeastMap = 32;
+constexpr double kBytesOfTexel = 1.5, kMaxPictureBytes = 48e6, kMaxMapBytes = 96e6;
+constexpr std::uint32_t kMinPictureSide = 64, kMinMapSide = 32;
 constexpr double kPicturesOfAsset = 4;
 
 PageSizes sizes_of(const std::vector<AssetResult>& results) {
@@ -43,9 +43,9 @@ PageSizes sizes_of(const std::vector<AssetResult>& results) {
     return side;
   };
   PageSizes sizes;
-  sizes.picture = fit(sizes.picture, kLeastPicture, kPicturesOfAsset * static_cast<double>(assets),
-                      kMostPictureBytes);
-  sizes.map = fit(sizes.map, kLeastMap, static_cast<double>(maps), kMostMapBytes);
+  sizes.picture = fit(sizes.picture, kMinPictureSide,
+                      kPicturesOfAsset * static_cast<double>(assets), kMaxPictureBytes);
+  sizes.map = fit(sizes.map, kMinMapSide, static_cast<double>(maps), kMaxMapBytes);
   return sizes;
 }
 
@@ -188,9 +188,9 @@ void save_page(const fs::path& path, const Json& report) {
   }
   linked["assets"] = std::move(assets);
   const std::string page = kReportPage, mark = "@REPORT@";
-  const std::size_t at = page.find(mark);
-  save_text(path, page.substr(0, at) + std::string(kReportBegin) + report_in_page(linked) +
-                      std::string(kReportEnd) + page.substr(at + mark.size()));
+  const std::size_t mark_start = page.find(mark);
+  save_text(path, page.substr(0, mark_start) + std::string(kReportBegin) + report_in_page(linked) +
+                      std::string(kReportEnd) + page.substr(mark_start + mark.size()));
 }
 
 }  // namespace kiln::cli

@@ -58,22 +58,22 @@ int run_watched(const std::function<std::set<std::string>()>& files,
   const std::vector<std::string> words = own_words();
   std::set<std::string> watched = files();
   const auto observe = [&] {
-    Observation now;
-    for (const std::string& file : watched) now.states[file] = state_of(file);
-    now.plan = plan();
-    return now;
+    Observation observation;
+    for (const std::string& file : watched) observation.states[file] = state_of(file);
+    observation.plan = plan();
+    return observation;
   };
   for (;;) {
-    const Observation before = observe();
+    const Observation state_before = observe();
     run_again(words);
     if (interrupted()) return kExitCancelled;
     watched = files();
     Observation baseline = observe();
     // Files that were saved during the run count as changed. Files that only the run found get their current state.
-    for (const auto& [file, state] : before.states) {
+    for (const auto& [file, state] : state_before.states) {
       if (baseline.states.count(file) != 0) baseline.states[file] = state;
     }
-    baseline.plan = before.plan;
+    baseline.plan = state_before.plan;
     console.line("watching " + counted(watched.size(), "file") + "; press Ctrl-C to end");
     for (;;) {
       const auto start = std::chrono::steady_clock::now();
@@ -84,10 +84,10 @@ int run_watched(const std::function<std::set<std::string>()>& files,
     }
     for (Observation last = observe();;) {
       std::this_thread::sleep_for(kSettled);
-      Observation now = observe();
+      Observation current = observe();
       if (interrupted()) return kExitCancelled;
-      if (now == last) break;
-      last = std::move(now);
+      if (current == last) break;
+      last = std::move(current);
     }
   }
 }

@@ -54,9 +54,9 @@ std::string map_name(const Job& job, const std::string& file) {
 /// The written file of a slot; empty if there is none.
 std::string file_for(const Image* AssetMaps::*place, const Job& job,
                      const std::vector<std::string>& files) {
-  AssetMaps places;
+  AssetMaps slots;
   for (const std::string& file : files) {
-    if (is_map_file(file) && slot_of(places, map_name(job, file)) == &(places.*place)) return file;
+    if (is_map_file(file) && slot_of(slots, map_name(job, file)) == &(slots.*place)) return file;
   }
   return {};
 }
@@ -116,7 +116,7 @@ MapPicture picture_of(const std::string& name, const Image& map, std::uint32_t s
   result.channels = map.channels;
   result.hash = pixel_hash(map);
   const std::size_t texels = std::size_t{map.width} * map.height;
-  double least = 0, most = 1;
+  double min_value = 0, max_value = 1;
   for (std::uint32_t c = 0; c < map.channels; ++c) {
     double low = HUGE_VAL, high = -HUGE_VAL, sum = 0;
     std::size_t count = 0;
@@ -134,15 +134,15 @@ MapPicture picture_of(const std::string& name, const Image& map, std::uint32_t s
     result.mean.push_back(has_values ? std::optional(sum / static_cast<double>(count))
                                      : std::nullopt);
     if (!has_values || c == 3) continue;
-    least = std::min(least, low);
-    most = std::max(most, high);
+    min_value = std::min(min_value, low);
+    max_value = std::max(max_value, high);
   }
   // Values of EXR may have any range; those of other formats are in [0, 1].
-  result.shown_from = least;
-  result.shown_to = most;
+  result.shown_from = min_value;
+  result.shown_to = max_value;
   const Image reduced = downsample(map, side);
   // A PNG stores grey or RGB, so a map of two channels gets a third of 0.
-  result.picture = channels_of(reduced, 0, reduced.channels == 1 ? 1 : 3, least, most);
+  result.picture = channels_of(reduced, 0, reduced.channels == 1 ? 1 : 3, min_value, max_value);
   if (map.channels == 4) result.alpha = channels_of(reduced, 3, 1, 0, 1);
   return result;
 }

@@ -102,9 +102,9 @@ Colour scale_colour(double share) {
                                              {0.976F, 0.549F, 0.039F},
                                              {0.976F, 0.789F, 0.198F},
                                              {0.988F, 1.000F, 0.645F}}};
-  const double at = std::clamp(share, 0.0, 1.0) * (kStops.size() - 1);
-  const std::size_t first = std::min(static_cast<std::size_t>(at), kStops.size() - 2);
-  const auto part = static_cast<float>(at - static_cast<double>(first));
+  const double stop = std::clamp(share, 0.0, 1.0) * (kStops.size() - 1);
+  const std::size_t first = std::min(static_cast<std::size_t>(stop), kStops.size() - 2);
+  const auto part = static_cast<float>(stop - static_cast<double>(first));
   Colour colour{};
   for (std::size_t c = 0; c < 3; ++c) {
     colour[c] = kStops[first][c] + (kStops[first + 1][c] - kStops[first][c]) * part;

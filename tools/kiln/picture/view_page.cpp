@@ -150,11 +150,11 @@ class PictureList {
     const auto [entry, added] = known_.try_emplace(key, known_.size());
     if (!added) return entry->second;
     held_.push_back(image);
-    Image shown{image->width, image->height, channel ? 1U : with_alpha ? 4U : 3U, {}};
-    shown.pixels.resize(std::size_t{shown.width} * shown.height * shown.channels);
-    for (std::size_t i = 0; i < std::size_t{shown.width} * shown.height; ++i) {
+    Image picture{image->width, image->height, channel ? 1U : with_alpha ? 4U : 3U, {}};
+    picture.pixels.resize(std::size_t{picture.width} * picture.height * picture.channels);
+    for (std::size_t i = 0; i < std::size_t{picture.width} * picture.height; ++i) {
       const float* const from = &image->pixels[i * image->channels];
-      float* const to = &shown.pixels[i * shown.channels];
+      float* const to = &picture.pixels[i * picture.channels];
       if (channel) {
         to[0] = *channel < image->channels ? from[*channel] * factor.times[0] + factor.plus : 1;
         continue;
@@ -164,7 +164,7 @@ class PictureList {
     }
     SaveImageOptions options;
     options.format = ImageFormat::png8;
-    const std::vector<std::byte> bytes = encode(shown, options);
+    const std::vector<std::byte> bytes = encode(picture, options);
     list_.push_back(Json{{"uri", "data:image/png;base64," + encoded(bytes)},
                          {"name", name},
                          {"width", image->width},
@@ -288,17 +288,17 @@ Json materials_json(const ViewedMesh& viewed, PictureList& pictures,
     materials.resize(std::max<std::size_t>(1, viewed.mesh->material_names.size()));
   leave_out_other_sets(viewed, materials, warnings);
   Json list = Json::array();
-  for (const Material& of : materials) {
-    const bool clear = of.multiplies || of.opacity < 1 || !of.opacity_map.empty();
-    const char* const alpha = !clear || of.alpha_mode == AlphaMode::opaque ? "opaque"
-                              : of.alpha_mode == AlphaMode::mask           ? "cutout"
-                                                                           : "blend";
-    list.push_back(Json{{"name", of.name},
+  for (const Material& material : materials) {
+    const bool clear = material.multiplies || material.opacity < 1 || !material.opacity_map.empty();
+    const char* const alpha = !clear || material.alpha_mode == AlphaMode::opaque ? "opaque"
+                              : material.alpha_mode == AlphaMode::mask           ? "cutout"
+                                                                                 : "blend";
+    list.push_back(Json{{"name", material.name},
                         {"alpha", alpha},
-                        {"cutoff", of.alpha_cutoff},
-                        {"opacity", of.opacity},
-                        {"double_sided", of.double_sided},
-                        {"normal_scale", of.normal_scale},
+                        {"cutoff", material.alpha_cutoff},
+                        {"opacity", material.opacity},
+                        {"double_sided", material.double_sided},
+                        {"normal_scale", material.normal_scale},
                         {"slots", Json::object()}});
   }
   if (viewed.materials.empty() || viewed.mesh->uvs.empty()) return list;
@@ -311,19 +311,20 @@ Json materials_json(const ViewedMesh& viewed, PictureList& pictures,
                     [&](const Material& of) { return !(of.*row.picture).empty(); });
     if (!any_transparent) {
       for (std::size_t m = 0; m < materials.size(); ++m) {
-        const Material& of = materials[m];
+        const Material& material = materials[m];
         const auto number = [&](float value) {
           slot_of(m, row) = {{"value", Json::array({value, value, value})}};
         };
-        if (row.slot == MaterialSlot::color && of.color_from != MaterialNumber::none)
-          slot_of(m, row) = {{"value", Json::array({of.color[0], of.color[1], of.color[2]})}};
-        if (row.slot == MaterialSlot::roughness && of.roughness_from != MaterialNumber::none)
-          number(of.roughness);
-        if (row.slot == MaterialSlot::metallic && of.metallic_from != MaterialNumber::none)
-          number(of.metallic);
-        if (row.slot == MaterialSlot::emission && of.emission_from != MaterialNumber::none) {
-          slot_of(m,
-                  row) = {{"value", Json::array({of.emission[0], of.emission[1], of.emission[2]})}};
+        if (row.slot == MaterialSlot::color && material.color_from != MaterialNumber::none)
+          slot_of(m, row) = {
+              {"value", Json::array({material.color[0], material.color[1], material.color[2]})}};
+        if (row.slot == MaterialSlot::roughness && material.roughness_from != MaterialNumber::none)
+          number(material.roughness);
+        if (row.slot == MaterialSlot::metallic && material.metallic_from != MaterialNumber::none)
+          number(material.metallic);
+        if (row.slot == MaterialSlot::emission && material.emission_from != MaterialNumber::none) {
+          slot_of(m, row) = {{"value", Json::array({material.emission[0], material.emission[1],
+                                                    material.emission[2]})}};
         }
       }
       continue;
@@ -416,10 +417,10 @@ std::string view_page(const ViewPage& page, const ViewedMesh& low, const ViewedM
   std::string result;
   std::string_view remaining_page = kViewPage;
   while (!remaining_page.empty()) {
-    const std::size_t at = remaining_page.find('@');
-    result += remaining_page.substr(0, at);
-    if (at == std::string_view::npos) break;
-    remaining_page.remove_prefix(at);
+    const std::size_t mark_start = remaining_page.find('@');
+    result += remaining_page.substr(0, mark_start);
+    if (mark_start == std::string_view::npos) break;
+    remaining_page.remove_prefix(mark_start);
     const auto text = std::find_if(texts.begin(), texts.end(), [&](const auto& entry) {
       return remaining_page.starts_with(entry.first);
     });
