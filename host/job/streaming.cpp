@@ -88,8 +88,9 @@ ShadingReport shading_of(const MeshStream& streamed) {
 
 Source make_streamed_source(const Device& device, const Job& job, const LoadedHigh& high,
                             RunLog& log) {
-  ProgressGuard guard(
-      [&](double, std::string_view stage) { return log.goes_on(kAtSource, stage); });
+  ProgressGuard guard([&](double, std::string_view stage) {
+    return log.report_progress(kProgressAtSource, stage);
+  });
   return streamed_source(device, std::make_shared<ChunkedMesh>(high.streamed), job.traversal);
 }
 
