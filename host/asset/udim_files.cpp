@@ -207,19 +207,20 @@ TileFiles find_tiles(const fs::path& picture, const TileCounts* counts,
   const std::string token = "'" + name->token_path().filename().string() + "'";
   if (2 * with_file < all_triangles || named_by_others) {
     result.tiles.clear();
-    result.note = quoted +
-                  " repeats, though UVs leave its square and there are pictures with the "
-                  "numbers of other squares beside it (" +
-                  found + "): " +
-                  (named_by_others ? "other materials name them"
-                                   : "most of the squares that UVs reach have none") +
-                  ". Name it " + token + " where it is a UDIM set.";
+    result.note =
+        quoted +
+        " is repeated over all UV tiles, although UVs leave the first tile and pictures of other "
+        "tiles exist beside it (" +
+        found + "): " +
+        (named_by_others ? "other materials use those" : "most of the used tiles have no picture") +
+        ". If it is part of a UDIM set, name it " + token + ".";
     return result;
   }
-  result.note = quoted +
-                " was taken for a UDIM set, since UVs reach the squares of pictures beside "
-                "it (" +
-                found + "). Name it " + token + " to say so, or move the others where it repeats.";
+  result.note =
+      quoted +
+      " is read as part of a UDIM set, since UVs use the tiles of the pictures beside it (" +
+      found + "). To state this, name it " + token +
+      "; if it should repeat instead, move the other pictures away.";
   return result;
 }
 

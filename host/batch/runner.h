@@ -53,9 +53,9 @@ struct RunBatchOptions {
   /// Polled during the run, and cancels it by returning true; may be empty
   std::function<bool()> interrupted;
   /// Runs a shell command with `input` on its standard input.
-  /// \param said  receives the command's output
+  /// \param output  receives the command's output
   /// \returns the command's exit code
-  std::function<int(const std::string& command, const std::string& input, std::string& said)>
+  std::function<int(const std::string& command, const std::string& input, std::string& output)>
       run_command;
   /// Checks an asset that was baked, unchanged or restored, and returns its problems; with one or more, the asset
   /// fails. Called concurrently. May be empty

@@ -172,7 +172,7 @@ BakeResult move_plan_result(PlannedLow& planned, LowMesh& low) {
   return result;
 }
 
-std::vector<std::string> trade_table(const LowPolyPlan& plan) {
+std::vector<std::string> plan_table_lines(const LowPolyPlan& plan) {
   std::string text =
       formatted("%9s %9s %12s %10s %10s", "faces", "vertices", "map", "KiB", "degrees");
   std::vector<std::string> lines = {text};

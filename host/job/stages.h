@@ -280,7 +280,7 @@ Warning plan_not_reached(const LowPolyPlan& plan, const std::string& place = {})
 void warn_of_outline(const LowPolyPlan& plan, const std::string& place,
                      std::vector<Warning>& warnings);
 /// The trade-off between faces and texels as lines of a table.
-std::vector<std::string> trade_table(const LowPolyPlan& plan);
+std::vector<std::string> plan_table_lines(const LowPolyPlan& plan);
 Json low_poly_plan_json(const LowPolyPlan& plan, std::uint32_t screen);
 /// Makes a plan call RunHooks::on_plan as soon as it is chosen.
 void forward_plan_to_hook(const BakeScene& scene, LowPolyPlanOptions& options);

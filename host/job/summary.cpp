@@ -206,7 +206,7 @@ void add_summary(const RunOutcome& outcome, const Source::Stats& source) {
                  " computes them)");
   }
   if (plan != nullptr && !outcome.planned->within_bytes) {
-    for (const std::string& line : trade_table(*plan)) console.line(line);
+    for (const std::string& line : plan_table_lines(*plan)) console.line(line);
   }
   if (outcome.asset.fitted) {
     for (const std::string& line : bytes_table(outcome)) console.line(line);

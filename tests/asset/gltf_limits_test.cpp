@@ -238,8 +238,8 @@ TEST(GltfLimits, PicturesOfOtherExtensionsAreTold) {
   for (const Warning& warning : warnings) {
     if (warning.code == "picture-missing") text = warning.message.text();
   }
-  EXPECT_NE(text.find("1 picture of its materials (textures[0]: EXT_texture_unheard_of) is of an "
-                      "extension that Kiln does not read"),
+  EXPECT_NE(text.find("1 picture of its materials (textures[0]: EXT_texture_unheard_of) is in a "
+                      "format of an extension that Kiln does not read"),
             std::string::npos)
       << text;
 }

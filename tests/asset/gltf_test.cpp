@@ -859,7 +859,7 @@ TEST(Gltf, FilesThatLie) {
   bad({"bufferViews[0].buffer"}, [](json& j) { j["bufferViews"][0]["buffer"] = 3; });
   bad({"buffers[0]", "truncated"}, [](json& j) { j["buffers"] = {{{"byteLength", 100000}}}; });
   bad({"nodes[0].mesh"}, [](json& j) { j["nodes"][0]["mesh"] = 4; });
-  bad({"nodes", "ancestors"}, [](json& j) {
+  bad({"nodes", "own ancestor"}, [](json& j) {
     j["nodes"].push_back({{"children", {2}}});
     j["nodes"].push_back({{"children", {1}}});
   });

@@ -124,7 +124,7 @@ TEST(MeshIo, RefusesCountsThatTheFileCannotHold) {
   }
   std::string stl = binary_stl({{Vec3{0, 0, 0}, Vec3{1, 0, 0}, Vec3{0, 1, 0}}});
   stl[83] = '\x7f';
-  expect_bad_text("c.stl", stl, {"promises", "truncated", "again"});
+  expect_bad_text("c.stl", stl, {"declares", "truncated", "again"});
   expect_bad_text("c.off", "OFF\n4000000000 1 0\n0 0 0\n", {"4000000000", "truncated"});
   expect_bad_text("c.off", "OFF\n1 4000000000 0\n0 0 0\n", {"4000000000", "truncated"});
   expect_bad_text("c.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n4000000000 0 1 2\n",

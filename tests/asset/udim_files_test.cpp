@@ -156,7 +156,7 @@ TEST(UdimFiles, ANumberIsATileWhereUvsReachItsSiblings) {
   const Loaded tiled = load(materials, quads({0, 1, 2, 3, 4}));
   EXPECT_TRUE(tiled.tiles().empty());
   ASSERT_EQ(tiled.warnings.size(), 1U);
-  EXPECT_NE(tiled.warnings[0].message.text().find("repeats"), std::string::npos);
+  EXPECT_NE(tiled.warnings[0].message.text().find("is repeated"), std::string::npos);
   // No sibling at all: it repeats, as ever.
   fs::remove(folder / "u.1002.png");
   const Loaded without = load(materials, quads({0, 1}));

@@ -18,7 +18,7 @@ namespace {
 
 /// Id of the process that opened the first device. A forked child has no threads of the driver, so it must not use the
 /// device.
-std::atomic<pid_t> opened_in{0};
+std::atomic<pid_t> opening_process{0};
 thread_local bool in_callback = false;
 
 nb::object errors() { return nb::module_::import_("kiln._errors"); }
@@ -58,13 +58,13 @@ void translate(const std::exception_ptr& thrown, void*) {
   }
 }
 
-/// True for False, and for boolean scalars of NumPy and other array libraries, as from `done < limit`. Neither 0 nor an
-/// empty list counts, since a callback may return these by accident.
-bool is_false(const nb::object& said) {
-  if (!nb::hasattr(said, "dtype")) return said.ptr() == Py_False;
-  const nb::object type = said.attr("dtype");
+/// True for Python's False, and for false boolean scalars of NumPy and other array libraries, as from `done < limit`.
+/// 0 or an empty list do not count, since a callback may return these by accident.
+bool is_false(const nb::object& result) {
+  if (!nb::hasattr(result, "dtype")) return result.ptr() == Py_False;
+  const nb::object type = result.attr("dtype");
   return std::string_view(nb::str(type).c_str()).ends_with("bool") &&
-         !static_cast<bool>(nb::bool_(said));
+         !static_cast<bool>(nb::bool_(result));
 }
 
 }  // namespace
@@ -76,8 +76,8 @@ Call::Call(nb::object progress) : progress_(std::move(progress)) {
                 "return from the callback first.",
                 "callback");
   }
-  const pid_t opened = opened_in;
-  if (opened != 0 && opened != getpid()) {
+  const pid_t process = opening_process;
+  if (process != 0 && process != getpid()) {
     throw Error(
         ErrorCode::device,
         "This process was forked after Kiln had opened a device, whose threads do not exist in the "
@@ -112,7 +112,7 @@ const Device& device_of(const std::string& name) {
   const std::lock_guard lock(mutex);
   const auto cached_device = devices->find(name);
   if (cached_device != devices->end()) return cached_device->second;
-  opened_in = getpid();
+  opening_process = getpid();
   return devices->emplace(name, Device::open(name)).first->second;
 }
 

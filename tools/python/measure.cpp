@@ -46,12 +46,12 @@ nb::dict run_measure(const PyMesh& high, const PyMesh& low, nb::handle normal,
            word(Words(kBitangents), "bitangent", bitangent)};
   }
   const NormalError error = call.run([&] {
-    const Device& opened = device_of(device);
+    const Device& open_device = device_of(device);
     std::vector<ViewAngles> angles;
     for (const Vec3& toward : held_out_views(views, {})) angles.push_back(view_angles(toward));
-    const NormalReference reference(Scene(opened, *high.mesh), *high.mesh, std::move(angles), size,
-                                    z_up);
-    return reference.compare(Scene(opened, *low.mesh, map));
+    const NormalReference reference(Scene(open_device, *high.mesh), *high.mesh, std::move(angles),
+                                    size, z_up);
+    return reference.compare(Scene(open_device, *low.mesh, map));
   });
   nb::dict d;
   d["mean"] = error.mean_degrees;

@@ -17,7 +17,7 @@ namespace {
 /// Minimum pause between two checks. A pause lasts at least as long as a check, so that checks use at most half a core.
 constexpr std::chrono::milliseconds kPause(100);
 /// Time without a change after which a file counts as completely saved.
-constexpr std::chrono::milliseconds kSettled(60);
+constexpr std::chrono::milliseconds kSettleTime(60);
 
 /// Size, times and inode number of a file; empty if there is none.
 std::string state_of(const std::string& path) {
@@ -83,7 +83,7 @@ int run_watched(const std::function<std::set<std::string>()>& files,
       if (interrupted()) return kExitCancelled;
     }
     for (Observation last = observe();;) {
-      std::this_thread::sleep_for(kSettled);
+      std::this_thread::sleep_for(kSettleTime);
       Observation current = observe();
       if (interrupted()) return kExitCancelled;
       if (current == last) break;

@@ -151,21 +151,21 @@ texture_set: ContextVar[str] = ContextVar("texture_set", default="")
 quiet: ContextVar[bool] = ContextVar("quiet", default=False)
 
 
-_untold: ContextVar[str | None] = ContextVar("untold", default=None)
+_suppressed_code: ContextVar[str | None] = ContextVar("suppressed_code", default=None)
 
 
 @contextmanager
-def untold(code: str | None) -> Iterator[None]:
+def suppress_warning(code: str | None) -> Iterator[None]:
     """Context in which warnings with a code are suppressed."""
-    token = _untold.set(code)
+    token = _suppressed_code.set(code)
     try:
         yield
     finally:
-        _untold.reset(token)
+        _suppressed_code.reset(token)
 
 
 def warn(code: str, message: str, count: int) -> None:
-    if quiet.get() or code == _untold.get():
+    if quiet.get() or code == _suppressed_code.get():
         return
     if name := texture_set.get():
         if code == "uv-missing":

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from . import _core
 from ._bake import Bake, error_bound
 from ._core import Mesh
-from ._errors import Error, count_of, device_of, path_of, unknown_keyword, untold
+from ._errors import Error, count_of, device_of, path_of, suppress_warning, unknown_keyword
 from ._meshes import as_mesh, scene_data
 from ._options import checked, json_of, plain
 from ._plan import screen_of
@@ -467,7 +467,7 @@ def to_glb(
         _check_pictures("sample", files)
         return files
 
-    with untold("low-heavy" if faces_target is None else None):
+    with suppress_warning("low-heavy" if faces_target is None else None):
         function = None if sample is None else call
         data, low, core = _core.run_glb(json_of(options), mesh, left_out, function, report)
     baked = None if core is None else Bake(core, keywords)
