@@ -10,6 +10,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/file.h"
 #include "base/percent.h"
 #include "job/high_poly_input.h"
 #include "options/parse.h"
@@ -168,8 +169,10 @@ void move_material_files(Mesh& mesh, const fs::path& from, const fs::path& to) {
   for (std::string& name : mesh.material_files) {
     std::replace(name.begin(), name.end(), '\\', '/');
     std::error_code error;
-    const fs::path moved = fs::proximate(from / name, to.empty() ? "." : to, error);
-    name = error ? fs::absolute(from / name).string() : moved.string();
+    const fs::path file = os::join(from, name);
+    const fs::path moved = fs::relative(file, to.empty() ? "." : to, error);
+    // Nothing is relative to another drive.
+    name = error || moved.empty() ? os::absolute(file, error).string() : moved.string();
   }
 }
 

@@ -71,7 +71,7 @@ constexpr const char* kCrashedOnce =
   say(" made the driver crash, or its compiler: recursion, arrays larger than its threads' stack, "
       "places beyond an array, division of integers by 0, or expressions of too many terms. Mend "
       "its function.\n");
-  std::_Exit(static_cast<int>(ErrorCode::input));
+  os::end_process(static_cast<int>(ErrorCode::input));
 }
 
 [[noreturn]] void end_by_driver() {
@@ -79,14 +79,14 @@ constexpr const char* kCrashedOnce =
       : !has_topology    ? kNoTopology
       : !has_linker      ? kNoLinker
                          : kCrashed);
-  std::_Exit(static_cast<int>(ErrorCode::device));
+  os::end_process(static_cast<int>(ErrorCode::device));
 }
 
 void on_crash(int number) {
   std::int64_t first = 0;
   if (!handling.compare_exchange_strong(first, os::thread_number())) {
     if (first == os::thread_number())
-      std::_Exit(static_cast<int>(ErrorCode::device));  // within the handler
+      os::end_process(static_cast<int>(ErrorCode::device));  // within the handler
     os::stop_thread();  // on two threads at once: the first ends the process
   }
   remove_temporary_files();
@@ -94,7 +94,7 @@ void on_crash(int number) {
   if (!in_driver() && os::on_main_thread()) {
     if (os::is_abort(number)) {
       say("kiln: Memory ran out, or a library gave up: see the lines above.\n");
-      std::_Exit(static_cast<int>(ErrorCode::internal));
+      os::end_process(static_cast<int>(ErrorCode::internal));
     }
     os::crash_unhandled(number);
     return;
@@ -118,7 +118,7 @@ void on_exit_within() {
   if (const char* map = running_own_map()) end_by_own_map(map);
   if (in_driver() || !os::on_main_thread()) end_by_driver();
   say("kiln: Memory ran out, or an error came while another was handled.\n");
-  std::_Exit(static_cast<int>(ErrorCode::internal));
+  os::end_process(static_cast<int>(ErrorCode::internal));
 }
 
 }  // namespace

@@ -121,7 +121,7 @@ int kiln::cli::program_main(int argc, char** argv, std::span<const CommandEntry>
   if (driver_failed()) {
     // Its handlers at exit would wait for locks that it holds for good.
     std::fflush(nullptr);
-    std::_Exit(exit_code);
+    os::end_process(exit_code);
   }
   return exit_code;
 }
