@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "asset/udim_files.h"
+#include "base/file.h"
 #include "base/input_log.h"
 #include "base/lower_case.h"
 #include "io/file/text_scanner.h"
@@ -34,17 +35,14 @@ std::size_t count_shared_parts(const std::vector<std::string>& a,
 
 bool lies_within(const fs::path& folder, const fs::path& file) {
   std::error_code error;
-  // weakly_canonical() returns a relative path if the first folder of a relative path does not exist.
   const auto resolved = [&](const fs::path& path) {
-    const fs::path absolute = fs::absolute(path.empty() ? fs::path(".") : path, error);
-    if (error) return fs::path();
-    const fs::path found = fs::weakly_canonical(absolute, error);
+    const fs::path found = os::canonical(path.empty() ? fs::path(".") : path, error);
     // For a missing "folder/", the last part of the result is empty.
     return found.has_filename() ? found : found.parent_path();
   };
-  const fs::path resolved_folder = resolved(folder);
+  const fs::path resolved_folder = os::name_key(resolved(folder));
   if (error) return false;
-  const fs::path target = resolved(file);
+  const fs::path target = os::name_key(resolved(file));
   if (error) return false;
   return std::mismatch(resolved_folder.begin(), resolved_folder.end(), target.begin(), target.end())
              .first == resolved_folder.end();

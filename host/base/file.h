@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <system_error>
 
 namespace kiln::os {
 
@@ -75,6 +76,24 @@ bool may_write_in(const std::filesystem::path& folder) noexcept;
 bool replace(const std::filesystem::path& from, const std::filesystem::path& to) noexcept;
 bool add_name(const std::filesystem::path& of,
               const std::filesystem::path& name) noexcept;  ///< Adds a hard link
+
+// std::filesystem's functions of these names, which take a network share of Windows (\\server\share) for a folder of the
+// current drive.
+bool is_absolute(const std::filesystem::path& path);
+std::filesystem::path join(const std::filesystem::path& folder, const std::filesystem::path& path);
+std::filesystem::path absolute(const std::filesystem::path& path, std::error_code& error);
+/// lexically_normal()
+std::filesystem::path normal(const std::filesystem::path& path);
+/// The normal form of absolute(). \throws std::filesystem::filesystem_error if there is no current folder
+std::filesystem::path absolute_normal(const std::filesystem::path& path);
+/// weakly_canonical() of absolute(): follows links as far as the path exists. Not on Windows.
+std::filesystem::path canonical(const std::filesystem::path& path, std::error_code& error);
+
+/// A key that is equal for names that the system takes for one file: on Windows, case, slashes, and dots and spaces at the
+/// end do not count. Links are not followed.
+std::string name_key(const std::filesystem::path& path);
+/// True on Windows for names of devices other than `NUL`, with any ending: writing `con.png` would print it.
+bool is_device_name(const std::filesystem::path& path);
 
 // Async-signal-safe; takes fs::path::c_str().
 bool remove_file(const std::filesystem::path::value_type* path) noexcept;

@@ -5,6 +5,8 @@
 #include <system_error>
 #include <vector>
 
+#include "base/file.h"
+
 namespace kiln {
 namespace {
 
@@ -17,8 +19,8 @@ thread_local InputLog* own_log = nullptr;
 
 std::string whole_path(const fs::path& path) {
   std::error_code error;
-  const fs::path whole = fs::absolute(path, error);
-  return (error ? path : whole).lexically_normal().string();
+  const fs::path whole = os::absolute(path, error);
+  return os::normal(error ? path : whole).string();
 }
 
 /// Calls a function for the thread's log; for all logs if it has none.

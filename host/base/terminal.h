@@ -10,6 +10,9 @@ namespace kiln::os {
 /// control sequences. Only Windows needs it.
 void prepare_streams() noexcept;
 
+/// std::_Exit(), with the terminal as it was before prepare_streams(). Async-signal-safe.
+[[noreturn]] void end_process(int exit_code) noexcept;
+
 /// Opens the standard streams that the program was started without, so that their use still fails. Otherwise a file
 /// that the program opens would get a stream's descriptor, and printed text would be written to that file. \returns
 /// false on failure

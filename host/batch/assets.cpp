@@ -37,7 +37,7 @@ bool is_mesh_ending(const std::string& path) {
 bool has_wildcards(const PathPattern& pattern) { return !pattern.is_plain(); }
 
 std::string joined(const std::string& folder, const std::string& path) {
-  if (folder.empty() || fs::path(path).is_absolute()) return path;
+  if (folder.empty() || os::is_absolute(path)) return path;
   return folder.ends_with('/') ? folder + path : folder + "/" + path;
 }
 
@@ -48,10 +48,8 @@ std::string in_folder(const Setting& setting, const std::string& word) {
 
 std::string identity(const fs::path& path) {
   std::error_code error;
-  // If the first folder of a relative path does not exist yet, weakly_canonical() returns a relative path, so the
-  // path is made absolute first.
-  const fs::path found = fs::weakly_canonical(fs::absolute(path), error);
-  return (error ? fs::absolute(path).lexically_normal() : found).generic_string();
+  const fs::path found = os::canonical(path, error);
+  return (error ? os::absolute_normal(path) : found).generic_string();
 }
 
 /// Paths and stems of the files that an asset writes.
@@ -434,8 +432,8 @@ class Expander {
 
   /// Returns the path by which a file is opened, for a path relative to the job file's folder.
   std::string base_path(const std::string& path) const {
-    if (path.empty() || fs::path(path).is_absolute()) return path;
-    return (file_.folder / path).lexically_normal().string();
+    if (path.empty() || os::is_absolute(path)) return path;
+    return os::normal(file_.folder / path).string();
   }
 
   /// True for settings of layers that apply to all bakes, so that some bakes may have no use for them.
@@ -563,7 +561,7 @@ class Expander {
     std::unordered_map<std::string, const BatchAsset*> writers;
     for (const BatchAsset& asset : batch_.assets) {
       for (const std::string& output : outputs_of(asset.job)) {
-        const auto [entry, added] = writers.try_emplace(output, &asset);
+        const auto [entry, added] = writers.try_emplace(os::name_key(output), &asset);
         if (added || entry->second == &asset) continue;
         const Setting* const out = setting_of(asset, "out");
         throw Error(ErrorCode::usage,
@@ -581,7 +579,7 @@ class Expander {
       inputs.push_back(asset.job.load_match);
       for (const std::string& input : inputs) {
         if (input.empty()) continue;
-        const auto writer = writers.find(identity(input));
+        const auto writer = writers.find(os::name_key(identity(input)));
         if (writer == writers.end()) continue;
         throw Error(ErrorCode::usage, file_.path.string() + ": '" + input + "' is written by '" +
                                           writer->second->name + "' and read by '" + asset.name +

@@ -73,7 +73,7 @@ std::string current_answer(const fs::path& path, const std::string& question) {
 }  // namespace
 
 BakeCache::BakeCache(fs::path folder, fs::path records, std::unique_ptr<CacheStore> store)
-    : folder_(fs::absolute(folder.empty() ? fs::path(".") : folder).lexically_normal()),
+    : folder_(os::absolute_normal(folder.empty() ? fs::path(".") : folder)),
       records_(std::move(records)),
       store_(std::move(store)) {
   if (!folder_.has_filename()) folder_ = folder_.parent_path();
@@ -88,12 +88,12 @@ void BakeCache::set_device(const DeviceInfo& info) {
 }
 
 std::string BakeCache::relative(const fs::path& path) const {
-  const std::string file = fs::absolute(path).lexically_normal().generic_string();
+  const std::string file = os::absolute_normal(path).generic_string();
   const std::string base = folder_.generic_string() + (folder_ == folder_.root_path() ? "" : "/");
   return file.starts_with(base) ? file.substr(base.size()) : file;
 }
 
-fs::path BakeCache::absolute_path(const std::string& path) const { return folder_ / path; }
+fs::path BakeCache::absolute_path(const std::string& path) const { return os::join(folder_, path); }
 
 std::string BakeCache::identify(const fs::path& path) {
   return file_hash(path).value_or(kMissingFile);
@@ -472,14 +472,13 @@ bool BakeCache::restore(const BatchAsset& asset, CacheDecision& decision) {
   size = static_cast<std::size_t>(number);
   const Json head = Json::parse(std::string_view(*entry).substr(line + 1, size));
   if (!head.is_object() || line + 1 + size > entry->size()) return false;
-  const fs::path out = fs::absolute(out_folder(asset.job)).lexically_normal();
+  const fs::path out = os::absolute_normal(out_folder(asset.job));
   const auto is_ours = [&](const fs::path& file) {
     const fs::path folder = file.parent_path();
     if (folder == out || folder / "" == out) return true;
     for (const std::string* const one :
          {&asset.job.json, &asset.job.save_match, &asset.job.save_cage}) {
-      if (!one->empty() && folder == fs::absolute(*one).lexically_normal().parent_path())
-        return true;
+      if (!one->empty() && folder == os::absolute_normal(*one).parent_path()) return true;
     }
     return false;
   };
@@ -489,7 +488,7 @@ bool BakeCache::restore(const BatchAsset& asset, CacheDecision& decision) {
   for (const Json& file : head.at("files").elements()) {
     const std::string path = unescape_bytes(file.at("path").text());
     const auto bytes = static_cast<std::size_t>(file.at("bytes").number());
-    const fs::path name = absolute_path(path).lexically_normal();
+    const fs::path name = os::normal(absolute_path(path));
     // A shared cache is untrusted: only the asset's own outputs may be written from it.
     if (!is_ours(name) || bytes > entry->size() - file_offset) return false;
     files.emplace_back(name, std::string_view(*entry).substr(file_offset, bytes));

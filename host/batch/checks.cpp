@@ -10,6 +10,7 @@
 #include <sstream>
 #include <system_error>
 
+#include "base/file.h"
 #include "base/lower_case.h"
 #include "batch/content_hash.h"
 #include "io/file/atomic_file.h"
@@ -133,7 +134,7 @@ std::optional<Image> mask_of(const AssetResult& result, const fs::path& output) 
 }
 
 fs::path absolute_path(const fs::path& path) {
-  return fs::absolute(path.empty() ? fs::path(".") : path).lexically_normal();
+  return os::absolute_normal(path.empty() ? fs::path(".") : path);
 }
 
 }  // namespace

@@ -163,8 +163,14 @@ class Reader {
     }
     if (value.text.empty())
       fail_in(origin(value), name, "it is empty: remove it, or give a value.");
-    if (value.text.find('\0') != std::string::npos || value.text.find('\n') != std::string::npos) {
-      fail_in(origin(value), name, "it contains a line break or a null byte.");
+    // In double quotes, TOML reads "textures\new" as a path with a tab and a line break.
+    const auto is_control = [](char c) {
+      return static_cast<unsigned char>(c) < 0x20 || c == 0x7F;
+    };
+    if (std::any_of(value.text.begin(), value.text.end(), is_control)) {
+      fail_in(origin(value), name,
+              std::string("it contains a line break, a tab or another control character. ") +
+                  kBackslashRemedy);
     }
     return value.text;
   }

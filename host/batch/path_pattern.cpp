@@ -286,7 +286,7 @@ std::string escape_pattern(std::string_view text) {
 const FileLister::Folder& FileLister::list_folder(const std::string& path) {
   const auto [entry, added] = folders_.try_emplace(path);
   if (!added) return entry->second;
-  const fs::path folder = path.empty() ? base_ : base_ / path;
+  const fs::path folder = path.empty() ? base_ : os::join(base_, path);
   std::error_code error;
   if (!fs::exists(folder, error)) return entry->second;
   for (fs::directory_iterator item(folder, error), end; !error && item != end;
@@ -316,7 +316,7 @@ const FileLister::Folder& FileLister::list_folder(const std::string& path) {
 const std::vector<std::string>& FileLister::files_of(const std::string& folder) {
   std::error_code error;
   static const std::vector<std::string> no_names;
-  if (!fs::is_directory(base_ / folder, error)) return no_names;
+  if (!fs::is_directory(os::join(base_, folder), error)) return no_names;
   return list_folder(folder).files;
 }
 
@@ -324,7 +324,7 @@ void FileLister::walk(const std::string& folder, std::size_t depth, std::size_t 
                       const PathPattern& pattern, const Captures& known,
                       std::vector<Found>& found) {
   // A link to a parent folder would recurse without end.
-  refuse_if(depth > kMaxDepth, "'" + (base_ / folder).string() + "' lies more than " +
+  refuse_if(depth > kMaxDepth, "'" + os::join(base_, folder).string() + "' lies more than " +
                                    std::to_string(kMaxDepth) +
                                    " folders deep: check for a link to a parent folder.");
   const Folder& folder_entries = list_folder(folder);
@@ -357,12 +357,14 @@ std::vector<FileLister::Found> FileLister::find(const PathPattern& given, const 
       fixed += tokens[at].text;
     if (at == tokens.size()) {
       std::error_code error;
-      if (fs::is_regular_file(base_ / fixed, error)) found.push_back({fixed, known});
+      if (fs::is_regular_file(os::join(base_, fixed), error)) found.push_back({fixed, known});
       continue;
     }
     const std::size_t slash = fixed.rfind('/');
-    const std::string folder =
-        slash == std::string::npos ? "" : fixed.substr(0, std::max<std::size_t>(slash, 1));
+    std::string folder = slash == std::string::npos ? "" : fixed.substr(0, slash);
+    // A root needs its slash: "C:" is the current folder of a drive.
+    if (slash != std::string::npos && fs::path(folder) == fs::path(folder).root_name())
+      folder += '/';
     std::size_t deepest = 0;
     for (std::size_t i = 0; i < tokens.size(); ++i) {
       if (tokens[i].kind == PathPattern::Kind::folders ||
@@ -380,7 +382,7 @@ std::vector<FileLister::Found> FileLister::find(const PathPattern& given, const 
     PathPattern one = pattern;
     one.expansions_ = {tokens};
     std::error_code error;
-    if (!fs::is_directory(base_ / folder, error)) continue;
+    if (!fs::is_directory(os::join(base_, folder), error)) continue;
     walk(folder, 0, deepest, one, known, found);
   }
   std::sort(found.begin(), found.end(),

@@ -368,7 +368,7 @@ class BatchRun {
     const std::lock_guard lock(placing_);
     for (const HeldOutput& output : outputs_of(log)) {
       // Two assets may still write the same file: stem "a" with map "b_normal", and stem "a_b" with map "normal".
-      const std::string full_path = fs::absolute(output.destination).lexically_normal().string();
+      const std::string full_path = os::name_key(os::absolute_normal(output.destination));
       const auto [writer, added] = written_.try_emplace(full_path, &job);
       if (!added && writer->second != &job) {
         throw Error(ErrorCode::usage, "'" + output.destination.string() +

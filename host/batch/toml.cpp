@@ -159,8 +159,11 @@ TomlValue parse_toml(std::string_view text, const std::string& file) {
     return value_of(toml::parse(text, std::string_view(file)));
   } catch (const toml::parse_error& error) {
     const toml::source_position position = error.source().begin;
+    const std::string_view problem = error.description();
+    const bool escape = problem.find("escape sequence") != std::string_view::npos;
     fail_at(file, position.line, position.column,
-            "this is not valid TOML: " + std::string(error.description()) + ".");
+            "this is not valid TOML: " + std::string(problem) + "." +
+                (escape ? std::string(" ") + kBackslashRemedy : ""));
   }
 }
 

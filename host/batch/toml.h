@@ -28,6 +28,10 @@ struct TomlValue {
   const char* kind_name() const;
 };
 
+/// Remedy for paths of Windows in double quotes, in which TOML takes backslashes for escapes.
+inline constexpr const char* kBackslashRemedy =
+    "In a path, write / for \\, or put it in single quotes.";
+
 /// Parses a TOML file.
 /// \param file  file name for messages
 /// \throws Error(usage) "FILE:LINE:COLUMN: ..." for invalid or too deeply nested TOML

@@ -116,8 +116,8 @@ std::string identity_of(const fs::path& path) {
     return std::to_string(facts->id.device) + ":" + std::to_string(facts->id.file);
   }
   std::error_code error;
-  const fs::path found = fs::weakly_canonical(path, error);
-  return (error ? fs::absolute(path).lexically_normal() : found).string();
+  const fs::path found = os::canonical(path, error);
+  return os::name_key(error ? os::absolute_normal(path) : found);
 }
 
 }  // namespace
@@ -142,6 +142,11 @@ void check_paths(const std::vector<fs::path>& inputs, const std::vector<fs::path
       throw Error(ErrorCode::output,
                   "'" + outputs[i].string() +
                       "' is too long a name for this file system: choose a shorter one.");
+    }
+    if (os::is_device_name(outputs[i])) {
+      throw Error(ErrorCode::output,
+                  "'" + outputs[i].string() +
+                      "' is a name that Windows reserves for a device: choose another.");
     }
     OutputSet::check(outputs[i]);
     if (!used_files.insert(identity_of(outputs[i])).second) {
@@ -214,7 +219,7 @@ void check_low_record(const fs::path& folder, const std::string& stem, const fs:
     return;
   const fs::path map = map_of(folder, stem);  // checked last, since it lists the folder
   if (map.empty()) return;
-  fail_usage("'" + map.string() + "' is a map of '" + recorded.lexically_normal().string() +
+  fail_usage("'" + map.string() + "' is a map of '" + os::normal(recorded).string() +
              "', and would be overwritten by a map of '" + source.string() + "'. Choose another " +
              option("out") +
              ", rename one of "
@@ -225,9 +230,9 @@ void check_low_record(const fs::path& folder, const std::string& stem, const fs:
 void save_low_record(const fs::path& folder, const std::string& stem, const fs::path& source) {
   std::error_code error;
   fs::path path = fs::relative(source, folder, error);
-  if (error || path.empty()) path = fs::absolute(source);
+  if (error || path.empty()) path = os::absolute(source, error);
   Json record;
-  record["low"] = path.string();
+  record["low"] = path.generic_string();
   save_text(record_path(folder, stem), to_text(record));
 }
 

@@ -10,6 +10,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/file.h"
 #include "base/percent.h"
 #include "job/high_poly_input.h"
 #include "options/parse.h"
@@ -171,8 +172,11 @@ void move_material_files(Mesh& mesh, const fs::path& from, const fs::path& to) {
   for (std::string& name : mesh.material_files) {
     std::replace(name.begin(), name.end(), '\\', '/');
     std::error_code error;
-    const fs::path relative_path = fs::proximate(from / name, to.empty() ? "." : to, error);
-    name = error ? fs::absolute(from / name).string() : relative_path.string();
+    const fs::path file = os::join(from, name);
+    const fs::path relative_path = fs::relative(file, to.empty() ? "." : to, error);
+    // There is no relative path to another drive.
+    name = error || relative_path.empty() ? os::absolute(file, error).string()
+                                          : relative_path.string();
   }
 }
 

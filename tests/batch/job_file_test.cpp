@@ -90,6 +90,10 @@ TEST(JobFile, RefusesWhatIsWrongWithItsLine) {
       {kGood + "timeout = nan\n", {"job.toml:3", "timeout"}},
       {kGood + "out = \"\"\n", {"job.toml:3", "out", "empty"}},
       {kGood + "out = \"a\\u0000b\"\n", {"job.toml:3", "out"}},
+      // Backslashes of Windows: escapes that TOML doesn't know, a line break, a tab.
+      {kGood + "out = \"maps\\dew\"\n", {"job.toml:3", "escape", "single quotes"}},
+      {kGood + "out = \"maps\\new\"\n", {"job.toml:3", "out", "single quotes"}},
+      {kGood + "out = \"maps\\teapot\"\n", {"job.toml:3", "out", "single quotes"}},
       {kGood + "[defaults]\nhigh = \"a.obj\"\n", {"job.toml:4", "[[bake]]"}},
       {kGood + "[profile.ci]\nsiez = 3\n", {"job.toml:4", "size"}},
       {kGood + "[check]\ngoldn = \"x\"\n", {"job.toml:4", "golden"}},

@@ -115,6 +115,68 @@ TEST(ApiPath, LongPathsHaveAPrefix) {
 }
 #endif
 
+TEST_F(System, KeysOfNamesAreEqualForOneFile) {
+  const auto same = [](const fs::path& a, const fs::path& b) {
+    return os::name_key(a) == os::name_key(b);
+  };
+  EXPECT_TRUE(same("a/b.png", "a/b.png"));
+  EXPECT_FALSE(same("a/b.png", "a/c.png"));
+#ifdef _WIN32
+  for (const char* const other :
+       {"A/B.png", "a\\b.PNG", "./a/x/../b.png", "a/b.png.", "a/b.png "}) {
+    EXPECT_TRUE(same("a/b.png", other)) << other;
+  }
+  EXPECT_TRUE(same("Größe", "GRÖßE"));
+  write(folder_ / "Größe", "text");
+  EXPECT_EQ(read(folder_ / "GRÖßE"), "text");
+#else
+  EXPECT_FALSE(same("a/b.png", "A/B.png"));
+#endif
+}
+
+TEST_F(System, PathsOfSharesKeepTheirServer) {
+  std::error_code error;
+  EXPECT_EQ(os::absolute("a/b", error), fs::current_path() / "a/b");
+  EXPECT_EQ(os::absolute_normal("a/./x/../b"), fs::current_path() / "a/b");
+  EXPECT_EQ(os::normal("a/./x/../b"), fs::path("a/b").make_preferred());
+  EXPECT_EQ(os::join("a", "b"), fs::path("a") / "b");
+  EXPECT_FALSE(os::is_absolute("a/b"));
+  EXPECT_TRUE(os::is_absolute(fs::current_path()));
+#ifdef _WIN32
+  for (const std::string share : {R"(\\host\share)", "//host/share"}) {
+    EXPECT_TRUE(os::is_absolute(share + "/a"));
+    EXPECT_EQ(os::join("C:/x", share + "/a").native(), fs::path(share + "/a").native());
+    const std::wstring file = LR"(\\host\share\a)";
+    EXPECT_EQ(os::absolute(share + "/a", error).native(), file);
+    EXPECT_EQ(os::absolute_normal(share + "/x/../a").native(), file);
+    EXPECT_EQ(os::normal(share + "/x/../a").native(), file);
+    EXPECT_EQ(os::canonical(share + "/x/../a", error).native(), file);
+  }
+#endif
+}
+
+TEST_F(System, NamesOfDevicesAreKnown) {
+#ifdef _WIN32
+  for (const char* const name :
+       {"con", "CON.png", "a/aux.tar.gz", "prn ", "nul.exr", "Com1", "lpt9.glb"}) {
+    EXPECT_TRUE(os::is_device_name(name)) << name;
+  }
+  const auto sink = os::facts_of("NUL");
+  ASSERT_TRUE(sink);
+  EXPECT_FALSE(sink->is_regular || sink->is_folder);
+  const int file = os::open_to_write("NUL");
+  ASSERT_GE(file, 0);
+  EXPECT_EQ(os::write_some(file, "text", 4), 4);
+  os::close(file);
+#else
+  EXPECT_FALSE(os::is_device_name("con"));
+#endif
+  for (const char* const name :
+       {"NUL", "nul", "console.png", "com.png", "com10", "con_normal.png", "a/b", "con/b"}) {
+    EXPECT_FALSE(os::is_device_name(name)) << name;
+  }
+}
+
 // On Windows a file that is open is not replaced: old or new, but never neither.
 TEST_F(System, OpenFilesAreReplacedOrStay) {
   write(folder_ / "target", "old");

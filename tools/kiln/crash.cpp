@@ -69,7 +69,7 @@ constexpr const char* kCrashedOnce =
       " crashed the driver or its compiler. Possible causes are recursion, arrays larger than a "
       "thread's stack, accesses beyond an array, division of integers by 0, and expressions with "
       "too many terms. Correct its function.\n");
-  std::_Exit(static_cast<int>(ErrorCode::input));
+  os::end_process(static_cast<int>(ErrorCode::input));
 }
 
 [[noreturn]] void end_by_driver() {
@@ -77,14 +77,14 @@ constexpr const char* kCrashedOnce =
               : !has_topology    ? kNoTopology
               : !has_linker      ? kNoLinker
                                  : kCrashed);
-  std::_Exit(static_cast<int>(ErrorCode::device));
+  os::end_process(static_cast<int>(ErrorCode::device));
 }
 
 void on_crash(int number) {
   std::int64_t first = 0;
   if (!crashed_thread.compare_exchange_strong(first, os::thread_number())) {
     if (first == os::thread_number())
-      std::_Exit(static_cast<int>(ErrorCode::device));  // the handler itself crashed
+      os::end_process(static_cast<int>(ErrorCode::device));  // the handler itself crashed
     // Two threads crashed at once: the first one ends the process, so this one waits.
     os::stop_thread();
   }
@@ -93,7 +93,7 @@ void on_crash(int number) {
   if (!in_driver() && os::on_main_thread()) {
     if (os::is_abort(number)) {
       write_error("kiln: Out of memory, or a library aborted: see the lines above.\n");
-      std::_Exit(static_cast<int>(ErrorCode::internal));
+      os::end_process(static_cast<int>(ErrorCode::internal));
     }
     os::crash_unhandled(number);
     return;
@@ -117,7 +117,7 @@ void on_exit_within() {
   if (const char* map = running_own_map()) end_by_own_map(map);
   if (in_driver() || !os::on_main_thread()) end_by_driver();
   write_error("kiln: Out of memory, or an error occurred while another one was handled.\n");
-  std::_Exit(static_cast<int>(ErrorCode::internal));
+  os::end_process(static_cast<int>(ErrorCode::internal));
 }
 
 }  // namespace

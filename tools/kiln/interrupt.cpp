@@ -1,7 +1,5 @@
 #include "interrupt.h"
 
-#include <cstdlib>
-
 #include "base/signals.h"
 #include "base/terminal.h"
 #include "kiln/files.h"
@@ -13,7 +11,7 @@ void on_deadline() {
   if (placing_outputs()) return;  // the outputs will be complete in a moment
   remove_temporary_files();
   os::write_error("\nCancelled.\n");
-  std::_Exit(kExitCancelled);
+  os::end_process(kExitCancelled);
 }
 
 }  // namespace

@@ -122,7 +122,7 @@ int kiln::cli::program_main(int argc, char** argv, std::span<const CommandEntry>
   if (driver_failed()) {
     // The driver's exit handlers would wait forever for locks that it still holds.
     std::fflush(nullptr);
-    std::_Exit(exit_code);
+    os::end_process(exit_code);
   }
   return exit_code;
 }

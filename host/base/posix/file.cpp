@@ -133,6 +133,20 @@ bool replace(const fs::path& from, const fs::path& to) noexcept {
 bool add_name(const fs::path& of, const fs::path& name) noexcept {
   return link(of.c_str(), name.c_str()) == 0;
 }
+bool is_absolute(const fs::path& path) { return path.is_absolute(); }
+fs::path join(const fs::path& folder, const fs::path& path) { return folder / path; }
+fs::path absolute(const fs::path& path, std::error_code& error) {
+  return fs::absolute(path, error);
+}
+fs::path normal(const fs::path& path) { return path.lexically_normal(); }
+fs::path absolute_normal(const fs::path& path) { return fs::absolute(path).lexically_normal(); }
+fs::path canonical(const fs::path& path, std::error_code& error) {
+  // If the first folder of a relative path does not exist, weakly_canonical() returns a relative path.
+  const fs::path whole = fs::absolute(path, error);
+  return error ? fs::path() : fs::weakly_canonical(whole, error);
+}
+std::string name_key(const fs::path& path) { return path.string(); }
+bool is_device_name(const fs::path& /*path*/) { return false; }
 bool remove_file(const char* path) noexcept { return unlink(path) == 0; }
 bool remove_folder(const char* path) noexcept { return rmdir(path) == 0; }
 

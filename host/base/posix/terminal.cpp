@@ -12,6 +12,7 @@
 namespace kiln::os {
 
 void prepare_streams() noexcept {}
+void end_process(int exit_code) noexcept { std::_Exit(exit_code); }
 
 bool reserve_streams() noexcept {
   for (int descriptor = STDIN_FILENO; descriptor <= STDERR_FILENO; ++descriptor) {

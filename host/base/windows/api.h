@@ -19,6 +19,9 @@ namespace kiln::os {
 /// length works regardless of the system's settings and the program's manifest.
 std::wstring api_path(const std::filesystem::path& path);
 
+/// A path's absolute form, with backslashes; empty if it is invalid or longer than the system allows.
+std::wstring full_path(const std::filesystem::path& path);
+
 std::wstring to_wide(std::string_view utf8);
 std::string to_utf8(std::wstring_view wide);
 

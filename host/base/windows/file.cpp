@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "base/fnv.h"
+#include "base/lower_case.h"
 #include "base/windows/api.h"
 
 namespace kiln::os {
@@ -65,6 +66,10 @@ std::optional<FileFacts> facts_of_handle(HANDLE handle) noexcept {
   facts.is_own = true;
   BY_HANDLE_FILE_INFORMATION found{};
   FILE_BASIC_INFO times{};
+  // Consoles, pipes and NUL have no further facts.
+  if (const DWORD type = GetFileType(handle); type == FILE_TYPE_CHAR || type == FILE_TYPE_PIPE) {
+    return facts;
+  }
   if (!succeeded(GetFileInformationByHandle(handle, &found) != FALSE)) return std::nullopt;
   facts.id.device = found.dwVolumeSerialNumber;
   facts.id.file = std::uint64_t{found.nFileIndexHigh} << 32 | found.nFileIndexLow;
@@ -207,6 +212,59 @@ bool remove_file(const wchar_t* path) noexcept {
 }
 bool remove_folder(const wchar_t* path) noexcept {
   return succeeded(RemoveDirectoryW(api_path(path).c_str()) != FALSE);
+}
+
+namespace {
+
+/// True for a share, and for the API's own paths: \\server\share\file, \\?\C:\file.
+bool is_share(const fs::path& path) {
+  const auto is_slash = [](wchar_t c) { return c == L'\\' || c == L'/'; };
+  const std::wstring& name = path.native();
+  return name.size() > 2 && is_slash(name[0]) && is_slash(name[1]) && !is_slash(name[2]);
+}
+
+}  // namespace
+
+bool is_absolute(const fs::path& path) { return is_share(path) || path.is_absolute(); }
+fs::path join(const fs::path& folder, const fs::path& path) {
+  return is_share(path) ? path : folder / path;
+}
+fs::path absolute(const fs::path& path, std::error_code& error) {
+  error.clear();
+  fs::path whole = full_path(path);
+  if (whole.empty()) error = std::make_error_code(std::errc::invalid_argument);
+  return whole;
+}
+fs::path normal(const fs::path& path) {
+  return is_share(path) ? fs::path(full_path(path)) : path.lexically_normal();
+}
+fs::path absolute_normal(const fs::path& path) {
+  std::error_code error;
+  fs::path whole = os::absolute(path, error);
+  if (error) throw fs::filesystem_error("absolute_normal", path, error);
+  return whole;
+}
+fs::path canonical(const fs::path& path, std::error_code& error) {
+  return os::absolute(path, error);
+}
+std::string name_key(const fs::path& path) {
+  std::wstring whole = full_path(path);
+  if (whole.empty()) whole = path.native();
+  std::wstring key(whole.size(), L'\0');
+  const int units = static_cast<int>(whole.size());
+  const int mapped = LCMapStringEx(LOCALE_NAME_INVARIANT, LCMAP_UPPERCASE, whole.data(), units,
+                                   key.data(), units, nullptr, nullptr, 0);
+  return to_utf8(mapped == units ? key : whole);
+}
+bool is_device_name(const fs::path& path) {
+  std::string name = path.filename().string();
+  if (lower_case(name) == "nul") return false;
+  // Windows ignores what follows the first dot, and spaces before it.
+  name = lower_case(name.substr(0, std::min(name.find_first_of(".:"), name.size())));
+  while (name.ends_with(' ')) name.pop_back();
+  if (name == "con" || name == "prn" || name == "aux" || name == "nul") return true;
+  return name.size() == 4 && (name.starts_with("com") || name.starts_with("lpt")) &&
+         name[3] >= '0' && name[3] <= '9';
 }
 
 // access control lists are not checked

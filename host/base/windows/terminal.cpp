@@ -19,6 +19,7 @@ HANDLE handle_of(std::FILE* stream) noexcept {
 // previous code pages of the console, which outlives the program
 UINT output_page = 0, input_page = 0;
 void restore_console() {
+  if (output_page == 0) return;
   SetConsoleOutputCP(output_page);
   SetConsoleCP(input_page);
 }
@@ -41,6 +42,11 @@ void prepare_streams() noexcept {
     SetConsoleCP(CP_UTF8);
     std::atexit(restore_console);
   }
+}
+
+void end_process(int exit_code) noexcept {
+  restore_console();
+  std::_Exit(exit_code);
 }
 
 bool reserve_streams() noexcept {

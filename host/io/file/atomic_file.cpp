@@ -22,8 +22,11 @@ constexpr int kMaxSymlinks = 40;  // Limit on symbolic links that lead to one an
 AtomicFile::AtomicFile(std::filesystem::path destination, bool allow_unnamed)
     : destination_(std::move(destination)) {
   if (destination_.empty()) fail("its name is empty; give one", 0);
+  if (os::is_device_name(destination_)) {
+    fail("Windows reserves this name for a device; choose another", 0);
+  }
   std::error_code error;
-  target_ = std::filesystem::absolute(destination_, error);
+  target_ = os::absolute(destination_, error);
   if (error) fail("", error.value());
   examine();
   if (direct_) return;
@@ -61,7 +64,7 @@ void AtomicFile::examine() {
   if (!os::may_write(target_)) fail("the file there is write-protected", errno);
   mode_ = found->permissions;
   std::error_code error;
-  const std::filesystem::path followed = std::filesystem::canonical(target_, error);
+  const std::filesystem::path followed = os::canonical(target_, error);
   if (!error) target_ = followed;
 }
 

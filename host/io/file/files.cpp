@@ -25,6 +25,7 @@ std::vector<std::filesystem::path> created_folders;
 /// /dev/null). Writes go there directly and replace no file.
 /// \returns -1 for an ordinary path
 int open_stream(const std::filesystem::path& path) {
+  if (os::is_device_name(path)) return -1;  // AtomicFile refuses it
   const std::string name = path.string();
   if (name == "/dev/stdout") return os::duplicate(1);
   if (name == "/dev/stderr") return os::duplicate(2);
@@ -69,7 +70,7 @@ void create_output_folder(const std::filesystem::path& folder) {
                                        "): choose another place.");
   }
   if (!made) return;  // another process created it, or the path ends in a slash
-  const std::filesystem::path whole = std::filesystem::absolute(folder, error);
+  const std::filesystem::path whole = os::absolute(folder, error);
   const std::lock_guard lock(created_mutex);
   created_folders.push_back(error ? folder : whole);
   register_created_folder(created_folders.back());
@@ -112,13 +113,13 @@ void prepare_output_folder(const std::filesystem::path& folder) {
   std::error_code error;
   if (!fs::exists(target, error)) {
     refuse_broken_link(target);
-    fs::path folder_so_far;
-    for (const fs::path& part : target) {
-      folder_so_far /= part;
-      // A root is no folder that could be missing; the name of a drive alone is its current folder.
-      if (!folder_so_far.has_relative_path() || fs::exists(folder_so_far, error)) continue;
-      create_output_folder(folder_so_far);
+    std::vector<fs::path> missing;
+    // A root is no folder that could be missing; the name of a drive alone is its current folder.
+    for (fs::path part = target; part.has_relative_path() && !fs::exists(part, error);
+         part = part.parent_path()) {
+      missing.push_back(part);
     }
+    for (auto part = missing.rbegin(); part != missing.rend(); ++part) create_output_folder(*part);
     return;
   }
   if (!fs::is_directory(target, error)) {

@@ -20,12 +20,7 @@ namespace {
 /// and closed, since a process may have 1,024 files open by default.
 constexpr std::size_t kMaxUnnamedFiles = 256;
 
-struct PathHash {
-  std::size_t operator()(const std::filesystem::path& path) const noexcept {
-    return std::filesystem::hash_value(path);
-  }
-};
-using Index = std::unordered_map<std::filesystem::path, std::size_t, PathHash>;
+using Index = std::unordered_map<std::string, std::size_t>;  // of os::name_key()
 
 struct State {
   std::mutex mutex;
@@ -40,8 +35,8 @@ struct State {
     by_target.clear();
     by_destination.clear();
     for (std::size_t i = 0; i < files.size(); ++i) {
-      by_target.emplace(files[i].target, i);
-      by_destination[files[i].destination] = i;
+      by_target.emplace(os::name_key(files[i].target), i);
+      by_destination[os::name_key(files[i].destination)] = i;
     }
   }
   /// Moves the held files out of the set.
@@ -65,7 +60,7 @@ std::filesystem::path bytes_of(const HeldFile& file) {
 
 /// A file's absolute name, before links are followed.
 std::filesystem::path absolute_name(const HeldFile& file) {
-  return std::filesystem::absolute(file.destination).lexically_normal();
+  return os::absolute_normal(file.destination);
 }
 
 }  // namespace
@@ -156,7 +151,7 @@ std::size_t held_outputs() {
 
 std::filesystem::path OutputSet::held(const std::filesystem::path& destination) {
   const std::lock_guard lock(state().mutex);
-  const auto found = state().by_destination.find(destination);
+  const auto found = state().by_destination.find(os::name_key(destination));
   return found == state().by_destination.end() ? std::filesystem::path()
                                                : bytes_of(state().files[found->second]);
 }
@@ -177,7 +172,7 @@ bool hold_output(HeldFile& file) {
   // Accepted files of one target have the same absolute name and run, so checking the first suffices.
   const std::size_t number = state().files.size();
   if (number >= kMaxUnnamedFiles) file.name();
-  const auto [first, is_new] = state().by_target.emplace(file.target, number);
+  const auto [first, is_new] = state().by_target.emplace(os::name_key(file.target), number);
   if (!is_new) {
     const HeldFile& other = state().files[first->second];
     if (other.run != file.run) {
@@ -185,14 +180,20 @@ bool hold_output(HeldFile& file) {
                                         "' is written by another bake of this run, too: give each "
                                         "a folder of its own.");
     }
-    if (absolute_name(other) != absolute_name(file)) {
+    const bool same_key = os::name_key(absolute_name(other)) == os::name_key(absolute_name(file));
+    if (same_key && other.destination.filename() != file.destination.filename()) {
+      throw Error(ErrorCode::usage, "'" + file.destination.string() + "' and '" +
+                                        other.destination.string() +
+                                        "' are one name on Windows: choose another for one.");
+    }
+    if (!same_key) {
       throw Error(ErrorCode::usage, "'" + file.destination.string() + "' and '" +
                                         other.destination.string() +
                                         "' would be one file, by a link: remove the link, or "
                                         "choose another folder for the output.");
     }
   }
-  state().by_destination[file.destination] = number;
+  state().by_destination[os::name_key(file.destination)] = number;
   state().files.push_back(std::move(file));
   return true;
 }

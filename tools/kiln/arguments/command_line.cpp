@@ -81,6 +81,8 @@ Command::Command(std::string_view description, std::string_view name, const std:
     : owned_(std::make_unique<CLI::App>(std::string(description), std::string(name))),
       app_(owned_.get()) {
   app_->set_version_flag("--version", version);
+  app_->allow_windows_style_options(
+      false);  // `/scans/rock.ply` is a path, and not the flag --scans
   app_->require_subcommand(1);
   app_->footer(footer);
 }

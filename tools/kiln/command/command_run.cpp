@@ -12,6 +12,7 @@
 
 #include "arguments/command_options.h"
 #include "base/counted.h"
+#include "base/file.h"
 #include "base/stopwatch.h"
 #include "batch/assets.h"
 #include "batch/bake_cache.h"
@@ -265,18 +266,16 @@ std::string make_path(const std::string& path) {
 /// Writes a depfile for make and Ninja: all outputs, and all files that they depend on.
 void save_depfile(const RunArguments& arguments, const Batch& batch,
                   const std::vector<AssetResult>& results, BakeCache& cache) {
-  std::set<std::string> inputs = {
-      std::filesystem::absolute(arguments.file).lexically_normal().string()};
+  std::set<std::string> inputs = {os::absolute_normal(arguments.file).string()};
   std::string text;
   for (std::size_t i = 0; i < results.size(); ++i) {
     for (const std::string& file : results[i].files) {
-      text += (text.empty() ? "" : " \\\n  ") +
-              make_path(std::filesystem::absolute(file).lexically_normal().string());
+      text += (text.empty() ? "" : " \\\n  ") + make_path(os::absolute_normal(file).string());
     }
     for (const std::string& input : cache.inputs_of(batch.assets[i])) inputs.insert(input);
     for (const Setting& setting : batch.assets[i].settings) {
       if (setting.origin.layer == "sidecar")
-        inputs.insert(std::filesystem::absolute(setting.origin.file).lexically_normal().string());
+        inputs.insert(os::absolute_normal(setting.origin.file).string());
     }
   }
   text += ":";
@@ -322,12 +321,10 @@ class ResultChecks {
     if (!arguments_.hashes.empty() || !arguments_.check_hashes.empty()) {
       std::map<std::string, std::string> hashes;
       const std::filesystem::path base =
-          std::filesystem::absolute(file_.folder.empty() ? "." : file_.folder).lexically_normal();
+          os::absolute_normal(file_.folder.empty() ? "." : file_.folder);
       for (const std::string& output : result.files) {
-        hashes[std::filesystem::absolute(output)
-                   .lexically_normal()
-                   .lexically_proximate(base)
-                   .string()] = pixel_hash(output);
+        hashes[os::absolute_normal(output).lexically_proximate(base).generic_string()] =
+            pixel_hash(output);
       }
       const std::lock_guard lock(mutex_);
       hashes_.merge(hashes);

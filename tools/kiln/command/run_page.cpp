@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "base/file.h"
 #include "batch/checks.h"
 #include "batch/report.h"
 #include "interrupt.h"
@@ -170,16 +171,14 @@ Json without_pictures(const Json& report) {
 
 void save_page(const fs::path& path, const Json& report) {
   // Links are relative to the page's folder.
-  const fs::path folder = fs::absolute(path).lexically_normal().parent_path();
+  const fs::path folder = os::absolute_normal(path).parent_path();
   Json linked = report, assets = Json::array();
   for (Json asset : report.at("assets").elements()) {
     Json maps = Json::array();
     for (Json map : asset.at("maps").elements()) {
       if (map.at("file").is_string()) {
-        map["href"] = fs::absolute(map.at("file").text())
-                          .lexically_normal()
-                          .lexically_proximate(folder)
-                          .generic_string();
+        map["href"] =
+            os::absolute_normal(map.at("file").text()).lexically_proximate(folder).generic_string();
       }
       maps.push_back(std::move(map));
     }
