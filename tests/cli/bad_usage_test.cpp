@@ -103,7 +103,7 @@ TEST(Command, RefusesBadUsage) {
   expect_failure(bake({"--maps", "curvature", "--curvature-radius", "0"}), 2,
                  {"--curvature-radius"}, out);
   expect_failure(bake({"--range", "height=0,1"}), 2, {"height", "which is not baked"}, out);
-  expect_failure(bake({"--maps", "height", "--range", "height=1,0"}), 2, {"range", "less"}, out);
+  expect_failure(bake({"--maps", "height", "--range", "height=1,0"}), 2, {"range", "below"}, out);
   expect_failure(bake({"--maps", "height", "--range", "height=1"}), 2, {"--range", "MAP=LO,HI"},
                  out);
   expect_failure(bake({"--range", "normal=0,1"}), 2, {"normal", "no range"}, out);
@@ -144,7 +144,7 @@ TEST(Command, RefusesBadUsage) {
   expect_failure(bake({"--fallback", "fill,mark"}), 2, {"--fallback fill", "nothing can"}, out);
   expect_failure(bake({"--maps", "ao", "--ao-error", "4/3"}), 2, {"--ao-error", "2/255"}, out);
   expect_failure(bake({"--maps", "ao", "--ao-error", "1/0"}), 2, {"--ao-error", "2/255"}, out);
-  expect_failure(bake({"--match", "views", "--fallback", "views"}), 2, {"undecided"}, out);
+  expect_failure(bake({"--match", "views", "--fallback", "views"}), 2, {"same samples"}, out);
   expect_failure(bake({"--directions", "100"}), 2, {"--directions", "--match visibility"}, out);
   expect_failure(bake({"--match", "hybrid", "--directions", "0"}), 2, {"--directions", "4096"},
                  out);

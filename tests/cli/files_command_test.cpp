@@ -474,7 +474,7 @@ TEST(FilesCommand, NormalsThatOpposeTheirFacesAreTurned) {
     const ProcessResult high = bake("high" + wrong + ".obj", "low11.obj");
     EXPECT_EQ(high.exit_code, 0) << high.errors;
     EXPECT_NE(high.errors.find("HIGH 'high" + wrong), std::string::npos) << high.errors;
-    EXPECT_NE(high.errors.find("turned"), std::string::npos) << high.errors;
+    EXPECT_NE(high.errors.find("flipped"), std::string::npos) << high.errors;
     expect_flat("high" + wrong + ".obj", "low11.obj");
     const ProcessResult low = bake("high11.obj", "low" + wrong + ".obj");
     EXPECT_EQ(low.exit_code, 0) << low.errors;

@@ -373,7 +373,7 @@ def test_choices_of_sides_bytes_and_cages(nodes):
     half = faces[vertices[faces][:, :, 1].mean(1) < 0]
     bowl = Mesh(vertices[None].astype(np.float32), half[None])
     by = {"target_face_count": 200, "texture_size": 128}
-    with pytest.warns(kiln.KilnWarning, match="is open"):
+    with pytest.warns(kiln.KilnWarning, match="has open parts"):
         assert optional(nodes, "KilnToGLB", mesh=bowl, **by)["mesh"].material["double_sided"] is True
     shut = optional(nodes, "KilnToGLB", mesh=bowl, double_sided="no", **by)
     assert shut["mesh"].material["double_sided"] is False

@@ -63,7 +63,7 @@ def test_open_shells_show_both_sides_and_say_so():
         assert sides_of(kiln.to_glb(*bowl(12), double_sided=False, **BY)) == [False]
         assert sides_of(kiln.to_glb(*bowl(12), double_sided=True, **BY)) == [True]
         assert sides_of(kiln.to_glb(*ball(12), **BY)) == [False]
-    with pytest.warns(kiln.KilnWarning, match="backs"):
+    with pytest.warns(kiln.KilnWarning, match="back faces"):
         packed = kiln.pack_glb(kiln.unwrap(*bowl(6), size=64), {})
     assert sides_of(packed) == [True]
     assert sides_of(kiln.pack_glb(kiln.unwrap(*ball(6), size=64), {})) == [False]
