@@ -40,7 +40,7 @@ std::vector<Ray> rays_of(const Scene& scene) {
       rays.push_back(ray);
     }
   }
-  Even random(23);
+  PortableRandom random(23);
   for (std::size_t i = 0; i < 1000; ++i) {
     // Towards a point of a triangle's edge: from a point of its plane, from just off it, or from anywhere.
     const std::size_t t = (i * 31) % scene.triangles.size();

@@ -21,7 +21,7 @@ namespace kiln {
 namespace {
 
 using Scene = test::Soup;
-using Random = test::Even;
+using Random = test::PortableRandom;
 
 constexpr float kPi = 3.14159265F;
 
