@@ -34,13 +34,29 @@ struct RayQuery {
       false;  ///< With `outermost`, ignore hits with t above the sample's own `reach`
 };
 
+/// Ray queries on a surface, whose data may be in memory or in parts of a file.
+class RaySearch {
+ public:
+  RaySearch() = default;
+  RaySearch(const RaySearch&) = default;
+  RaySearch& operator=(const RaySearch&) = default;
+  virtual ~RaySearch() = default;
+
+  /// Casts rays for samples [0, count) of `points` (planes of `capacity`: position x y z, unit
+  /// direction x y z, reach; see TexelBand). Writes triangle, barycentric, distance (signed, along
+  /// the direction, from the sample's position) and status for each.
+  virtual void intersect(const cl::Array<float>& points, std::uint32_t count,
+                         std::uint32_t capacity, const RayQuery& query,
+                         DeviceCorrespondence& result) const = 0;
+};
+
 /// The traversal kernels of rays, and their BVH.
 ///
 /// The intersection test is watertight (after Woop, Benthin, Wald 2013): no ray passes between two
 /// triangles that share an edge or a vertex. Ties go to the smaller triangle index. So the result
 /// is a function of the triangles and the ray alone: it does not depend on tree, variant and
 /// threads.
-class RayCaster {
+class RayCaster : public RaySearch {
  public:
   /// Builds the tree on the host and uploads it.
   /// \param positions  in the working frame: about unit size
@@ -50,17 +66,14 @@ class RayCaster {
   /// \param tree may be shared with other queries
   RayCaster(cl::Context& context, std::shared_ptr<const Tree> tree,
             Traversal traversal = Traversal::automatic);
-  ~RayCaster();
+  ~RayCaster() override;
   /// The tree.
   const Tree& tree() const;
   RayCaster(RayCaster&&) noexcept;
   RayCaster& operator=(RayCaster&&) noexcept;
 
-  /// Casts rays for samples [0, count) of `points` (planes of `capacity`: position x y z, unit
-  /// direction x y z, reach; see TexelBand). Writes triangle, barycentric, distance (signed, along
-  /// the direction, from the sample's position) and status for each.
   void intersect(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,
-                 const RayQuery& query, DeviceCorrespondence& result) const;
+                 const RayQuery& query, DeviceCorrespondence& result) const override;
 
   /// Any-hit query: writes 1 to `hit` for rays with a hit in [t_min, t_max], else 0.
   void occluded(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,

@@ -27,16 +27,6 @@ Vec3d vector_of(const MeshBuilder::Position& p) { return {p[0], p[1], p[2]}; }
 
 std::string coordinates(const std::array<double, 3>& p) { return place_text(p[0], p[1], p[2]); }
 
-Vec3 unit_or_zero(const Vec3& n) {
-  const double x = n.x, y = n.y, z = n.z;
-  const double length = std::sqrt(x * x + y * y + z * z);
-  if (!(length > 0) || !std::isfinite(length)) return {};
-  // Unit within float precision: kept, so that reading and writing does not accumulate changes.
-  if (std::abs(length - 1) < 1.5e-7) return n;
-  return {static_cast<float>(x / length), static_cast<float>(y / length),
-          static_cast<float>(z / length)};
-}
-
 constexpr std::array<std::uint8_t, 4> kWhite{255, 255, 255, 255};
 
 // Number of faces up to which memory is not checked.
@@ -45,6 +35,16 @@ constexpr std::uint64_t kUncheckedFaces = std::uint64_t{1} << 17;
 constexpr std::size_t kItemsPerPiece = std::size_t{1} << 16;  // elements of a thread's piece
 
 }  // namespace
+
+Vec3 unit_normal(const Vec3& n) {
+  const double x = n.x, y = n.y, z = n.z;
+  const double length = std::sqrt(x * x + y * y + z * z);
+  if (!(length > 0) || !std::isfinite(length)) return {};
+  // Unit within float precision: kept, so that reading and writing does not accumulate changes.
+  if (std::abs(length - 1) < 1.5e-7) return n;
+  return {static_cast<float>(x / length), static_cast<float>(y / length),
+          static_cast<float>(z / length)};
+}
 
 /// Checks memory before the lists double, since a text file may hold more faces than it declares.
 void MeshBuilder::check_growth() const {
@@ -507,7 +507,7 @@ void MeshBuilder::complete_attributes(Mesh& mesh) {
     missing = 0;
   }
   if (normal_triangles_.empty()) normals.clear();
-  for (Vec3& normal : normals) normal = unit_or_zero(normal);
+  for (Vec3& normal : normals) normal = unit_normal(normal);
   const auto bad =
       static_cast<std::uint64_t>(std::count_if(
           uvs.begin(), uvs.end(),

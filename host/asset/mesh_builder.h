@@ -29,6 +29,9 @@ inline float narrow(double value) {
   return static_cast<float>(value);
 }
 
+/// A file's normal as readers keep it: of unit length, or zero if that is impossible.
+Vec3 unit_normal(const Vec3& n);
+
 /// Collects a mesh in double precision and ends in a kiln::Mesh.
 ///
 /// Readers append to the pools directly. They check the indices for add_face() themselves, since

@@ -91,7 +91,8 @@ Image as_drawn(const MapInfo& map, const BakeOptions& options,
 
 /// Memory in bytes that grows with the map: maps, temporary arrays of padding, mip levels, a band, and a stored
 /// match. It is checked before the bake, so that the bake does not fail halfway.
-std::uint64_t bytes_of_maps(const BakeOptions& options, std::span<const MapRow> rows) {
+std::uint64_t bytes_of_maps(const BakeOptions& options, std::span<const MapRow> rows,
+                            std::uint32_t band) {
   std::uint64_t channels = 1;  // channels of the maps; 1 for coverage and charts
   for (const MapKind kind : options.maps) channels += map_row(kind).info.channels;
   for (const MapRow& row : rows) channels += row.info.channels;
@@ -103,7 +104,7 @@ std::uint64_t bytes_of_maps(const BakeOptions& options, std::span<const MapRow> 
   // Memory for mip levels: a third of the maps; and per texel 8 bytes, for a copy of the largest map's levels and
   // the texel's chart index.
   return level + (options.encoding.mips ? level / 3 + texels * 2 * sizeof(float) : 0) +
-         kBytesPerBandSample * std::min<std::uint64_t>(samples, kBandSamples) +
+         kBytesPerBandSample * std::min<std::uint64_t>(samples, band) +
          (options.report.keep_match ? kBytesPerKeptSample * samples : 0);
 }
 
@@ -113,7 +114,7 @@ Layers::Layers(const Source::Impl& source, const LowSurface& surface, const Bake
                bool with_images, std::uint32_t finer, bool checks) {
   own_rows_ = own_rows(options);
   if (with_images) {
-    require_memory("The maps", bytes_of_maps(options, own_rows_));
+    require_memory("The maps", bytes_of_maps(options, own_rows_, band_samples(source)));
     coverage_.resize(std::size_t{options.width} * options.height);
   }
   const MapRequest request{source, surface, options, shared_, finer, checks};

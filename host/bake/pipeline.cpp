@@ -6,6 +6,7 @@
 
 #include "bake/errors.h"
 #include "bake/report.h"
+#include "bake/streaming.h"
 #include "base/formatted.h"
 #include "base/option.h"
 #include "match/match_array.h"
@@ -37,12 +38,16 @@ Pipeline::Pipeline(const Scene& scene, Bands bands, BakeProgress progress)
                                   scene.options.match.uv_copies)),
       surface_(*low_),
       cage_(context_, scene.high.frame, surface_),
+      matched_(scene.high.is_streamed() ? scene.high.matched_part() : nullptr),
       sampler_(context_, surface_,
-               {scene.options.width, scene.options.height, scene.options.samples, kBandSamples}),
+               {scene.options.width, scene.options.height, scene.options.samples,
+                band_samples(scene.high)}),
       turn_(find_turn()),
       sheets_(sheet_reach(scene.options, surface_)),
-      layers_(scene.high, surface_, scene.options, true, scene.finer) {
+      layers_(matched_ != nullptr ? *matched_ : scene.high, surface_, scene.options, true,
+              scene.finer) {
   const BakeOptions& options = scene_.options;
+  if (scene_.high.is_streamed()) refuse_streaming(options);
   if (options.match.saved == nullptr) result_.report.cage_mesh = cage_.report(surface_);
   result_.report.uv_copies =
       surface_.copy_of.size() -
@@ -147,6 +152,15 @@ void Pipeline::prepare_copies() {
   if (bands_stay_ == Bands::stay || surface_.copy_of.empty() || options.match.saved != nullptr ||
       match_row(options.match.method).at_uvs != nullptr)
     return;
+  if (scene_.high.is_streamed()) {
+    made_warnings_.push_back({"copies-unchecked",
+                              "Triangles of '" + scene_.low.name +
+                                  "' share their texels with others. Whether these show the same "
+                                  "surface was not checked, "
+                                  "since the high poly is larger than memory.",
+                              1});
+    return;
+  }
   copies_.emplace(match_request(options, scene_.high, surface_), options, *matcher_,
                   [this](TexelBand& band) {
                     turn_.apply(context_, band);
@@ -173,8 +187,9 @@ void Pipeline::make_collectors() {
   if (options.match.fallback_blend > 0) {
     blend_.emplace(options.width, options.height, options.match.fallback_blend);
   }
-  // Skipped for matches that need no BVH, since building one would take longer than the bake.
-  if (options.match.saved != nullptr ||
+  // Skipped for matches that need no BVH, since building one would take longer than the bake; and for a high poly that
+  // is larger than memory.
+  if (scene_.high.is_streamed() || options.match.saved != nullptr ||
       !obeys(match_row(options.match.method).info, "report.recall"))
     return;
   const MatchRequest request = match_request(options, scene_.high, surface_);
@@ -225,13 +240,20 @@ void Pipeline::over_bands(const Pass& pass) {
 /// Matches a band's samples.
 void Pipeline::find(PipelineBand& band, const Pass& pass) {
   layers_.next_band();
+  const double built = scene_.high.stats().build_seconds;
   if (pass.match) {
     matcher_->run(band.texels, band.match);
   } else if (pass.measure) {
     matcher_->measure(band.texels, band.match);
   }
   context_.finish();
-  result_.report.seconds_match += watch_.lap();
+  const double building = scene_.high.stats().build_seconds - built;  // of chunks
+  result_.report.seconds_build += building;
+  result_.report.seconds_match += watch_.lap() - building;
+  if (matched_ == nullptr) return;
+  matched_->read_matched(band.match);
+  layers_.next_source();
+  result_.report.seconds_detail += watch_.lap();
 }
 
 /// Counts a band's samples, and passes the band to the collectors.

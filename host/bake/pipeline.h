@@ -111,6 +111,8 @@ class Pipeline {
   std::shared_ptr<LowSurface> low_;
   LowSurface& surface_;
   CageReach cage_;
+  std::unique_ptr<Source::Impl>
+      matched_;  // what maps read of a high poly larger than memory; null: all is there
   TexelSampler sampler_;
   EdgeTurn turn_;
   SheetReach sheets_;

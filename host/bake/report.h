@@ -9,6 +9,7 @@
 
 #include "detail/band_reads.h"
 #include "kiln/bake.h"
+#include "source/high_poly.h"
 #include "texel/device_correspondence.h"
 #include "texel/small_charts.h"
 
@@ -16,6 +17,12 @@ namespace kiln {
 
 /// Maximum number of samples in a band: limits device memory.
 constexpr std::uint32_t kBandSamples = 1U << 20;
+
+/// The same for a high poly larger than memory, all of which each band reads.
+constexpr std::uint32_t kStreamedBandSamples = 1U << 22;
+inline std::uint32_t band_samples(const Source::Impl& high) {
+  return high.is_streamed() ? kStreamedBandSamples : kBandSamples;
+}
 
 /// Resets counts of samples to 0.
 void clear_counts(BakeReport& report);

@@ -49,6 +49,12 @@ void ProgressGuard::poll_at(double done, std::string_view stage) {
   if (!guard->report(done, stage)) throw Cancelled();
 }
 
+void ProgressGuard::poll_in(std::string_view stage) {
+  ProgressGuard* const guard = of_thread;
+  if (guard == nullptr || guard->calling_) return;
+  if (!guard->report(guard->done_, stage)) throw Cancelled();
+}
+
 bool ProgressGuard::active() { return of_thread != nullptr; }
 
 void ProgressGuard::poll() {

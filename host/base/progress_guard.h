@@ -38,6 +38,8 @@ class ProgressGuard {
   static void poll();
   /// Calls the calling thread's callback now. \throws Cancelled if the callback returns false
   static void poll_at(double done, std::string_view stage);
+  /// poll(), with the name of a stage within the last progress, such as a chunk of a large input.
+  static void poll_in(std::string_view stage);
   /// True if the calling thread has a callback.
   static bool active();
 

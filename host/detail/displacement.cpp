@@ -32,6 +32,7 @@ MapRow displacement_map() {
               0,
               0};
   row.follows_positions = true;
+  row.streams = true;
   row.unit = "world units";
   row.range = range_of_reach_signed;
   row.make = [](const MapRequest& request) {

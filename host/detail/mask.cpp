@@ -51,6 +51,7 @@ MapRow mask_map() {
       "a point: leaves padding out of comparisons and composites, and is a leaf's alpha",
       0,
       1};
+  row.streams = true;
   row.make = [](const MapRequest& request) -> std::unique_ptr<MapMaker> {
     return std::make_unique<MaskMap>(request);
   };

@@ -170,6 +170,7 @@ MapRow normals_of(MapKind kind, std::string_view contents, std::optional<NormalM
   MapRow row;
   row.info = {kind, 3, MapType::unit_vector, contents, 0, 1};
   row.info.space = space;
+  row.streams = true;
   row.make = [info = row.info](const MapRequest& request) -> std::unique_ptr<MapMaker> {
     BakeOptions options = request.options;
     options.encoding.space = space_of(info, options);

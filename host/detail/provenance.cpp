@@ -47,6 +47,7 @@ MapRow provenance_map() {
   // The map depends on the match alone, but a session that re-bakes texels for changed normals does not know
   // their status.
   row.follows_positions = true;
+  row.streams = true;
   row.make = [](const MapRequest& request) {
     return make_point_map(request, provenance_map().info, [](const HighPoint& point, float* value) {
       const Colour colour = colour_of(point);

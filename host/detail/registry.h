@@ -84,6 +84,8 @@ struct MapRow {
   bool follows_positions = false;
   /// The map reads more of the high poly than the matched points, so any change of the mesh may change any texel.
   bool reads_around = false;
+  /// The map reads nothing of the high poly but its matched triangles, so the high poly may be larger than memory.
+  bool streams = false;
   /// Unit of its values, such as "world units", if MapInfo has none.
   std::string_view unit = {};
   /// Range of each channel for integer formats; if unset, it is MapInfo::low and high for all channels.

@@ -61,7 +61,7 @@ MapRow wireframe_map() {
               0,
               1};
   row.info.other_names = "wireframe_and_ray_fails";
-  row.follows_positions = row.of_texels = true;
+  row.follows_positions = row.of_texels = row.streams = true;
   row.make = [](const MapRequest& request) {
     return make_point_map(request, wireframe_map().info,
                           std::unique_ptr<PointFunction>(std::make_unique<Wireframe>(request)));

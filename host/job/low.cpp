@@ -132,7 +132,7 @@ LowMesh prepare_low(const Job& job, const LoadedHigh& loaded, RunLog& log) {
     low.beside = std::move(files.beside);
     low.hulls = std::move(files.hulls);
     low.polygons = count_polygons(low.mesh);
-    if (low.mesh.triangles.size() > high.triangles.size()) {
+    if (low.mesh.triangles.size() > loaded.triangle_count()) {
       if (low.mesh.uvs.empty() && !high.uvs.empty() && !job.unwrap) {
         throw Error(ErrorCode::input, "LOW " + in_words(low_files(job)) +
                                           " has no UVs and more triangles than HIGH " +

@@ -175,11 +175,16 @@ Json report_json(const RunOutcome& outcome, const Device& device, const Source& 
                            : !asset_file(job).empty()       ? asset_file(job)
                            : !outcome.outputs.files.empty() ? outcome.outputs.files[0]
                                                             : scene.low.stem;
+  Json high = describe(scene.high.mesh(), high_name(job));
+  if (const MeshStream* const streamed = scene.high.streamed.get(); streamed != nullptr) {
+    high["vertices"] = streamed->vertex_count();
+    high["triangles"] = streamed->triangle_count();
+    high["has_normals"] = streamed->has_normals();
+    high["streamed"] = true;
+  }
   Json json = {{"version", version()},
                {"device", describe(device.info())},
-               {"inputs",
-                {{"high", describe(scene.high.mesh(), high_name(job))},
-                 {"low", describe(scene.low.mesh, low)}}},
+               {"inputs", {{"high", high}, {"low", describe(scene.low.mesh, low)}}},
                {"options", describe(job, report)},
                {"seconds", seconds(outcome.seconds, report, outcome.total_seconds)},
                {"compile_seconds", device.compile_seconds()},

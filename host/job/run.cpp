@@ -15,6 +15,7 @@
 #include "job/stages.h"
 #include "kiln/files.h"
 #include "options/parse.h"
+#include "source/chunked_mesh.h"
 
 namespace kiln {
 namespace {
@@ -178,7 +179,11 @@ JobResult run_stages(const std::function<Device()>& open, const Job& given, cons
   // The high poly.
   LoadedHigh high;
   high.prepared = hooks.high;
-  if (high.prepared == nullptr) {
+  high.streamed = stream_high(job, options, hooks, log);
+  if (high.streamed != nullptr) {
+    high.input.mesh = sample_of(*high.streamed);
+    high.input.shading = shading_of(*high.streamed);
+  } else if (high.prepared == nullptr) {
     high = read_high(job, log);
     if (add_material_maps(job, high, log)) options = options_of(job);
     repair_high(job, high, log);
@@ -189,7 +194,7 @@ JobResult run_stages(const std::function<Device()>& open, const Job& given, cons
     }
     options.match.uv = uv_options_over(high.mesh(), options.match.uv);
   }
-  read_textures(job, high, options, log);
+  if (high.streamed == nullptr) read_textures(job, high, options, log);
   const std::size_t warnings_of_high = log.warnings.size();
   seconds.load = watch.lap();
   warn_about_weights(job, options.match.visibility, log.warnings);
@@ -211,7 +216,9 @@ JobResult run_stages(const std::function<Device()>& open, const Job& given, cons
   std::optional<Source> built;
   if (high.prepared == nullptr) {
     log.progress(kAtSource, "preparing the high poly");
-    if (hooks.make_source) {
+    if (high.streamed != nullptr) {
+      built = make_streamed_source(device, job, high, log);
+    } else if (hooks.make_source) {
       built = hooks.make_source(device, high.input.mesh, job.traversal);
     } else {
       built.emplace(device, high.input.mesh, job.traversal);

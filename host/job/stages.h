@@ -26,6 +26,7 @@
 #include "kiln/simplify.h"
 #include "kiln/texture_sets.h"
 #include "kiln/unwrap.h"
+#include "mesh/mesh_stream.h"
 #include "plan/byte_plan.h"
 
 namespace kiln {
@@ -45,12 +46,18 @@ struct LoadedHigh {
   HighPolyInput input;  ///< Without a mesh where it was prepared
   CleanReport cleaned;  ///< Repairs of input.mesh
   const PreparedHigh* prepared = nullptr;
+  /// Not null: HIGH is larger than memory, and input.mesh is a sample of its triangles, for messages
+  std::shared_ptr<const MeshStream> streamed;
 
   const Mesh& mesh() const { return prepared != nullptr ? prepared->mesh : input.mesh; }
+  std::size_t triangle_count() const {
+    return streamed != nullptr ? streamed->triangle_count() : mesh().triangles.size();
+  }
   bool is_height_field() const {
     return prepared != nullptr ? prepared->height_field : input.heights.has_value();
   }
   bool may_face_inwards() const {
+    if (streamed != nullptr) return false;  // not known
     return prepared != nullptr ? prepared->faces_inwards : !cleaned.faces_outwards;
   }
 };
@@ -206,6 +213,17 @@ LoadedHigh read_high(Job& job, RunLog& log);
 void repair_high(const Job& job, LoadedHigh& high, RunLog& log);
 /// Reads the textures that the maps need, and cuts HIGH where --alpha-test finds it transparent.
 void read_textures(const Job& job, LoadedHigh& high, BakeOptions& options, RunLog& log);
+
+// ---- streaming.cpp ----
+
+/// Opens a HIGH that is larger than memory; null: it fits, or the job can only try. \throws OptionError
+std::shared_ptr<const MeshStream> stream_high(const Job& job, const BakeOptions& options,
+                                              const RunHooks& hooks, RunLog& log);
+/// The normals that it is baked with: the file's, or smooth ones.
+ShadingReport shading_of(const MeshStream& streamed);
+/// Sorts it into chunks, or finds those of an earlier run.
+Source make_streamed_source(const Device& device, const Job& job, const LoadedHigh& high,
+                            RunLog& log);
 
 // ---- low.cpp ----
 

@@ -224,8 +224,11 @@ void add_summary(const RunOutcome& outcome, const Source::Stats& source) {
   if (plan != nullptr) {
     for (const MapReached& map : plan->bounds) console.line(describe(map));
   }
-  if (const Message text = shading_line(scene.high.input.shading, job.frame.shading);
-      !text.empty() && !scene.high.input.heights) {
+  if (scene.high.streamed != nullptr) {
+    console.line("HIGH is larger than memory: read chunk by chunk, without repairs, normals " +
+                 std::string(scene.high.streamed->has_normals() ? "the file's" : "smooth"));
+  } else if (const Message text = shading_line(scene.high.input.shading, job.frame.shading);
+             !text.empty() && !scene.high.input.heights) {
     console.line(text);
   }
   if (report.views) console.line(summary(*report.views, source.diagonal));

@@ -10,7 +10,7 @@ class AxisMatcher : public Matcher {
  public:
   AxisMatcher(const MatchRequest& request, const Vec3d& axis)
       : context_(context_of(request.source.device)),
-        rays_(request.source.rays()),
+        rays_(request.source.ray_search()),
         query_(ray_query(request, false)),
         axis_(to_float(axis)) {}
 
@@ -27,7 +27,7 @@ class AxisMatcher : public Matcher {
 
  private:
   cl::Context& context_;
-  const RayCaster& rays_;
+  const RaySearch& rays_;
   RayQuery query_;
   Vec3 axis_;
   cl::Array<float> turned_;
@@ -40,7 +40,7 @@ MatchRow axis_match() {
   row.info.method = MatchMethod{"axis"};
   row.info.searches = "along one axis, both ways";
   row.info.options = "match.max_distance match.views.directions match.parts report.recall";
-  row.is_refittable = true;
+  row.is_refittable = row.streams = true;
   row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {
     if (request.views.directions.size() != 1) {
       throw Error(ErrorCode::usage, "Matching along an axis needs one direction in views, but " +

@@ -139,8 +139,9 @@ class BevelProbes {
     query.t_min = -static_cast<float>(reach);
     query.t_max = static_cast<float>(reach);
     query.outermost = true;
-    high_.rays().intersect(points, count, count, query, met);
+    high_.ray_search().intersect(points, count, count, query, met);
     const HostCorrespondence found(context, met, count);
+    const std::vector<std::array<Vec3, 3>> corners = high_.corners_of(found.triangle);
     std::vector<std::array<Profile, 2>> profiles(end - begin);
     for (std::size_t i = 0; i < count; ++i) {
       const Vec3d direction{planes[3 * std::size_t{count} + i], planes[4 * std::size_t{count} + i],
@@ -149,7 +150,7 @@ class BevelProbes {
       const std::uint32_t face = hard.edges[(begin + e) * stride].faces[side];
       if (!counts(found.triangle[i], face, direction)) continue;
       Profile& profile = profiles[e][side];
-      profile.angles[i % kEdgeDistances].push_back(angle(found.triangle[i], direction));
+      profile.angles[i % kEdgeDistances].push_back(angle(corners[i], direction));
       profile.gaps[i % kEdgeDistances].push_back(double{found.distance[i]});
     }
     return profiles;
@@ -161,11 +162,9 @@ class BevelProbes {
     return parts_ == nullptr || parts_->high[triangle] == parts_->low[face];
   }
 
-  double angle(std::uint32_t triangle, const Vec3d& direction) const {
-    const Triangle& t = high_.triangles[triangle];
-    const Vec3d a = to_double(high_.positions[t[0]]);
-    const Vec3d normal =
-        cross(to_double(high_.positions[t[1]]) - a, to_double(high_.positions[t[2]]) - a);
+  static double angle(const std::array<Vec3, 3>& corners, const Vec3d& direction) {
+    const Vec3d a = to_double(corners[0]);
+    const Vec3d normal = cross(to_double(corners[1]) - a, to_double(corners[2]) - a);
     const double cosine = dot(normal, direction) / length(normal);
     return std::acos(std::clamp(cosine, -1.0, 1.0)) * kDegrees;
   }

@@ -9,7 +9,7 @@ namespace {
 
 class ClosestMatcher : public Matcher {
  public:
-  ClosestMatcher(const ClosestFinder& finder, const ClosestQuery& query)
+  ClosestMatcher(const ClosestSearch& finder, const ClosestQuery& query)
       : finder_(finder), query_(query) {}
 
   void run(const TexelBand& band, DeviceCorrespondence& match) override {
@@ -18,7 +18,7 @@ class ClosestMatcher : public Matcher {
   }
 
  private:
-  const ClosestFinder& finder_;
+  const ClosestSearch& finder_;
   ClosestQuery query_;
 };
 
@@ -29,13 +29,13 @@ MatchRow closest_match() {
   row.info.method = MatchMethod::closest;
   row.info.searches = "the nearest point of a face that is not turned away";
   row.info.options = "match.max_distance match.parts report.recall";
-  row.is_refittable = row.is_good_fallback = true;
+  row.is_refittable = row.is_good_fallback = row.streams = true;
   row.info.other_names = "nearest";
   row.plan_order = 4;
   row.low_poly_order = 3;
   row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {
     return std::make_unique<ClosestMatcher>(
-        request.source.closest(),
+        request.source.closest_search(),
         ClosestQuery{static_cast<float>(request.distance), request.two_sided});
   };
   return row;

@@ -16,7 +16,7 @@ class ExtendedRange : public Matcher {
  public:
   ExtendedRange(std::unique_ptr<Matcher> near_matcher, const MatchRequest& request)
       : context_(context_of(request.source.device)),
-        rays_(request.source.rays()),
+        rays_(request.source.ray_search()),
         near_matcher_(std::move(near_matcher)),
         query_(ray_query(request, false)) {
     query_.t_max = static_cast<float>(request.sheet_reach);
@@ -52,7 +52,7 @@ class ExtendedRange : public Matcher {
   }
 
   cl::Context& context_;
-  const RayCaster& rays_;
+  const RaySearch& rays_;
   std::unique_ptr<Matcher> near_matcher_;
   RayQuery query_;
 };

@@ -20,7 +20,7 @@ class OutermostMatcher : public Matcher {
  public:
   explicit OutermostMatcher(const MatchRequest& request)
       : context_(context_of(request.source.device)),
-        rays_(request.source.rays()),
+        rays_(request.source.ray_search()),
         surface_(request.surface),
         nearest_(ray_query(request, false)),
         outermost_(nearest_) {
@@ -59,7 +59,7 @@ class OutermostMatcher : public Matcher {
   }
 
   cl::Context& context_;
-  const RayCaster& rays_;
+  const RaySearch& rays_;
   const LowSurface& surface_;
   RayQuery nearest_, outermost_;
   std::optional<LowRays> low_;  ///< Created on first use

@@ -15,7 +15,7 @@ namespace {
 
 class RayMatcher : public Matcher {
  public:
-  RayMatcher(const RayCaster& rays, const RayQuery& query) : rays_(rays), query_(query) {}
+  RayMatcher(const RaySearch& rays, const RayQuery& query) : rays_(rays), query_(query) {}
 
   void run(const TexelBand& band, DeviceCorrespondence& match) override {
     if (band.sample_count == 0) return;
@@ -23,7 +23,7 @@ class RayMatcher : public Matcher {
   }
 
  private:
-  const RayCaster& rays_;
+  const RaySearch& rays_;
   RayQuery query_;
 };
 
@@ -56,7 +56,7 @@ class ShellMatcher : public Matcher {
 std::unique_ptr<Matcher> rays_of(const MatchRequest& request) {
   const bool cage = request.cage_mesh || request.cage.has_value();
   if (!cage && request.ray.rule == RayRule::outermost) return outermost_matcher(request);
-  return std::make_unique<RayMatcher>(request.source.rays(), ray_query(request, true));
+  return std::make_unique<RayMatcher>(request.source.ray_search(), ray_query(request, true));
 }
 
 /// Makes a matcher that searches within near_distance first, and within the full distance for misses.
@@ -93,7 +93,7 @@ MatchRow ray_match() {
   row.info.options =
       "match.max_distance match.near_distance match.cage match.cage_mesh match.ray match.parts "
       "report.recall";
-  row.is_refittable = row.uses_sheet_reach = row.is_good_fallback = true;
+  row.is_refittable = row.uses_sheet_reach = row.is_good_fallback = row.streams = true;
   row.info.other_names = "rays raycast raycasting raytrace raytracing";
   row.plan_order = row.low_poly_order = 1;
   row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {

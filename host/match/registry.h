@@ -78,6 +78,9 @@ struct MatchRow {
   bool is_refittable = false;
   /// True if the match uses MatchRequest::sheet_reach when no search distance was given.
   bool uses_sheet_reach = false;
+  /// True if the match searches by Source::Impl::ray_search() and closest_search() alone, so that the high poly may be
+  /// larger than memory.
+  bool streams = false;
   /// True if messages recommend the match as a fallback: it finds nearly all points that a match by views, or
   /// without a search, misses.
   bool is_good_fallback = false;

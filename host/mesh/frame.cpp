@@ -78,12 +78,15 @@ Frame Frame::of(const Mesh& mesh, const Bounds& bounds) {
 }
 
 Vec3 Frame::to_frame(const Mesh& mesh, std::size_t vertex) const {
-  const Vec3& p = mesh.positions[vertex];
+  return to_frame(mesh.positions[vertex], mesh.origin);
+}
+
+Vec3 Frame::to_frame(const Vec3& p, const std::array<double, 3>& origin) const {
   // Adds the origin's offset first: far from the origin, both terms of the difference are large, but the difference
   // is not.
-  return {static_cast<float>((p.x + (mesh.origin[0] - center[0])) * scale),
-          static_cast<float>((p.y + (mesh.origin[1] - center[1])) * scale),
-          static_cast<float>((p.z + (mesh.origin[2] - center[2])) * scale)};
+  return {static_cast<float>((p.x + (origin[0] - center[0])) * scale),
+          static_cast<float>((p.y + (origin[1] - center[1])) * scale),
+          static_cast<float>((p.z + (origin[2] - center[2])) * scale)};
 }
 
 std::vector<Vec3> Frame::to_frame_within(const Mesh& mesh, double reach) const {

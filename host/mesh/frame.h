@@ -26,11 +26,15 @@ struct Frame {
   static Frame of(const Mesh& mesh, const Bounds& bounds);
 
   Vec3 to_frame(const Mesh& mesh, std::size_t vertex) const;
+  /// \param origin  of the mesh, see Mesh::origin
+  Vec3 to_frame(const Vec3& position, const std::array<double, 3>& origin) const;
   /// All vertices in the frame. Vertices beyond `reach` that only degenerate triangles use become NaN, since rounding
   /// could make large triangles of these.
   /// \param reach  largest coordinate; 0.5 is the high poly's box
   std::vector<Vec3> to_frame_within(const Mesh& mesh, double reach) const;
-  std::vector<Vec3> to_frame(const Mesh& mesh) const { return to_frame_within(mesh, 0.500001); }
+  std::vector<Vec3> to_frame(const Mesh& mesh) const { return to_frame_within(mesh, kReach); }
+  /// The reach of a mesh that does not move: its box, with room for rounding.
+  static constexpr double kReach = 0.500001;
 };
 
 /// An origin relative to which single precision can hold a mesh's coordinates: near the centre of its box (rounded to

@@ -97,7 +97,8 @@ std::vector<Vec3> summed_normals(std::span<const Vec3> positions,
   return normalized(sums, totals);
 }
 
-/// Replaces zero normals of corners by the face's normal.
+}  // namespace
+
 void use_faces_where_zero(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                           CornerNormals& corners) {
   for_each_alive(triangles.size(), [&](std::size_t i) {
@@ -112,8 +113,6 @@ void use_faces_where_zero(std::span<const Vec3> positions, std::span<const Trian
     }
   });
 }
-
-}  // namespace
 
 bool is_usable_normal(const Vec3& n) {
   const double squared = dot(to_double(n), to_double(n));
@@ -178,22 +177,26 @@ CornerNormals corner_normals(const Mesh& mesh, std::span<const Vec3> frame_posit
   }
   result.normals = mesh.normals;
   result.triangles = mesh.normal_triangles;
+  use_given_normals(mesh.triangles, result,
+                    [&] { return vertex_normals(frame_positions, mesh.triangles, mesh.polygons); });
+  return result;
+}
+
+void use_given_normals(std::span<const Triangle> triangles, CornerNormals& corners,
+                       const std::function<std::vector<Vec3>()>& compute) {
   std::vector<Vec3> computed;  // Only computed if some normal is invalid
-  for_each_alive(result.normals.size(), [&](std::size_t i) {
-    Vec3& n = result.normals[i];
+  for_each_alive(corners.normals.size(), [&](std::size_t i) {
+    Vec3& n = corners.normals[i];
     if (is_usable_normal(n)) n = to_float(to_double(n) * (1 / length(to_double(n))));
   });
-  for_each_alive(result.triangles.size(), [&](std::size_t i) {
+  for_each_alive(corners.triangles.size(), [&](std::size_t i) {
     for (std::size_t k = 0; k < 3; ++k) {
-      if (is_usable_normal(result.normals[result.triangles[i][k]])) continue;
-      if (computed.empty()) {
-        computed = vertex_normals(frame_positions, mesh.triangles, mesh.polygons);
-      }
-      result.triangles[i][k] = static_cast<std::uint32_t>(result.normals.size());
-      result.normals.push_back(computed[mesh.triangles[i][k]]);
+      if (is_usable_normal(corners.normals[corners.triangles[i][k]])) continue;
+      if (computed.empty()) computed = compute();
+      corners.triangles[i][k] = static_cast<std::uint32_t>(corners.normals.size());
+      corners.normals.push_back(computed[triangles[i][k]]);
     }
   });
-  return result;
 }
 
 std::vector<Vec3> continuous_directions(std::span<const Vec3> positions,

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -59,6 +60,16 @@ struct CornerNormals {
 /// angle-weighted vertex normals that vertices of equal position share.
 /// \param frame_positions  the mesh's positions in the working frame
 CornerNormals corner_normals(const Mesh& mesh, std::span<const Vec3> frame_positions);
+
+// Steps of corner_normals(), for parts of a mesh:
+
+/// Replaces zero normals of corners by the face's normal.
+void use_faces_where_zero(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                          CornerNormals& corners);
+/// Makes given normals unit, and replaces invalid ones by computed ones.
+/// \param compute  returns vertex_normals(); called at most once
+void use_given_normals(std::span<const Triangle> triangles, CornerNormals& corners,
+                       const std::function<std::vector<Vec3>()>& compute);
 
 /// One unit direction per vertex, identical for all vertices of exactly equal position: the angle-weighted mean of
 /// all corner normals at that position. Rays along it leave no gaps at hard edges or split vertices.

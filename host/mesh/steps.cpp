@@ -16,7 +16,6 @@ namespace {
 /// per axis, so normals at edges of this length have errors of about 0.4 / 256 = 0.1 degrees.
 constexpr double kMinStepsPerEdge = 256;
 constexpr double kRadiansPerStep = 0.4;
-constexpr std::size_t kMaxSampledTriangles = 4096;  // Number of triangles in a sample
 /// A vertex is an outlier if its distance from the centre exceeds that of three quarters of all vertices by this
 /// factor: kOutlierRatio if steps are coarse, kExtremeOutlierRatio in all meshes.
 constexpr double kOutlierRatio = 16, kExtremeOutlierRatio = 1e5;
@@ -24,7 +23,7 @@ constexpr double kOutlierRatio = 16, kExtremeOutlierRatio = 1e5;
 /// Calls take(t) for evenly spaced triangles.
 template <typename Take>
 void for_sample(std::size_t count, const Take& take) {
-  const std::size_t stride = count / kMaxSampledTriangles + 1;
+  const std::size_t stride = count / kSampledTriangles + 1;
   for (std::size_t t = 0; t < count; t += stride) take(t);
 }
 
@@ -216,19 +215,37 @@ std::string stretched_box(const SteppedMesh& mesh) {
   return text + far;
 }
 
-Bounds bulk_bounds(const Mesh& mesh, const Bounds& all) {
+namespace {
+
+SteppedMesh own_steps(const Mesh& mesh) {
+  return {mesh.triangles,
+          [&](std::size_t t) { return has_area(mesh.positions, mesh.triangles[t]); },
+          [&](std::uint32_t v) { return to_double(mesh.positions[v]); },
+          {}};
+}
+
+/// True if the box reaches so far beyond the bulk that some vertices may be outliers.
+bool reaches_beyond(const Bulk& bulk, const Bounds& all) {
   constexpr double kMaxOutlierRatio = 0x1p40;
-  const SteppedMesh own{mesh.triangles,
-                        [&](std::size_t t) { return has_area(mesh.positions, mesh.triangles[t]); },
-                        [&](std::uint32_t v) { return to_double(mesh.positions[v]); },
-                        {}};
+  const Vec3d low(all.low[0], all.low[1], all.low[2]), high(all.high[0], all.high[1], all.high[2]);
+  const double reach = std::max(length(low - bulk.center), length(high - bulk.center));
+  return reach > kExtremeOutlierRatio * bulk.radius && reach < kMaxOutlierRatio * bulk.radius;
+}
+
+}  // namespace
+
+bool may_have_outliers(const Mesh& sample, const Bounds& all) {
+  const SteppedMesh own = own_steps(sample);
+  const std::vector<std::uint32_t> sampled_corners = sample_vertices(own);
+  return sampled_corners.empty() || reaches_beyond(Bulk(own, sampled_corners), all);
+}
+
+Bounds bulk_bounds(const Mesh& mesh, const Bounds& all) {
+  const SteppedMesh own = own_steps(mesh);
   const std::vector<std::uint32_t> sampled_corners = sample_vertices(own);
   if (sampled_corners.empty()) return all;
   const Bulk bulk(own, sampled_corners);
-  const Vec3d low(all.low[0], all.low[1], all.low[2]), high(all.high[0], all.high[1], all.high[2]);
-  const double reach = std::max(length(low - bulk.center), length(high - bulk.center));
-  if (!(reach > kExtremeOutlierRatio * bulk.radius) || !(reach < kMaxOutlierRatio * bulk.radius))
-    return all;
+  if (!reaches_beyond(bulk, all)) return all;
   if (outlier_reach(own, bulk) == 0) return all;
   const std::vector<std::uint32_t> used = used_vertices(own);
   const Bulk whole(own, used);

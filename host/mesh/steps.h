@@ -60,6 +60,12 @@ std::string stretched_box(const SteppedMesh& mesh);
 /// 2^40 times as far out, since its square overflows single precision.
 Bounds bulk_bounds(const Mesh& mesh, const Bounds& all);
 
+/// False if bulk_bounds() of a mesh is certainly `all`. \param sample  at least kSampledTriangles of its triangles, evenly
+/// spaced, or all of them \param all  of the whole mesh
+bool may_have_outliers(const Mesh& sample, const Bounds& all);
+/// Number of triangles that are enough to tell where most of a mesh lies.
+inline constexpr std::size_t kSampledTriangles = 4096;
+
 /// coarse_steps() for a mesh's own floats and for rounding to the working frame; if both are fine, stretched_box().
 std::string coarse_steps(const Mesh& mesh, const Frame& frame);
 

@@ -12,6 +12,7 @@
 #include "cl/kernel_folder.h"
 #include "kiln/validate.h"
 #include "mesh/curvature.h"
+#include "mesh/kernels_shared.h"
 #include "mesh/normals.h"
 #include "mesh/steps.h"
 #include "mesh/usable.h"
@@ -146,7 +147,98 @@ Source::Impl::Impl(const Impl& whole, const std::vector<std::uint32_t>& some)
   stats_.diagonal = frame.diagonal;
 }
 
+Source::Impl::Impl(const Device& opened, std::shared_ptr<const ChunkedMesh> mesh, Traversal wanted)
+    : device(opened),
+      frame(mesh->frame()),
+      traversal(wanted),
+      warnings(cl::kernel_folder().warnings),
+      chunks_(std::make_shared<LoadedChunks>(context_of(opened), std::move(mesh))) {
+  const ChunkedMesh& chunked = chunks_->mesh();
+  const ChunkSummary& summary = chunked.summary();
+  const auto corner = [](const std::array<float, 3>& at) { return Vec3{at[0], at[1], at[2]}; };
+  positions = {corner(summary.used.low), corner(summary.used.high)};
+  triangles = {{0, 1, 1}};
+  stats_.triangles = chunked.mesh().triangle_count();
+  stats_.skipped_triangles = summary.skipped;
+  stats_.diagonal = frame.diagonal;
+  chunked_rays_ = std::make_unique<ChunkedRays>(chunks_, traversal);
+  chunked_closest_ = std::make_unique<ChunkedClosest>(chunks_, traversal);
+  if (summary.skipped != 0) {
+    warnings.push_back({"source-skipped",
+                        std::to_string(summary.skipped) + " of " +
+                            std::to_string(stats_.triangles) + " triangles of '" +
+                            chunked.mesh().name() +
+                            "' have no area or are not finite; rays pass through them.",
+                        summary.skipped});
+  }
+  const std::string coarse = coarse_steps(chunked.sample(), frame);
+  if (!coarse.empty()) {
+    warnings.push_back({"coarse-source", "'" + chunked.mesh().name() + "': " + coarse, 1});
+  }
+}
+
+std::unique_ptr<Source::Impl> Source::Impl::matched_part() const {
+  auto part = std::make_unique<Impl>(*this, std::vector<std::uint32_t>());
+  part->chunks_ = chunks_;
+  DeviceCorrespondence none(context_of(device), 1);
+  const std::uint32_t first = 0;
+  none.triangle.write(context_of(device), std::span(&first, 1));
+  none.count = 1;
+  part->read_matched(none);
+  return part;
+}
+
+void Source::Impl::read_matched(DeviceCorrespondence& match) {
+  cl::Context& context = context_of(device);
+  // The chunks make room for the triangles.
+  chunks_->forget();
+  std::vector<std::uint32_t> found(match.count);
+  match.triangle.read(context, found);
+  std::vector<std::uint32_t> ids = chunks_->mesh().renumber(found);
+  if (ids.empty()) ids.push_back(0);  // arrays on the device are never empty
+  match.triangle.write(context, std::span<const std::uint32_t>(found));
+  MeshPart part = chunks_->mesh().part(ids);
+  attributes = SourceAttributes(context, part.normals);
+  positions = std::move(part.positions);
+  triangles = std::move(part.triangles);
+  colors = std::move(part.colors);
+}
+
+std::vector<std::array<Vec3, 3>> Source::Impl::corners_of(
+    std::span<const std::uint32_t> some) const {
+  std::vector<std::array<Vec3, 3>> corners(some.size());
+  std::vector<std::uint32_t> numbers(some.begin(), some.end());
+  std::vector<Triangle> read;
+  std::span<const Triangle> all = triangles;
+  std::span<const Vec3> places = positions;
+  if (is_streamed()) {
+    read = chunks_->mesh().triangles(chunks_->mesh().renumber(numbers));
+    all = read;
+    places = chunks_->mesh().positions();
+  }
+  for (std::size_t i = 0; i < some.size(); ++i) {
+    if (some[i] == KILN_NO_TRIANGLE) continue;
+    for (std::size_t k = 0; k < 3; ++k) corners[i][k] = places[all[numbers[i]][k]];
+  }
+  return corners;
+}
+
+void Source::Impl::check_in_core() const {
+  if (!is_streamed()) return;
+  throw Error(ErrorCode::internal,
+              "A high poly larger than memory was searched as if it were in memory.");
+}
+
+const RaySearch& Source::Impl::ray_search() const {
+  return chunked_rays_ != nullptr ? *chunked_rays_ : rays();
+}
+
+const ClosestSearch& Source::Impl::closest_search() const {
+  return chunked_closest_ != nullptr ? *chunked_closest_ : closest();
+}
+
 const std::shared_ptr<Tree>& Source::Impl::tree() const {
+  check_in_core();
   return build_once(tree_, stats_, [&] {
     return std::make_shared<Tree>(context_of(device), positions, triangles, will_move);
   });
@@ -191,6 +283,7 @@ ClosestFinder& Source::Impl::closest() const {
 }
 
 Rasterizer& Source::Impl::raster() const {
+  check_in_core();
   const auto lock = lock_polling(mutex_);
   return *build_once(raster_, stats_, [&] {
     return std::make_unique<Rasterizer>(context_of(device), positions, triangles);
@@ -247,12 +340,20 @@ std::shared_ptr<LowSurface> Source::Impl::low_surface(const Mesh& low, const Mes
 
 Source::Stats Source::Impl::stats() const {
   const auto lock = lock_polling(mutex_);
-  return stats_;
+  Stats stats = stats_;
+  if (is_streamed()) stats.build_seconds += chunks_->seconds();
+  return stats;
 }
 
 std::uint64_t Source::Impl::duplicates() const {
   const auto lock = lock_polling(mutex_);
   return tree_ == nullptr ? 0 : tree_->stats.duplicates;
+}
+
+Source streamed_source(const Device& device, std::shared_ptr<const ChunkedMesh> mesh,
+                       RayTraversal traversal) {
+  return SourceAccess::make(
+      std::make_shared<Source::Impl>(device, std::move(mesh), traversal_of(traversal)));
 }
 
 Traversal traversal_of(RayTraversal wanted) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,7 @@
 #include "mesh/frame.h"
 #include "mesh/low_surface.h"
 #include "mesh/normals.h"
+#include "source/chunked_search.h"
 
 namespace kiln {
 
@@ -38,6 +40,17 @@ struct KILN_HIDDEN Source::Impl {
   /// Triangles are numbered by their index in the list.
   Impl(const Impl& whole, const std::vector<std::uint32_t>& some);
 
+  /// A high poly that is larger than memory. It is searched chunk by chunk; `triangles` is one triangle across the mesh's
+  /// box, for ranges of maps. Maps read matched_part(), which has the triangles that they need.
+  Impl(const Device& opened, std::shared_ptr<const ChunkedMesh> mesh, Traversal wanted);
+  /// A source for maps, of the same high poly: empty but for one triangle, until read_matched() is called.
+  std::unique_ptr<Impl> matched_part() const;
+  /// For matched_part(): replaces its triangles by those that samples matched, and numbers the match by them.
+  /// \param match  with triangles of the whole mesh
+  void read_matched(DeviceCorrespondence& match);
+  /// True if the high poly is larger than memory.
+  bool is_streamed() const { return chunks_ != nullptr; }
+
   Device device;
   Frame frame;
   Traversal traversal;
@@ -57,7 +70,12 @@ struct KILN_HIDDEN Source::Impl {
   Names materials, groups, objects;
   std::vector<Warning> warnings;
 
-  /// Structures for searches, each built at its first use.
+  /// Searches for matches.
+  const RaySearch& ray_search() const;
+  const ClosestSearch& closest_search() const;
+  /// Corners of some triangles in the frame; those of KILN_NO_TRIANGLE are undefined.
+  std::vector<std::array<Vec3, 3>> corners_of(std::span<const std::uint32_t> some) const;
+  /// Structures for searches, each built at its first use. \throws Error(internal) if the high poly is_streamed()
   RayCaster& rays() const;
   ClosestFinder& closest() const;
   Rasterizer& raster() const;
@@ -85,6 +103,11 @@ struct KILN_HIDDEN Source::Impl {
  private:
   const std::shared_ptr<Tree>& tree() const;  ///< The caller must hold the mutex
 
+  void check_in_core() const;
+
+  std::shared_ptr<const LoadedChunks> chunks_;  ///< Null: the whole mesh is in memory
+  std::unique_ptr<RaySearch> chunked_rays_;
+  std::unique_ptr<ClosestSearch> chunked_closest_;
   mutable std::mutex mutex_;
   mutable std::shared_ptr<Tree> tree_;
   mutable std::unique_ptr<RayCaster> rays_;
@@ -104,7 +127,12 @@ struct KILN_HIDDEN Source::Impl {
 /// Access to the internals of Source.
 struct KILN_HIDDEN SourceAccess {
   static const Source::Impl& impl(const Source& source) { return *source.impl_; }
+  static Source make(std::shared_ptr<const Source::Impl> impl) { return Source(std::move(impl)); }
 };
+
+/// A source that is larger than memory, see Source::Impl.
+Source streamed_source(const Device& device, std::shared_ptr<const ChunkedMesh> mesh,
+                       RayTraversal traversal = RayTraversal::automatic);
 
 inline const Source::Impl& impl_of(const Source& source) { return SourceAccess::impl(source); }
 

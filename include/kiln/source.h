@@ -79,6 +79,7 @@ class Source {
 
  private:
   friend SourceAccess;  // internal access
+  explicit Source(std::shared_ptr<const Impl> impl) : impl_(std::move(impl)) {}
   std::shared_ptr<const Impl> impl_;
 };
 

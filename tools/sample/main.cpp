@@ -1,5 +1,6 @@
 // kiln_sample: writes a generated high poly, volume or height field, for trying Kiln and for measurements.
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <charconv>
 #include <cstdint>
@@ -7,6 +8,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -33,7 +35,9 @@ constexpr std::string_view kUsage =
     "\n"
     "  --out FILE     binary .ply; .nrrd for a volume; .png (16 bits) or .exr for a height field\n"
     "  --shape NAME   urn (default): carved stone; rock: a weathered boulder\n"
-    "  --faces N      about how many triangles, 1000 to 20000000 (default 500000)\n"
+    "  --faces N      about how many triangles, 1000 to 200000000 (default 500000), or as 100M; "
+    "with\n"
+    "                 colours up to 20000000\n"
     "  --colors NAME  of the vertices: none (default), or stone\n"
     "  --volume NAME  a solid that is above its surface's value: a sphere, a torus, a gyroid "
     "sheet, or\n"
@@ -123,7 +127,10 @@ Options parse(const std::vector<std::string>& arguments) {
         fail_usage("--colors is '" + value + "', not none or stone");
       options.painted = value == "stone";
     } else if (name == "--faces") {
-      options.faces = parse_number(name, value, 1000, 20000000);
+      const bool millions = value.ends_with('M');
+      options.faces = millions
+                          ? parse_number(name, value.substr(0, value.size() - 1), 1, 200) * 1000000
+                          : parse_number(name, value, 1000, 200000000);
     } else if (name == "--volume") {
       if (!kiln::sample::field_of(value)) {
         fail_usage("--volume is '" + value + "', not sphere, torus, gyroid or boxes");
@@ -164,43 +171,73 @@ Options parse(const std::vector<std::string>& arguments) {
   return options;
 }
 
-void write_ply(const kiln::Mesh& mesh, const std::filesystem::path& path) {
-  static_assert(std::endian::native == std::endian::little && sizeof(kiln::Vec3) == 12);
-  std::ofstream file(path, std::ios::binary);
-  file << "ply\nformat binary_little_endian 1.0\nelement vertex " << mesh.positions.size()
-       << "\nproperty float x\nproperty float y\nproperty float z\n"
-       << (mesh.colors.empty() ? ""
-                               : "property uchar red\nproperty uchar green\nproperty uchar blue\n")
-       << "element face " << mesh.triangles.size()
-       << "\nproperty list uchar int vertex_indices\nend_header\n";
-  if (mesh.colors.empty()) {
-    file.write(reinterpret_cast<const char*>(mesh.positions.data()),
-               static_cast<std::streamsize>(mesh.positions.size() * sizeof(kiln::Vec3)));
-  } else {
+/// Writes a mesh as it comes in.
+class PlySink : public kiln::sample::SweepSink {
+ public:
+  /// \param colors  true: the vertices get colours
+  explicit PlySink(const std::filesystem::path& path, bool colors = false)
+      : path_(path), file_(path, std::ios::binary), colors_(colors) {}
+
+  void begin(std::uint64_t vertices, std::uint64_t triangles) override {
+    static_assert(std::endian::native == std::endian::little && sizeof(kiln::Vec3) == 12);
+    vertices_ = vertices;
+    triangles_ = triangles;
+    file_ << "ply\nformat binary_little_endian 1.0\nelement vertex " << vertices
+          << "\nproperty float x\nproperty float y\nproperty float z\n"
+          << (colors_ ? "property uchar red\nproperty uchar green\nproperty uchar blue\n" : "")
+          << "element face " << triangles
+          << "\nproperty list uchar int vertex_indices\nend_header\n";
+  }
+  void add(std::span<const kiln::Vec3> positions) override {
+    file_.write(reinterpret_cast<const char*>(positions.data()),
+                static_cast<std::streamsize>(positions.size_bytes()));
+  }
+  void add(std::span<const kiln::Vec3> positions,
+           std::span<const std::array<std::uint8_t, 4>> colors) {
     constexpr std::size_t kVertexBytes = 15;
-    std::vector<char> vertices(mesh.positions.size() * kVertexBytes);
-    for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
-      std::memcpy(&vertices[i * kVertexBytes], &mesh.positions[i], sizeof(kiln::Vec3));
-      std::memcpy(&vertices[i * kVertexBytes + sizeof(kiln::Vec3)], mesh.colors[i].data(), 3);
+    std::vector<char> vertices(positions.size() * kVertexBytes);
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+      std::memcpy(&vertices[i * kVertexBytes], &positions[i], sizeof(kiln::Vec3));
+      std::memcpy(&vertices[i * kVertexBytes + sizeof(kiln::Vec3)], colors[i].data(), 3);
     }
-    file.write(vertices.data(), static_cast<std::streamsize>(vertices.size()));
+    file_.write(vertices.data(), static_cast<std::streamsize>(vertices.size()));
   }
-  constexpr std::size_t kFaceBytes = 13;
-  std::vector<char> faces(mesh.triangles.size() * kFaceBytes);
-  char* at = faces.data();
-  for (const kiln::Triangle& triangle : mesh.triangles) {
-    *at = 3;
-    std::memcpy(at + 1, triangle.data(), kFaceBytes - 1);
-    at += kFaceBytes;
+  void add(std::span<const kiln::Triangle> triangles) override {
+    constexpr std::size_t kFaceBytes = 13;
+    std::vector<char> faces(triangles.size() * kFaceBytes);
+    char* at = faces.data();
+    for (const kiln::Triangle& triangle : triangles) {
+      *at = 3;
+      std::memcpy(at + 1, triangle.data(), kFaceBytes - 1);
+      at += kFaceBytes;
+    }
+    file_.write(faces.data(), static_cast<std::streamsize>(faces.size()));
   }
-  file.write(faces.data(), static_cast<std::streamsize>(faces.size()));
-  file.close();
-  if (!file) {
+  void finish() {
+    file_.close();
+    if (file_) return;
     std::error_code ignored;
-    std::filesystem::remove(path, ignored);
-    throw kiln::Error(kiln::ErrorCode::output, "cannot write '" + path.string() +
+    std::filesystem::remove(path_, ignored);
+    throw kiln::Error(kiln::ErrorCode::output, "cannot write '" + path_.string() +
                                                    "'; does the folder exist, and is there room?");
   }
+  std::uint64_t vertices() const { return vertices_; }
+  std::uint64_t triangles() const { return triangles_; }
+
+ private:
+  std::filesystem::path path_;
+  std::ofstream file_;
+  bool colors_;
+  std::uint64_t vertices_ = 0, triangles_ = 0;
+};
+
+/// Writes a mesh with colours.
+void write_ply(const kiln::Mesh& mesh, const std::filesystem::path& path) {
+  PlySink sink(path, true);
+  sink.begin(mesh.positions.size(), mesh.triangles.size());
+  sink.add(mesh.positions, mesh.colors);
+  sink.add(std::span<const kiln::Triangle>(mesh.triangles));
+  sink.finish();
 }
 
 }  // namespace
@@ -244,9 +281,23 @@ int main(int argc, char** argv) {
       std::printf("%s: %u x %u heights\n", options.out.string().c_str(), size, size);
       return 0;
     }
+    if (!options.painted) {
+      PlySink sink(options.out);
+      if (options.shape == "urn") {
+        kiln::sample::urn(options.faces, sink);
+      } else {
+        kiln::sample::rock(options.faces, sink);
+      }
+      sink.finish();
+      std::printf("%s: %zu vertices, %zu faces\n", options.out.string().c_str(),
+                  static_cast<std::size_t>(sink.vertices()),
+                  static_cast<std::size_t>(sink.triangles()));
+      return 0;
+    }
+    if (options.faces > 20000000) fail_usage("--colors are for up to 20000000 faces");
     kiln::Mesh mesh = options.shape == "urn" ? kiln::sample::urn(options.faces)
                                              : kiln::sample::rock(options.faces);
-    if (options.painted) kiln::sample::paint_stone(mesh);
+    kiln::sample::paint_stone(mesh);
     write_ply(mesh, options.out);
     std::printf("%s: %zu vertices, %zu faces\n", options.out.string().c_str(),
                 mesh.positions.size(), mesh.triangles.size());

@@ -69,6 +69,8 @@ Point boulder(const Place& at) {
 
 }  // namespace
 
+void rock(std::uint64_t faces, SweepSink& sink) { sweep(half_circle(), faces, boulder, sink); }
+
 Mesh rock(std::uint64_t faces) {
   Mesh mesh = sweep(half_circle(), faces, boulder);
   mesh.name = "rock";

@@ -5,11 +5,13 @@
 #include <cmath>
 #include <numbers>
 #include <thread>
+#include <utility>
 
 namespace kiln::sample {
 namespace {
 
-constexpr double kRowHeight = 0.8660254037844386;  // of an equilateral triangle
+constexpr std::size_t kPiece = std::size_t{1} << 20;  // elements that are made at once
+constexpr double kRowHeight = 0.8660254037844386;     // of an equilateral triangle
 
 Profile::Control blend(const Profile::Control& a, const Profile::Control& b, double ta, double tb,
                        double t) {
@@ -117,8 +119,8 @@ Profile::Sample Profile::at(double arc) const {
           -dr * scale};
 }
 
-Mesh sweep(const Profile& profile, std::uint64_t faces,
-           const std::function<Point(const Place&)>& displace) {
+void sweep(const Profile& profile, std::uint64_t faces,
+           const std::function<Point(const Place&)>& displace, SweepSink& sink) {
   // An equilateral triangle of edge e has the area e^2 sqrt(3) / 4. The number of triangles falls as the edge grows, so
   // bisect around this estimate.
   double area = 0;
@@ -137,39 +139,66 @@ Mesh sweep(const Profile& profile, std::uint64_t faces,
   const std::vector<std::uint32_t> sizes = ring_sizes(profile, edge);
   std::vector<std::uint32_t> first(sizes.size() + 1, 0);
   for (std::size_t i = 0; i < sizes.size(); ++i) first[i + 1] = first[i] + sizes[i];
+  sink.begin(first.back(), triangle_count(sizes));
 
-  Mesh mesh;
-  mesh.positions.resize(first.back());
-  std::atomic<std::size_t> next{0};
-  const auto work = [&] {
-    for (std::size_t ring = next++; ring < sizes.size(); ring = next++) {
-      const double arc =
-          profile.length() * static_cast<double>(ring) / static_cast<double>(sizes.size() - 1);
-      const Profile::Sample s = profile.at(arc);
-      for (std::uint32_t k = 0; k < sizes[ring]; ++k) {
-        const double angle = 2 * std::numbers::pi * (k + turn(ring)) / sizes[ring];
-        const double c = std::cos(angle), d = -std::sin(angle);
-        const Point moved = displace({{s.radius * c, s.height, s.radius * d},
-                                      {s.normal_radius * c, s.normal_height, s.normal_radius * d},
-                                      arc,
-                                      angle,
-                                      s.radius,
-                                      edge});
-        mesh.positions[first[ring] + k] = {static_cast<float>(moved.x), static_cast<float>(moved.y),
-                                           static_cast<float>(moved.z)};
+  std::vector<Vec3> positions;
+  for (std::size_t begin = 0, end = 0; begin < sizes.size(); begin = end) {
+    while (end < sizes.size() && (end == begin || first[end + 1] - first[begin] <= kPiece)) ++end;
+    positions.resize(first[end] - first[begin]);
+    std::atomic<std::size_t> next{begin};
+    const auto work = [&] {
+      for (std::size_t ring = next++; ring < end; ring = next++) {
+        const double arc =
+            profile.length() * static_cast<double>(ring) / static_cast<double>(sizes.size() - 1);
+        const Profile::Sample s = profile.at(arc);
+        for (std::uint32_t k = 0; k < sizes[ring]; ++k) {
+          const double angle = 2 * std::numbers::pi * (k + turn(ring)) / sizes[ring];
+          const double c = std::cos(angle), d = -std::sin(angle);
+          const Point moved = displace({{s.radius * c, s.height, s.radius * d},
+                                        {s.normal_radius * c, s.normal_height, s.normal_radius * d},
+                                        arc,
+                                        angle,
+                                        s.radius,
+                                        edge});
+          positions[first[ring] - first[begin] + k] = {static_cast<float>(moved.x),
+                                                       static_cast<float>(moved.y),
+                                                       static_cast<float>(moved.z)};
+        }
       }
+    };
+    {
+      std::vector<std::jthread> pool;
+      for (unsigned i = 1; i < std::thread::hardware_concurrency(); ++i) pool.emplace_back(work);
+      work();
     }
-  };
-  {
-    std::vector<std::jthread> pool;
-    for (unsigned i = 1; i < std::thread::hardware_concurrency(); ++i) pool.emplace_back(work);
-    work();
+    sink.add(std::span<const Vec3>(positions));
   }
-  mesh.triangles.reserve(triangle_count(sizes));
+  std::vector<Triangle> triangles;
   for (std::size_t ring = 0; ring + 1 < sizes.size(); ++ring) {
-    join_rings(ring, first[ring], sizes[ring], first[ring + 1], sizes[ring + 1], mesh.triangles);
+    join_rings(ring, first[ring], sizes[ring], first[ring + 1], sizes[ring + 1], triangles);
+    if (triangles.size() < kPiece && ring + 2 < sizes.size()) continue;
+    sink.add(std::span<const Triangle>(triangles));
+    triangles.clear();
   }
-  return mesh;
+}
+
+Mesh sweep(const Profile& profile, std::uint64_t faces,
+           const std::function<Point(const Place&)>& displace) {
+  struct MeshSink : SweepSink {
+    void begin(std::uint64_t vertices, std::uint64_t triangles) override {
+      mesh.positions.reserve(vertices);
+      mesh.triangles.reserve(triangles);
+    }
+    void add(std::span<const Vec3> positions) override {
+      mesh.positions.insert(mesh.positions.end(), positions.begin(), positions.end());
+    }
+    void add(std::span<const Triangle> triangles) override {
+      mesh.triangles.insert(mesh.triangles.end(), triangles.begin(), triangles.end());
+    }
+    Mesh mesh;
+  } sink;
+  sweep(profile, faces, displace, sink);
+  return std::move(sink.mesh);
 }
 
 }  // namespace kiln::sample

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "kiln/mesh.h"
@@ -42,9 +43,21 @@ struct Place {
   double spacing;  ///< Edge length of the mesh: details finer than this would only alias.
 };
 
+/// Receives a mesh in pieces: all vertices, then all triangles.
+class SweepSink {
+ public:
+  virtual ~SweepSink() = default;
+  virtual void begin(std::uint64_t vertices, std::uint64_t triangles) = 0;
+  virtual void add(std::span<const Vec3> positions) = 0;
+  virtual void add(std::span<const Triangle> triangles) = 0;
+};
+
 /// Sweeps the profile into about `faces` near-equilateral triangles and moves each vertex to
 /// `displace(place)`. Closed; counter-clockwise from outside for a profile that runs upwards.
 Mesh sweep(const Profile& profile, std::uint64_t faces,
            const std::function<Point(const Place&)>& displace);
+/// The same in pieces, for meshes that are larger than memory.
+void sweep(const Profile& profile, std::uint64_t faces,
+           const std::function<Point(const Place&)>& displace, SweepSink& sink);
 
 }  // namespace kiln::sample

@@ -148,6 +148,12 @@ class Urn {
 
 }  // namespace
 
+void urn(std::uint64_t faces, SweepSink& sink) {
+  const Urn shape;
+  sweep(
+      shape.profile(), faces, [&](const Place& at) { return shape(at); }, sink);
+}
+
 Mesh urn(std::uint64_t faces) {
   const Urn shape;
   Mesh mesh = sweep(shape.profile(), faces, [&](const Place& at) { return shape(at); });

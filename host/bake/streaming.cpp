@@ -1,0 +1,72 @@
+#include "bake/streaming.h"
+
+#include <algorithm>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/option.h"
+#include "detail/registry.h"
+#include "match/registry.h"
+
+namespace kiln {
+namespace {
+
+/// "ao", "ao and curvature", "ao, curvature and id".
+std::string list_of(const std::vector<std::string_view>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    text += i == 0 ? "" : i + 1 == names.size() ? " and " : ", ";
+    text += names[i];
+  }
+  return text;
+}
+
+std::string streaming_maps() {
+  std::vector<std::string_view> names;
+  for (const MapRow& row : map_rows()) {
+    if (row.streams) names.push_back(row.info.kind.name);
+  }
+  return list_of(names);
+}
+
+}  // namespace
+
+Message streaming_obstacle(const BakeOptions& options) {
+  std::vector<std::string_view> maps;
+  for (const MapKind kind : kinds_of(options)) {
+    if (!map_row(kind).streams) maps.push_back(kind.name);
+  }
+  for (const auto& map : options.transfers) maps.push_back(map.name);
+  for (const auto& map : options.own_maps) maps.push_back(map.name);
+  if (!maps.empty()) {
+    return Message(maps.size() == 1 ? "the map " : "the maps ") + list_of(maps) +
+           (maps.size() == 1 ? " needs" : " need") + " all of it at once: bake " +
+           streaming_maps() + " alone.";
+  }
+  const auto stays = [](const MatchRow& row) { return !row.streams; };
+  if (options.match.saved == nullptr && any_in_chain(options, stays)) {
+    return Message("the match needs all of it at once: match by ") +
+           match_names([](const MatchRow& row) { return row.streams; }) + ".";
+  }
+  const auto needs = [](const Message& what) {
+    return what + " needs all of it at once: leave it out.";
+  };
+  if (options.match.saved != nullptr) return needs(option("match.saved"));
+  if (options.match.parts != nullptr) return needs(option("match.parts"));
+  if (options.match.fallback_blend > 0) return needs(option("match.fallback_blend"));
+  if (options.report.keep_match) return needs(option("report.keep_match"));
+  if (options.report.vertex_coverage) return needs(option("report.vertex_coverage"));
+  if (options.report.errors) return needs(option("report.errors"));
+  return {};
+}
+
+void refuse_streaming(const BakeOptions& options) {
+  const Message obstacle = streaming_obstacle(options);
+  if (!obstacle.empty()) {
+    throw Error(ErrorCode::usage, Message("The high poly is larger than memory, and ") + obstacle,
+                "larger-than-memory");
+  }
+}
+
+}  // namespace kiln

@@ -1,0 +1,269 @@
+#include "source/chunk_file.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <system_error>
+#include <utility>
+
+#include "base/file.h"
+#include "base/fnv.h"
+#include "base/formatted.h"
+#include "kiln/error.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kMagic[8] = {'k', 'i', 'l', 'n', 'c', 'h', 'k', '1'};
+constexpr const char* kEnding = ".chunks";
+constexpr std::chrono::hours kMaxAge(24 * 30);  // of files that no run has used
+constexpr std::chrono::hours kLeftoverAge(24);  // of temporary files whose process was killed
+constexpr std::size_t kWaitingBytes = std::size_t{64} << 20;  // of all chunks' records together
+constexpr std::size_t kLeastAtOnce = 16, kMostAtOnce = std::size_t{1} << 16;
+
+static_assert(sizeof(ChunkRecord) == 16 && sizeof(ChunkBox) == 24);
+
+/// The end of a file: what follows the tables.
+struct Tail {
+  std::uint64_t tables = 0;  ///< Offset of the tables
+  std::uint64_t chunks = 0, extents = 0, key_bytes = 0;
+  std::uint64_t hash = 0;  ///< Of the tables
+  char magic[8] = {};
+};
+
+std::string file_name(const std::string& key) {
+  return formatted("%016llx", static_cast<unsigned long long>(fnv1a(key))) + kEnding;
+}
+
+std::uint64_t hash_of(const std::vector<char>& bytes) {
+  return fnv1a({bytes.data(), bytes.size()});
+}
+
+template <typename T>
+void append(std::vector<char>& to, std::span<const T> values) {
+  const char* const at = reinterpret_cast<const char*>(values.data());
+  to.insert(to.end(), at, at + values.size_bytes());
+}
+
+bool read_all(int file, std::uint64_t offset, void* to, std::size_t bytes) {
+  std::size_t have = 0;
+  while (have < bytes) {
+    const std::ptrdiff_t got =
+        os::read_at(file, offset + have, static_cast<char*>(to) + have, bytes - have);
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) return false;
+    have += static_cast<std::size_t>(got);
+  }
+  return true;
+}
+
+/// Removes files that have not been used for long.
+void remove_old(const fs::path& folder) {
+  std::error_code error;
+  const auto now = fs::file_time_type::clock::now();
+  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
+    std::error_code gone;
+    const bool complete = at->path().extension() == kEnding;
+    const bool temporary = at->path().extension() == ".tmp";
+    if (!complete && !temporary) continue;
+    const auto age = now - at->last_write_time(gone);
+    if (!gone && age > (complete ? kMaxAge : kLeftoverAge)) fs::remove(at->path(), gone);
+  }
+}
+
+}  // namespace
+
+ChunkFile::Writer::Writer(fs::path folder, std::string key, std::size_t chunks)
+    : folder_(std::move(folder)), key_(std::move(key)), waiting_(chunks), extents_(chunks) {
+  os::create_private_folders(folder_);
+  remove_old(folder_);
+  records_at_once_ =
+      std::clamp(kWaitingBytes / sizeof(ChunkRecord) / std::max<std::size_t>(chunks, 1),
+                 kLeastAtOnce, kMostAtOnce);
+  file_ = os::create_unnamed(folder_);
+  if (file_ >= 0) return;
+  // Some file systems have no files without names.
+  temporary_ = folder_ / (file_name(key_) + "-" + os::process_mark() + "-" +
+                          std::to_string(os::process_id()) + ".tmp");
+  os::remove_file(temporary_.c_str());
+  file_ = os::create_file(temporary_, 0600);
+  if (file_ < 0) fail(errno);
+}
+
+ChunkFile::Writer::~Writer() {
+  if (file_ >= 0) os::close(file_);
+  if (!temporary_.empty()) os::remove_file(temporary_.c_str());
+}
+
+void ChunkFile::Writer::fail(int error) const {
+  throw Error(ErrorCode::output, "A high poly larger than memory is sorted into a file in '" +
+                                     folder_.string() +
+                                     "', which cannot be written: " + std::strerror(error) +
+                                     ". Make room there, or set XDG_CACHE_HOME to another folder.");
+}
+
+void ChunkFile::Writer::add(std::size_t chunk, const ChunkRecord& record) {
+  std::vector<ChunkRecord>& records = waiting_[chunk];
+  if (records.capacity() == 0) records.reserve(records_at_once_);
+  records.push_back(record);
+  if (records.size() >= records_at_once_) flush(chunk);
+}
+
+void ChunkFile::Writer::flush(std::size_t chunk) {
+  std::vector<ChunkRecord>& records = waiting_[chunk];
+  if (records.empty()) return;
+  extents_[chunk].push_back({written_, records.size()});
+  write(records.data(), records.size() * sizeof(ChunkRecord));
+  records.clear();
+}
+
+void ChunkFile::Writer::write(const void* data, std::size_t bytes) {
+  std::size_t done = 0;
+  while (done < bytes) {
+    const std::ptrdiff_t now =
+        os::write_some(file_, static_cast<const char*>(data) + done, bytes - done);
+    if (now < 0 && errno == EINTR) continue;
+    if (now <= 0) fail(now == 0 ? ENOSPC : errno);
+    done += static_cast<std::size_t>(now);
+  }
+  written_ += bytes;
+}
+
+ChunkFile ChunkFile::Writer::finish(
+    const ChunkSummary& summary,
+    const std::function<std::vector<ChunkBox>(const ChunkFile&)>& find_boxes) {
+  for (std::size_t chunk = 0; chunk < waiting_.size(); ++chunk) flush(chunk);
+  waiting_ = {};
+  ChunkFile file;
+  file.path_ = folder_ / file_name(key_);
+  file.extents_ = extents_;
+  file.summary_ = summary;
+  file.file_ =
+      os::open_to_read(temporary_.empty() ? fs::path(os::name_of_open(file_)) : temporary_);
+  if (file.file_ < 0) fail(errno);
+  file.boxes_ = find_boxes(file);
+
+  std::vector<char> tables;
+  Tail tail;
+  tail.tables = written_;
+  tail.chunks = extents_.size();
+  tail.key_bytes = key_.size();
+  append(tables, std::span<const ChunkBox>(file.boxes_));
+  append(tables, std::span<const ChunkSummary>(&summary, 1));
+  for (const Extents& extents : extents_) {
+    const std::uint64_t count = extents.size();
+    tail.extents += count;
+    append(tables, std::span<const std::uint64_t>(&count, 1));
+    append(tables, std::span<const std::array<std::uint64_t, 2>>(extents));
+  }
+  append(tables, std::span<const char>(key_));
+  tail.hash = hash_of(tables);
+  std::memcpy(tail.magic, kMagic, sizeof kMagic);
+  write(tables.data(), tables.size());
+  write(&tail, sizeof tail);
+  // The file gets a name of its own first, since another run may have written one of the same key.
+  const fs::path own = folder_ / (file_name(key_) + "-" + os::process_mark() + "-" +
+                                  std::to_string(os::process_id()) + ".tmp");
+  if (temporary_.empty()) {
+    os::remove_file(own.c_str());
+    if (!os::name_file(file_, own)) fail(errno);
+    temporary_ = own;
+  }
+  if (!os::replace(temporary_, file.path_)) fail(errno);
+  temporary_.clear();
+  os::close(std::exchange(file_, -1));
+  return file;
+}
+
+ChunkFile::~ChunkFile() { close(); }
+
+ChunkFile::ChunkFile(ChunkFile&& other) noexcept
+    : path_(std::move(other.path_)),
+      file_(std::exchange(other.file_, -1)),
+      extents_(std::move(other.extents_)),
+      boxes_(std::move(other.boxes_)),
+      summary_(other.summary_) {}
+
+ChunkFile& ChunkFile::operator=(ChunkFile&& other) noexcept {
+  if (this == &other) return *this;
+  close();
+  path_ = std::move(other.path_);
+  file_ = std::exchange(other.file_, -1);
+  extents_ = std::move(other.extents_);
+  boxes_ = std::move(other.boxes_);
+  summary_ = other.summary_;
+  return *this;
+}
+
+void ChunkFile::close() noexcept {
+  if (file_ >= 0) os::close(std::exchange(file_, -1));
+}
+
+bool ChunkFile::open(const fs::path& folder, const std::string& key) {
+  close();
+  path_ = folder / file_name(key);
+  file_ = os::open_to_read(path_);
+  if (file_ < 0) return false;
+  const auto facts = os::facts_of(file_);
+  Tail tail;
+  if (!facts || !facts->is_own || facts->bytes < sizeof tail ||
+      !read_all(file_, facts->bytes - sizeof tail, &tail, sizeof tail) ||
+      std::memcmp(tail.magic, kMagic, sizeof kMagic) != 0 ||
+      tail.tables > facts->bytes - sizeof tail) {
+    return false;
+  }
+  std::vector<char> tables(static_cast<std::size_t>(facts->bytes - sizeof tail - tail.tables));
+  if (!read_all(file_, tail.tables, tables.data(), tables.size()) || hash_of(tables) != tail.hash ||
+      tail.key_bytes != key.size()) {
+    return false;
+  }
+  std::size_t at = 0;
+  const auto take = [&](void* to, std::uint64_t bytes) {
+    if (bytes > tables.size() - at) return false;
+    if (bytes != 0) std::memcpy(to, &tables[at], static_cast<std::size_t>(bytes));
+    at += static_cast<std::size_t>(bytes);
+    return true;
+  };
+  if (tail.chunks > tables.size()) return false;
+  boxes_.resize(static_cast<std::size_t>(tail.chunks));
+  extents_.assign(boxes_.size(), {});
+  if (!take(boxes_.data(), boxes_.size() * sizeof(ChunkBox)) || !take(&summary_, sizeof summary_))
+    return false;
+  for (Extents& extents : extents_) {
+    std::uint64_t count = 0;
+    if (!take(&count, sizeof count) || count > tables.size()) return false;
+    extents.resize(static_cast<std::size_t>(count));
+    if (!take(extents.data(), count * sizeof extents[0])) return false;
+  }
+  std::string found(key.size(), '\0');
+  if (!take(found.data(), found.size()) || found != key || at != tables.size()) return false;
+  std::error_code error;
+  fs::last_write_time(path_, fs::file_time_type::clock::now(), error);
+  return true;
+}
+
+std::uint64_t ChunkFile::records(std::size_t chunk) const {
+  std::uint64_t count = 0;
+  for (const auto& [offset, records] : extents_[chunk]) count += records;
+  return count;
+}
+
+std::vector<ChunkRecord> ChunkFile::read(std::size_t chunk) const {
+  std::vector<ChunkRecord> result(static_cast<std::size_t>(records(chunk)));
+  std::size_t at = 0;
+  for (const auto& [offset, records] : extents_[chunk]) {
+    if (!read_all(file_, offset, &result[at],
+                  static_cast<std::size_t>(records) * sizeof(ChunkRecord))) {
+      throw Error(ErrorCode::input, "'" + path_.string() +
+                                        "', the high poly sorted into chunks, cannot be read: "
+                                        "remove it, and bake again.");
+    }
+    at += static_cast<std::size_t>(records);
+  }
+  return result;
+}
+
+}  // namespace kiln

@@ -1,0 +1,98 @@
+// The triangles of a large mesh, sorted by place into chunks of a file that is kept for later runs.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "kiln/types.h"
+
+namespace kiln {
+
+/// A triangle of a chunk.
+struct ChunkRecord {
+  Triangle corners{};          ///< Vertices of the whole mesh
+  std::uint32_t triangle = 0;  ///< Its index in the whole mesh
+};
+
+/// A box, in the working frame.
+struct ChunkBox {
+  std::array<float, 3> low{}, high{};
+};
+
+/// Values that are found while the chunks are sorted, so that a later run need not find them again.
+struct ChunkSummary {
+  std::array<double, 3> low{}, high{};  ///< Box of the mesh's triangles with area, in its own units
+  ChunkBox used;              ///< Box of all triangles' finite corners, in the working frame
+  std::uint64_t skipped = 0;  ///< Triangles that no search finds
+};
+
+/// A file of chunks. Its records are in the order in which they were added, within each chunk.
+///
+/// The file has no name until it is complete, so a run that is stopped leaves none. Files that no run has used for 30
+/// days are removed when another one is written.
+class ChunkFile {
+ public:
+  /// Collects records, and writes the file.
+  class Writer {
+   public:
+    /// \param folder  created if it is missing \throws Error(output) if it cannot be written to
+    Writer(std::filesystem::path folder, std::string key, std::size_t chunks);
+    ~Writer();
+    Writer(const Writer&) = delete;
+    Writer& operator=(const Writer&) = delete;
+
+    void add(std::size_t chunk, const ChunkRecord& record);
+    /// Completes the file under its name. \param boxes  of the chunks
+    ChunkFile finish(const ChunkSummary& summary,
+                     const std::function<std::vector<ChunkBox>(const ChunkFile&)>& find_boxes);
+
+   private:
+    void flush(std::size_t chunk);
+    void write(const void* data, std::size_t bytes);
+    [[noreturn]] void fail(int error) const;
+
+    std::filesystem::path folder_, temporary_;
+    std::string key_;
+    int file_ = -1;
+    std::uint64_t written_ = 0;
+    std::size_t records_at_once_ = 0;
+    std::vector<std::vector<ChunkRecord>> waiting_;
+    std::vector<std::vector<std::array<std::uint64_t, 2>>> extents_;
+  };
+
+  ChunkFile() = default;
+  ~ChunkFile();
+  ChunkFile(ChunkFile&& other) noexcept;
+  ChunkFile& operator=(ChunkFile&& other) noexcept;
+
+  /// Opens the file of a key, and marks it as used. \returns false if there is none, or if it is damaged
+  bool open(const std::filesystem::path& folder, const std::string& key);
+
+  std::size_t size() const { return extents_.size(); }  ///< Number of chunks
+  std::uint64_t records(std::size_t chunk) const;
+  const ChunkBox& box(std::size_t chunk) const { return boxes_[chunk]; }
+  const ChunkSummary& summary() const { return summary_; }
+  /// Reads a chunk. Any thread. \throws Error(input) if the file was changed meanwhile
+  std::vector<ChunkRecord> read(std::size_t chunk) const;
+
+ private:
+  friend class Writer;
+  /// Places of a chunk's records: offset in the file, and number of records.
+  using Extents = std::vector<std::array<std::uint64_t, 2>>;
+
+  void close() noexcept;
+
+  std::filesystem::path path_;
+  int file_ = -1;
+  std::vector<Extents> extents_;
+  std::vector<ChunkBox> boxes_;
+  ChunkSummary summary_;
+};
+
+}  // namespace kiln

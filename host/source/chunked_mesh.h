@@ -1,0 +1,87 @@
+// A high poly that is larger than memory: its triangles lie in chunks of a file, and its vertices' positions in memory.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "mesh/frame.h"
+#include "mesh/mesh_stream.h"
+#include "mesh/normals.h"
+#include "source/chunk_file.h"
+
+namespace kiln {
+
+/// Evenly spaced triangles of a mesh, in its own units: enough for messages about its place.
+Mesh sample_of(const MeshStream& mesh);
+
+/// How a mesh is cut into chunks.
+struct ChunkOptions {
+  /// Largest number of a chunk's triangles. A chunk of the default takes about 200 MB with its BVH, and a second of two
+  /// processors.
+  std::size_t triangles = std::size_t{1} << 20;
+  std::filesystem::path folder;  ///< Of the file; empty: `chunks` beside Kiln's kernels
+};
+
+/// Triangles of a chunk, or those that some samples matched. Ids ascend.
+struct ChunkTriangles {
+  std::vector<Triangle> triangles;  ///< Vertices of the whole mesh
+  std::vector<std::uint32_t> ids;   ///< Index of each triangle in the whole mesh
+};
+
+/// Some triangles of the mesh with all that maps read of them; vertices and triangles are in the mesh's order.
+struct MeshPart {
+  std::vector<Vec3> positions;  ///< In the working frame
+  std::vector<Triangle> triangles;
+  CornerNormals normals;  ///< As corner_normals() of the whole mesh has them
+  std::vector<MeshStream::Color> colors;
+};
+
+/// Sorts the triangles by place, once, and reads chunks and parts. Immutable; any thread.
+class ChunkedMesh {
+ public:
+  /// Opens the file of chunks, or makes it: two passes over the triangles.
+  /// \throws Error(input) if nothing can be baked from the mesh, or if its coordinates need more than single precision;
+  ///         Error(output) if the file cannot be written
+  explicit ChunkedMesh(std::shared_ptr<const MeshStream> mesh, const ChunkOptions& options = {});
+
+  const MeshStream& mesh() const { return *mesh_; }
+  const Frame& frame() const { return frame_; }
+  std::span<const Vec3> positions() const { return positions_; }  ///< In the working frame
+  const ChunkSummary& summary() const { return file_.summary(); }
+  bool was_sorted_before() const { return reused_; }
+  const Mesh& sample() const { return sample_; }  ///< sample_of()
+
+  std::size_t size() const { return file_.size(); }  ///< Number of chunks
+  const ChunkBox& box(std::size_t chunk) const { return file_.box(chunk); }
+  std::uint64_t records(std::size_t chunk) const { return file_.records(chunk); }
+  ChunkTriangles read(std::size_t chunk) const;
+  /// Some triangles by their ids, which ascend.
+  std::vector<Triangle> triangles(std::span<const std::uint32_t> ids) const;
+
+  /// Numbers triangles by their rank among all that are listed. Those that are KILN_NO_TRIANGLE stay.
+  /// \returns the ids of the new numbers
+  std::vector<std::uint32_t> renumber(std::span<std::uint32_t> triangles) const;
+  /// The same as triangles() with all that maps read. If the mesh has no normals, this reads all of its triangles.
+  MeshPart part(std::span<const std::uint32_t> ids) const;
+
+ private:
+  void to_frame();
+  void sort(const std::filesystem::path& folder, const std::string& key, std::size_t most);
+  std::vector<Vec3> smooth_normals(std::span<const std::uint32_t> vertices,
+                                   std::span<const Vec3> places, bool welded) const;
+
+  std::shared_ptr<const MeshStream> mesh_;
+  Frame frame_;
+  std::vector<Vec3> positions_;
+  Mesh sample_;
+  ChunkFile file_;
+  bool reused_ = false;
+};
+
+}  // namespace kiln

@@ -1,0 +1,72 @@
+// Rays and nearest points on a high poly in chunks: each chunk is searched by itself, and the results are merged by the
+// rules of the searches. The result is that of a search of the whole mesh, to the bit.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <vector>
+
+#include "accel/closest.h"
+#include "accel/ray.h"
+#include "source/chunked_mesh.h"
+
+namespace kiln {
+
+/// The chunks in memory, each with its BVH. Chunks are kept as long as half of the memory limit is free.
+class LoadedChunks {
+ public:
+  struct Chunk {
+    ChunkTriangles triangles;
+    std::shared_ptr<const Tree> tree;  ///< Null: there are no triangles
+  };
+
+  LoadedChunks(cl::Context& context, std::shared_ptr<const ChunkedMesh> mesh)
+      : context_(context), mesh_(std::move(mesh)), kept_(mesh_->size()) {}
+
+  cl::Context& context() const { return context_; }
+  const ChunkedMesh& mesh() const { return *mesh_; }
+  /// Loads a chunk, and builds its BVH.
+  std::shared_ptr<const Chunk> load(std::size_t chunk) const;
+  /// The same with the triangles near some boxes alone, which is much faster where these are few. May be empty.
+  /// \param boxes  one for each search, which reaches no triangle that lies beyond
+  std::shared_ptr<const Chunk> load_near(std::size_t chunk, std::span<const ChunkBox> boxes) const;
+  /// Frees all chunks that nobody uses.
+  void forget() const;
+  /// Time spent on loading and building so far.
+  double seconds() const;
+
+ private:
+  cl::Context& context_;
+  std::shared_ptr<const ChunkedMesh> mesh_;
+  mutable std::mutex mutex_;
+  mutable std::vector<std::shared_ptr<const Chunk>> kept_;
+  mutable double seconds_ = 0;
+};
+
+class ChunkedRays : public RaySearch {
+ public:
+  ChunkedRays(std::shared_ptr<const LoadedChunks> chunks, Traversal traversal)
+      : chunks_(std::move(chunks)), traversal_(traversal) {}
+  void intersect(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,
+                 const RayQuery& query, DeviceCorrespondence& result) const override;
+
+ private:
+  std::shared_ptr<const LoadedChunks> chunks_;
+  Traversal traversal_;
+};
+
+class ChunkedClosest : public ClosestSearch {
+ public:
+  ChunkedClosest(std::shared_ptr<const LoadedChunks> chunks, Traversal traversal)
+      : chunks_(std::move(chunks)), traversal_(traversal) {}
+  void find(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,
+            const ClosestQuery& query, DeviceCorrespondence& result) const override;
+
+ private:
+  std::shared_ptr<const LoadedChunks> chunks_;
+  Traversal traversal_;
+};
+
+}  // namespace kiln

@@ -1,0 +1,446 @@
+// A high poly that is larger than memory: the maps have the bytes of a bake that holds all of it, for chunks of any size.
+#include "bake/streaming.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <limits>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "asset/ply_stream.h"
+#include "base/memory.h"
+#include "base/progress_guard.h"
+#include "kiln/job.h"
+#include "kiln/kiln.h"
+#include "kiln/limits.h"
+#include "mesh/vector.h"
+#include "source/chunked_mesh.h"
+#include "source/high_poly.h"
+#include "support/environment.h"
+#include "support/shapes.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+
+template <typename T>
+void put(std::string& text, const T& value) {
+  text.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+/// A binary PLY with the mesh's normals and colours, if it has them at its vertices.
+std::string ply_of(const Mesh& mesh) {
+  const bool normals = !mesh.normals.empty(), colors = !mesh.colors.empty();
+  std::string text =
+      "ply\nformat binary_little_endian 1.0\nelement vertex " +
+      std::to_string(mesh.positions.size()) +
+      "\nproperty float x\nproperty float y\nproperty float z\n" +
+      (normals ? "property float nx\nproperty float ny\nproperty float nz\n" : "") +
+      (colors ? "property uchar red\nproperty uchar green\nproperty uchar blue\n" : "") +
+      "element face " + std::to_string(mesh.triangles.size()) +
+      "\nproperty list uchar int vertex_indices\nend_header\n";
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    put(text, mesh.positions[v]);
+    if (normals) put(text, mesh.normals[v]);
+    if (colors) text.append(reinterpret_cast<const char*>(mesh.colors[v].data()), 3);
+  }
+  for (const Triangle& t : mesh.triangles) {
+    text.push_back(3);
+    put(text, t);
+  }
+  return text;
+}
+
+fs::path save_ply(const Mesh& mesh, const fs::path& folder, const std::string& name = "high.ply") {
+  std::ofstream(folder / name, std::ios::binary) << ply_of(mesh);
+  return folder / name;
+}
+
+void paint(Mesh& mesh) {
+  std::mt19937 random(7);
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    const auto bits = random();
+    mesh.colors.push_back({static_cast<std::uint8_t>(bits), static_cast<std::uint8_t>(bits >> 8U),
+                           static_cast<std::uint8_t>(bits >> 16U), 255});
+  }
+}
+
+/// Appends a mesh, moved.
+void add(Mesh& to, const Mesh& other, const Vec3& by) {
+  const auto first = static_cast<std::uint32_t>(to.positions.size());
+  for (const Vec3& p : other.positions)
+    to.positions.push_back({p.x + by.x, p.y + by.y, p.z + by.z});
+  for (const Triangle& t : other.triangles) {
+    to.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+  }
+}
+
+/// Sheets that lie on one another, some of them twice, with vertices where texels' centres are: nearly every search has
+/// several equal results.
+Mesh sheets() {
+  Mesh mesh;
+  Mesh sheet = test::plane(16, 16);
+  sheet.normals.clear();
+  Mesh turned = sheet;
+  std::reverse(turned.triangles.begin(), turned.triangles.end());
+  for (Triangle& t : turned.triangles) t = {t[1], t[2], t[0]};
+  add(mesh, sheet, {0, 0, 0.01F});
+  add(mesh, turned, {0, 0, 0.01F});
+  add(mesh, sheet, {0, 0, -0.01F});
+  add(mesh, turned, {0.01F, 0, 0.012F});
+  for (Triangle t : sheet.triangles) {  // the backs of the first sheet, on its own vertices
+    std::swap(t[0], t[1]);
+    mesh.triangles.push_back(t);
+  }
+  mesh.triangles.push_back({0, 0, 1});  // no area
+  return mesh;
+}
+
+BakeOptions options_for(std::uint32_t size, bool colors) {
+  BakeOptions options;
+  options.width = options.height = size;
+  options.maps = {MapKind::normal};
+  for (const char* const name : {"normal_object", "height", "position", "distance", "displacement",
+                                 "slope", "wireframe", "provenance", "mask"}) {
+    options.maps.push_back(find_map(name).kind);
+  }
+  if (colors) options.maps.push_back(find_map("vertex_color").kind);
+  options.report.recall = 0;
+  return options;
+}
+
+void expect_same(const BakeResult& expected, const BakeResult& result, const std::string& what) {
+  ASSERT_EQ(expected.maps.size(), result.maps.size()) << what;
+  EXPECT_EQ(expected.coverage, result.coverage) << what;
+  EXPECT_EQ(expected.report.missed, result.report.missed) << what;
+  EXPECT_EQ(expected.report.samples, result.report.samples) << what;
+  EXPECT_EQ(expected.report.mean_abs_distance, result.report.mean_abs_distance) << what;
+  for (std::size_t m = 0; m < expected.maps.size(); ++m) {
+    const std::vector<float>&a = expected.maps[m].image.pixels, &b = result.maps[m].image.pixels;
+    ASSERT_EQ(a.size(), b.size()) << what;
+    EXPECT_EQ(std::memcmp(a.data(), b.data(), a.size() * sizeof(float)), 0)
+        << what << ", " << expected.maps[m].kind.name;
+    ASSERT_EQ(expected.maps[m].ranges.size(), result.maps[m].ranges.size()) << what;
+    for (std::size_t c = 0; c < result.maps[m].ranges.size(); ++c) {
+      EXPECT_EQ(expected.maps[m].ranges[c].low, result.maps[m].ranges[c].low) << what;
+      EXPECT_EQ(expected.maps[m].ranges[c].high, result.maps[m].ranges[c].high) << what;
+    }
+  }
+}
+
+/// Bakes from a file in one piece, and in chunks of several sizes.
+void expect_same_for_chunks(const Mesh& high, const Mesh& low,
+                            const std::vector<BakeOptions>& all_options,
+                            const std::vector<std::size_t>& sizes) {
+  const fs::path folder = test::scratch_folder();
+  const fs::path file = save_ply(high, folder);
+  const Source whole(*test::device(), load_mesh(file));
+  std::vector<BakeResult> expected;
+  for (const BakeOptions& options : all_options) expected.push_back(bake(whole, low, options));
+  for (const std::size_t size : sizes) {
+    const auto chunks = std::make_shared<const ChunkedMesh>(
+        stream_ply(file), ChunkOptions{.triangles = size, .folder = folder / "chunks"});
+    EXPECT_GE(chunks->size() * size, high.triangles.size() - chunks->summary().skipped);
+    const Source source = streamed_source(*test::device(), chunks);
+    EXPECT_EQ(source.stats().triangles, whole.stats().triangles);
+    EXPECT_EQ(source.stats().skipped_triangles, whole.stats().skipped_triangles);
+    EXPECT_EQ(source.stats().diagonal, whole.stats().diagonal);
+    for (std::size_t o = 0; o < all_options.size(); ++o) {
+      expect_same(expected[o], bake(source, low, all_options[o]),
+                  std::to_string(size) + " triangles a chunk, options " + std::to_string(o));
+    }
+  }
+}
+
+/// Rays by either rule, nearest points, and rays with nearest points as their fallback.
+std::vector<BakeOptions> matches(std::uint32_t size, bool colors, double distance) {
+  std::vector<BakeOptions> all(5, options_for(size, colors));
+  for (BakeOptions& options : all) options.match.max_distance = Length::absolute(distance);
+  all[1].match.ray.rule = RayRule::nearest;
+  all[1].match.two_sided = true;
+  all[2].match.method = find_match("closest").method;
+  all[3].match.fallback = {find_match("closest").method};
+  all[3].match.max_distance = Length::absolute(distance / 4);
+  all[4].match.max_distance.reset();
+  all[4].match.cage = Length::absolute(distance / 3);
+  all[4].samples = 2;
+  return all;
+}
+
+TEST(Streaming, MapsOfASmoothMeshAreTheSameForAllChunks) {
+  KILN_REQUIRE_DEVICE();
+  Mesh high = test::BumpySphere::dense(6000);
+  paint(high);
+  expect_same_for_chunks(
+      high, test::BumpySphere::light(), matches(128, true, 0.15),
+      {high.triangles.size(), high.triangles.size() / 2 + 1, high.triangles.size() / 7, 100});
+}
+
+// As in an STL: normals are smooth over vertices that lie in one place.
+TEST(Streaming, NormalsAreSmoothOverSplitVertices) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh whole = test::BumpySphere::dense(2000);
+  Mesh high;
+  for (const Triangle& t : whole.triangles) {
+    const auto first = static_cast<std::uint32_t>(high.positions.size());
+    for (const std::uint32_t v : t) high.positions.push_back(whole.positions[v]);
+    high.triangles.push_back({first, first + 1, first + 2});
+  }
+  expect_same_for_chunks(high, test::BumpySphere::light(), {options_for(64, false)}, {300});
+}
+
+// Where a chunk has many more triangles than samples, those near the samples are selected first.
+TEST(Streaming, MapsOfFewSamplesAreTheSameForAllChunks) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh high = test::BumpySphere::dense(30000);
+  expect_same_for_chunks(high, test::BumpySphere::light(), matches(16, false, 0.15),
+                         {high.triangles.size(), 12000});
+  expect_same_for_chunks(test::BumpyTorus::dense(30000), test::plane(1, 1, 3, 3),
+                         {options_for(16, false)}, {20000});
+}
+
+TEST(Streaming, MapsOfAMeshWithNormalsAreTheSameForAllChunks) {
+  KILN_REQUIRE_DEVICE();
+  Mesh high = test::BumpyTorus::dense(5000, true);
+  high.normals[17] = {};  // is computed from the faces around
+  high.normals[1000] = {0, 3, 4};
+  expect_same_for_chunks(high, test::torus(40, 20), matches(128, false, 0.15), {3000, 700, 64});
+}
+
+TEST(Streaming, TiesOfSheetsAreDecidedAsInOnePiece) {
+  KILN_REQUIRE_DEVICE();
+  Mesh high = sheets();
+  paint(high);
+  std::vector<BakeOptions> all = matches(64, true, 0.05);
+  all.push_back(all[2]);
+  all.back().match.two_sided = true;
+  expect_same_for_chunks(high, test::plane(2, 2), all, {5000, 500, 33, 7, 2});
+}
+
+TEST(Streaming, TriangleSoupIsTheSameForOneTriangleAChunk) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh high = test::random_soup(300, 3, 0.4);
+  expect_same_for_chunks(high, test::cube(1.5), matches(64, false, 0.4), {1, 2, 7, 100});
+}
+
+TEST(Streaming, OpenSheetsAndHardEdgesSearchAsInOnePiece) {
+  KILN_REQUIRE_DEVICE();
+  Mesh high = test::icosphere(4, 0.5);
+  BakeOptions far = options_for(96, false);  // no distance: open sheets of LOW search farther
+  expect_same_for_chunks(high, test::plane(1, 1), {far}, {200});
+  high = test::icosphere(4, 0.6);
+  expect_same_for_chunks(high, test::cube(0.8), {far, matches(96, false, 0.3)[0]}, {200, 1000});
+}
+
+TEST(Streaming, TheFileIsReusedUntilTheMeshChanges) {
+  const fs::path folder = test::scratch_folder(), cache = folder / "chunks";
+  Mesh high = test::BumpySphere::dense(500);
+  const fs::path file = save_ply(high, folder);
+  const auto open = [&](std::size_t size = 100) {
+    return ChunkedMesh(stream_ply(file), {.triangles = size, .folder = cache});
+  };
+  const auto files = [&] {
+    return std::distance(fs::directory_iterator(cache), fs::directory_iterator());
+  };
+  EXPECT_FALSE(open().was_sorted_before());
+  EXPECT_TRUE(open().was_sorted_before());
+  EXPECT_FALSE(open(50).was_sorted_before());
+  EXPECT_EQ(files(), 2);
+  // The same size, another place.
+  high.positions[0].x += 0.125F;
+  save_ply(high, folder);
+  fs::last_write_time(file, fs::file_time_type::clock::now() + std::chrono::seconds(5));
+  EXPECT_FALSE(open().was_sorted_before());
+  EXPECT_EQ(files(), 3);
+
+  // Files that nobody has used for a month go when another one is written; younger ones stay.
+  const auto now = fs::file_time_type::clock::now();
+  std::vector<fs::path> all;
+  for (const auto& entry : fs::directory_iterator(cache)) all.push_back(entry.path());
+  fs::last_write_time(all[0], now - std::chrono::hours(24 * 31));
+  fs::last_write_time(all[1], now - std::chrono::hours(24 * 29));
+  open(30);
+  EXPECT_FALSE(fs::exists(all[0]));
+  EXPECT_TRUE(fs::exists(all[1]));
+  EXPECT_EQ(files(), 3);
+}
+
+TEST(Streaming, ADamagedFileIsWrittenAnew) {
+  const fs::path folder = test::scratch_folder(), cache = folder / "chunks";
+  const fs::path file = save_ply(test::BumpySphere::dense(500), folder);
+  const auto open = [&] {
+    return ChunkedMesh(stream_ply(file), {.triangles = 100, .folder = cache}).was_sorted_before();
+  };
+  EXPECT_FALSE(open());
+  const fs::path chunks = fs::directory_iterator(cache)->path();
+  const auto size = fs::file_size(chunks);
+  fs::resize_file(chunks, size - 1);
+  EXPECT_FALSE(open());
+  EXPECT_TRUE(open());
+  {
+    std::fstream change(chunks, std::ios::binary | std::ios::in | std::ios::out);
+    change.seekp(static_cast<std::streamoff>(size - 80));
+    change.put('!');
+  }
+  EXPECT_FALSE(open());
+  EXPECT_EQ(fs::file_size(chunks), size);
+}
+
+TEST(Streaming, CancellingLeavesNoFile) {
+  const fs::path folder = test::scratch_folder(), cache = folder / "chunks";
+  const fs::path file = save_ply(test::BumpySphere::dense(500), folder);
+  std::vector<std::string> stages;
+  {
+    ProgressGuard guard([&](double, std::string_view stage) {
+      stages.emplace_back(stage);
+      return stage.find("into") == std::string_view::npos;
+    });
+    EXPECT_THROW(ChunkedMesh(stream_ply(file), {.triangles = 100, .folder = cache}), Cancelled);
+  }
+  EXPECT_EQ(stages.back(), "sorting the high poly into 6 chunks");
+  EXPECT_TRUE(fs::is_empty(cache));
+}
+
+TEST(Streaming, ProgressNamesTheChunkAndCancels) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  const fs::path file = save_ply(test::BumpySphere::dense(2000), folder);
+  const Source source = streamed_source(
+      *test::device(), std::make_shared<const ChunkedMesh>(
+                           stream_ply(file), ChunkOptions{.triangles = 300, .folder = folder}));
+  BakeOptions options = options_for(64, false);
+  std::vector<std::string> chunks;
+  options.progress = [&](double, std::string_view stage) {
+    if (stage.starts_with("matching chunk")) chunks.emplace_back(stage);
+    return chunks.size() < 3;
+  };
+  EXPECT_TRUE(bake(source, test::BumpySphere::light(), options).cancelled);
+  ASSERT_EQ(chunks.size(), 3U);
+  EXPECT_EQ(chunks[1].substr(0, 17), "matching chunk 2 ");
+}
+
+std::string error_of(const std::function<void()>& run) {
+  try {
+    run();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Streaming, WhatNeedsTheWholeMeshIsRefusedByName) {
+  BakeOptions options = options_for(64, false);
+  EXPECT_TRUE(streaming_obstacle(options).empty());
+  options.maps = {MapKind::normal, find_map("ao").kind, find_map("curvature").kind};
+  EXPECT_NE(streaming_obstacle(options).text().find("the maps ao and curvature need"),
+            std::string::npos);
+  options = options_for(64, false);
+  options.match.method = find_match("views").method;
+  EXPECT_NE(streaming_obstacle(options).text().find("match by ray, closest or axis"),
+            std::string::npos);
+  options = options_for(64, false);
+  options.match.fallback = {find_match("uv").method};
+  EXPECT_FALSE(streaming_obstacle(options).empty());
+  options = options_for(64, false);
+  options.report.keep_match = true;
+  EXPECT_FALSE(streaming_obstacle(options).empty());
+}
+
+TEST(Streaming, FilesThatCannotBeReadInPartsSayWhy) {
+  const fs::path folder = test::scratch_folder();
+  Mesh mesh = test::tetrahedron();
+  const auto write = [&](const std::string& bytes) {
+    std::ofstream(folder / "high.ply", std::ios::binary) << bytes;
+    return folder / "high.ply";
+  };
+  const std::string good = ply_of(mesh);
+  const auto changed = [&](const std::string& from, const std::string& to) {
+    std::string text = good;
+    return text.replace(text.find(from), from.size(), to);
+  };
+  EXPECT_EQ(ply_layout(write(good)).obstacle, "");
+  EXPECT_EQ(ply_layout(write(good)).triangles, 4U);
+  EXPECT_EQ(ply_layout(write(changed("binary_little", "binary_big"))).obstacle,
+            "is not a binary, little-endian PLY");
+  EXPECT_EQ(ply_layout(write(changed("float x", "double x"))).obstacle,
+            "has coordinates that are not 32-bit floats");
+  EXPECT_EQ(
+      ply_layout(write(changed("property list uchar int vertex_indices",
+                               "property uchar flags\nproperty list uchar int vertex_indices")))
+          .obstacle,
+      "has faces with more than a list of indices");
+  EXPECT_EQ(ply_layout(write("solid x")).obstacle, "is no PLY");
+  // What the layout does not tell.
+  const auto read = [&](const fs::path& file) {
+    return error_of([&] { ChunkedMesh(stream_ply(file), {.folder = folder / "chunks"}); });
+  };
+  EXPECT_EQ(read(write(good)), "");
+  std::string quad = good;
+  quad[quad.size() - 13] = 4;
+  EXPECT_NE(read(write(quad)).find("face 3: it has 4 corners"), std::string::npos);
+  std::string beyond = good;
+  beyond[beyond.size() - 4] = 9;
+  EXPECT_NE(read(write(beyond)).find("face 3: vertex 9 is none of its 4"), std::string::npos);
+  EXPECT_NE(read(write(good.substr(0, good.size() - 1))).find("truncated"), std::string::npos);
+  for (Vec3& p : mesh.positions) p.x += 1e5F;
+  EXPECT_NE(read(save_ply(mesh, folder)).find("far from the world's origin"), std::string::npos);
+}
+
+TEST(Streaming, OutliersAreRefusedSinceTheyMoveTheFrame) {
+  const fs::path folder = test::scratch_folder();
+  Mesh mesh = test::BumpySphere::dense(5000);
+  const auto last = static_cast<std::uint32_t>(mesh.positions.size());
+  mesh.positions.insert(mesh.positions.end(), {{1e6F, 0, 0}, {-1e6F, 0, 0}, {0, 1, 0}});
+  mesh.triangles.push_back({last, last + 1, last + 2});
+  const fs::path file = save_ply(mesh, folder);
+  EXPECT_NE(error_of([&] {
+              ChunkedMesh(stream_ply(file), {.folder = folder / "chunks"});
+            }).find("remove what lies far out"),
+            std::string::npos);
+}
+
+/// Leaves so much memory, once all that is free has gone back to the system.
+void leave_memory(std::uint64_t bytes) {
+  memory_fits(std::numeric_limits<std::uint64_t>::max());
+  set_memory_limit(memory_limit() - memory_left() + bytes);
+}
+
+TEST(Streaming, AJobStreamsWhereTheMemoryLimitAsksForIt) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  const fs::path file = save_ply(test::BumpySphere::dense(1500000), folder);
+  Job job;
+  job.high = {file};
+  job.low = test::BumpySphere::light();
+  job.bake = options_for(128, false);
+  job.in_memory = true;
+  const JobResult whole = run(*test::device(), job);
+  EXPECT_EQ(whole.report.find("\"streamed\""), std::string::npos);
+  leave_memory(std::uint64_t{440} << 20);
+  const JobResult streamed = run(*test::device(), job);
+  job.bake.maps.push_back(find_map("ao").kind);
+  const std::string error = error_of([&] {
+    leave_memory(std::uint64_t{100} << 20);
+    run(*test::device(), job);
+  });
+  set_memory_limit(0);
+  EXPECT_NE(streamed.report.find("\"streamed\""), std::string::npos);
+  ASSERT_EQ(whole.maps.size(), streamed.maps.size());
+  for (std::size_t m = 0; m < whole.maps.size(); ++m) {
+    EXPECT_EQ(whole.maps[m].map.image.pixels, streamed.maps[m].map.image.pixels)
+        << whole.maps[m].name;
+  }
+  EXPECT_NE(error.find("larger than memory, and the map ao needs all of it"), std::string::npos)
+      << error;
+}
+
+}  // namespace
+}  // namespace kiln
