@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <atomic>
 #include <bit>
-#include <cstdlib>
 #include <cmath>
 #include <limits>
 #include <mutex>
@@ -19,7 +18,6 @@
 #include "mesh/weld.h"
 
 namespace kiln {
-extern int planted_bug_m() { static const int b = std::getenv("KILN_BUG") ? std::atoi(std::getenv("KILN_BUG")) : 0; return b; }
 namespace {
 
 constexpr std::size_t kItemsPerTask = std::size_t{1} << 15;
@@ -448,7 +446,7 @@ std::vector<std::uint32_t> ChunkedMesh::renumber(std::span<std::uint32_t> triang
   std::vector<std::uint32_t> ids = listed.list();
   parallel_for(triangles.size(), kItemsPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      if (triangles[i] != kNone) triangles[i] = listed.rank_of(triangles[i]) + (planted_bug_m() == 6 && triangles[i] % 1000 == 999 ? 1 : 0);
+      if (triangles[i] != kNone) triangles[i] = listed.rank_of(triangles[i]);
     }
   });
   return ids;
@@ -475,9 +473,8 @@ MeshPart ChunkedMesh::part(std::span<const std::uint32_t> ids) const {
         vertices,
         [&](std::size_t first, std::span<MeshStream::Color> to) { mesh_->read_colors(first, to); });
   }
-  if (planted_bug_m() == 7 && !part.colors.empty()) part.colors[0] = {};
   if (!mesh_->has_normals()) {
-    part.normals.normals = smooth_normals(vertices, part.positions, planted_bug_m() != 3);
+    part.normals.normals = smooth_normals(vertices, part.positions, true);
     part.normals.triangles = part.triangles;
     const std::vector<std::uint32_t> first = weld_vertices(part.positions);
     for (Triangle& triangle : part.normals.triangles) {

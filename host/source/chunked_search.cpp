@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
 #include <cmath>
 #include <numeric>
 #include <span>
@@ -19,7 +18,6 @@
 #include "shared/ray.h"
 
 namespace kiln {
-inline int planted_bug() { static const int b = std::getenv("KILN_BUG") ? std::atoi(std::getenv("KILN_BUG")) : 0; return b; }
 namespace {
 
 constexpr std::size_t kPlanes = 7;  // of TexelBand::points
@@ -188,7 +186,7 @@ class ChunkSearch {
                                              : rule_.merge_status(found, k, best_, i);
       if (order <= 0) best_.status[i] = status;
       if (order > 0) take(i, found, k, status);
-      if (order == 0 && planted_bug() != 1) ties.push_back({i, found.triangle[k]});
+      if (order == 0) ties.push_back({i, found.triangle[k]});
     }
     return ties;
   }
@@ -260,7 +258,6 @@ struct RayRules {
     part.margin = kMargin + kMarginShare * largest;
     part.lo -= part.margin;
     part.hi += part.margin;
-    if (planted_bug() == 4) part.hi *= 0.5;
     return part;
   }
 
@@ -309,7 +306,7 @@ struct RayRules {
   std::uint8_t merge_status(const Found& winner, std::size_t i, const Found& loser,
                             std::size_t k) const {
     if (!query.outermost) return winner.status[i];
-    const bool both = planted_bug() != 2 && winner.distance[i] >= 0 && loser.distance[k] >= 0 &&
+    const bool both = winner.distance[i] >= 0 && loser.distance[k] >= 0 &&
                       winner.distance[i] != loser.distance[k];
     const auto mark = static_cast<std::uint8_t>(loser.status[k] & KILN_RAY_SEVERAL);
     return static_cast<std::uint8_t>(winner.status[i] | mark | (both ? KILN_RAY_SEVERAL : 0U));
@@ -458,7 +455,7 @@ class CellMarks {
   std::vector<std::uint8_t> marks_;
 };
 
-ChunkBox box_of(std::span<const Vec3> positions, const Triangle& triangle) {
+ChunkBox box_of_triangle(std::span<const Vec3> positions, const Triangle& triangle) {
   const Vec3 &a = positions[triangle[0]], &b = positions[triangle[1]], &c = positions[triangle[2]];
   return {{std::min({a.x, b.x, c.x}), std::min({a.y, b.y, c.y}), std::min({a.z, b.z, c.z})},
           {std::max({a.x, b.x, c.x}), std::max({a.y, b.y, c.y}), std::max({a.z, b.z, c.z})}};
@@ -478,14 +475,14 @@ std::shared_ptr<const LoadedChunks::Chunk> LoadedChunks::load_near(
   CellMarks marks(mesh_->box(chunk));
   std::size_t marked = 0;
   for (const ChunkBox& box : boxes) {
-    marked += marks.mark(planted_bug() == 5 ? ChunkBox{box.low, box.low} : box);
+    marked += marks.mark(box);
     if (marked > kMaxMarks) return load(chunk);
   }
   const ChunkTriangles all = mesh_->read(chunk);
   std::vector<std::uint8_t> near(all.ids.size());
   parallel_for(near.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
-      near[t] = marks.touches(box_of(mesh_->positions(), all.triangles[t])) ? 1 : 0;
+      near[t] = marks.touches(box_of_triangle(mesh_->positions(), all.triangles[t])) ? 1 : 0;
     }
   });
   auto loaded = std::make_shared<Chunk>();

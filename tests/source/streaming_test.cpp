@@ -8,12 +8,14 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <map>
+#include <functional>
+#include <limits>
 #include <random>
 #include <string>
 #include <vector>
 
 #include "asset/ply_stream.h"
+#include "base/memory.h"
 #include "base/progress_guard.h"
 #include "kiln/job.h"
 #include "kiln/kiln.h"
@@ -182,6 +184,19 @@ TEST(Streaming, MapsOfASmoothMeshAreTheSameForAllChunks) {
       {high.triangles.size(), high.triangles.size() / 2 + 1, high.triangles.size() / 7, 100});
 }
 
+// As in an STL: normals are smooth over vertices that lie in one place.
+TEST(Streaming, NormalsAreSmoothOverSplitVertices) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh whole = test::BumpySphere::dense(2000);
+  Mesh high;
+  for (const Triangle& t : whole.triangles) {
+    const auto first = static_cast<std::uint32_t>(high.positions.size());
+    for (const std::uint32_t v : t) high.positions.push_back(whole.positions[v]);
+    high.triangles.push_back({first, first + 1, first + 2});
+  }
+  expect_same_for_chunks(high, test::BumpySphere::light(), {options_for(64, false)}, {300});
+}
+
 // Where a chunk has many more triangles than samples, those near the samples are selected first.
 TEST(Streaming, MapsOfFewSamplesAreTheSameForAllChunks) {
   KILN_REQUIRE_DEVICE();
@@ -290,7 +305,7 @@ TEST(Streaming, CancellingLeavesNoFile) {
     });
     EXPECT_THROW(ChunkedMesh(stream_ply(file), {.triangles = 100, .folder = cache}), Cancelled);
   }
-  EXPECT_EQ(stages.back(), "sorting the high poly into 7 chunks");
+  EXPECT_EQ(stages.back(), "sorting the high poly into 6 chunks");
   EXPECT_TRUE(fs::is_empty(cache));
 }
 
@@ -392,6 +407,12 @@ TEST(Streaming, OutliersAreRefusedSinceTheyMoveTheFrame) {
             std::string::npos);
 }
 
+/// Leaves so much memory, once all that is free has gone back to the system.
+void leave_memory(std::uint64_t bytes) {
+  memory_fits(std::numeric_limits<std::uint64_t>::max());
+  set_memory_limit(memory_limit() - memory_left() + bytes);
+}
+
 TEST(Streaming, AJobStreamsWhereTheMemoryLimitAsksForIt) {
   KILN_REQUIRE_DEVICE();
   const fs::path folder = test::scratch_folder();
@@ -403,11 +424,11 @@ TEST(Streaming, AJobStreamsWhereTheMemoryLimitAsksForIt) {
   job.in_memory = true;
   const JobResult whole = run(*test::device(), job);
   EXPECT_EQ(whole.report.find("\"streamed\""), std::string::npos);
-  set_memory_limit(memory_limit() - memory_left() + (std::uint64_t{440} << 20));
+  leave_memory(std::uint64_t{440} << 20);
   const JobResult streamed = run(*test::device(), job);
   job.bake.maps.push_back(find_map("ao").kind);
   const std::string error = error_of([&] {
-    set_memory_limit(memory_limit() - memory_left() + (std::uint64_t{100} << 20));
+    leave_memory(std::uint64_t{100} << 20);
     run(*test::device(), job);
   });
   set_memory_limit(0);
