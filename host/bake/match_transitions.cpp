@@ -18,9 +18,10 @@ Vec3d pixel(const Image& image, std::size_t i) {
 
 }  // namespace
 
-MatchTransitions::MatchTransitions(const Mesh& low, std::uint32_t width, std::uint32_t height)
+MatchTransitions::MatchTransitions(const Mesh& low, std::span<const std::uint32_t> with_uvs,
+                                   std::uint32_t width, std::uint32_t height)
     : width_(width),
-      chart_of_triangle_(uv_charts(low)),
+      chart_of_triangle_(uv_charts(low, with_uvs)),
       method_(std::size_t{width} * height, kNotCovered),
       chart_(method_.size()) {}
 

@@ -15,8 +15,11 @@ namespace kiln {
 /// Collects the deciding method of each texel, band by band.
 class MatchTransitions {
  public:
-  /// Creates an empty collection. \param low  the low poly, with UVs
-  MatchTransitions(const Mesh& low, std::uint32_t width, std::uint32_t height);
+  /// Creates an empty collection.
+  /// \param low       the low poly, with UVs
+  /// \param with_uvs  LowSurface::with_uvs
+  MatchTransitions(const Mesh& low, std::span<const std::uint32_t> with_uvs, std::uint32_t width,
+                   std::uint32_t height);
 
   /// Records the method of each texel's first sample.
   /// \param deciders  for each sample of the band, the method that decided it

@@ -26,6 +26,11 @@ struct CoarseAdvice {
   std::string words;
 };
 
+/// Cached hash_source(), for the matches of all texture sets.
+struct SourceHash {
+  std::uint64_t value;
+};
+
 }  // namespace
 
 Pipeline::Pipeline(const Scene& scene, Bands bands, BakeProgress progress)
@@ -57,7 +62,7 @@ Pipeline::Pipeline(const Scene& scene, Bands bands, BakeProgress progress)
   result_.report.small_without_texel = sampler_.small_charts().triangles_without_texel.size();
   result_.report.seconds_texels = watch_.lap() - result_.report.seconds_build;
   if (options.encoding.mips) {
-    chart_of_triangle_ = uv_charts(scene_.low);
+    chart_of_triangle_ = uv_charts(scene_.low, surface_.with_uvs);
     charts_ = ChartMap(std::size_t{options.width} * options.height, options.samples);
   }
   bands_.resize(bands_stay_ == Bands::stay ? sampler_.band_count() : 1);
@@ -181,7 +186,7 @@ void Pipeline::move(std::uint32_t first, std::span<const Vec3> positions) {
 void Pipeline::make_collectors() {
   const BakeOptions& options = scene_.options;
   if (!options.match.fallback.empty() && layers_.unit_vectors() != nullptr) {
-    transitions_.emplace(scene_.low, options.width, options.height);
+    transitions_.emplace(scene_.low, surface_.with_uvs, options.width, options.height);
   }
   if (options.match.fallback_blend > 0) {
     blend_.emplace(options.width, options.height, options.match.fallback_blend);
@@ -206,7 +211,14 @@ Match Pipeline::empty_match() {
   const BakeOptions& options = scene_.options;
   Match match =
       make_match(options.width, options.height, options.samples, scene_.high.triangles.size());
-  if (!source_hash_) source_hash_ = hash_source(scene_.high.positions, scene_.high.triangles);
+  if (!source_hash_) {
+    source_hash_ =
+        scene_.high.by_positions()
+            ->get<SourceHash>([&] {
+              return SourceHash{hash_source(scene_.high.positions, scene_.high.triangles)};
+            })
+            ->value;
+  }
   if (!low_hash_) low_hash_ = hash_low(scene_.low);
   match.source_hash = *source_hash_;
   match.low_hash = *low_hash_;

@@ -13,8 +13,8 @@ namespace kiln {
 
 struct ProgramResult {
   int exit_code = 0;   ///< 128 + signal if a signal ended it
-  std::string output;  ///< Standard output, any bytes
-  std::string errors;  ///< Standard error
+  std::string output;  ///< Standard output, any bytes: the first 64 MiB
+  std::string errors;  ///< Standard error: the first 64 MiB
 };
 
 /// A child program that is started early, so that it can initialise while this program prepares its standard

@@ -469,9 +469,14 @@ bool BakeCache::restore(const BatchAsset& asset, CacheDecision& decision) {
   double number = 0;
   if (line == std::string::npos || !read_number(std::string_view(*entry).substr(0, line), number))
     return false;
+  // A conversion of what is negative, infinite or NaN is undefined.
+  const auto within = [&](double bytes, std::size_t first) {
+    return bytes >= 0 && bytes <= static_cast<double>(entry->size() - first);
+  };
+  if (!within(number, line + 1)) return false;
   size = static_cast<std::size_t>(number);
   const Json head = Json::parse(std::string_view(*entry).substr(line + 1, size));
-  if (!head.is_object() || line + 1 + size > entry->size()) return false;
+  if (!head.is_object()) return false;
   const fs::path out = os::absolute_normal(out_folder(asset.job));
   const auto is_ours = [&](const fs::path& file) {
     const fs::path folder = file.parent_path();
@@ -487,10 +492,11 @@ bool BakeCache::restore(const BatchAsset& asset, CacheDecision& decision) {
   Record record;
   for (const Json& file : head.at("files").elements()) {
     const std::string path = unescape_bytes(file.at("path").text());
+    if (!within(file.at("bytes").number(), file_offset)) return false;
     const auto bytes = static_cast<std::size_t>(file.at("bytes").number());
     const fs::path name = os::normal(absolute_path(path));
     // A shared cache is untrusted: only the asset's own outputs may be written from it.
-    if (!is_ours(name) || bytes > entry->size() - file_offset) return false;
+    if (!is_ours(name)) return false;
     files.emplace_back(name, std::string_view(*entry).substr(file_offset, bytes));
     record.outputs[path] = {content_hash(files.back().second), ""};
     file_offset += bytes;

@@ -9,6 +9,8 @@
 #include <utility>
 
 #include "base/file.h"
+#include "base/formatted.h"
+#include "base/option.h"
 
 namespace kiln {
 namespace {
@@ -65,6 +67,15 @@ OwnMapRun::~OwnMapRun() {
 }
 
 const OwnMapRun* OwnMapRun::current() noexcept { return current_run; }
+
+void OwnMapRun::abandon_compilation() const {
+  record_driver_failure();
+  throw Error(ErrorCode::input, "The map " + label_ + " is not compiled within " +
+                                    formatted("%g s", seconds_) +
+                                    ": its macros or unrolled loops may be too large. "
+                                    "Shorten it, or raise " +
+                                    option("own_map_seconds") + ".");
+}
 
 std::uint64_t call_under_way() noexcept {
   const std::uint64_t done = ended, all = begun;

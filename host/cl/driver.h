@@ -37,6 +37,9 @@ class OwnMapRun {
   static const OwnMapRun* current() noexcept;
   const std::string& label() const { return label_; }
   double seconds() const { return seconds_; }
+  /// Abandons a compilation that exceeded its time limit, since compilers cannot be stopped: disables all further calls.
+  /// \throws Error(input)
+  [[noreturn]] void abandon_compilation() const;
 
  private:
   std::string label_;

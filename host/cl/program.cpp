@@ -33,16 +33,6 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 /// True if a build runs on a separate thread while waiting threads poll.
 bool is_watched() { return ProgressGuard::active() || OwnMapRun::current() != nullptr; }
 
-/// Abandons a build that exceeded its time limit, since compilers cannot be stopped. \throws Error(input)
-[[noreturn]] void abandon_build(const OwnMapRun& own) {
-  record_driver_failure();
-  throw Error(ErrorCode::input, "The map " + own.label() + " is not compiled within " +
-                                    formatted("%g s", own.seconds()) +
-                                    ": its macros or unrolled loops may be too large. "
-                                    "Shorten it, or raise " +
-                                    option("own_map_seconds") + ".");
-}
-
 std::atomic<std::uint64_t> whole_headers{0};
 
 /// Result of a compiler; a program only if it succeeded.
@@ -233,7 +223,7 @@ Kernel Context::kernel_by(const std::string& key, const std::string& name,
   while (new_build->program.wait_for(std::chrono::milliseconds(4)) != std::future_status::ready) {
     if (ProgressGuard::active()) ProgressGuard::poll();
     const OwnMapRun* const own = OwnMapRun::current();
-    if (own != nullptr && seconds_since(start) > own->seconds()) abandon_build(*own);
+    if (own != nullptr && seconds_since(start) > own->seconds()) own->abandon_compilation();
   }
   const std::lock_guard lock(programs_mutex_);
   if (new_build->thread.joinable()) new_build->thread.join();

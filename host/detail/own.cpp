@@ -10,10 +10,12 @@
 #include <mutex>
 #include <sstream>
 #include <string>
+#include <utility>
 
 #include "base/formatted.h"
 #include "base/option.h"
 #include "base/parallel.h"
+#include "base/stopwatch.h"
 #include "cl/driver.h"
 #include "detail/device_shading.h"
 #include "image/gutter.h"
@@ -88,8 +90,11 @@ class OwnMapMaker : public MapMaker {
  private:
   cl::Kernel build(const OwnMap& map, const Device& device) {
     const cl::OwnMapRun run_scope(label_, seconds_);
+    Stopwatch watch;
     try {
-      return context_.kernel_with("own", "kiln_own_values", map.source, map.file);
+      cl::Kernel kernel = context_.kernel_with("own", "kiln_own_values", map.source, map.file);
+      seconds_to_compile_ = std::max(0.0, seconds_ - watch.lap());
+      return kernel;
     } catch (const Error&) {
       // A compiler thread that exceeded its time limit still uses the device's context, so such devices are never
       // released.
@@ -132,20 +137,31 @@ class OwnMapMaker : public MapMaker {
     auto run_scope = std::make_unique<cl::OwnMapRun>(label_, seconds_);
     for (; params.first < band.sample_count; params.first = params.end) {
       params.end = params.first + std::min(kSamplesPerLaunch, band.sample_count - params.first);
-      context_.launch(kernel_, params.end - params.first, kLocal, params, band.triangle,
-                      band.barycentric, band.points, shading_, match.triangle, match.barycentric,
-                      match.distance, match.status, positions_, triangles_,
-                      source_.attributes.normal_indices, source_.attributes.normals, uvs_,
-                      uv_triangles_, tree.nodes, tree.blocks, values_);
+      const auto launch = [&](const kiln_own_params& of) {
+        context_.launch(kernel_, params.end - params.first, kLocal, of, band.triangle,
+                        band.barycentric, band.points, shading_, match.triangle, match.barycentric,
+                        match.distance, match.status, positions_, triangles_,
+                        source_.attributes.normal_indices, source_.attributes.normals, uvs_,
+                        uv_triangles_, tree.nodes, tree.blocks, values_);
+      };
+      if (!std::exchange(is_compiled_, true)) {
+        // PoCL compiles again at the first launch, for the size of its work-groups. A launch of the same size without
+        // samples separates that compilation from the function's own time.
+        kiln_own_params none = params;
+        none.end = none.first;
+        launch(none);
+        if (!context_.finish_within(seconds_to_compile_))
+          run_scope.release()->abandon_compilation();
+      }
+      launch(params);
       if (context_.finish_within(seconds_)) continue;
       [[maybe_unused]] const auto* const runs_on = run_scope.release();
       const std::string limit = formatted("%g s", seconds_);
-      throw Error(ErrorCode::input,
-                  "The map " + label_ + " did not finish " +
-                      std::to_string(params.end - params.first) + " samples in " + limit +
-                      ", including a second compilation by some drivers: its function may never "
-                      "return, or be too large. Correct it, or raise " +
-                      option("own_map_seconds") + ".");
+      throw Error(ErrorCode::input, "The map " + label_ + " did not finish " +
+                                        std::to_string(params.end - params.first) + " samples in " +
+                                        limit +
+                                        ": its function may never return. Correct it, or raise " +
+                                        option("own_map_seconds") + ".");
     }
     std::vector<float> values(std::size_t{4} * band.capacity);
     values_.read(context_, values);
@@ -189,6 +205,8 @@ class OwnMapMaker : public MapMaker {
   std::string label_;
   std::size_t channels_;
   double seconds_;
+  double seconds_to_compile_ = 0;  // what the driver's first compilation has left of them
+  bool is_compiled_ = false;       // for launches, too
   bool two_sided_;
   std::array<double, 3> origin_;
   cl::Kernel kernel_;

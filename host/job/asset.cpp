@@ -7,6 +7,8 @@
 #include <fstream>
 #include <map>
 #include <set>
+#include <string_view>
+#include <unordered_map>
 
 #include "asset/asset_maps.h"
 #include "base/fnv.h"
@@ -29,13 +31,23 @@ bool is_transparent_or_double_sided(const Material& m) {
   return is_transparent(m) || m.double_sided;
 }
 
-/// The material with this name that a file describes; null if there is none.
-const Material* find_material(const std::vector<Material>& materials, const std::string& name) {
-  const auto found = std::find_if(materials.begin(), materials.end(), [&](const Material& m) {
-    return m.name == name && !m.place.empty();
-  });
-  return found == materials.end() ? nullptr : &*found;
-}
+/// The materials that a file describes, by their names. A view: the materials outlive it.
+class MaterialNames {
+ public:
+  explicit MaterialNames(const std::vector<Material>& materials) {
+    for (const Material& m : materials) {
+      if (!m.place.empty()) by_name_.emplace(m.name, &m);  // the first of a name
+    }
+  }
+  /// \returns null if there is none
+  const Material* find(std::string_view name) const {
+    const auto found = by_name_.find(name);
+    return found == by_name_.end() ? nullptr : found->second;
+  }
+
+ private:
+  std::unordered_map<std::string_view, const Material*> by_name_;
+};
 
 /// LOW with the asset's materials: one for each used pair of a texture set and a source material.
 struct AssetMesh {
@@ -59,11 +71,11 @@ std::optional<AlphaMode> common_alpha_mode(const BakeScene& scene, const AssetPa
 }
 
 /// Copies the alpha mode, sidedness and extras from the material of HIGH, or from LOW's own if the former is null.
+/// \param common  common_alpha_mode()
 void copy_surface_properties(const BakeScene& scene, const AssetParts& asset,
-                             const Material* of_high, const Material* of_low,
-                             AssetMaterial& material) {
+                             std::optional<AlphaMode> common, const Material* of_high,
+                             const Material* of_low, AssetMaterial& material) {
   const Material* const source_material = of_high != nullptr ? of_high : of_low;
-  const std::optional<AlphaMode> common = common_alpha_mode(scene, asset);
   material.alpha_mode = common.value_or(AlphaMode::opaque);
   if (of_high != nullptr && is_transparent(*of_high)) {
     material.alpha_mode = common.value_or(of_high->alpha_mode);
@@ -85,6 +97,8 @@ AssetMesh make_asset_mesh(const BakeScene& scene, const Mesh& low_poly, const As
   const std::span<const BakedSet> sets = scene.sets;
   const std::vector<Material>&high = scene.high.input.beside.materials,
         &low = scene.low.beside.materials;
+  const MaterialNames high_names(high), low_names(low);
+  const std::optional<AlphaMode> common = common_alpha_mode(scene, asset);
   const std::string default_name = mesh.name.empty() ? "mesh" : mesh.name;
   const bool by_material = scene.run.job.sets == SetsBy::material;
   if (!sets.empty()) mesh.tangents = tangents_of(mesh);  // MikkTSpace must see the UVs of the tiles
@@ -115,7 +129,7 @@ AssetMesh make_asset_mesh(const BakeScene& scene, const Mesh& low_poly, const As
   mesh.materials.clear();
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const std::string& own_name = names.empty() ? default_name : names[material_of[t]];
-    const Material* of_high = find_material(high, own_name);
+    const Material* of_high = high_names.find(own_name);
     Key key{set_of[t], material_of[t], AssetParts::kNoMaterial};
     if (of_high == nullptr && !asset.materials_hit.empty()) key.hit = asset.materials_hit[t];
     const auto [entry, added] =
@@ -137,8 +151,8 @@ AssetMesh make_asset_mesh(const BakeScene& scene, const Mesh& low_poly, const As
     }
     if (!asset.pictures.empty()) material.pictures = asset.pictures[key.set];
     result.sets.push_back(key.set);
-    const Material* const of_low = find_material(low, own_name);
-    copy_surface_properties(scene, asset, of_high, of_low, material);
+    const Material* const of_low = low_names.find(own_name);
+    copy_surface_properties(scene, asset, common, of_high, of_low, material);
     result.states_sidedness.push_back((of_high != nullptr && of_high->multiplies) ||
                                       (of_low != nullptr && of_low->multiplies));
     mesh.material_names.push_back(material.name);
@@ -150,11 +164,11 @@ AssetMesh make_asset_mesh(const BakeScene& scene, const Mesh& low_poly, const As
 std::vector<std::uint32_t> object_nodes(const Asset& beside, const Mesh& mesh) {
   std::vector<std::uint32_t> nodes;
   const std::vector<std::string>& names = beside.mesh.object_names;
+  std::unordered_map<std::string_view, std::uint32_t> by_name;
+  for (std::size_t i = 0; i < names.size(); ++i) by_name.emplace(names[i], beside.object_nodes[i]);
   for (const std::string& object : mesh.object_names) {
-    const auto found = std::find(names.begin(), names.end(), object);
-    nodes.push_back(found == names.end()
-                        ? AssetNode::kNone
-                        : beside.object_nodes[static_cast<std::size_t>(found - names.begin())]);
+    const auto found = by_name.find(object);
+    nodes.push_back(found == by_name.end() ? AssetNode::kNone : found->second);
   }
   if (mesh.objects.empty()) nodes.assign(1, AssetNode::kNone);
   return nodes;
@@ -203,11 +217,11 @@ void find_materials_hit(const BakeScene& scene, const BakeResult& result, AssetP
     const double inside = (value - std::floor(value)) * size;
     return std::min(static_cast<std::uint32_t>(inside), size - 1);
   };
-  for (std::size_t t = 0; t < low.triangles.size(); ++t) {
+  const auto find = [&](std::size_t t) {
     const auto& [a, b, c] = low.uv_triangles[t];
     const Vec2 &p = low.uvs[a], &q = low.uvs[b], &r = low.uvs[c];
     // the triangle belongs to another texture set
-    if (!std::isfinite(p.x + p.y + q.x + q.y + r.x + r.y)) continue;
+    if (!std::isfinite(p.x + p.y + q.x + q.y + r.x + r.y)) return;
     std::map<std::uint32_t, int> hits;
     for (int i = 0; i < kSamplesPerEdge; ++i) {
       for (int k = 0; i + k < kSamplesPerEdge; ++k) {
@@ -225,6 +239,11 @@ void find_materials_hit(const BakeScene& scene, const BakeResult& result, AssetP
     const auto most_hit = std::max_element(
         hits.begin(), hits.end(), [](const auto& x, const auto& y) { return x.second < y.second; });
     if (most_hit != hits.end()) asset.materials_hit[t] = most_hit->first;
+  };
+  if (scene.set == nullptr) {
+    for (std::size_t t = 0; t < low.triangles.size(); ++t) find(t);
+  } else {
+    for (const std::uint32_t t : scene.set->set.members) find(t);
   }
 }
 
@@ -250,8 +269,9 @@ bool needs_asset_match(const BakeScene& scene) {
   if (std::none_of(materials.begin(), materials.end(), is_transparent_or_double_sided))
     return false;
   const std::vector<std::string>& names = scene.low.mesh.material_names;
+  const MaterialNames known(materials);
   return names.empty() || std::any_of(names.begin(), names.end(), [&](const auto& name) {
-           return find_material(materials, name) == nullptr;
+           return known.find(name) == nullptr;
          });
 }
 

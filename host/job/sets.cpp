@@ -13,6 +13,7 @@
 #include "job/stages.h"
 #include "job/transfers.h"
 #include "options/parse.h"
+#include "source/set_layouts.h"
 
 namespace kiln {
 namespace {
@@ -388,13 +389,14 @@ BakedLayout bake_sets(const RunContext& run, const LoadedHigh& high, const LowMe
   LowMesh low_of_set = low;
   low_of_set.mesh.tangents = tangents_of(low.mesh);
   low_of_set.made = false;  // the low poly is already written
+  SetLayouts layouts(source, low.mesh, low_of_set.mesh);
   BakeReport sum;
   SetWarnings warnings;
   const double set_share = 1.0 / static_cast<double>(sets.size());
   double progress_done = 0;
   for (BakedSet& set : sets) {
     const BakeScene scene{run, high, low_of_set, sets, &set};
-    lay_out_set(low.mesh, set.set, low_of_set.mesh);
+    layouts.lay_out(set.set);
     BakeOptions options_of_set = options;
     options_of_set.width = set.width;
     options_of_set.height = set.height;

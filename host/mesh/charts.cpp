@@ -81,6 +81,36 @@ std::vector<std::uint32_t> uv_charts(const Mesh& mesh) {
   return chart;
 }
 
+std::vector<std::uint32_t> uv_charts(const Mesh& mesh, std::span<const std::uint32_t> triangles) {
+  if (triangles.size() == mesh.triangles.size()) return uv_charts(mesh);
+  Mesh part;
+  // Copies the used items of a pool, in their order, so that equal items keep the lowest index first.
+  const auto copy_used = [&](const std::vector<Triangle>& corners, const auto& pool,
+                             std::vector<Triangle>& part_corners, auto& part_pool) {
+    std::vector<std::uint32_t> used;
+    used.reserve(3 * triangles.size());
+    for (const std::uint32_t t : triangles) {
+      used.insert(used.end(), corners[t].begin(), corners[t].end());
+    }
+    std::sort(used.begin(), used.end());
+    used.erase(std::unique(used.begin(), used.end()), used.end());
+    for (const std::uint32_t item : used) part_pool.push_back(pool[item]);
+    for (const std::uint32_t t : triangles) {
+      Triangle& renumbered = part_corners.emplace_back();
+      for (std::size_t k = 0; k < 3; ++k) {
+        renumbered[k] = static_cast<std::uint32_t>(
+            std::lower_bound(used.begin(), used.end(), corners[t][k]) - used.begin());
+      }
+    }
+  };
+  copy_used(mesh.triangles, mesh.positions, part.triangles, part.positions);
+  copy_used(mesh.uv_triangles, mesh.uvs, part.uv_triangles, part.uvs);
+  const std::vector<std::uint32_t> charts = uv_charts(part);
+  std::vector<std::uint32_t> result(mesh.triangles.size());
+  for (std::size_t i = 0; i < charts.size(); ++i) result[triangles[i]] = charts[i];
+  return result;
+}
+
 double uv_area(const Mesh& mesh) {
   double sum = 0;
   for (const Triangle& t : mesh.uv_triangles) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "kiln/mesh.h"
@@ -18,6 +19,10 @@ namespace kiln {
 /// Deterministic. About 0.5 s for a million triangles.
 /// \param mesh  mesh with UVs, whose indices are in range
 std::vector<std::uint32_t> uv_charts(const Mesh& mesh);
+
+/// uv_charts() of some triangles, as of those of a texture set: costs what these cost, not the mesh.
+/// \param triangles  indices, ascending \returns each triangle's chart, for the mesh's triangles; 0 for all others
+std::vector<std::uint32_t> uv_charts(const Mesh& mesh, std::span<const std::uint32_t> triangles);
 
 /// Total area of finite UV triangles; the unit square has area 1.
 double uv_area(const Mesh& mesh);

@@ -132,21 +132,6 @@ std::vector<std::uint32_t> overlapping(const std::vector<UvPlace>& places, UvSqu
   return result;
 }
 
-/// Charts of the triangles that have UVs, which are few in a texture set.
-std::vector<std::uint32_t> charts_of(const Mesh& low, const LowSurface& surface) {
-  Mesh part;
-  for (const std::uint32_t t : surface.with_uvs) {
-    part.triangles.push_back(low.triangles[t]);
-    part.uv_triangles.push_back(low.uv_triangles[t]);
-  }
-  part.positions = low.positions;
-  part.uvs = low.uvs;
-  const std::vector<std::uint32_t> charts = uv_charts(part);
-  std::vector<std::uint32_t> result(surface.triangles.size());
-  for (std::size_t i = 0; i < charts.size(); ++i) result[surface.with_uvs[i]] = charts[i];
-  return result;
-}
-
 }  // namespace
 
 void find_uv_copies(const Mesh& low, UvCopies rule, LowSurface& surface) {
@@ -163,7 +148,7 @@ void find_uv_copies(const Mesh& low, UvCopies rule, LowSurface& surface) {
   UvSquares baked(places);
   std::vector<std::uint32_t> order = overlapping(places, baked);
   if (order.empty()) return;
-  const std::vector<std::uint32_t> chart = charts_of(low, surface);
+  const std::vector<std::uint32_t> chart = uv_charts(low, surface.with_uvs);
   std::vector<std::uint64_t> rank(places.size());
   for (const std::uint32_t i : order) {
     const UvPlace& place = places[i];

@@ -8,6 +8,8 @@
 #include <string>
 
 #include "base/formatted.h"
+#include "base/memory.h"
+#include "base/option.h"
 #include "kiln/error.h"
 #include "kiln/source.h"
 #include "simplify/height_layout.h"
@@ -184,9 +186,18 @@ Mesh height_field_mesh(const Image& image, const HeightFieldOptions& options) {
                                       std::to_string(image.height) +
                                       " pixels: at most 2^30 are supported. Scale it down.");
   }
+  const std::size_t count = std::size_t{image.width} * image.height;
+  // A vertex, its UV and two triangles a pixel.
+  constexpr std::uint64_t kBytesPerPixel = sizeof(Vec3) + sizeof(Vec2) + 4 * sizeof(Triangle);
+  require_memory("The mesh of the height field of " + std::to_string(image.width) + " x " +
+                     std::to_string(image.height) + " pixels",
+                 kBytesPerPixel * count, [](const std::string& problem) {
+                   throw Error(ErrorCode::input,
+                               problem + ". Scale the height field down, or raise the " +
+                                   option("memory_limit") + ".");
+                 });
   Mesh mesh;
   mesh.name = "height field";
-  const std::size_t count = std::size_t{image.width} * image.height;
   mesh.positions.reserve(count);
   mesh.uvs.reserve(count);
   for (std::uint32_t row = 0; row < image.height; ++row) {

@@ -292,7 +292,7 @@ void SimplifyJob::drop_components(const ComponentSizes& parts,
   report_.warnings.push_back({"dropped-parts",
                               counted(count, "part") + " of the high poly " +
                                   (count == 1 ? "is" : "are") + " smaller than " + why +
-                                  "and were left out: keep the parts, or request more faces",
+                                  " and were left out: keep the parts, or request more faces",
                               count});
 }
 

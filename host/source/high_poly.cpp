@@ -306,19 +306,28 @@ std::shared_ptr<LowSurface> Source::Impl::low_surface(const Mesh& low, const Mes
   if (cage != nullptr) {
     return std::make_shared<LowSurface>(LowSurface::of(low, frame, cage, copies));
   }
-  LowSurface::check(low);
-  LastLow new_surface;
-  new_surface.shape = fast_hash(low.origin, low.positions, low.triangles, low.normals,
-                                low.normal_triangles, low.colors, low.polygons);
-  std::vector<std::uint32_t> with_uvs = LowSurface::find_with_uvs(low);
-  std::vector<Tangent> tangents;  // Tangents of triangles with UVs, which are few in a texture set
-  if (!low.tangents.empty()) {
-    for (const std::size_t t : with_uvs) {
-      const auto first = low.tangents.begin() + static_cast<std::ptrdiff_t>(3 * t);
-      tangents.insert(tangents.end(), first, first + 3);
-    }
+  KnownLow known;
+  {
+    const auto lock = lock_polling(mutex_);
+    if (known_low_.mesh == &low) known = known_low_;
   }
-  new_surface.layout = fast_hash(low.uvs, low.uv_triangles, tangents, std::array{copies});
+  LastLow new_surface;
+  if (known.mesh != nullptr) {
+    new_surface.layout = fast_hash(std::array{known.layout}, std::array{copies});
+  } else {
+    LowSurface::check(low);
+    known.shape = shape_hash(low);
+    known.with_uvs = LowSurface::find_with_uvs(low);
+    std::vector<Tangent> tangents;  // of triangles with UVs
+    if (!low.tangents.empty()) {
+      for (const std::size_t t : known.with_uvs) {
+        const auto first = low.tangents.begin() + static_cast<std::ptrdiff_t>(3 * t);
+        tangents.insert(tangents.end(), first, first + 3);
+      }
+    }
+    new_surface.layout = fast_hash(low.uvs, low.uv_triangles, tangents, std::array{copies});
+  }
+  new_surface.shape = known.shape;
   {
     const auto lock = lock_polling(mutex_);
     // Frees the cached surface before the next one is built
@@ -330,12 +339,22 @@ std::shared_ptr<LowSurface> Source::Impl::low_surface(const Mesh& low, const Mes
   LowSurface surface = new_surface.surface == nullptr         ? LowSurface::without_uvs(low, frame)
                        : new_surface.surface.use_count() == 1 ? std::move(*new_surface.surface)
                                                               : *new_surface.surface;
-  surface.lay_out(low, std::move(with_uvs));
+  surface.lay_out(low, std::move(known.with_uvs));
   find_uv_copies(low, copies, surface);
   new_surface.surface = std::make_shared<LowSurface>(std::move(surface));
   const auto lock = lock_polling(mutex_);
   last_low_ = new_surface;
   return new_surface.surface;
+}
+
+void Source::Impl::set_known_low(KnownLow known) const {
+  const auto lock = lock_polling(mutex_);
+  known_low_ = std::move(known);
+}
+
+std::uint64_t Source::Impl::shape_hash(const Mesh& low) {
+  return fast_hash(low.origin, low.positions, low.triangles, low.normals, low.normal_triangles,
+                   low.colors, low.polygons);
 }
 
 Source::Stats Source::Impl::stats() const {

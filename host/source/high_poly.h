@@ -88,6 +88,15 @@ struct KILN_HIDDEN Source::Impl {
   /// tangents, as another texture set of the same low poly does, only UVs and tangents are processed. The result may
   /// be shared and must not be changed. Surfaces with a cage are not cached.
   std::shared_ptr<LowSurface> low_surface(const Mesh& low, const Mesh* cage, UvCopies copies) const;
+  /// A low poly whose layouts low_surface() need neither check nor hash (SetLayouts).
+  struct KnownLow {
+    const Mesh* mesh = nullptr;           ///< Identifies it; null: none
+    std::uint64_t shape = 0, layout = 0;  ///< As of LastLow; `layout` is unique to a layout
+    std::vector<std::uint32_t> with_uvs;  ///< find_with_uvs()
+  };
+  void set_known_low(KnownLow known) const;
+  /// Hash of everything except UVs and tangents.
+  static std::uint64_t shape_hash(const Mesh& low);
 
   /// Sets the positions of vertices [first, first + count) and refits the BVH, if built. Requires exclusive ownership.
   /// The arguments include the triangles with a moved corner.
@@ -121,6 +130,7 @@ struct KILN_HIDDEN Source::Impl {
     std::shared_ptr<LowSurface> surface;
   };
   mutable LastLow last_low_;
+  mutable KnownLow known_low_;
   mutable Stats stats_;
 };
 

@@ -125,6 +125,31 @@ struct Builder {
   }
 };
 
+/// Triangles of the low poly that are not usable, counted once for all texture sets.
+struct Unusable {
+  Finding triangles;
+};
+
+/// Usable triangles without UVs. Takes no longer than a texture set is large, but for the search of the example.
+Finding without_uvs(const LowSurface& surface, std::uint64_t unusable_count) {
+  const std::vector<std::uint32_t>& with_uvs = surface.with_uvs;
+  const auto usable_with_uvs =
+      std::count_if(with_uvs.begin(), with_uvs.end(),
+                    [&](const std::uint32_t t) { return surface.usable[t] != 0; });
+  Finding result;
+  result.count =
+      surface.triangles.size() - unusable_count - static_cast<std::uint64_t>(usable_with_uvs);
+  if (result.count == 0) return result;
+  for (std::size_t t = 0, next = 0;; ++t) {
+    if (next < with_uvs.size() && with_uvs[next] == t) {
+      ++next;
+    } else if (surface.usable[t] != 0) {
+      result.example = t;
+      return result;
+    }
+  }
+}
+
 std::string triangles_are(std::uint64_t count) {
   return std::to_string(count) +
          (count == 1 ? " triangle of the low poly " : " triangles of the low poly ");
@@ -188,15 +213,16 @@ TexelPieces TexelPieces::of(const LowSurface& surface, std::uint32_t sample_widt
   merged.grid = UvGrid::of(sample_width, sample_height);
 
   const std::size_t count = surface.with_uvs.size();
-  for (std::size_t t = 0, next = 0; t < surface.triangles.size(); ++t) {
-    const bool has_uvs = next < count && surface.with_uvs[next] == t;
-    if (has_uvs) ++next;
-    if (surface.usable[t] == 0) {
-      merged.degenerate_low.add(t);
-    } else if (!has_uvs) {
-      merged.missing_uv.add(t);
-    }
-  }
+  merged.degenerate_low = surface.made
+                              ->get<Unusable>([&] {
+                                Unusable result;
+                                for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+                                  if (surface.usable[t] == 0) result.triangles.add(t);
+                                }
+                                return result;
+                              })
+                              ->triangles;
+  merged.missing_uv = without_uvs(surface, merged.degenerate_low.count);
   constexpr std::size_t kTrianglesPerRun = 1 << 14;
   std::vector<Builder> runs((count + kTrianglesPerRun - 1) / kTrianglesPerRun);
   parallel_for(runs.size(), 1, [&](std::size_t begin, std::size_t end) {

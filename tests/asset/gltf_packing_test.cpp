@@ -373,5 +373,34 @@ TEST(AssetPictures, FallbacksStandBesideWebp) {
   }
 }
 
+/// A map as its file holds it.
+BakedMap stored_map(MapKind kind, Image image) {
+  BakedMap map;
+  map.kind = kind;
+  map.image = std::move(image);
+  map.stored = true;
+  return map;
+}
+
+TEST(AssetMaps, OcclusionIsTheLesserOfRaysAndOfHighsPicture) {
+  std::vector<BakedMap> maps;
+  maps.push_back(stored_map(MapKind{"ao"}, {2, 1, 1, {0.25F, 0.75F}}));
+  maps.push_back(stored_map(MapKind{"occlusion"}, {2, 1, 3, {0.5F, 0.5F, 0.5F, 0.5F, 0.5F, 0.5F}}));
+  const AssetMaps places = asset_maps(maps);
+  ASSERT_EQ(places.occlusion, &maps[0].image);
+  EXPECT_EQ(places.occlusion->pixels, (std::vector<float>{0.25F, 0.5F}));
+}
+
+TEST(AssetMaps, EmissionIsScaledAndWhatEmitsNothingHasNoPlace) {
+  for (const auto& [value, strength] : {std::pair{0.0F, 0.0F}, {0.5F, 1.0F}, {4.0F, 4.0F}}) {
+    std::vector<BakedMap> maps;
+    maps.push_back(stored_map(MapKind{"emission"}, {1, 1, 3, {0, value, 0}}));
+    const AssetMaps places = asset_maps(maps);
+    EXPECT_EQ(places.emission_strength, strength);
+    EXPECT_EQ(places.emission != nullptr, value > 0);
+    EXPECT_EQ(maps[0].image.pixels[1], value > 1 ? 1 : value);
+  }
+}
+
 }  // namespace
 }  // namespace kiln

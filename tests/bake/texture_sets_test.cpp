@@ -8,6 +8,9 @@
 #include "kiln/kiln.h"
 #include "kiln/plan.h"
 #include "kiln/session.h"
+#include "match/match_array.h"
+#include "mesh/low_surface.h"
+#include "source/set_layouts.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 
@@ -106,6 +109,49 @@ TEST(TextureSets, AreTheSameHoweverTheirTrianglesStand) {
       baked.push_back(bake(source, part, options_of_sets()));
     }
     expect_whole(whole, baked, 0x1p-22F);
+  }
+}
+
+// SetLayouts tells the source what changed; a layout that it does not know would be baked as the one before.
+TEST(TextureSets, LayoutsInPlaceBakeWhatCopiesDo) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh high = test::BumpySphere::dense(20000);
+  const Source source(*test::device(), high);
+  BakeOptions options = options_of_sets();
+  options.encoding.mips = true;  // by charts
+  options.width = options.height = 64;
+  options.maps = {MapKind::normal};
+  for (const SetsBy by : {SetsBy::material, SetsBy::udim}) {
+    Mesh low = by == SetsBy::material ? two_materials() : moved(two_materials(), 1, 2, 3);
+    // Each second mesh has the shape of the one before, and other UVs.
+    for (int turn = 0; turn < 2; ++turn) {
+      const std::vector<TextureSet> sets = find_texture_sets(low, by);
+      ASSERT_GE(sets.size(), 2U);
+      Mesh part = low;
+      part.tangents = tangents_of(low);
+      SetLayouts layouts(source, low, part);
+      for (const std::size_t set : {0U, 1U, 0U}) {
+        layouts.lay_out(sets[set]);
+        const Mesh copy = low_of_set(low, sets[set]);
+        EXPECT_EQ(part.uv_triangles, copy.uv_triangles);
+        EXPECT_EQ(hash_low(part), hash_low(copy));
+        const BakeResult in_place = bake(source, part, options);
+        const BakeResult expected = bake(Source(*test::device(), high), copy, options);
+        ASSERT_EQ(in_place.maps.size(), expected.maps.size());
+        EXPECT_EQ(in_place.coverage, expected.coverage);
+        for (std::size_t m = 0; m < expected.maps.size(); ++m) {
+          EXPECT_EQ(in_place.maps[m].image.pixels, expected.maps[m].image.pixels);
+          for (std::size_t level = 0; level < expected.maps[m].mips.size(); ++level) {
+            EXPECT_EQ(in_place.maps[m].mips[level].pixels, expected.maps[m].mips[level].pixels);
+          }
+        }
+        ASSERT_EQ(in_place.report.warnings.size(), expected.report.warnings.size());
+        for (std::size_t w = 0; w < expected.report.warnings.size(); ++w) {
+          EXPECT_EQ(in_place.report.warnings[w].message, expected.report.warnings[w].message);
+        }
+      }
+      for (Vec2& uv : low.uvs) uv = {std::floor(uv.x) * 2 + 1 - uv.x, uv.y};
+    }
   }
 }
 

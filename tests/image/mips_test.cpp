@@ -318,5 +318,25 @@ TEST(Charts, AreWhatAFloodFillFinds) {
   EXPECT_EQ(*std::max_element(cube.begin(), cube.end()), 5U);
 }
 
+// Each third triangle, as if it were a texture set: the charts of a mesh that has no other triangles.
+TEST(Charts, OfSomeTrianglesAreThoseOfAMeshOfThem) {
+  const Mesh mesh = unwrap(test::torus(20, 9), {.method = UnwrapMethod::pairs});
+  std::vector<std::uint32_t> some;
+  Mesh alone = mesh;
+  alone.triangles.clear();
+  alone.uv_triangles.clear();
+  for (std::uint32_t t = 1; t < mesh.triangles.size(); t += 3) {
+    some.push_back(t);
+    alone.triangles.push_back(mesh.triangles[t]);
+    alone.uv_triangles.push_back(mesh.uv_triangles[t]);
+  }
+  const std::vector<std::uint32_t> charts = uv_charts(mesh, some), expected = uv_charts(alone);
+  ASSERT_EQ(charts.size(), mesh.triangles.size());
+  ASSERT_GT(*std::max_element(expected.begin(), expected.end()), 10U);
+  for (std::size_t t = 0; t < charts.size(); ++t) {
+    EXPECT_EQ(charts[t], t % 3 == 1 ? expected[t / 3] : 0U) << t;
+  }
+}
+
 }  // namespace
 }  // namespace kiln

@@ -5,9 +5,11 @@
 #include <unistd.h>
 
 #include <cstdlib>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
+#include "base/running_program.h"
 #include "kiln/error.h"
 #include "kiln/progress.h"
 
@@ -49,6 +51,19 @@ TEST(Child, EndsWhereTheCallerCancels) {
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::cancelled);
   }
+}
+
+// A program that writes without end must not fill memory: what is beyond the limit is read and discarded.
+TEST(Child, TextsOfProgramsAreBounded) {
+  constexpr std::size_t kLimit = std::size_t{64} << 20;
+  std::optional<RunningProgram> program = RunningProgram::start(
+      {"/bin/sh", "-c", "echo warned >&2; head -c 70000000 /dev/zero; echo end >&2"}, "/");
+  ASSERT_TRUE(program);
+  program->begin("", 300, [] { return false; });
+  const ProgramResult result = program->finish();
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_EQ(result.output.size(), kLimit);
+  EXPECT_EQ(result.errors, "warned\nend\n");
 }
 
 }  // namespace

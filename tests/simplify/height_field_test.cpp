@@ -4,10 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "kiln/kiln.h"
+#include "kiln/limits.h"
 #include "kiln/simplify.h"
 #include "simplify/height_layout.h"
 #include "support/environment.h"
@@ -64,6 +66,23 @@ TEST(HeightField, RefusesWhatIsNone) {
   EXPECT_THROW(height_field_mesh(image), Error);
   image.pixels[0] = image.pixels[1] = image.pixels[24] = 0;  // no three side by side
   EXPECT_THROW(height_field_mesh(image), Error);
+}
+
+// Before it is made: a picture of a few megabytes may hold 2^28 pixels, whose mesh takes 17 GiB.
+TEST(HeightField, ThatNeedsMoreMemoryThanIsLeftIsRefused) {
+  const Image image = waves(2048, 1024);
+  set_memory_limit(1);
+  try {
+    height_field_mesh(image);
+    ADD_FAILURE() << "not refused";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::input);
+    EXPECT_EQ(std::string(error.what())
+                  .find("The mesh of the height field of 2048 x 1024 pixels would take 136 MiB"),
+              0U)
+        << error.what();
+  }
+  set_memory_limit(0);
 }
 
 TEST(HeightField, WhatIsNotFiniteIsAHole) {

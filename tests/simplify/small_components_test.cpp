@@ -61,6 +61,11 @@ TEST(SmallComponents, PartsSmallerThanTheErrorGo) {
   EXPECT_EQ(parts_of(low), 1u);
   EXPECT_EQ(report.dropped_parts, 30u);
   EXPECT_EQ(warned(report), 30u);
+  const bool reads_well =
+      std::any_of(report.warnings.begin(), report.warnings.end(), [](const Warning& w) {
+        return w.message.text().find(" and were left out: ") != std::string::npos;
+      });
+  EXPECT_TRUE(reads_well);
   EXPECT_LE(low.triangles.size(), 300u);
   EXPECT_GE(low.triangles.size(), 290u);
   EXPECT_EQ(report.input_faces, high.triangles.size());

@@ -74,9 +74,16 @@ TEST(Texel, ImperfectTrianglesAreSkippedAndCounted) {
   for (std::size_t i = 0; i < expected.size(); ++i) {
     ASSERT_EQ(map.triangle[i], expected[i].triangle == 0 ? 0U : kNothing);
   }
-  for (const Warning& warning : map.report.warnings) {
-    EXPECT_NE(warning.message.text().find("triangle "), std::string::npos)
-        << warning.message.text();
+  // The first of each kind is the example.
+  const std::pair<std::string, std::string> examples[] = {
+      {"uv-degenerate", "example triangle 1 with"},
+      {"uv-missing", "example triangle 3:"},
+      {"low-degenerate", "example triangle 5:"}};
+  for (const auto& [code, example] : examples) {
+    for (const Warning& warning : map.report.warnings) {
+      if (warning.code != code) continue;
+      EXPECT_NE(warning.message.text().find(example), std::string::npos) << warning.message.text();
+    }
   }
 }
 

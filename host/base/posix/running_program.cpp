@@ -8,6 +8,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
@@ -21,6 +22,11 @@
 extern char** environ;
 
 namespace kiln {
+namespace {
+
+constexpr std::size_t kMaxTextBytes = std::size_t{64} << 20;  // of each of ProgramResult's texts
+
+}  // namespace
 
 struct RunningProgram::Process {
   /// A pipe; the destructor closes both ends.
@@ -100,7 +106,9 @@ bool RunningProgram::Process::exchange(std::string_view remaining, double limit_
       if (*ends[i] < 0 || polled[i].revents == 0) continue;
       const ssize_t count = read(*ends[i], buffer.data(), buffer.size());
       if (count > 0) {
-        texts[i]->append(buffer.data(), static_cast<std::size_t>(count));
+        // More is read, so that the program ends, and discarded, so that it does not fill memory.
+        const std::size_t room = kMaxTextBytes - std::min(kMaxTextBytes, texts[i]->size());
+        texts[i]->append(buffer.data(), std::min(room, static_cast<std::size_t>(count)));
       } else if (count == 0 || errno != EINTR) {
         Pipe::close_end(*ends[i]);
       }
@@ -172,8 +180,8 @@ void RunningProgram::begin(std::string input, double limit_seconds,
         ProgramResult result;
         if (!process->exchange(process->input_bytes, limit_seconds, result)) {
           kill(process->id, SIGKILL);
-          result.errors +=
-              "stopped after " + std::to_string(std::lround(limit_seconds)) + " seconds";
+          result.errors += std::string(result.errors.empty() ? "" : " ") + "stopped after " +
+                           std::to_string(std::lround(limit_seconds)) + " seconds";
         }
         return result;
       });

@@ -85,8 +85,10 @@ bool save_plots(const fs::path& folder, const std::vector<Plot>& plots,
     if (!result) {
       by_hand += (by_hand.empty() ? "" : " && ") + command;
     } else if (result->exit_code != 0 || result->output.substr(0, kPng.size()) != kPng) {
-      std::string reason = result->errors;
+      constexpr std::size_t kMaxReasonBytes = 1000;
+      std::string reason = result->errors.substr(0, kMaxReasonBytes);
       std::replace(reason.begin(), reason.end(), '\n', ' ');
+      if (result->exit_code == 0) reason = "it wrote no PNG";
       warnings.push_back({"no-plot",
                           plot.name + ".png was not drawn: Python ended with exit code " +
                               std::to_string(result->exit_code) + ": " + reason,

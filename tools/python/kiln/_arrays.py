@@ -46,6 +46,18 @@ def as_array(values: Any, parameter: str) -> np.ndarray:
     return array
 
 
+def _refuse_repeats(array: np.ndarray, parameter: str) -> None:
+    """Views by broadcast_to() cost nothing until they are copied: billions of rows, all of them one."""
+    if array.ndim > 0 and len(array) > 1 and array.strides[0] == 0:
+        raise Error(
+            f"{parameter}: all {len(array)} rows are one and the same in memory, as of numpy.broadcast_to(). "
+            "Give each its own.",
+            "array-shape",
+            "input",
+            parameter,
+        )
+
+
 def checked(
     values: Any, parameter: str, dtype: str, shape: tuple[int, ...], below: int | None
 ) -> np.ndarray:
@@ -58,15 +70,8 @@ def checked(
         _fail(parameter, f"expected the shape ({wanted}), not {array.shape}.", "array-shape")
     if array.size == 0:
         _fail(parameter, f"is empty; expected the shape ({wanted}).", "array-empty")
-    # A view by broadcast_to() may have billions of equal rows, which need memory only once they are copied.
-    if parameter in ("faces", "vertices") and len(array) > 1 and array.strides[0] == 0:
-        raise Error(
-            f"{parameter}: all {len(array)} rows share one place in memory, as after numpy.broadcast_to(). "
-            "Copy the array first.",
-            "array-shape",
-            "input",
-            parameter,
-        )
+    if parameter in ("faces", "vertices"):
+        _refuse_repeats(array, parameter)
     kind = array.dtype.kind
     if below is not None and array.shape[0] > _MOST_FACES:
         raise Error(f"{parameter}: at most {_MOST_FACES} rows, not {array.shape[0]}.", "array-shape", "input", parameter)
@@ -97,6 +102,7 @@ def corner_values(
     """Checks values per vertex, values per corner, or a pool of values with its own faces. Returns them and their kind."""
     array = as_array(values, parameter)
     if faces is not None:
+        _refuse_repeats(array, parameter)  # rows of its own, of any number
         return checked(array, parameter, "float32", (-1, channels), None), "pool"
     if array.shape == (triangles, 3, channels):
         return checked(array, parameter, "float32", (triangles, 3, channels), None), "corner"

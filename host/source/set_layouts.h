@@ -1,0 +1,39 @@
+// The layouts of a low poly's texture sets, one after the other.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "kiln/texture_sets.h"
+#include "source/high_poly.h"
+
+namespace kiln {
+
+/// Lays out a copy of a low poly for one texture set after the other, as lay_out_set() does, in time that depends on the
+/// set alone. As long as this object lives, the source knows the copy by its address: bakes of it neither check nor hash
+/// the whole mesh. Many sets of a large low poly would else take time that grows with the product of both.
+class SetLayouts {
+ public:
+  /// \param low   valid, with UVs; must outlive this object, as the source and the copy must
+  /// \param part  a copy with tangents; nobody else changes it
+  SetLayouts(const Source& source, const Mesh& low, Mesh& part);
+  ~SetLayouts();
+  SetLayouts(const SetLayouts&) = delete;
+  SetLayouts& operator=(const SetLayouts&) = delete;
+
+  /// Gives the copy the layout of a set. \param set  of find_texture_sets(low)
+  void lay_out(const TextureSet& set);
+
+ private:
+  const Source::Impl& source_;
+  const Mesh& low_;
+  Mesh& part_;
+  std::uint32_t nowhere_;  // index of a UV that is not finite
+  Source::Impl::KnownLow known_;
+  std::vector<std::uint32_t> members_;  // of the last set
+  // Offset of the UVs, in tiles; at first another than that of any set
+  std::uint32_t tile_u_ = std::numeric_limits<std::uint32_t>::max(), tile_v_ = tile_u_;
+};
+
+}  // namespace kiln
