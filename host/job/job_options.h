@@ -134,6 +134,8 @@ bool writes_gltf(const Job& job);
 /// Smooths the ambient occlusion of a file that engines open, where no flag says how it is gathered: a quarter of the
 /// rays, smoothed, are nearer to many than all of them on most meshes, in less than half the time.
 void smooth_occlusion(Job& job);
+/// True if a GLB or glTF holds all levels of detail.
+bool joins_lods(const Job& job);
 /// True if all levels of detail share one layout and its maps.
 bool shares_uvs(const Job& job);
 /// Repairs of HIGH; none: nothing is repaired.

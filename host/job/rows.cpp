@@ -1043,6 +1043,7 @@ std::vector<OptionRow> make_rows() {
        .key = "-"},
       clean_row<Job>(kLow),
       keep_inner_row<Job>(kLow),
+      fill_holes_row<Job>(kLow),
       {.flag = "--max-error",
        .group = kLow,
        .value = text(AT(low.make.max_error), "P%|MAP=E,..."),
@@ -1085,6 +1086,11 @@ std::vector<OptionRow> make_rows() {
        .help =
            "With --lod: own, each level has its layout and maps, or shared, the first one's maps "
            "serve all"},
+      {.flag = "--lod-files",
+       .group = kLow,
+       .value = choice(AT(low.make.lods_in_one_file), Words(kLodFiles)),
+       .help = "With --lod and an --out NAME.glb or NAME.gltf: each, a file a level, or one, all "
+               "levels in one file by MSFT_lod (readers without it show the finest)"},
       {.flag = "--unwrap",
        .group = kLow,
        .value = unwrap_value(),

@@ -274,11 +274,15 @@ std::vector<std::string> bytes_table(const RunOutcome& outcome);
 
 /// Plans and bakes a chain of low polys; the first is the run's.
 PlannedLow make_lods(const BakeScene& scene, const Source& source, const BakeOptions& options);
-/// Writes all levels, and NAME_lods.json. \param first  the first level's maps
+/// Writes all levels, in a file each or in one, and NAME_lods.json. \param first  the first level's maps
 void save_lods(const BakeScene& scene, const Source& source, PlannedLow& planned,
                BakedLayout& first, AssetParts& asset, JobOutputs& outputs);
 /// The GLB or glTF of a level.
 std::string lod_asset(const Job& job, std::size_t level);
+/// For each level the share of the view's height, at and below which it replaces the one before; 1 for the first. A view
+/// has the height of the first level's size on screen, but at least 1080 pixels. A level whose measured error is above its
+/// bound is used that much farther away. Never rises.
+std::vector<double> lod_coverages(const LodChain& chain);
 /// The levels, as lines of a table.
 std::vector<std::string> lod_table(const LodChain& chain);
 /// NAME_lods.json.
@@ -321,8 +325,12 @@ std::string asset_extras(const BakeScene& scene, const BakeReport& report, const
 /// Bytes of a GLB with a low poly and the scene's materials, without pictures and asset_extras().
 std::uint64_t bytes_without_pictures(const BakeScene& scene, const Mesh& low);
 /// Writes LOW with all sets' pictures as one asset. \param file  NAME.glb or NAME.gltf \param extras  of asset_extras()
+/// \param levels  coarser levels in the same file
 void write_asset(const BakeScene& scene, const std::string& file, const std::string& extras,
-                 AssetParts& asset, JobOutputs& outputs);
+                 AssetParts& asset, JobOutputs& outputs, std::vector<AssetLevel> levels = {});
+/// A coarser level of an asset, without its coverage. \param scene  its low poly is the level's
+/// \param number  of the level, for names of its pictures
+AssetLevel make_asset_level(const BakeScene& scene, const AssetParts& asset, std::size_t number);
 /// Writes LOW with an MTL that names its maps.
 void write_obj_with_mtl(const BakeScene& scene, const AssetParts& asset, JobOutputs& outputs);
 
@@ -339,7 +347,10 @@ inline Json ids_json(const std::vector<IdEntry>& ids) {
 
 /// Notes a file that is written next. \throws Cancelled
 void announce(const RunContext& run, const std::filesystem::path& path, JobOutputs& outputs);
-/// True if maps are padded by pad_for_mips(): those of a glTF or of UVs that Kiln lays out, unless a padding was chosen.
+/// True if a width of the padding was chosen, whose copies pad_for_mips() keeps.
+bool chooses_padding(const Job& job);
+/// True if maps are padded by pad_for_mips(): those of a glTF, and those of UVs that Kiln lays out unless a padding was
+/// chosen.
 bool pads_for_mips(const Job& job);
 /// Converts a map from values to what a file of the format holds. Pads it, except those of a glTF, which
 /// encode_asset_maps() pads.
