@@ -44,6 +44,8 @@ constexpr const char* kTextureWebp = "EXT_texture_webp";
 constexpr const char* kMeshopt = "EXT_meshopt_compression";
 constexpr const char* kDracoExtension = "KHR_draco_mesh_compression";
 constexpr const char* kQuantization = "KHR_mesh_quantization";
+constexpr const char* kLevels = "MSFT_lod";
+constexpr const char* kCoverages = "MSFT_screencoverage";
 
 constexpr AffineMap kIdentity{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
 
@@ -264,6 +266,12 @@ class GltfOutput {
     return index;
   }
   static constexpr std::size_t kRoot = std::numeric_limits<std::size_t>::max();
+
+  /// Adds a node that neither a scene nor a node lists. \returns its index
+  std::size_t add_detached_node(Json node) {
+    json_["nodes"].push_back(std::move(node));
+    return json_["nodes"].size() - 1;
+  }
 
   /// Adds an uncompressed primitive. \param material  kRoot: none
   Json add_primitive(const Part& part, std::size_t material, bool has_uvs, const char* color_name) {
@@ -771,11 +779,22 @@ Json material_of(GltfOutput& file, const AssetMaterial& from) {
   return material;
 }
 
-void check_nodes(const Mesh& low, const SaveAssetOptions& options) {
-  const std::size_t objects = low.objects.empty() ? 1 : low.object_names.size();
-  if (!options.nodes.empty() && options.object_nodes.size() != objects) {
-    fail_usage("SaveAssetOptions::object_nodes must have one node for each object.");
+/// Checks the nodes of a mesh's objects. \param name  the member that holds them, for messages
+void check_object_nodes(const Mesh& mesh, const std::vector<std::uint32_t>& object_nodes,
+                        const SaveAssetOptions& options, const std::string& name) {
+  const std::size_t objects = mesh.objects.empty() ? 1 : mesh.object_names.size();
+  if (!options.nodes.empty() && object_nodes.size() != objects) {
+    fail_usage(name + " must have one node for each object.");
   }
+  for (const std::uint32_t node : object_nodes) {
+    if (node != AssetNode::kNone && node >= options.nodes.size()) {
+      fail_usage(name + " refers to a node that does not exist.");
+    }
+  }
+}
+
+void check_nodes(const Mesh& low, const SaveAssetOptions& options) {
+  check_object_nodes(low, options.object_nodes, options, "SaveAssetOptions::object_nodes");
   for (std::size_t i = 0; i < options.nodes.size(); ++i) {
     const AssetNode& node = options.nodes[i];
     const AffineMap& m = node.transform;
@@ -792,12 +811,21 @@ void check_nodes(const Mesh& low, const SaveAssetOptions& options) {
       options.hull_nodes.size() != options.hulls->object_names.size()) {
     fail_usage("SaveAssetOptions::hull_nodes must have one node for each hull.");
   }
-  for (const auto* nodes : {&options.object_nodes, &options.hull_nodes}) {
-    for (const std::uint32_t node : *nodes) {
+  if (options.hulls != nullptr) {
+    for (const std::uint32_t node : options.hull_nodes) {
       if (node != AssetNode::kNone && node >= options.nodes.size()) {
-        fail_usage("SaveAssetOptions::object_nodes refers to a node that does not exist.");
+        fail_usage("SaveAssetOptions::hull_nodes refers to a node that does not exist.");
       }
     }
+  }
+  double coverage = 1;
+  for (const AssetLevel& level : options.levels) {
+    check_object_nodes(level.low, level.object_nodes, options, "AssetLevel::object_nodes");
+    if (!(level.coverage >= 0 && level.coverage <= coverage)) {
+      fail_usage(
+          "AssetLevel::coverage must be from 0 to 1, and not above that of the previous level.");
+    }
+    coverage = level.coverage;
   }
 }
 
@@ -807,21 +835,23 @@ struct Places {
   std::vector<WorldToObject> locals;
 };
 
-/// The hierarchy of nodes from the input file, which may get further nodes for objects.
+/// The hierarchy of nodes of one level, from the input file; it may get further nodes for objects.
 class Hierarchy {
  public:
-  Hierarchy(GltfOutput& file, const Mesh& low, const SaveAssetOptions& options)
+  /// \param is_detached  true for coarser levels, which MSFT_lod lists instead of a scene
+  Hierarchy(GltfOutput& file, const Mesh& low, const SaveAssetOptions& options, bool is_detached)
       : file_(file), name_(low.name.empty() ? "mesh" : low.name) {
     const double metres = options.metres > 0 ? options.metres : 1;
     is_flat_ = options.nodes.empty();
-    if (is_flat_ || metres != 1) {
+    if (is_flat_ || metres != 1 || !options.levels.empty()) {
       Json node = {{"name", name_}};
       if (metres != 1) node["scale"] = Json::array({metres, metres, metres});
       if (is_flat_ && low.origin != std::array<double, 3>{}) {
         node["translation"] =
             Json::array({metres * low.origin[0], metres * low.origin[1], metres * low.origin[2]});
       }
-      root_ = file.add_node(std::move(node));
+      root_ =
+          is_detached ? file.add_detached_node(std::move(node)) : file.add_node(std::move(node));
     }
     for (const AssetNode& node : options.nodes) {
       const bool is_root = node.parent == AssetNode::kNone;
@@ -835,6 +865,9 @@ class Hierarchy {
     }
     taken_.resize(nodes_.size());
   }
+
+  /// The node above all others; GltfOutput::kRoot if there is none.
+  std::size_t root() const { return root_; }
 
   /// Assigns nodes to objects. \param of_objects  the node of each object; empty for a flat hierarchy
   Places place(const Mesh& mesh, const std::vector<std::uint32_t>& of_objects) {
@@ -1115,14 +1148,12 @@ AssetPictures encode_maps(const AssetMaps& maps, ImageFormat format) {
 
 namespace {
 
-/// Adds a low poly with its materials to an unsaved file.
-void add_asset(GltfOutput& file, const Mesh& low, std::span<const AssetMaterial> materials,
-               const SaveAssetOptions& options) {
+/// \throws Error(usage) for a wrong number of materials, Error(input) for pictures without UVs
+void check_materials(const Mesh& low, std::span<const AssetMaterial> materials) {
   const bool one_material = materials.size() == 1;
   if (!one_material && (low.materials.empty() || materials.size() != low.material_names.size())) {
     fail_usage("there must be one material for each material of the mesh, or one for all.");
   }
-  check_nodes(low, options);
   const bool has_pictures =
       std::any_of(materials.begin(), materials.end(), [](const AssetMaterial& material) {
         const AssetPictures* const p = material.pictures.get();
@@ -1132,6 +1163,10 @@ void add_asset(GltfOutput& file, const Mesh& low, std::span<const AssetMaterial>
   if (has_pictures && low.uvs.empty()) {
     throw Error(ErrorCode::input, "Mesh '" + low.name + "' has no UVs for its pictures.");
   }
+}
+
+/// Adds what an asset states beside its meshes.
+void add_extras(GltfOutput& file, const SaveAssetOptions& options) {
   Json& json = file.json();
   if (!options.extras.empty()) {
     json["asset"]["extras"] = parse_extras(options.extras, "the asset");
@@ -1148,8 +1183,17 @@ void add_asset(GltfOutput& file, const Mesh& low, std::span<const AssetMaterial>
       if (scene.contains(key)) json["scenes"][0][key] = scene[key];
     }
   }
-  Hierarchy hierarchy(file, low, options);
-  const Places places = hierarchy.place(low, options.object_nodes);
+}
+
+/// Adds a mesh with its materials. \param hierarchy  of the mesh's level
+/// \param is_coarser  reuses equal materials of finer levels
+void add_mesh(GltfOutput& file, Hierarchy& hierarchy, const Mesh& low,
+              std::span<const AssetMaterial> materials,
+              const std::vector<std::uint32_t>& object_nodes, const SaveAssetOptions& options,
+              bool is_coarser) {
+  const bool one_material = materials.size() == 1;
+  Json& json = file.json();
+  const Places places = hierarchy.place(low, object_nodes);
   const Primitives primitives = primitives_of(low, places.locals, one_material);
   if (primitives.empty()) {
     throw Error(ErrorCode::input,
@@ -1168,8 +1212,11 @@ void add_asset(GltfOutput& file, const Mesh& low, std::span<const AssetMaterial>
     std::size_t& number = numbers[of.material][of.lacks_uvs ? 1 : 0];
     if (number == GltfOutput::kRoot) {
       Json material_json = material_of(file, material);
-      json["materials"].push_back(std::move(material_json));
-      number = json["materials"].size() - 1;
+      Json& all = json["materials"];
+      // Coarser levels share equal materials with the levels before them.
+      number = is_coarser ? 0 : all.size();
+      while (number < all.size() && all[number] != material_json) ++number;
+      if (number == all.size()) all.push_back(std::move(material_json));
     }
     if (of.object != object) {
       object = of.object;
@@ -1182,8 +1229,7 @@ void add_asset(GltfOutput& file, const Mesh& low, std::span<const AssetMaterial>
       packed = PackedObject(file, options.compression, parts, places.nodes[object]);
       json["nodes"][packed.node()]["mesh"] = json["meshes"].size();
       json["meshes"].push_back({{"name", name}, {"primitives", Json::array()}});
-      const std::uint32_t node =
-          options.nodes.empty() ? AssetNode::kNone : options.object_nodes[object];
+      const std::uint32_t node = options.nodes.empty() ? AssetNode::kNone : object_nodes[object];
       if (node != AssetNode::kNone && !options.nodes[node].mesh_extras.empty()) {
         json["meshes"].back()["extras"] = parse_extras(options.nodes[node].mesh_extras, "a mesh");
       }
@@ -1196,7 +1242,32 @@ void add_asset(GltfOutput& file, const Mesh& low, std::span<const AssetMaterial>
                                                    : "COLOR_0");
     json["meshes"].back()["primitives"].push_back(std::move(primitive));
   }
+}
+
+/// Adds a low poly with its materials and its coarser levels to an unsaved file.
+void add_asset(GltfOutput& file, const Mesh& low, std::span<const AssetMaterial> materials,
+               const SaveAssetOptions& options) {
+  check_materials(low, materials);
+  for (const AssetLevel& level : options.levels) check_materials(level.low, level.materials);
+  check_nodes(low, options);
+  add_extras(file, options);
+  Hierarchy hierarchy(file, low, options, /*is_detached=*/false);
+  add_mesh(file, hierarchy, low, materials, options.object_nodes, options, /*is_coarser=*/false);
   if (options.hulls != nullptr) add_hulls(file, hierarchy, options);
+  if (options.levels.empty()) return;
+  Json ids = Json::array(), coverages = Json::array();
+  for (const AssetLevel& level : options.levels) {
+    Hierarchy own(file, level.low, options, /*is_detached=*/true);
+    add_mesh(file, own, level.low, level.materials, level.object_nodes, options,
+             /*is_coarser=*/true);
+    ids.push_back(own.root());
+    coverages.push_back(level.coverage);
+  }
+  coverages.push_back(0);  // the coarsest level is shown at any distance
+  Json& root = file.json()["nodes"][hierarchy.root()];
+  root["extensions"][kLevels]["ids"] = std::move(ids);
+  root["extras"][kCoverages] = std::move(coverages);
+  file.use_extension(kLevels);
 }
 
 }  // namespace

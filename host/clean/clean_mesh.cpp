@@ -29,6 +29,7 @@ void check(const CleanOptions& options) {
   share("weld", options.weld, 0.01);
   share("max_hole", options.max_hole, 1);
   share("floater", options.floater, 1);
+  if (!std::isinf(options.fill_holes)) share("fill_holes", options.fill_holes, 1);
 }
 
 double diagonal_of(const Mesh& mesh) {
@@ -139,6 +140,26 @@ void add_warnings(const Mesh& mesh, const CleanOptions& options, CleanReport& r,
   words.add_warning("filled-holes", r.holes,
                     count_phrase(r.holes.count, "hole", "of a few edges", "of a few edges") +
                         ", below " + percent_words(options.max_hole) + " around @: filled.");
+  words.add_warning(
+      "filled-large-holes", r.large_holes,
+      counted(r.large_holes.count, "hole") + ", up to " + percent_words(r.largest_hole) +
+          " across @: filled" +
+          (r.flat_holes == 0 ? ""
+           : r.flat_holes == r.large_holes.count
+               ? " with lids"
+               : ", " + std::to_string(r.flat_holes) + " of them with lids") +
+          ". " +
+          (r.open_edges.count == 0 ? "No edge is open."
+                                   : counted(r.open_edges.count, "edge") + " stay open."));
+  words.add_warning(
+      "open-holes", r.open_rims.count != 0 ? r.open_rims : r.open_edges,
+      r.open_rims.count == 0
+          ? counted(r.open_edges.count, "open edge") + " @ that belong to no closed rim: left open."
+          : count_phrase(r.open_rims.count, "rim", "stays", "stay") +
+                (std::isinf(options.fill_holes)
+                     ? " open @, as outlines of flat sheets do."
+                     : " open @: larger than " + percent_words(options.fill_holes) +
+                           " across, or an outline of a sheet."));
   words.add_warning("dropped-floaters", r.floaters,
                     counted(r.floaters.count, "floater") + " below " +
                         percent_words(options.floater) + " across, of " +
@@ -160,7 +181,7 @@ CleanReport clean_mesh(Mesh& mesh, const CleanOptions& options) {
   const double diagonal = diagonal_of(mesh);
   const bool full_cleaning = !options.windings_alone;
   // Runs the enabled steps in order, with progress and cancellation between steps.
-  constexpr int kSteps = 9;
+  constexpr int kSteps = 10;
   int finished_steps = 0;
   const auto step = [&](bool is, const auto& body) {
     if (is) body();
@@ -178,6 +199,14 @@ CleanReport clean_mesh(Mesh& mesh, const CleanOptions& options) {
   step(options.orient, [&] { turn_outward(mesh, options.windings_alone, report); });
   step(full_cleaning && options.max_hole > 0,
        [&] { report.holes = fill_small_holes(mesh, options.max_hole * diagonal); });
+  step(options.fill_holes > 0, [&] {
+    const LargeHoles holes = fill_large_holes(mesh, options.fill_holes * diagonal);
+    report.large_holes = holes.filled;
+    report.flat_holes = holes.flat;
+    report.largest_hole = holes.largest / diagonal;
+    report.open_rims = holes.open;
+    report.open_edges = holes.open_edges;
+  });
   step(full_cleaning && options.floater > 0,
        [&] { floating = drop(mesh, find_floaters(mesh, options.floater, report.floaters)); });
   step(full_cleaning && !options.keep_inner,

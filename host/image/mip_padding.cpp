@@ -1,6 +1,7 @@
 #include "image/mip_padding.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -27,7 +28,14 @@ constexpr double kMaxBias = 0.3 / 255, kBiasTolerance = 0.05 / 255;
 /// biases but are visible on single charts.
 constexpr double kRidge = 2;
 
-enum class TexelRole : std::uint8_t { chart, kept, filled };
+/// Largest bias (0.4 steps of 8 bits) that squares may leave before single texels are shifted, in values of the map.
+constexpr double kMaxSquareBias = 0.4 / 255;
+/// Rounds of Newton's method, and of weaker regularisation, for shifts of single texels.
+constexpr int kMaxNewtonRounds = 30, kMaxRidgeRounds = 8;
+constexpr double kRidgeFactor = 0.1;
+
+/// `kept` texels are copies of charts' texels; of these, single texels that are not beside a chart are `shiftable`.
+enum class TexelRole : std::uint8_t { chart, kept, shiftable, filled };
 
 /// A level of the pyramid: per texel, the number of chart texels under it and their mean.
 struct MeanLevel {
@@ -42,10 +50,13 @@ bool in_chart(std::uint8_t coverage) {
   return coverage == kCoverageBaked || coverage == kCoverageMissed;
 }
 
-std::vector<TexelRole> classify(const Image& image, std::span<const std::uint8_t> coverage) {
+/// \param keeps_copies  see pad_for_mips()
+std::vector<TexelRole> classify(const Image& image, std::span<const std::uint8_t> coverage,
+                                bool keeps_copies) {
   const std::size_t texels = coverage.size(), width = image.width;
   std::vector<std::uint8_t> near(texels), wider(texels);
   for (std::size_t i = 0; i < texels; ++i) near[i] = in_chart(coverage[i]) ? 1 : 0;
+  std::vector<std::uint8_t> beside;
   for (int step = 0; step < kKeptTexels; ++step) {
     parallel_for(image.height, kRowsPerTask, [&](std::size_t begin, std::size_t end) {
       for (std::size_t y = begin; y < end; ++y) {
@@ -62,12 +73,15 @@ std::vector<TexelRole> classify(const Image& image, std::span<const std::uint8_t
       }
     });
     near.swap(wider);
+    if (step == 0) beside = near;
   }
   std::vector<TexelRole> result(texels);
   for (std::size_t i = 0; i < texels; ++i) {
-    result[i] = in_chart(coverage[i])                            ? TexelRole::chart
-                : near[i] != 0 && coverage[i] == kCoverageGutter ? TexelRole::kept
-                                                                 : TexelRole::filled;
+    const bool is_copy = coverage[i] == kCoverageGutter && (keeps_copies || near[i] != 0);
+    result[i] = in_chart(coverage[i])             ? TexelRole::chart
+                : !is_copy                        ? TexelRole::filled
+                : !keeps_copies && beside[i] == 0 ? TexelRole::shiftable
+                                                  : TexelRole::kept;
   }
   return result;
 }
@@ -149,6 +163,24 @@ void fill_by_squares(Image& image, const std::vector<TexelRole>& texels,
       }
     }
   });
+}
+
+/// Solves a symmetric positive definite system by Gaussian elimination, which needs no pivoting for such systems.
+void solve_positive(std::vector<double>& matrix, std::vector<double>& right) {
+  const std::size_t n = right.size();
+  for (std::size_t k = 0; k < n; ++k) {
+    for (std::size_t row = k + 1; row < n; ++row) {
+      const double factor = matrix[row * n + k] / matrix[k * n + k];
+      for (std::size_t column = k; column < n; ++column)
+        matrix[row * n + column] -= factor * matrix[k * n + column];
+      right[row] -= factor * right[k];
+    }
+  }
+  for (std::size_t k = n; k-- > 0;) {
+    for (std::size_t column = k + 1; column < n; ++column)
+      right[k] -= matrix[k * n + column] * right[column];
+    right[k] /= matrix[k * n + k];
+  }
 }
 
 /// Corrects biases: step 2 of pad_for_mips().
@@ -286,31 +318,13 @@ class BiasCorrection {
     if (!(diagonal > 0)) return false;
     for (std::size_t k = 0; k < levels; ++k)
       matrix[k * levels + k] += kRidge * diagonal / static_cast<double>(levels);
-    solve(matrix, bias);
+    solve_positive(matrix, bias);
     for (std::size_t s = 0; s < squares; ++s) {
       double change = 0;
       for (std::size_t k = 0; k < levels; ++k) change += bias[k] * weights_[k][s];
       shift_shares[s] = std::clamp(shift_shares[s] + change, -1.0, 1.0);
     }
     return true;
-  }
-
-  /// Solves a symmetric positive definite system by Gaussian elimination, which needs no pivoting for such systems.
-  static void solve(std::vector<double>& matrix, std::vector<double>& right) {
-    const std::size_t n = right.size();
-    for (std::size_t k = 0; k < n; ++k) {
-      for (std::size_t row = k + 1; row < n; ++row) {
-        const double factor = matrix[row * n + k] / matrix[k * n + k];
-        for (std::size_t column = k; column < n; ++column)
-          matrix[row * n + column] -= factor * matrix[k * n + column];
-        right[row] -= factor * right[k];
-      }
-    }
-    for (std::size_t k = n; k-- > 0;) {
-      for (std::size_t column = k + 1; column < n; ++column)
-        right[k] -= matrix[k * n + column] * right[column];
-      right[k] /= matrix[k * n + k];
-    }
   }
 
   Image& image_;
@@ -321,15 +335,236 @@ class BiasCorrection {
   std::vector<std::vector<double>> weights_;
 };
 
+/// Shifts single texels: step 3 of pad_for_mips(). Finds the shifts of least squares under which the bias of each level
+/// is at most kMaxBias, within the range of the charts' values. They are sums of the levels' weights, each times a
+/// multiplier, cut off at the range; the multipliers minimise the convex dual of the problem by Newton's method.
+class TexelCorrection {
+ public:
+  TexelCorrection(Image& image, const std::vector<TexelRole>& texels,
+                  const std::vector<MeanLevel>& levels)
+      : image_(image), texels_(texels), levels_(levels.size()) {
+    const double all = levels.back().count[0];
+    for (std::size_t k = 0; k < levels.size(); ++k) {
+      const MeanLevel& level = levels[k];
+      std::vector<double> weights(level.count.size());
+      for (std::size_t y = 0; y < level.height; ++y) {
+        for (std::size_t x = 0; x < level.width; ++x) {
+          const std::size_t side = std::size_t{2} << k;
+          const auto area = static_cast<double>(std::min(side, image.width - x * side) *
+                                                std::min(side, image.height - y * side));
+          weights[y * level.width + x] = level.count[y * level.width + x] / (all * area);
+        }
+      }
+      widths_.push_back(level.width);
+      weights_.push_back(std::move(weights));
+    }
+  }
+
+  /// \param mean  mean of the charts
+  void correct(std::size_t channel, double mean) {
+    channel_ = channel;
+    range_ = {std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity()};
+    for (std::size_t i = 0; i < texels_.size(); ++i) {
+      if (texels_[i] != TexelRole::chart) continue;
+      range_ = {std::min(range_[0], value(i)), std::max(range_[1], value(i))};
+    }
+    if (!(range_[1] > range_[0])) return;
+    std::vector<double> target = biases(mean);
+    if (std::none_of(target.begin(), target.end(),
+                     [](double bias) { return std::abs(bias) > kMaxSquareBias; })) {
+      return;
+    }
+    // Biases within the bound stay as they are.
+    for (double& bias : target) bias -= std::clamp(bias, -kMaxBias, kMaxBias);
+    std::vector<double> multipliers(levels_, 0.0);
+    State state = evaluate(multipliers, target);
+    double ridge = state.trace() / static_cast<double>(levels_), least = state.largest_bias();
+    std::vector<double> best = multipliers;
+    for (int round = 0; round < kMaxRidgeRounds && ridge > 0 && least > kBiasTolerance; ++round) {
+      ridge *= kRidgeFactor;
+      minimise(target, ridge, multipliers, state);
+      if (state.largest_bias() >= least) continue;
+      least = state.largest_bias();
+      best = multipliers;
+    }
+    multipliers = std::move(best);
+    apply(multipliers);
+  }
+
+ private:
+  struct State {
+    double dual = 0;
+    std::vector<double> bias;    ///< Of each level, less what may remain
+    std::vector<double> matrix;  ///< Derivatives of `bias` by multipliers
+    double largest_bias() const {
+      double largest = 0;
+      for (const double each : bias) largest = std::max(largest, std::abs(each));
+      return largest;
+    }
+    double trace() const {
+      double sum = 0;
+      for (std::size_t k = 0; k < bias.size(); ++k) sum += matrix[k * bias.size() + k];
+      return sum;
+    }
+  };
+
+  float& value(std::size_t texel) const {
+    return image_.pixels[texel * image_.channels + channel_];
+  }
+  bool is_free(std::size_t texel) const {
+    return texels_[texel] == TexelRole::filled || texels_[texel] == TexelRole::shiftable;
+  }
+
+  /// The mean of each level, weighted by the charts' area under its texels, less the charts' mean.
+  std::vector<double> biases(double mean) const {
+    const std::size_t rows = (image_.height + kRowsPerTask - 1) / kRowsPerTask;
+    std::vector<double> parts(rows * levels_, 0.0);
+    parallel_for(rows, 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t row = begin; row < end; ++row) {
+        const std::size_t last = std::min<std::size_t>((row + 1) * kRowsPerTask, image_.height);
+        for (std::size_t y = row * kRowsPerTask; y < last; ++y) {
+          for (std::size_t x = 0; x < image_.width; ++x) {
+            const double own = value(y * image_.width + x);
+            for (std::size_t k = 0; k < levels_; ++k)
+              parts[row * levels_ + k] += weight(k, x, y) * own;
+          }
+        }
+      }
+    });
+    std::vector<double> result(levels_, -mean);
+    for (std::size_t i = 0; i < parts.size(); ++i) result[i % levels_] += parts[i];
+    return result;
+  }
+
+  double weight(std::size_t k, std::size_t x, std::size_t y) const {
+    return weights_[k][(y >> (k + 1)) * widths_[k] + (x >> (k + 1))];
+  }
+
+  /// Calls body(texel, weights) with the free texels of a band of rows.
+  template <typename Body>
+  void each_free(std::size_t row, const Body& body) const {
+    std::vector<double> weights(levels_);
+    const std::size_t last = std::min<std::size_t>((row + 1) * kRowsPerTask, image_.height);
+    for (std::size_t y = row * kRowsPerTask; y < last; ++y) {
+      for (std::size_t x = 0; x < image_.width; ++x) {
+        const std::size_t texel = y * image_.width + x;
+        if (!is_free(texel)) continue;
+        for (std::size_t k = 0; k < levels_; ++k) weights[k] = weight(k, x, y);
+        body(texel, weights);
+      }
+    }
+  }
+
+  double shift_of(const std::vector<double>& multipliers,
+                  const std::vector<double>& weights) const {
+    double shift = 0;
+    for (std::size_t k = 0; k < levels_; ++k) shift += multipliers[k] * weights[k];
+    return shift;
+  }
+
+  State evaluate(const std::vector<double>& multipliers, const std::vector<double>& target) const {
+    const std::size_t rows = (image_.height + kRowsPerTask - 1) / kRowsPerTask, n = levels_;
+    std::vector<State> parts(rows);
+    parallel_for(rows, 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t row = begin; row < end; ++row) {
+        State part{0, std::vector<double>(n), std::vector<double>(n * n)};
+        each_free(row, [&](std::size_t texel, const std::vector<double>& weights) {
+          const double shift = shift_of(multipliers, weights), own = value(texel);
+          const double moved = std::clamp(own + shift, double{range_[0]}, double{range_[1]}) - own;
+          part.dual += shift * moved - moved * moved / 2;
+          const bool is_within = moved == shift;
+          for (std::size_t k = 0; k < n; ++k) {
+            part.bias[k] += weights[k] * moved;
+            for (std::size_t l = 0; is_within && l <= k; ++l) {
+              part.matrix[k * n + l] += weights[k] * weights[l];
+            }
+          }
+        });
+        parts[row] = std::move(part);
+      }
+    });
+    State state{0, target, std::vector<double>(n * n)};
+    for (const State& part : parts) {
+      state.dual += part.dual;
+      for (std::size_t k = 0; k < n; ++k) {
+        state.bias[k] += part.bias[k];
+        for (std::size_t l = 0; l <= k; ++l) state.matrix[k * n + l] += part.matrix[k * n + l];
+      }
+    }
+    for (std::size_t k = 0; k < n; ++k) {
+      state.dual += multipliers[k] * target[k];
+      for (std::size_t l = k + 1; l < n; ++l) state.matrix[k * n + l] = state.matrix[l * n + k];
+    }
+    return state;
+  }
+
+  /// Minimises the dual plus half of the ridge times the multipliers' squares.
+  void minimise(const std::vector<double>& target, double ridge, std::vector<double>& multipliers,
+                State& state) const {
+    const auto cost = [&](const State& at, const std::vector<double>& by) {
+      double squares = 0;
+      for (const double each : by) squares += each * each;
+      return at.dual + ridge * squares / 2;
+    };
+    for (int round = 0; round < kMaxNewtonRounds; ++round) {
+      std::vector<double> step(levels_), matrix = state.matrix;
+      double slope = 0;
+      for (std::size_t k = 0; k < levels_; ++k) {
+        matrix[k * levels_ + k] += ridge;
+        step[k] = -(state.bias[k] + ridge * multipliers[k]);
+      }
+      const std::vector<double> downhill = step;
+      solve_positive(matrix, step);
+      for (std::size_t k = 0; k < levels_; ++k) slope += step[k] * downhill[k];
+      // Where nearly all texels are at an end of the range, steps are far too long.
+      constexpr double kMinSlope = 1e-14, kMinShare = 1e-9;
+      if (!(slope > kMinSlope)) return;
+      double share = 1;
+      for (; share >= kMinShare; share /= 4) {
+        std::vector<double> next = multipliers;
+        for (std::size_t k = 0; k < levels_; ++k) next[k] += share * step[k];
+        State there = evaluate(next, target);
+        constexpr double kMinGain = 1e-4;
+        if (cost(there, next) > cost(state, multipliers) - kMinGain * share * slope) continue;
+        multipliers = std::move(next);
+        state = std::move(there);
+        break;
+      }
+      if (share < kMinShare) return;
+    }
+  }
+
+  void apply(const std::vector<double>& multipliers) {
+    const std::size_t rows = (image_.height + kRowsPerTask - 1) / kRowsPerTask;
+    parallel_for(rows, 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t row = begin; row < end; ++row) {
+        each_free(row, [&](std::size_t texel, const std::vector<double>& weights) {
+          const auto moved = static_cast<float>(value(texel) + shift_of(multipliers, weights));
+          value(texel) = std::clamp(moved, range_[0], range_[1]);
+        });
+      }
+    });
+  }
+
+  Image& image_;
+  const std::vector<TexelRole>& texels_;
+  std::size_t levels_;
+  std::size_t channel_ = 0;
+  std::array<float, 2> range_{};
+  std::vector<std::size_t> widths_;  ///< Of each level
+  std::vector<std::vector<double>>
+      weights_;  ///< Of a texel's value in each level's weighted mean, by the level's texels
+};
+
 }  // namespace
 
-void pad_for_mips(Image& image, std::span<const std::uint8_t> coverage) {
+void pad_for_mips(Image& image, std::span<const std::uint8_t> coverage, bool keeps_copies) {
   if (coverage.size() != std::size_t{image.width} * image.height || coverage.size() < 2) return;
-  const std::vector<TexelRole> texels = classify(image, coverage);
+  const std::vector<TexelRole> texels = classify(image, coverage, keeps_copies);
   const auto is = [&](TexelRole kind) {
     return std::find(texels.begin(), texels.end(), kind) != texels.end();
   };
-  if (!is(TexelRole::chart) || !is(TexelRole::filled)) return;
+  if (!is(TexelRole::chart) || !(is(TexelRole::filled) || is(TexelRole::shiftable))) return;
   std::vector<MeanLevel> levels = make_pyramid(image, texels);
   const std::vector<float> means = levels.back().mean;
   const bool finite =
@@ -337,13 +572,15 @@ void pad_for_mips(Image& image, std::span<const std::uint8_t> coverage) {
   if (!finite) return;
   fill_by_squares(image, texels, levels);
   if (levels.size() < kFirstLevel) return;
-  BiasCorrection correction(image, texels, levels);
-  for (std::size_t c = 0; c < image.channels; ++c) correction.correct(c, means[c]);
+  BiasCorrection squares(image, texels, levels);
+  for (std::size_t c = 0; c < image.channels; ++c) squares.correct(c, means[c]);
+  TexelCorrection single(image, texels, levels);
+  for (std::size_t c = 0; c < image.channels; ++c) single.correct(c, means[c]);
 }
 
-void pad_for_mips(BakedMap& map, std::span<const std::uint8_t> coverage) {
+void pad_for_mips(BakedMap& map, std::span<const std::uint8_t> coverage, bool keeps_copies) {
   const bool has_mean = map.info.type != MapType::id && map.info.type != MapType::coverage;
-  if (has_mean && map.mips.empty()) pad_for_mips(map.image, coverage);
+  if (has_mean && map.mips.empty()) pad_for_mips(map.image, coverage, keeps_copies);
 }
 
 }  // namespace kiln

@@ -289,14 +289,14 @@ void encode_asset_maps(const BakeScene& scene, const Source& source, const Plann
                                 ": bake them into a folder.",
                             1});
   }
-  const bool pads = pads_for_mips(scene.run.job);
+  const bool pads = pads_for_mips(scene.run.job), keeps_copies = chooses_padding(scene.run.job);
   for (BakedMap& map : baked.result.maps) {
-    if (pads) pad_for_mips(map, baked.result.coverage);
+    if (pads) pad_for_mips(map, baked.result.coverage, keeps_copies);
   }
   for (auto& [name, image] : baked.own_images) {
     const Image** const slot = slot_of(maps, name);
     if (slot == nullptr) continue;
-    if (pads) pad_for_mips(image, baked.result.coverage);
+    if (pads) pad_for_mips(image, baked.result.coverage, keeps_copies);
     *slot = &image;
     if (slot == &maps.emission) maps.emission_strength = 1;
   }
@@ -387,8 +387,10 @@ std::uint64_t bytes_without_pictures(const BakeScene& scene, const Mesh& low) {
   return encode_glb(written.mesh, written.materials, asset_options(scene, written.mesh)).size();
 }
 
-void write_asset(const BakeScene& scene, const std::string& file, const std::string& extras,
-                 AssetParts& asset, JobOutputs& outputs) {
+namespace {
+
+/// LOW as it is written, with the sides of open shells decided.
+AssetMesh finished_mesh(const BakeScene& scene, const AssetParts& asset) {
   const Job& job = scene.run.job;
   AssetMesh written = make_asset_mesh(scene, scene.low.mesh, asset);
   if (!job.double_sided && writes_gltf(job) && !scene.high.is_height_field()) {
@@ -396,8 +398,28 @@ void write_asset(const BakeScene& scene, const std::string& file, const std::str
         show_backs_of_shells(written.mesh, written.states_sidedness, written.materials);
     if (warning) scene.run.log.warnings.push_back(std::move(*warning));
   }
+  return written;
+}
+
+}  // namespace
+
+AssetLevel make_asset_level(const BakeScene& scene, const AssetParts& asset, std::size_t number) {
+  AssetMesh written = finished_mesh(scene, asset);
+  AssetLevel level;
+  level.object_nodes = asset_options(scene, written.mesh).object_nodes;
+  level.low = std::move(written.mesh);
+  level.materials = std::move(written.materials);
+  for (AssetMaterial& material : level.materials) material.set = "lod" + std::to_string(number);
+  return level;
+}
+
+void write_asset(const BakeScene& scene, const std::string& file, const std::string& extras,
+                 AssetParts& asset, JobOutputs& outputs, std::vector<AssetLevel> levels) {
+  const Job& job = scene.run.job;
+  AssetMesh written = finished_mesh(scene, asset);
   SaveAssetOptions options = asset_options(scene, written.mesh);
   options.kiln_extras = extras;
+  options.levels = std::move(levels);
   if (job.max_bytes != 0) {
     const auto file_bytes = [&] {
       for (std::size_t i = 0; i < written.materials.size(); ++i) {

@@ -129,7 +129,7 @@ PlannedLow make_byte_plan(const BakeScene& scene, const Source& source, const Ba
   options.maps_of = [&](std::vector<BakedMap>& maps, std::span<const std::uint8_t> coverage) {
     const AssetMaps pictures = asset_maps(maps);
     for (BakedMap& map : maps) {
-      if (pads_for_mips(job)) pad_for_mips(map, coverage);
+      if (pads_for_mips(job)) pad_for_mips(map, coverage, chooses_padding(job));
     }
     return pictures;
   };
@@ -250,6 +250,7 @@ Json bytes_json(const RunOutcome& outcome) {
   for (const ByteTrial& trial : plan->trials) {
     trials.push_back({{"faces", trial.faces},
                       {"baked", trial.baked},
+                      {"smooth_normals", trial.has_smooth_normals},
                       {"mesh_bytes", trial.mesh_bytes},
                       {"bytes", trial.bytes},
                       {"fits", trial.fits},

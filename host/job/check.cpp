@@ -34,7 +34,7 @@ std::optional<CleanOptions> clean_options(const Job& a) {
   const bool keep_inner =
       a.keep_inner || a.alpha_test > 0 || std::any_of(maps.begin(), maps.end(), shows_inside);
   return clean_options(a.clean, a.low.given.empty() && !match_obeys(a, "match.uv"), keep_inner,
-                       a.low.make.keep_parts);
+                       a.fill_holes, a.low.make.keep_parts);
 }
 
 void resolve_asset_output(Job& a) {
@@ -126,7 +126,9 @@ void check_memory(const Job& a) {
   const auto refuse = [](bool is, const char* flag) {
     refuse_if(is, option_of(flag) + " is a file, but a job in memory writes none: leave it out.");
   };
-  refuse(a.low.make.lods != 0, "--lod");
+  refuse_if(a.low.make.lods != 0 && !joins_lods(a),
+            option("lod") + " makes several files, but a job in memory returns one: add " +
+                option("lod_files", "one") + ", or leave it out.");
   refuse(!a.packs.empty(), "--pack");
   refuse(a.layers, "--layers");
   refuse(a.reasons, "--reasons");
@@ -218,7 +220,7 @@ void check_fallback(const Job& a) {
 
 /// Checks options of levels of detail.
 void check_lods(const Job& a) {
-  for (const char* flag : {"--lod-uvs", "--lod-growth"}) {
+  for (const char* flag : {"--lod-uvs", "--lod-growth", "--lod-files"}) {
     refuse_if(a.given.contains(flag) && a.low.make.lods == 0,
               option_of(flag) + " is for several low polys: add " + option("lod", "N") +
                   ", or leave it out.");
@@ -238,6 +240,9 @@ void check_lods(const Job& a) {
             option("save_match") + " and " + option("reasons") +
                 " only work with one low poly: leave them out, or leave out " + option("lod") +
                 ".");
+  refuse_if(a.low.make.lods_in_one_file && !writes_gltf(a),
+            option("lod_files", "one") + " writes all levels into one GLB or glTF: give " +
+                option("out", "NAME.glb") + ", or leave it out.");
 }
 
 /// Checks options of a plan of low poly, map and match.
@@ -350,6 +355,11 @@ void check_low(const Job& a) {
   refuse_if(a.keep_inner && (!clean || clean->windings_alone),
             option("keep_inner") + " is for " + option("clean", "all") +
                 ", or for a low poly that Kiln makes: leave it out.");
+  refuse_if(a.fill_holes > 0 && !clean,
+            option("fill_holes") + " repairs a mesh, " +
+                (has_heights(a) ? "but HIGH is a height field: leave it out."
+                                : "but " + option("clean", "none") +
+                                      " leaves HIGH as it is: leave one of them out."));
   refuse_if(a.low.given.empty() && a.unwrap && a.unwrap_method == "given",
             option("unwrap") +
                 " without a method is for a given LOW; a low poly that Kiln makes is always "

@@ -162,6 +162,10 @@ Json describe(const CleanReport& report) {
           {"dropped_fins", report.fins.count},
           {"turned_triangles", report.turned.count},
           {"filled_holes", report.holes.count},
+          {"filled_large_holes", report.large_holes.count},
+          {"flat_holes", report.flat_holes},
+          {"open_rims", report.open_rims.count},
+          {"open_edges", report.open_edges.count},
           {"dropped_floaters", report.floaters.count},
           {"dropped_inner", report.inner.count},
           {"seconds", report.seconds}};

@@ -145,11 +145,12 @@ HighPolyInput load_high(const std::string& path, const HeightFieldOptions& heigh
 }
 
 std::optional<CleanOptions> clean_options(CleanHigh choice, bool repair_all, bool keep_inner,
-                                          bool all_parts) {
+                                          double fill_holes, bool all_parts) {
   if (choice == CleanHigh::none) return std::nullopt;
   CleanOptions options;
   options.windings_alone = choice == CleanHigh::automatic && !repair_all;
   options.keep_inner = keep_inner;
+  options.fill_holes = fill_holes;
   if (all_parts) options.floater = 0;
   return options;
 }

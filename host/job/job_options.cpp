@@ -93,7 +93,7 @@ Json describe(const Job& job, const BakeReport& report) {
   json["variants"] = job.variants;
   json["set_sizes"] = Json::object();
   for (const SetSize& size : job.set_sizes) json["set_sizes"][size.set] = {size.width, size.height};
-  only_if(job.low.make.lods > 0, {"lod_growth", "lod_uvs"});
+  only_if(job.low.make.lods > 0, {"lod_growth", "lod_uvs", "lod_files"});
   json["unwrap_method"] = job.unwrap_method.empty() ? Json() : Json(job.unwrap_method);
   return json;
 }
@@ -244,6 +244,8 @@ bool plans_low_poly(const Job& job) {
   const bool by_bytes = job.max_bytes != 0 && deviation_bound(job).empty();
   return own && !has_saved_match(job) && (by_bytes || !angle_bound(job).empty());
 }
+
+bool joins_lods(const Job& job) { return job.low.make.lods > 0 && job.low.make.lods_in_one_file; }
 
 bool shares_uvs(const Job& job) { return job.low.make.lods > 0 && job.low.make.lods_share_uvs; }
 

@@ -135,6 +135,8 @@ bool writes_gltf(const Job& job);
 /// Makes a glTF bake smoothed ambient occlusion unless an option states how it is gathered. A quarter of the rays,
 /// smoothed, has less error on most meshes than all rays without smoothing, in less than half the time.
 void enable_occlusion_smoothing(Job& job);
+/// True if one GLB or glTF holds all levels of detail.
+bool joins_lods(const Job& job);
 /// True if all levels of detail share the first one's layout and maps.
 bool shares_uvs(const Job& job);
 /// Options of HIGH's repairs; nullopt: no repairs.

@@ -1,5 +1,6 @@
 // Bakes a chain of low polys, one per size on screen.
-#include <cstdio>
+#include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "job/stages.h"
@@ -42,26 +43,99 @@ Json level_json(const LodLevel& level, std::size_t number, const std::vector<std
   return json;
 }
 
+/// Adds a level to PlannedLow::lod_levels. \param coverage  see lod_coverages(); for levels in one file
+void describe_level(const StoredMaps& stored, PlannedLow& planned, std::size_t number,
+                    const std::vector<std::string>& files, std::optional<double> coverage = {}) {
+  const LodLevel& level = planned.lods->levels[number];
+  Json json = level_json(level, number, files);
+  if (!stored.ranges.empty()) json["ranges"] = stored.ranges;
+  if (!stored.mips.empty()) json["mips"] = stored.mips;
+  if (!stored.errors.empty()) json["stored_errors"] = stored.errors;
+  if (number > 0 && !level.own_maps) json["maps"] = planned.lod_levels[0]["maps"];
+  if (coverage) json["coverage"] = *coverage;
+  planned.lod_levels.push_back(std::move(json));
+}
+
 /// Writes one level. \param scene  a scene whose low poly is that of the level
 /// \param file  the asset to write
 void save_level(const BakeScene& scene, const Source& source, const std::string& file,
                 PlannedLow& planned, std::size_t number, BakedLayout& baked, AssetParts& asset,
                 JobOutputs& outputs) {
-  const LodLevel& level = planned.lods->levels[number];
-  const std::size_t former_count = outputs.files.size();
+  const std::size_t before = outputs.files.size();
   save_low_and_maps(scene, source, file, &planned, baked, asset, outputs);
-  const std::vector<std::string> files(
-      outputs.files.begin() + static_cast<std::ptrdiff_t>(former_count), outputs.files.end());
-  Json json = level_json(level, number, files);
-  const StoredMaps& stored = baked.stored;
-  if (!stored.ranges.empty()) json["ranges"] = stored.ranges;
-  if (!stored.mips.empty()) json["mips"] = stored.mips;
-  if (!stored.errors.empty()) json["stored_errors"] = stored.errors;
-  if (number > 0 && !level.own_maps) json["maps"] = planned.lod_levels[0]["maps"];
-  planned.lod_levels.push_back(std::move(json));
+  const std::vector<std::string> files(outputs.files.begin() + static_cast<std::ptrdiff_t>(before),
+                                       outputs.files.end());
+  describe_level(baked.stored, planned, number, files);
+}
+
+/// A level after the first, taken out of the chain.
+struct CoarserLevel {
+  LowMesh low;
+  BakedLayout baked;
+  AssetParts asset;
+};
+
+CoarserLevel take_level(const Job& job, LodLevel& level, std::size_t number,
+                        const BakedLayout& first, const AssetParts& first_asset) {
+  LowPolyPlan& plan = level.plan;
+  CoarserLevel taken;
+  taken.low.mesh = std::move(plan.low);
+  taken.low.stem = taken.low.mesh.name = lod_stem(job, number);
+  taken.low.made = true;
+  taken.baked.options = first.options;
+  if (plan.result) taken.baked.result = std::move(*plan.result);
+  if (!level.own_maps) taken.asset.pictures = first_asset.pictures;
+  taken.asset.has_opacity = first_asset.has_opacity;
+  taken.asset.own_opacity = first_asset.own_opacity;
+  return taken;
+}
+
+/// Writes all levels into one GLB or glTF.
+void save_joined_levels(const BakeScene& scene, const Source& source, PlannedLow& planned,
+                        BakedLayout& first, AssetParts& asset, JobOutputs& outputs) {
+  const Job& job = scene.run.job;
+  LodChain& chain = *planned.lods;
+  encode_asset_maps(scene, source, &planned, first, asset);
+  std::vector<AssetLevel> levels;
+  std::vector<StoredMaps> stored = {first.stored};
+  const std::vector<double> coverages = lod_coverages(chain);
+  for (std::size_t k = 1; k < chain.levels.size(); ++k) {
+    CoarserLevel level = take_level(job, chain.levels[k], k, first, asset);
+    const BakeScene own{scene.run, scene.high, level.low};
+    if (level.asset.pictures.empty()) {
+      encode_asset_maps(own, source, &planned, level.baked, level.asset);
+    }
+    levels.push_back(make_asset_level(own, level.asset, k));
+    levels.back().coverage = coverages[k];
+    // All levels use one name, so that levels with the same pictures share a material.
+    for (AssetMaterial& material : levels.back().materials) {
+      if (material.name == level.low.mesh.name) material.name = scene.low.mesh.name;
+    }
+    stored.push_back(level.baked.stored);
+    first.stored.add_common(level.baked.stored);
+  }
+  const std::string file = asset_file(job);
+  write_asset(scene, file, asset_extras(scene, first.result.report, first.stored.errors, {}), asset,
+              outputs, std::move(levels));
+  for (std::size_t k = 0; k < stored.size(); ++k) {
+    describe_level(stored[k], planned, k, {file}, coverages[k]);
+  }
 }
 
 }  // namespace
+
+std::vector<double> lod_coverages(const LodChain& chain) {
+  constexpr std::uint32_t kViewHeight = 1080;
+  const auto height = static_cast<double>(std::max(kViewHeight, chain.levels.front().screen));
+  std::vector<double> coverages = {1};
+  for (std::size_t k = 1; k < chain.levels.size(); ++k) {
+    const LowPolyPlan& plan = chain.levels[k].plan;
+    const double measured = plan.chosen.measured;
+    const double share = measured > plan.wanted ? plan.wanted / measured : 1;
+    coverages.push_back(std::min(coverages.back(), share * chain.levels[k].screen / height));
+  }
+  return coverages;
+}
 
 std::string lods_file(const Job& job) {
   const fs::path named = asset_file(job).empty() ? high_name(job) : asset_file(job);
@@ -105,22 +179,18 @@ void save_lods(const BakeScene& scene, const Source& source, PlannedLow& planned
                BakedLayout& first, AssetParts& asset, JobOutputs& outputs) {
   const Job& job = scene.run.job;
   LodChain& chain = *planned.lods;
-  save_level(scene, source, asset_file(job), planned, 0, first, asset, outputs);
-  for (std::size_t k = 1; k < chain.levels.size(); ++k) {
-    LowPolyPlan& plan = chain.levels[k].plan;
-    LowMesh low;
-    low.mesh = std::move(plan.low);
-    low.stem = low.mesh.name = lod_stem(job, k);
-    low.made = true;
-    BakedLayout baked{.options = first.options};
-    if (plan.result) baked.result = std::move(*plan.result);
-    AssetParts parts;
-    if (!chain.levels[k].own_maps) parts.pictures = asset.pictures;
-    parts.has_opacity = asset.has_opacity;
-    parts.own_opacity = asset.own_opacity;
-    const std::string file = writes_gltf(job) ? lod_asset(job, k) : asset_file(job);
-    save_level({scene.run, scene.high, low}, source, file, planned, k, baked, parts, outputs);
-    first.stored.add_common(baked.stored);
+  if (joins_lods(job)) {
+    save_joined_levels(scene, source, planned, first, asset, outputs);
+    if (job.in_memory) return;
+  } else {
+    save_level(scene, source, asset_file(job), planned, 0, first, asset, outputs);
+    for (std::size_t k = 1; k < chain.levels.size(); ++k) {
+      CoarserLevel level = take_level(job, chain.levels[k], k, first, asset);
+      const std::string file = writes_gltf(job) ? lod_asset(job, k) : asset_file(job);
+      save_level({scene.run, scene.high, level.low}, source, file, planned, k, level.baked,
+                 level.asset, outputs);
+      first.stored.add_common(level.baked.stored);
+    }
   }
   const fs::path path = fs::path(out_folder(job)) / lods_file(job);
   outputs.files.push_back(path.string());

@@ -190,10 +190,13 @@ void warn_of_format(const BakeScene& scene, const BakeResult& result, const Bake
 
 }  // namespace
 
+bool chooses_padding(const Job& job) {
+  return job.given.contains("--gutter") ||
+         job.bake.encoding.gutter != BakeOptions().encoding.gutter;
+}
+
 bool pads_for_mips(const Job& job) {
-  const bool chosen =
-      job.given.contains("--gutter") || job.bake.encoding.gutter != BakeOptions().encoding.gutter;
-  return !chosen && (writes_gltf(job) || job.low.given.empty() || job.unwrap);
+  return writes_gltf(job) || (!chooses_padding(job) && (job.low.given.empty() || job.unwrap));
 }
 
 void store(const BakeScene& scene, BakedMap& map, const std::string& name, BakedLayout& baked) {
@@ -211,7 +214,7 @@ void store(const BakeScene& scene, BakedMap& map, const std::string& name, Baked
   to_stored(map, options.format);
   if (!range.empty()) stored.ranges[name] = range_json(range);
   if (!writes_gltf(scene.run.job) && pads_for_mips(scene.run.job)) {
-    pad_for_mips(map, baked.result.coverage);
+    pad_for_mips(map, baked.result.coverage, chooses_padding(scene.run.job));
   }
   if (!holds_bytes(options) || writes_gltf(scene.run.job)) return;
   SaveImageOptions file_options = options;
@@ -366,11 +369,12 @@ void check_outputs(const Job& job, std::span<const BakedSet> sets, const RunHook
   const bool makes_low = writes_low(job);
   const std::string stem = low_stem(job);
   std::vector<std::string> stems = {stem};
-  for (std::uint32_t k = 1; k < job.low.make.lods; ++k) stems.push_back(lod_stem(job, k));
+  const std::uint32_t files_of_lods = joins_lods(job) ? 1 : job.low.make.lods;
+  for (std::uint32_t k = 1; k < files_of_lods; ++k) stems.push_back(lod_stem(job, k));
   std::vector<fs::path> outputs = {job.json, job.save_cage};
   if (writes_gltf(job)) {
     std::vector<fs::path> files = {asset_file(job)};
-    for (std::uint32_t k = 1; k < job.low.make.lods; ++k) files.emplace_back(lod_asset(job, k));
+    for (std::uint32_t k = 1; k < files_of_lods; ++k) files.emplace_back(lod_asset(job, k));
     for (fs::path& file : files) {
       outputs.push_back(file);
       outputs.push_back(file.replace_extension(".bin"));

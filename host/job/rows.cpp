@@ -1016,6 +1016,7 @@ std::vector<OptionRow> make_rows() {
        .key = "-"},
       clean_row<Job>(kLowGroup),
       keep_inner_row<Job>(kLowGroup),
+      fill_holes_row<Job>(kLowGroup),
       {.flag = "--max-error",
        .group = kLowGroup,
        .value = text(JOB_MEMBER(low.make.max_error), "P%|MAP=E,..."),
@@ -1051,6 +1052,11 @@ std::vector<OptionRow> make_rows() {
        .value = choice(JOB_MEMBER(low.make.lods_share_uvs), Words(kLodUvs)),
        .help = "With --lod: own, each level has its own layout and maps; or shared, all levels use "
                "the maps of the first one"},
+      {.flag = "--lod-files",
+       .group = kLowGroup,
+       .value = choice(JOB_MEMBER(low.make.lods_in_one_file), Words(kLodFiles)),
+       .help = "With --lod and an --out NAME.glb or NAME.gltf: each, a file per level; or one, all "
+               "levels in one file by MSFT_lod (readers without it show the finest)"},
       {.flag = "--unwrap",
        .group = kLowGroup,
        .value = unwrap_value(),

@@ -306,11 +306,15 @@ std::vector<std::string> bytes_table(const RunOutcome& outcome);
 
 /// Plans and bakes a chain of low polys. The first one is the low poly of the run.
 PlannedLow make_lods(const BakeScene& scene, const Source& source, const BakeOptions& options);
-/// Writes all levels of detail, and NAME_lods.json. \param first  maps of the first level
+/// Writes all levels of detail, in one file or a file each, and NAME_lods.json. \param first  maps of the first level
 void save_lods(const BakeScene& scene, const Source& source, PlannedLow& planned,
                BakedLayout& first, AssetParts& asset, JobOutputs& outputs);
 /// Path of the GLB or glTF of a level.
 std::string lod_asset(const Job& job, std::size_t level);
+/// For each level, the share of the view's height at and below which it replaces the previous one; 1 for the first. A
+/// view has the height of the first level's size on screen, but at least 1080 pixels. A level whose measured error
+/// exceeds its bound is used that much farther away. Never increases.
+std::vector<double> lod_coverages(const LodChain& chain);
 /// The levels of detail as lines of a table.
 std::vector<std::string> lod_table(const LodChain& chain);
 /// Name of the file that lists the levels: NAME_lods.json.
@@ -355,10 +359,15 @@ std::string asset_extras(const BakeScene& scene, const BakeReport& report, const
 /// Size in bytes of a GLB with a low poly and the scene's materials, without pictures and asset_extras().
 std::uint64_t bytes_without_pictures(const BakeScene& scene, const Mesh& low);
 /// Writes LOW with the pictures of all sets as one asset.
-/// \param file  NAME.glb or NAME.gltf
+/// \param file    NAME.glb or NAME.gltf
 /// \param extras  the result of asset_extras()
+/// \param levels  coarser levels for the same file
 void write_asset(const BakeScene& scene, const std::string& file, const std::string& extras,
-                 AssetParts& asset, JobOutputs& outputs);
+                 AssetParts& asset, JobOutputs& outputs, std::vector<AssetLevel> levels = {});
+/// Makes a coarser level of an asset, without its coverage.
+/// \param scene   a scene whose low poly is that of the level
+/// \param number  of the level, for the names of its pictures
+AssetLevel make_asset_level(const BakeScene& scene, const AssetParts& asset, std::size_t number);
 /// Writes LOW as OBJ, with an MTL that names its maps.
 void write_obj_with_mtl(const BakeScene& scene, const AssetParts& asset, JobOutputs& outputs);
 
@@ -375,6 +384,8 @@ inline Json ids_json(const std::vector<IdEntry>& ids) {
 
 /// Appends the file to the outputs before it is written, and reports progress. \throws Cancelled
 void register_output(const RunContext& run, const std::filesystem::path& path, JobOutputs& outputs);
+/// True if the job gives the width of the padding, which pad_for_mips() then keeps.
+bool chooses_padding(const Job& job);
 /// True if pad_for_mips() pads the maps: those of a glTF, and those of UVs that Kiln makes, unless a padding was given.
 bool pads_for_mips(const Job& job);
 /// Converts a map to the values that its file format stores, and records their properties. Pads maps except those of a

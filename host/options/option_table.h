@@ -2,6 +2,7 @@
 // list for programs (--help-json) are all generated from it.
 #pragma once
 
+#include <cmath>
 #include <functional>
 #include <optional>
 #include <set>
@@ -331,6 +332,28 @@ OptionRow keep_inner_row(const char* group) {
           .group = group,
           .value = toggle(KILN_MEMBER(Job, keep_inner)),
           .help = "With --clean: keep parts of HIGH that no view from outside sees"};
+}
+/// The row of --fill-holes, for jobs with a member `fill_holes`.
+template <typename Job>
+OptionRow fill_holes_row(const char* group) {
+  OptionValue value = value_of<Job>(
+      "fill_holes", "share", "P%|all",
+      [](Job& job, const Message& flag, const OptionWords& words) {
+        job.fill_holes = parse_hole_size(flag, words.back());
+      },
+      [](Job& job) {
+        return job.fill_holes == 0          ? Json()
+               : std::isinf(job.fill_holes) ? Json("all")
+                                            : Json(formatted("%.9g%%", 100 * job.fill_holes));
+      });
+  value.choices = {"all"};
+  return {.flag = "--fill-holes",
+          .group = group,
+          .value = std::move(value),
+          .help =
+              "Fill holes of HIGH whose extent is at most P% of its diagonal, with any number of "
+              "edges: by a patch that continues the surface, or by a lid. all: every hole, for a "
+              "watertight mesh. A warning states what stays open"};
 }
 /// The row of --height, for jobs with a member `heights`.
 template <typename Job>

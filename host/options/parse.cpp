@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdarg>
 #include <filesystem>
+#include <limits>
 #include <string_view>
 
 #include "base/formatted.h"
@@ -136,6 +137,17 @@ double parse_outline_bound(const std::string& text) {
   return parse_percentage(
       option("max_outline"), text,
       "a percentage of the pixels that the meshes cover, above 0 and up to 50, such as 2%");
+}
+
+double parse_hole_size(const Message& name, const std::string& text) {
+  if (text == "all") return std::numeric_limits<double>::infinity();
+  const std::string number =
+      !text.empty() && text.back() == '%' ? text.substr(0, text.size() - 1) : "";
+  double value = 0;
+  if (!parse_whole(number, value) || !(value >= 0 && value <= 100)) {
+    fail_value(name, text, "a percentage of HIGH's diagonal from 0% to 100%, such as 10%, or all");
+  }
+  return value / 100;
 }
 
 double parse_degrees(const Message& name, const std::string& text) {

@@ -52,6 +52,9 @@ std::string length_text(const Length& length);
 /// Parses a share of the diagonal, up to 50%: "0.2%" or "0.2" give 0.002. \throws Error(usage)
 double parse_error_bound(const std::string& text);
 
+/// Parses the largest holes to fill, as a share of the diagonal: "10%" gives 0.1, "all" infinity. \throws Error(usage)
+double parse_hole_size(const Message& name, const std::string& text);
+
 /// Parses a share of the pixels that meshes cover, up to 50%, as parse_error_bound() does.
 /// \throws Error(usage)
 double parse_outline_bound(const std::string& text);

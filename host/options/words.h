@@ -144,6 +144,7 @@ inline constexpr Word<TexelDensity> kDensities[] = {{"area", TexelDensity::area}
 inline constexpr Word<CleanHigh> kCleanHigh[] = {
     {"all", CleanHigh::all}, {"auto", CleanHigh::automatic}, {"none", CleanHigh::none}};
 inline constexpr Word<bool> kLodUvs[] = {{"own", false}, {"shared", true}};
+inline constexpr Word<bool> kLodFiles[] = {{"each", false}, {"one", true}};
 inline constexpr Word<bool> kPartOcclusion[] = {{"all", false}, {"own", true}};
 inline constexpr Word<std::optional<AlphaMode>> kAlphas[] = {
     {"auto", std::nullopt}, {"blend", AlphaMode::blend}, {"mask", AlphaMode::mask}};

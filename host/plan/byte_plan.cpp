@@ -38,6 +38,8 @@ struct BytePlanSettings {
   static constexpr double kMinLossyBytesPerTexel = 0.15, kMinLosslessBytesPerTexel = 0.5;
   /// First and last step of the descent, in levels. The first step halves the faces; each next one is half as long.
   static constexpr std::size_t kFirstLevelStep = plan_settings::kNodeStep, kLastLevelStep = 3;
+  /// Hard edges are compared with smooth normals if the latter have at most this share of the vertices.
+  static constexpr double kMaxSmoothVertexRatio = 0.97;
   /// Penalty in steps of 1/255 for levels that have lost a part of the surface; it exceeds every real error.
   static constexpr double kLostSurfacePenalty = 1000;
 };
@@ -74,6 +76,7 @@ class BytePlanner {
     while (level + 1 < evaluator_.count() && evaluator_.faces(level) > faces) ++level;
     if (options_.plan.choose_match) evaluator_.choose_match(level);
     build_trial(level, initial_size(), /*all_maps=*/true, 0);
+    choose_normals();
     while (low_polys_.size() < Settings::kMaxTrials) {
       const std::optional<Prediction> next = best_prediction();
       if (!next || next->error >= Settings::kMaxErrorRatioToTry * error_of(best())) break;
@@ -93,6 +96,7 @@ class BytePlanner {
     std::optional<BakeResult> result;  ///< The baked maps; nullopt until all maps were baked
     std::vector<PictureLadder> ladders;
     double bytes_per_face = 0;
+    LevelErrors errors;
     NormalError normals;  ///< Error of the largest normal map, in rendered pictures
     ByteTrial trial;
   };
@@ -177,12 +181,34 @@ class BytePlanner {
     return result;
   }
 
+  /// Decides between hard edges along those of the high poly and normals that are smooth but at seams. Hard edges split
+  /// vertices, which may take the bytes of a larger map. Builds the first low poly once more, with smooth normals, if it
+  /// has hard edges, and keeps the better one.
+  void choose_normals() {
+    if (options_.plan.height_field) return;
+    const BuiltLowPoly& hard = low_polys_.front();
+    const auto vertices = static_cast<double>(split_vertices(hard.low));
+    const Mesh smooth = fit_normals(hard.low, high_);
+    if (static_cast<double>(split_vertices(smooth)) > Settings::kMaxSmoothVertexRatio * vertices) {
+      return;
+    }
+    is_smooth_ = true;
+    build_trial(hard.level, hard.trial.baked, /*all_maps=*/false, 0);
+    is_smooth_ = error_of(low_polys_[1]) < error_of(low_polys_[0]);
+    // Both have one level; predictions follow from the better one.
+    const std::size_t worse = is_smooth_ ? 0 : 1;
+    dropped_trials_.push_back(low_polys_[worse].trial);
+    low_polys_.erase(low_polys_.begin() + static_cast<std::ptrdiff_t>(worse));
+    learn_from(low_polys_.front());
+  }
+
   void build_trial(std::size_t requested_level, std::uint32_t size, bool all_maps,
                    double expected) {
     BuiltLowPoly& low_poly = low_polys_.emplace_back();
     low_poly.level = level_without_folds(requested_level);
     const UnwrappedLowPoly& unwrapped = evaluator_.unwrapped(low_poly.level, size);
-    low_poly.low = unwrapped.mesh;
+    low_poly.low = is_smooth_ ? fit_normals(unwrapped.mesh, high_) : unwrapped.mesh;
+    low_poly.trial.has_smooth_normals = is_smooth_;
     low_poly.unwrapped = unwrapped.report;
     low_poly.bake = bake_options(size);
     BakeOptions bake = low_poly.bake;
@@ -212,13 +238,9 @@ class BytePlanner {
     for (PictureLadder& ladder : low_poly.ladders) {
       for (PictureChoice& choice : ladder.choices) choice.data = {};
     }
-    const LevelErrors errors = evaluator_.mapped_errors(probe);
-    evaluator_.record_measured(low_poly.level, /*mapped=*/true, errors);
-    const PictureLadder& normals = low_poly.ladders.front();
-    for (std::size_t i = 0; i < normals.levels.size(); ++i) {
-      model_.add_measurement(evaluator_.faces(low_poly.level), errors, size >> i,
-                             normals.levels[i].degrees, i == 0);
-    }
+    low_poly.errors = evaluator_.mapped_errors(probe);
+    low_poly.trial.baked = size;
+    learn_from(low_poly);
     low_poly.normals = probe.with_map(*pictures.normal, bake);
     result_.plan.seconds_measure += watch.total();
     if (all_maps) {
@@ -242,8 +264,17 @@ class BytePlanner {
     all_ladders.insert(all_ladders.end(), other_ladders.begin(), other_ladders.end());
     low_poly.trial.faces = low_poly.low.triangles.size();
     low_poly.trial.expected = expected;
-    low_poly.trial.baked = size;
     choose(all_ladders, low_poly.trial);
+  }
+
+  /// Makes predictions follow a low poly's measured errors.
+  void learn_from(const BuiltLowPoly& low_poly) {
+    evaluator_.record_measured(low_poly.level, /*mapped=*/true, low_poly.errors);
+    const PictureLadder& normals = low_poly.ladders.front();
+    for (std::size_t i = 0; i < normals.levels.size(); ++i) {
+      model_.add_measurement(evaluator_.faces(low_poly.level), low_poly.errors,
+                             low_poly.trial.baked >> i, normals.levels[i].degrees, i == 0);
+    }
   }
 
   /// Ladders of all pictures except normals, limited to the size of a bake.
@@ -417,6 +448,7 @@ class BytePlanner {
     candidate.silhouette_mismatch = best_low_poly.normals.one_sided_share;
     plan.reached = (plan.wanted == 0 || candidate.measured <= plan.wanted) &&
                    (plan.max_outline == 0 || candidate.silhouette_mismatch <= plan.max_outline);
+    result_.trials = dropped_trials_;
     for (const BuiltLowPoly& low_poly : low_polys_) {
       if (&low_poly == &best_low_poly) result_.chosen = result_.trials.size();
       result_.trials.push_back(low_poly.trial);
@@ -436,6 +468,8 @@ class BytePlanner {
   ErrorModel model_;
   std::vector<std::uint32_t> sizes_;  ///< Map sizes that are tried, in decreasing order
   std::vector<BuiltLowPoly> low_polys_;
+  bool is_smooth_ = false;                 ///< See choose_normals()
+  std::vector<ByteTrial> dropped_trials_;  ///< Of low polys that choose_normals() dropped
   /// Ladders of all pictures except normals, from the first bake of all maps
   std::vector<PictureLadder> other_ladders_;
   std::uint32_t other_ladders_size_ = 0;

@@ -46,6 +46,8 @@ struct ByteTrial {
   double degrees = 0;       ///< Error of normals, in degrees
   std::uint32_t baked = 0;  ///< Side of the baked maps in texels
   bool fits = false;
+  bool has_smooth_normals =
+      false;  ///< Normals are smooth but at seams; else hard along the high poly's hard edges
   std::vector<TrialPicture> pictures;
 };
 

@@ -217,6 +217,16 @@ enum class MeshCompression {
   draco,
 };
 
+/// A coarser level of detail in an asset of save_asset().
+struct AssetLevel {
+  Mesh low = {};                                 ///< The level's low poly
+  std::vector<AssetMaterial> materials = {};     ///< As those of save_asset()
+  std::vector<std::uint32_t> object_nodes = {};  ///< As SaveAssetOptions::object_nodes, for `low`
+  /// Share of the view's height that the asset takes, 0 to 1, at and below which this level replaces the one before;
+  /// not above that level's
+  double coverage = 0;
+};
+
 /// Settings of save_asset(), and content beside a mesh and its materials.
 struct SaveAssetOptions {
   std::vector<AssetNode> nodes = {};  ///< As Asset::nodes; empty: one node per object
@@ -231,6 +241,9 @@ struct SaveAssetOptions {
   std::string copyright = {};    ///< `asset.copyright`; empty: none
   std::string scene = {};        ///< As Asset::scene; its name and extras are written
   std::string kiln_extras = {};  ///< JSON: becomes `asset.extras.kiln`; empty: none
+  /// Coarser levels of detail in the same file: the extension MSFT_lod. Readers without it show the mesh of
+  /// save_asset(), the first level, alone.
+  std::vector<AssetLevel> levels = {};
   MeshCompression compression = MeshCompression::none;  ///< Applies to all meshes of the file
 };
 
@@ -246,10 +259,14 @@ struct SaveAssetOptions {
 /// would multiply both. Triangles without area are left out. In a mesh with UVs, triangles without UVs form a primitive
 /// whose material has no pictures. A mesh without UVs has no tangents. Each file appears whole or not at all, the .gltf
 /// last.
+///
+/// With SaveAssetOptions::levels one node holds all nodes of the mesh; its extension MSFT_lod lists a node for each
+/// further level, which no scene lists. Its extras have MSFT_screencoverage: for each level the coverage down to which it
+/// is shown, 0 for the last. Pictures and materials that levels share are written once.
 /// \param materials  one for each of Mesh::material_names, or one for all
 /// \returns paths of the written files, `path` last
 /// \throws Error(input) for a mesh without a triangle that has area, or without UVs but with pictures; Error(usage) for
-///         a wrong number of materials or nodes, or extras that are not JSON; Error(output), also beyond the 4 GiB of a
+///         a wrong number of materials or nodes, coverages that rise or are out of range, or extras that are not JSON; Error(output), also beyond the 4 GiB of a
 ///         GLB
 /// Thread safety: may be called from several threads, for files of different names.
 std::vector<std::filesystem::path> save_asset(const Mesh& low,

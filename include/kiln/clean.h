@@ -20,6 +20,9 @@ struct CleanOptions {
   double weld = 1e-5;
   /// Largest perimeter of holes, of at most 12 edges, that are filled if the surface continues across them. 0: off.
   double max_hole = 0.02;
+  /// Largest extent of holes of any number of edges that are filled: the diagonal of the rim's bounding box. Outlines of
+  /// open sheets stay open. 0: off; infinity: all rims but outlines of flat sheets, for a watertight mesh.
+  double fill_holes = 0;
   /// Drop bodies of a smaller diagonal: floaters. Gaps below half of this share join pieces into one body; here
   /// the diagonal is that of the largest body. 0: keep all.
   double floater = 0.01;
@@ -42,9 +45,15 @@ struct CleanReport {
   Cleaned fins;        ///< Groups of faces that hung on an edge which two others share, left out
   Cleaned turned;      ///< Triangles that were turned round
   Cleaned inward;      ///< 1: views from outside see backs of faces almost alone; they were left so
-  Cleaned holes;       ///< Holes that were filled
-  Cleaned floaters;    ///< Bodies that were left out
-  Cleaned inner;       ///< Parts that no view sees, left out
+  Cleaned holes;       ///< Holes that were filled by CleanOptions::max_hole
+  Cleaned large_holes;  ///< Holes that were filled by CleanOptions::fill_holes
+  std::uint64_t flat_holes =
+      0;  ///< Of large_holes: filled by a lid, since the surface around ends at an angle
+  double largest_hole = 0;  ///< Extent of the largest of large_holes, a share of the diagonal
+  Cleaned open_rims;        ///< With CleanOptions::fill_holes: rims that were left open
+  Cleaned open_edges;       ///< With CleanOptions::fill_holes: edges of one triangle that are left
+  Cleaned floaters;         ///< Bodies that were left out
+  Cleaned inner;            ///< Parts that no view sees, left out
   /// True if, with CleanOptions::windings_alone, nothing had to be turned since every part is closed and faces outwards
   bool faces_outwards = false;
   double seconds = 0;             ///< That it took
@@ -69,6 +78,12 @@ struct CleanReport {
 ///   faces-inwards         if views see mostly backs, as in a room, only triangles that face against their neighbours
 ///                         are reversed
 ///   filled-holes          see CleanOptions::max_hole; with the UVs and normals of the surrounding corners
+///   filled-large-holes    see CleanOptions::fill_holes, also with `windings_alone`, after which triangles and vertices
+///                         keep their indices. Where faces around a hole lie at less than 70 degrees to its plane, the
+///                         patch continues the surface: it bends least, and meets it without a crease (a thin plate).
+///                         Else it is a lid. Colours are interpolated from the rim, UVs and materials are those of the
+///                         nearest part of the rim
+///   open-holes            rims and edges that CleanOptions::fill_holes left open
 ///   dropped-floaters      see CleanOptions::floater; never more than a tenth of the area
 ///   dropped-inner         parts (triangles connected by shared vertices) that no view sees, whether or not the backs
 ///                         of other parts are treated as transparent

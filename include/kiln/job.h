@@ -77,6 +77,8 @@ struct MakeLow {
   std::uint32_t lods = 0;        ///< Levels of detail, 2 to 8; 0: one low poly
   double lod_growth = 1;         ///< Factor by which the error bound grows from level to level
   bool lods_share_uvs = false;   ///< All levels share the first level's layout and maps
+  /// A GLB or glTF holds all levels, by the extension MSFT_lod; else each level is a file of its own
+  bool lods_in_one_file = false;
 };
 
 /// The low poly of a job: given, or made from the high poly.
@@ -188,6 +190,7 @@ struct Job {
 
   CleanHigh clean = CleanHigh::automatic;     ///< Repairs of the high poly
   bool keep_inner = false;                    ///< Keep inner parts of the high poly
+  double fill_holes = 0;                      ///< CleanOptions::fill_holes, of the high poly
   std::optional<SetsBy> sets = {};            ///< Texture sets; none: chosen by overlaps of UVs
   std::vector<SetSize> set_sizes = {};        ///< Map sizes of single texture sets
   bool unwrap = false;                        ///< Make new UVs for a given low poly

@@ -2,12 +2,15 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "cli/call.h"
+#include "job/stages.h"
 #include "kiln/asset.h"
 #include "kiln/files.h"
 #include "kiln/kiln.h"
@@ -253,6 +256,74 @@ TEST(LowPolyCommand, LevelsOfAGlbAreFilesOfTheirOwn) {
   }
 }
 
+/// Or all are in one file, which shows the first to readers without MSFT_lod.
+TEST(LowPolyCommand, LevelsOfAGlbAreOneFile) {
+  KILN_REQUIRE_DEVICE();
+  const Wavy dense;
+  for (const std::string uvs : {"own", "shared"}) {
+    const ProcessResult done =
+        dense.bake(uvs + "/one.glb",
+                   {"--max-error", "normal=5", "--screen", "192px", "--lod", "3", "--lod-files",
+                    "one", "--lod-uvs", uvs, "--lod-growth", "1.5", "--maps", "normal"});
+    ASSERT_EQ(done.exit_code, 0) << done.errors;
+    const fs::path folder = dense.folder / uvs, file = folder / "one.glb";
+    EXPECT_FALSE(fs::exists(folder / "one_lod1.glb"));
+    const nlohmann::json levels = read_json(folder / "one_lods.json")["levels"];
+    ASSERT_GE(levels.size(), 2U);
+    std::ifstream in(file, std::ios::binary);
+    const std::string glb((std::istreambuf_iterator<char>(in)), {});
+    std::uint32_t length = 0;
+    std::memcpy(&length, &glb[12], 4);
+    const nlohmann::json head = nlohmann::json::parse(glb.substr(20, length));
+    const nlohmann::json& root = head["nodes"].at(head["scenes"][0]["nodes"][0].get<std::size_t>());
+    const nlohmann::json& coverages = root["extras"]["MSFT_screencoverage"];
+    ASSERT_EQ(root["extensions"]["MSFT_lod"]["ids"].size(), levels.size() - 1);
+    ASSERT_EQ(coverages.size(), levels.size());
+    EXPECT_EQ(coverages.back(), 0);
+    std::size_t maps = 0;
+    for (std::size_t k = 0; k < levels.size(); ++k) {
+      EXPECT_EQ(levels[k]["mesh"], "one.glb");
+      const double screen = levels[k]["screen"], coverage = levels[k]["coverage"];
+      EXPECT_NEAR(coverage, k == 0 ? 1 : screen / 1080, 1e-9) << "all levels reach their error";
+      if (k > 0) EXPECT_EQ(coverages[k - 1], coverage);
+      if (k > 0) EXPECT_LE(coverages[k].get<double>(), coverages[k - 1].get<double>());
+      const std::size_t id = k == 0
+                                 ? head["scenes"][0]["nodes"][0].get<std::size_t>()
+                                 : root["extensions"]["MSFT_lod"]["ids"][k - 1].get<std::size_t>();
+      const std::size_t mesh = head["nodes"].at(id)["mesh"];
+      const std::size_t indices = head["meshes"].at(mesh)["primitives"][0]["indices"];
+      EXPECT_EQ(head["accessors"].at(indices)["count"], 3 * levels[k]["faces"].get<std::size_t>());
+      if (levels[k]["size"] != 0 && (k == 0 || uvs == "own")) ++maps;
+    }
+    EXPECT_EQ(head["images"].size(), maps);
+    EXPECT_EQ(load_asset(file).mesh.triangles.size(), levels[0]["faces"]);
+  }
+}
+
+/// A level that misses its error takes over where the asset is that much smaller on screen; none before a finer one.
+TEST(LowPolyCommand, CoveragesFollowMeasuredErrors) {
+  const auto chain_of = [](const std::vector<std::uint32_t>& screens,
+                           const std::vector<double>& measured) {
+    LodChain chain;
+    for (std::size_t k = 0; k < screens.size(); ++k) {
+      LodLevel& level = chain.levels.emplace_back();
+      level.screen = screens[k];
+      level.plan.wanted = 4;
+      level.plan.chosen.measured = measured[k];
+    }
+    return chain;
+  };
+  const std::vector<double> near = lod_coverages(chain_of({600, 300, 150}, {4, 6, 3}));
+  ASSERT_EQ(near.size(), 3U);
+  EXPECT_EQ(near[0], 1);
+  EXPECT_NEAR(near[1], 300.0 / 1080 * 4 / 6, 1e-12);
+  EXPECT_NEAR(near[2], 150.0 / 1080, 1e-12);
+  const std::vector<double> large = lod_coverages(chain_of({2160, 1080}, {1, 1}));
+  EXPECT_NEAR(large[1], 0.5, 1e-12) << "a view is as high as the first level at least";
+  const std::vector<double> rising = lod_coverages(chain_of({600, 300, 150}, {4, 40, 4}));
+  EXPECT_EQ(rising[2], rising[1]);
+}
+
 TEST(LowPolyCommand, LevelsAppearTogetherOrNotAtAll) {
   KILN_REQUIRE_DEVICE();
   const Dense dense;
@@ -276,6 +347,9 @@ TEST(LowPolyCommand, LevelsAppearTogetherOrNotAtAll) {
   refuses({"--max-error", "normal=6", "--lod", "3"}, "--screen");
   refuses({"--max-error", "normal=6", "--screen", "60px", "--lod", "3"}, "64px");
   refuses({"--max-error", "normal=6", "--screen", "600px", "--lod", "1"}, "--lod");
+  refuses({"--max-error", "normal=6", "--screen", "600px", "--lod-files", "one"}, "--lod N");
+  refuses({"--max-error", "normal=6", "--screen", "600px", "--lod", "2", "--lod-files", "one"},
+          "--out NAME.glb");
   refuses({"--max-error", "normal=6", "--screen", "600px", "--lod-uvs", "shared"}, "--lod N");
   refuses({"--max-error", "normal=6", "--screen", "600px", "--lod-growth", "2"}, "--lod N");
   refuses({"--max-error", "normal=6", "--max-outline", "60%"}, "--max-outline");

@@ -78,13 +78,13 @@ def test_repairs_are_of_the_names_of_to_glb():
 
     assert not codes() & {"turned-triangles", "filled-holes", "dropped-floaters", "dropped-inner", "welded-vertices"}
     assert "turned-triangles" in codes(orient=True)
-    assert "filled-holes" in codes(fill_holes=0.5)
+    assert "filled-large-holes" in codes(fill_holes=0.5)
     assert "dropped-floaters" in codes(drop_floaters=True)
     shells = kiln.Mesh(np.concatenate([vertices, inner]), np.concatenate([faces, faces + len(vertices)]))
     assert "dropped-inner" in codes(shells, drop_hidden=True)
     assert not codes(shells) & {"dropped-inner"}
     # The hole's three edges are 8% of the diagonal around, the crumb is 0.4% of the ball's across.
-    assert not codes(fill_holes=True, drop_floaters=0.001) & {"filled-holes", "dropped-floaters"}
+    assert not codes(fill_holes=True, drop_floaters=0.001) & {"filled-holes", "filled-large-holes", "dropped-floaters"}
 
 
 def test_occlusion_of_a_glb_is_smoothed_where_nothing_is_said():

@@ -150,8 +150,8 @@ void add_surface(nb::module_& module) {
   module.def("height_field", &run_height_field, "heights"_a, "width"_a, "depth"_a, "height"_a);
   module.def(
       "clean",
-      [](const PyMesh& high, double weld, bool orient, double max_hole, double floater,
-         bool keep_inner, nb::object progress) {
+      [](const PyMesh& high, double weld, bool orient, double max_hole, double fill_holes,
+         double floater, bool keep_inner, nb::object progress) {
         const Call call(std::move(progress));
         CleanReport report;
         PyMesh cleaned = high;
@@ -160,6 +160,7 @@ void add_surface(nb::module_& module) {
           report = clean_mesh(copy, {.orient = orient,
                                      .weld = weld,
                                      .max_hole = max_hole,
+                                     .fill_holes = fill_holes,
                                      .floater = floater,
                                      .keep_inner = keep_inner});
           return report.warnings.empty() ? high.mesh : shared(std::move(copy));
@@ -168,7 +169,7 @@ void add_surface(nb::module_& module) {
         warn(report.warnings);
         return cleaned;
       },
-      "high"_a, "weld"_a, "orient"_a, "max_hole"_a, "floater"_a, "keep_inner"_a,
+      "high"_a, "weld"_a, "orient"_a, "max_hole"_a, "fill_holes"_a, "floater"_a, "keep_inner"_a,
       "progress"_a.none());
   module.def(
       "fit_normals",

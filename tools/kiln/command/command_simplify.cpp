@@ -40,6 +40,7 @@ struct SimplifyArguments {
   bool hull = false, keep_parts = false;
   CleanHigh clean = CleanHigh::automatic;
   bool keep_inner = false, keep_hulls = false;
+  double fill_holes = 0;
   // laid_out: true if --size, --unwrap or --density was given
   bool keep_uvs = false, laid_out = false;
   bool by_density = false;  // true if --density was given
@@ -74,6 +75,9 @@ int run_simplify(const SimplifyArguments& arguments) {
   refuse_if(out.extension() != ".obj",
             "--out '" + arguments.out +
                 "': the low poly is written as OBJ, so the name must end in .obj.");
+  refuse_if(arguments.fill_holes > 0 && arguments.clean == CleanHigh::none,
+            "--fill-holes repairs a mesh, but --clean none leaves HIGH as it is: leave one of them "
+            "out.");
   const auto [width, height] = parse_size(arguments.size);
   refuse_if(arguments.keep_uvs && arguments.laid_out,
             "--size, --unwrap and --density apply to new charts, but --keep-uvs keeps the charts "
@@ -93,7 +97,7 @@ int run_simplify(const SimplifyArguments& arguments) {
   const CleanReport cleaned =
       clean_high(high,
                  clean_options(arguments.clean, !arguments.keep_uvs, arguments.keep_inner,
-                               arguments.keep_parts || arguments.hull),
+                               arguments.fill_holes, arguments.keep_parts || arguments.hull),
                  warnings);
   const ShadingReport shading = shade(arguments.frame.shading, high, warnings);
   if (!console.progress(0.2, "simplifying")) return kExitCancelled;
@@ -230,6 +234,7 @@ Run add_simplify(Command& app) {
       triangulate_row<Job>("", "HIGH"),
       clean_row<Job>(""),
       keep_inner_row<Job>(""),
+      fill_holes_row<Job>(""),
       {.flag = "--keep-hulls",
        .value = toggle(AT(keep_hulls)),
        .help = "Keep HIGH's collision hulls, which are left out otherwise: objects or groups whose "

@@ -347,7 +347,7 @@ def to_glb(
     alpha: str | None = None,
     weld: float = 1e-5,
     orient: bool = True,
-    fill_holes: float | bool = True,
+    fill_holes: float | bool | str = True,
     drop_floaters: float | bool = True,
     drop_hidden: bool = True,
     screen: int | str | None = None,

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from . import _core
 from ._core import Mesh
-from ._errors import count_of
+from ._errors import Error, count_of
 from ._meshes import as_high, as_mesh
 from ._progress import callback_of, done
 
@@ -54,7 +55,7 @@ def clean(
     *,
     weld: float = 1e-5,
     orient: bool = True,
-    fill_holes: float | bool = True,
+    fill_holes: float | bool | str = True,
     drop_floaters: float | bool = True,
     drop_hidden: bool = True,
     progress: Any = None,
@@ -64,7 +65,9 @@ def clean(
     mesh           as kiln.as_mesh() takes it; or the vertices, with faces beside them
     weld           weld vertices of open edges within this distance, which closes cracks; 0: none
     orient         flip triangles that face against their neighbours, or away from all views
-    fill_holes     fill holes of at most 12 edges and this perimeter; True: 0.02
+    fill_holes     fill holes of any number of edges that are up to so large across: by a surface that continues what is
+                   around, or by a lid where it ends at an angle. "all": every rim, for a watertight mesh. True: pinholes
+                   alone, of at most 12 edges and a perimeter of 0.02
     drop_floaters  remove separate bodies with a smaller diagonal; True: 0.01
     drop_hidden    remove parts that no view from outside sees
     progress       as bake() takes it
@@ -87,15 +90,27 @@ def cleaned(
     high: Mesh,
     weld: float,
     orient: bool,
-    fill_holes: float | bool,
+    fill_holes: float | bool | str,
     drop_floaters: float | bool,
     drop_hidden: bool,
     report: Any,
 ) -> Mesh:
     """clean() with a progress callback."""
-    hole = (0.02 if fill_holes else 0) if isinstance(fill_holes, bool) else fill_holes
+    pinhole = 0.02 if fill_holes else 0
+    hole = 0 if isinstance(fill_holes, bool) else hole_size(fill_holes)
     floater = (0.01 if drop_floaters else 0) if isinstance(drop_floaters, bool) else drop_floaters
-    return _core.clean(high, weld, orient, hole, floater, not drop_hidden, report)
+    return _core.clean(high, weld, orient, pinhole, hole, floater, not drop_hidden, report)
+
+
+def hole_size(fill_holes: Any) -> float:
+    """The largest holes to fill as a number; math.inf for "all"."""
+    if fill_holes == "all":
+        return math.inf
+    try:
+        return float(fill_holes)
+    except (TypeError, ValueError):
+        text = f'fill_holes: {fill_holes!r}: give a share of the diagonal such as 0.1, True, False or "all".'
+        raise Error(text, "option-type", "usage", "fill_holes", repr(fill_holes), "a share, True, False, all") from None
 
 
 def unwrap(
