@@ -142,7 +142,7 @@ TEST(Checks, HashesAreOfPixels) {
   disturb(folder / "again.png", 1, 1.0F / 65535);
   EXPECT_NE(pixel_hash(folder / "again.png"), hash);
   ProcessResult result = run(folder, {"--check-hashes", list, "--size", "8"});
-  expect_exit(result, 1, {"a_low_height.png", "other pixels"});
+  expect_exit(result, 1, {"a_low_height.png", "has different pixels"});
   write(list, text + std::string(32, '0') + "  out/c_low_height.png\n");
   expect_exit(run(folder, {"--check-hashes", list}), 1, {"c_low_height.png", "was not written"});
   write(list, text.substr(0, text.find('\n') + 1));
@@ -254,7 +254,7 @@ TEST(DiffFolders, ComparesFileByFile) {
   expect_exit(call_kiln({"diff", golden.string(), (out / "b.obj").string()}), 2, {"is a folder"});
   expect_exit(call_kiln({"diff", golden.string(), (out / "none").string()}), 3, {"none"});
   fs::create_directories(folder / "empty");
-  expect_exit(call_kiln({"diff", (folder / "empty").string(), out.string()}), 3, {"has no file"});
+  expect_exit(call_kiln({"diff", (folder / "empty").string(), out.string()}), 3, {"contains no files"});
 }
 
 TEST(Checks, ShardsShareSecondsAndAssets) {
