@@ -244,10 +244,9 @@ std::string selftest_fault(Context& context, const std::string& extra_options) {
   std::fill_n(start.begin(), kCells, ~0U);
   const Array<std::uint32_t> cells(context, start);
   const Array<std::uint64_t> least(context, std::vector(kCells, ~std::uint64_t{0}));
-  context.launch(
-      context.kernel("selftest", "kiln_selftest_operate",
-                     (info.has_atomics_64 ? "-DKILN_SELFTEST_ATOMIC64=1" : "") + extra),
-      kItems, kLocal, input, cells, least, results);
+  context.launch(context.kernel("selftest", "kiln_selftest_operate",
+                                (info.has_atomics_64 ? "-DKILN_SELFTEST_ATOMIC64=1" : "") + extra),
+                 kItems, kLocal, input, cells, least, results);
   Words all = results.download(context);
   for (const std::uint32_t word : cells.download(context)) all.push_back(word);
   const std::vector<std::uint64_t> kept = least.download(context);
@@ -275,9 +274,9 @@ std::string selftest_fault(Context& context, const std::string& extra_options) {
   const Kernel trace =
       context.kernel("ray", info.is_gpu ? "kiln_ray_closest_scalar" : "kiln_ray_closest_beam",
                      std::string("-DKILN_BVH_PLAIN=1") +
-                         (info.is_gpu       ? " -DKILN_RAY_SCALAR=1"
+                         (info.is_gpu     ? " -DKILN_RAY_SCALAR=1"
                           : is_pocl(info) ? ""
-                                            : " -DKILN_RAY_SINGLE=1") +
+                                          : " -DKILN_RAY_SINGLE=1") +
                          extra);
   // Neither half is a multiple of the rays of a beam, so some rays of each are traced one by one.
   for (const auto& [first, end] : {std::pair{0U, kRaysOfHalf}, std::pair{kRaysOfHalf, kItems}}) {

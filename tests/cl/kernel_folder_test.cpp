@@ -349,11 +349,30 @@ TEST(KernelFolder, ThatWasWarmedServesAnyUser) {
 
   write_grid(root / "high.obj", 40, 0.02, false);
   write_grid(root / "low.obj", 2, 0, true);
-  const test::ProcessResult baked = test::run_process(
-      {"setpriv", "--reuid", "65534", "--regid", "65534", "--clear-groups", "env", "-u", "HOME",
-       "-u", "XDG_CACHE_HOME", "TMPDIR=" + temporary.string(), "POCL_CACHE_DIR=" + image.string(),
-       test::kiln_command(), "bake", (root / "high.obj").string(), (root / "low.obj").string(),
-       "--size", "300", "--maps", maps, "--out", out.string(), "--quiet"});
+  const test::ProcessResult baked = test::run_process({"setpriv",
+                                                       "--reuid",
+                                                       "65534",
+                                                       "--regid",
+                                                       "65534",
+                                                       "--clear-groups",
+                                                       "env",
+                                                       "-u",
+                                                       "HOME",
+                                                       "-u",
+                                                       "XDG_CACHE_HOME",
+                                                       "TMPDIR=" + temporary.string(),
+                                                       "POCL_CACHE_DIR=" + image.string(),
+                                                       test::kiln_command(),
+                                                       "bake",
+                                                       (root / "high.obj").string(),
+                                                       (root / "low.obj").string(),
+                                                       "--size",
+                                                       "300",
+                                                       "--maps",
+                                                       maps,
+                                                       "--out",
+                                                       out.string(),
+                                                       "--quiet"});
   EXPECT_EQ(baked.exit_code, 0) << baked.errors;
   EXPECT_EQ(count_kernels(image), kernels) << "written to";
   EXPECT_EQ(count_kernels(temporary / "kiln-65534"), kernels) << "compiled again";
