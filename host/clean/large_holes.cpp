@@ -201,7 +201,7 @@ class HoleFiller {
 
   void fill(const std::vector<std::uint32_t>& sides) {
     RimCorners corners;
-    Box box;
+    Box<Vec3d> box;
     for (auto side = sides.rbegin(); side != sides.rend(); ++side) {
       corners.push_back({{*side / 3, *side % 3}, corners_[*side / 3][*side % 3]});
       box.add(point_of(mesh_, corners.back().vertex));
