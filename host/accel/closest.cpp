@@ -17,6 +17,9 @@ static_assert(kSamplesPerLaunch % KILN_CLOSEST_RUN == 0 &&
 // small maps.
 constexpr std::size_t kRunLocalSize = 16;
 constexpr std::size_t kScalarLocalSize = 64;
+// Up to this many samples are searched one by one on PoCL: groups would save milliseconds, and their kernel takes 0.2 s
+// longer to compile.
+constexpr std::uint32_t kMaxSingleSamples = 1U << 14;
 
 }  // namespace
 
@@ -24,7 +27,8 @@ ClosestFinder::ClosestFinder(cl::Context& context, std::shared_ptr<const Tree> t
                              Traversal traversal)
     : context_(&context),
       tree_(std::move(tree)),
-      traversal_(choose_traversal(context, traversal)) {}
+      traversal_(choose_traversal(context, traversal)),
+      is_automatic_(traversal == Traversal::automatic) {}
 
 void ClosestFinder::find(const cl::Array<float>& points, std::uint32_t count,
                          std::uint32_t capacity, const ClosestQuery& query,
@@ -40,9 +44,12 @@ void ClosestFinder::find(const cl::Array<float>& points, std::uint32_t count,
   result.count = count;
   // CPU drivers other than PoCL may take minutes to compile the wide kernel, as Mesa's rusticl did.
   const bool scalar = traversal_ != Traversal::cpu;
+  const bool single = is_automatic_ && count <= kMaxSingleSamples;
   const cl::Kernel kernel =
       context_->kernel("closest", scalar ? "kiln_closest_scalar" : "kiln_closest_run",
-                       tree_->defines(scalar ? "-DKILN_CLOSEST_SCALAR=1" : ""));
+                       tree_->defines(scalar   ? "-DKILN_CLOSEST_SCALAR=1"
+                                      : single ? "-DKILN_CLOSEST_SINGLE=1"
+                                               : ""));
   kiln_closest_params params{};
   params.max_distance = query.max_distance;
   params.flags = query.two_sided ? KILN_CLOSEST_TWO_SIDED : 0;

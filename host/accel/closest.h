@@ -43,6 +43,7 @@ class ClosestFinder {
   cl::Context* context_;
   std::shared_ptr<const Tree> tree_;
   Traversal traversal_;
+  bool is_automatic_;  // variants are chosen by the number of samples, too
 };
 
 }  // namespace kiln

@@ -2,7 +2,6 @@
 
 #include <chrono>
 #include <span>
-#include <string_view>
 #include <utility>
 
 #include "accel/bvh_nodes.h"
@@ -26,9 +25,6 @@ constexpr std::size_t kMinTrianglesToTrim = std::size_t{1} << 21;
 // thousands of them.
 constexpr std::size_t kMinTrianglesToJoinOnDevice = 4096;
 
-// Platform whose work-items run as plain functions on the CPU; the stream kernels are written for it.
-constexpr std::string_view kPoclPlatform = "Portable Computing Language";
-
 }  // namespace
 
 Traversal choose_traversal(const cl::Context& context, Traversal requested) {
@@ -36,7 +32,7 @@ Traversal choose_traversal(const cl::Context& context, Traversal requested) {
   const Traversal kind = requested != Traversal::automatic ? requested
                          : info.is_gpu                     ? Traversal::gpu
                                                            : Traversal::cpu;
-  return kind == Traversal::cpu && info.platform != kPoclPlatform ? Traversal::cpu_single : kind;
+  return kind == Traversal::cpu && !is_pocl(info) ? Traversal::cpu_single : kind;
 }
 
 Tree::Tree(cl::Context& context, std::span<const Vec3> positions,

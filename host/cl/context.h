@@ -30,6 +30,11 @@ namespace ocl {}
 namespace cl = ocl;
 /// Default work-group size: at least a wave of every GPU.
 inline constexpr std::size_t kLocal = 64;
+
+/// True for a device of PoCL, whose work-items run as plain functions on the CPU.
+inline bool is_pocl(const DeviceInfo& info) {
+  return info.platform == "Portable Computing Language";
+}
 }  // namespace kiln
 
 namespace kiln::ocl {

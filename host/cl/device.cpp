@@ -232,7 +232,7 @@ const char* version() noexcept {
 std::vector<Warning> kernel_folder_warnings() { return cl::kernel_folder().warnings; }
 
 bool may_wait_for_itself(const DeviceInfo& info) {
-  return info.platform == "Portable Computing Language" && info.name.starts_with("basic");
+  return is_pocl(info) && info.name.starts_with("basic");
 }
 
 std::vector<DeviceInfo> list_devices() {

@@ -43,8 +43,6 @@ bool is_watched() { return ProgressGuard::active() || OwnMapRun::current() != nu
                                     option("own_map_seconds") + ".");
 }
 
-bool is_pocl(const DeviceInfo& info) { return info.platform == "Portable Computing Language"; }
-
 std::atomic<std::uint64_t> whole_headers{0};
 
 /// Result of a compiler; a program only if it succeeded.

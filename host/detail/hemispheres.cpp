@@ -244,7 +244,7 @@ void Hemispheres::turn(const TexelBand& band, const std::string& kernel,
                        cl::Array<std::uint32_t>& to) {
   make_room(context_, to, plane_of(band));
   const kiln_rotation_params params{band.texel_count, band.first_row * width_, width_, slot_bits_};
-  context_.launch(context_.kernel("hemisphere", kernel), band.texel_count, kLocal, params,
+  context_.launch(context_.kernel("hemisphere_points", kernel), band.texel_count, kLocal, params,
                   band.texel_index, band.texel_first, band.sample_slot, to);
 }
 

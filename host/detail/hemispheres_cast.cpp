@@ -59,10 +59,10 @@ kiln_hemisphere_params Hemispheres::ray_params(const TexelBand& band,
 
 void Hemispheres::make_points(const kiln_hemisphere_params& params, const TexelBand& band,
                               const DeviceCorrespondence& match, const cl::Array<float>& points) {
-  context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_points"), params.stride, kLocal,
-                  params, band.triangle, band.barycentric, band.points, shading_, match.triangle,
-                  match.barycentric, positions_, triangles_, source_.attributes.normal_indices,
-                  source_.attributes.normals, picked_, points);
+  context_.launch(context_.kernel("hemisphere_points", "kiln_hemisphere_points"), params.stride,
+                  kLocal, params, band.triangle, band.barycentric, band.points, shading_,
+                  match.triangle, match.barycentric, positions_, triangles_,
+                  source_.attributes.normal_indices, source_.attributes.normals, picked_, points);
 }
 
 void Hemispheres::over_pieces(const TexelBand& band, const DeviceCorrespondence& match, bool second,

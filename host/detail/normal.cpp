@@ -57,9 +57,8 @@ NormalDetail::NormalDetail(cl::Context& context, const LowSurface& surface,
   }
 }
 
-cl::Kernel NormalDetail::kernel(const char* name) const {
-  return context_.kernel("detail", name,
-                         width_ == 1 ? "" : "-DKILN_WIDTH=" + std::to_string(width_));
+cl::Kernel NormalDetail::kernel(const char* family, const char* name) const {
+  return context_.kernel(family, name, width_ == 1 ? "" : "-DKILN_WIDTH=" + std::to_string(width_));
 }
 
 std::size_t NormalDetail::items(const TexelBand& band) const {
@@ -96,14 +95,15 @@ void NormalDetail::run(const TexelBand& band, const DeviceCorrespondence& match,
   if (band.sample_count == band.texel_count) {
     describe(band, match);
     resolve_.texel_count = band.texel_count;
-    context_.launch(kernel("kiln_detail_texel"), items(band), kLocal, detail_, resolve_,
-                    band.texel_index, band.triangle, band.barycentric, shading_, match.triangle,
-                    match.barycentric, source_.normal_indices, source_.normals, image, coverage);
+    context_.launch(kernel("detail_texel", "kiln_detail_texel"), items(band), kLocal, detail_,
+                    resolve_, band.texel_index, band.triangle, band.barycentric, shading_,
+                    match.triangle, match.barycentric, source_.normal_indices, source_.normals,
+                    image, coverage);
     return;
   }
   prepare(band, match);
-  context_.launch(kernel("kiln_detail_normal"), items(band), kLocal, detail_, band.triangle,
-                  band.barycentric, shading_, match.triangle, match.barycentric,
+  context_.launch(kernel("detail", "kiln_detail_normal"), items(band), kLocal, detail_,
+                  band.triangle, band.barycentric, shading_, match.triangle, match.barycentric,
                   source_.normal_indices, source_.normals, values_);
   resolve(band, match, image, coverage);
 }
@@ -114,10 +114,10 @@ void NormalDetail::run_blended(const TexelBand& band, const DeviceCorrespondence
                                const cl::Array<std::uint8_t>& coverage) {
   if (band.sample_count == 0) return;
   prepare(band, match);
-  context_.launch(kernel("kiln_detail_blend"), items(band), kLocal, detail_, other.capacity,
-                  band.triangle, band.barycentric, shading_, match.triangle, match.barycentric,
-                  other.triangle, other.barycentric, shares, source_.normal_indices,
-                  source_.normals, values_);
+  context_.launch(kernel("detail", "kiln_detail_blend"), items(band), kLocal, detail_,
+                  other.capacity, band.triangle, band.barycentric, shading_, match.triangle,
+                  match.barycentric, other.triangle, other.barycentric, shares,
+                  source_.normal_indices, source_.normals, values_);
   resolve(band, match, image, coverage);
 }
 

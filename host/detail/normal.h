@@ -40,7 +40,7 @@ class NormalDetail {
                    const cl::Array<float>& image, const cl::Array<std::uint8_t>& coverage);
 
  private:
-  cl::Kernel kernel(const char* name) const;
+  cl::Kernel kernel(const char* family, const char* name) const;
   std::size_t items(const TexelBand& band) const;
   void describe(const TexelBand& band, const DeviceCorrespondence& match);
   void prepare(const TexelBand& band, const DeviceCorrespondence& match);

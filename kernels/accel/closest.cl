@@ -15,6 +15,8 @@
 // | kiln_closest_scalar | samples          | 64    | the same                |
 //
 // Defines: KILN_CLOSEST_SCALAR  build the scalar kernel instead
+//          KILN_CLOSEST_SINGLE  search one sample after the other, without groups: takes half the time to compile, for
+//                               few samples
 //          KILN_LANES           8 or 16, samples a vector; default by the device (lib/vector.clh)
 //          KILN_PORTABLE_MASKS  no x86 instructions (lib/mask.clh)
 //          KILN_BVH_PLAIN       the tree has no prisms (prism.clh)
@@ -22,11 +24,11 @@
 // Strengths: independent of ray directions, and finds a point wherever the mesh is near. Limits: a
 // miss visits all nodes within the distance. Samples beyond 2^20 frame units, or with a direction
 // longer than 2 or none, miss.
-#include "accel/closest_group.clh"
-#include "accel/closest_scalar.clh"
+#include "accel/closest.clh"
+#include "accel/prism.clh"
 #include "lib/call.clh"
-
 #ifdef KILN_CLOSEST_SCALAR
+#include "accel/closest_scalar.clh"
 
 kernel void kiln_closest_scalar(
     const kiln_closest_params params,
@@ -49,6 +51,7 @@ kernel void kiln_closest_scalar(
 }
 
 #else
+#include "accel/closest_group.clh"
 
 /// Samples [first, end), one group after the other.
 static KILN_CALL void closest_run(const kiln_closest_params params,
@@ -57,22 +60,32 @@ static KILN_CALL void closest_run(const kiln_closest_params params,
                                   global const float* points, uint first, uint end,
                                   global uint* triangle, global float* barycentric,
                                   global float* distance, global uchar* status) {
+#ifdef KILN_CLOSEST_SINGLE
+  struct {
+    uint seed;
+  } group;
+#else
   closest_group group;
+#endif
   group.seed = KILN_NO_TRIANGLE;
   for (uint at = first; at < end; at += KILN_CLOSEST_GROUP) {
     const uint count = min(end - at, KILN_CLOSEST_GROUP);
+#ifndef KILN_CLOSEST_SINGLE
     const bool together =
         count == KILN_CLOSEST_GROUP && closest_group_load(points, at, params, &group);
     if (together && closest_group_walk(nodes, blocks, &group)) {
       closest_group_store(at, params, &group, triangle, barycentric, distance, status);
       continue;
     }
+#endif
     for (uint i = 0; i < count; ++i) {
       closest_sample sample;
       closest_best best;
       closest_start(params, &best);
       if (closest_load(points, at + i, params, &sample)) {
+#ifndef KILN_CLOSEST_SINGLE
         if (together) closest_extract(&group, i, &best);
+#endif
         const uint seed = group.seed;
         if (seed != KILN_NO_TRIANGLE) closest_wide_leaf(blocks, seed, &sample, &best);
         closest_wide(nodes, blocks, &sample, seed, &best);

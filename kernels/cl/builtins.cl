@@ -63,11 +63,12 @@
   BUILTIN_CONVERT_TO(ulong, N)                                                 \
   BUILTIN_CONVERT_TO(float, N)
 BUILTINS()
-BUILTINS(2)
-BUILTINS(3)
 BUILTINS(4)
 BUILTINS(8)
 BUILTINS(16)
+BUILTIN_FLOAT(float2, uint2, int2)
+BUILTIN_FLOAT(float3, uint3, int3)
+BUILTIN_CONVERT_TO(float, 3)
 int BUILTIN convert_int_sat(float);
 int BUILTIN isfinite(float);
 
@@ -84,8 +85,7 @@ int BUILTIN isfinite(float);
   BUILTIN_LANES_OF(float, N)                                                   \
   int BUILTIN any(int##N);                                                     \
   int BUILTIN all(int##N);
-BUILTIN_LANES(2)
-BUILTIN_LANES(3)
+BUILTIN_LANES_OF(float, 3)
 BUILTIN_LANES(4)
 BUILTIN_LANES(8)
 BUILTIN_LANES(16)
@@ -100,8 +100,6 @@ BUILTIN_LANES(16)
   void BUILTIN_STORE vstore##N(T##N, size_t, local T*);                        \
   void BUILTIN_STORE vstore##N(T##N, size_t, private T*);
 #define BUILTIN_MEMORY(T)                                                      \
-  BUILTIN_MEMORY_OF(T, 2)                                                      \
-  BUILTIN_MEMORY_OF(T, 3)                                                      \
   BUILTIN_MEMORY_OF(T, 4)                                                      \
   BUILTIN_MEMORY_OF(T, 8)                                                      \
   BUILTIN_MEMORY_OF(T, 16)
@@ -113,6 +111,12 @@ BUILTIN_MEMORY(int)
 BUILTIN_MEMORY(uint)
 BUILTIN_MEMORY(ulong)
 BUILTIN_MEMORY(float)
+BUILTIN_MEMORY_OF(uchar, 3)
+BUILTIN_MEMORY_OF(ushort, 3)
+BUILTIN_MEMORY_OF(int, 3)
+BUILTIN_MEMORY_OF(uint, 3)
+BUILTIN_MEMORY_OF(float, 2)
+BUILTIN_MEMORY_OF(float, 3)
 
 // Atomic operations.
 #define BUILTIN_ATOMIC(T)                                                      \

@@ -14,8 +14,7 @@
 // KILN_WIDTH   1, 8   1
 //
 // kernel               global            local  memory traffic a sample (resolve: a texel)
-// kiln_detail_texel    samples / width   64     reads 33 B + 2 triangles' attributes (gathered), writes 13 B
-// kiln_detail_normal   samples / width   64     reads 29 B + the same, writes 12 B
+// kiln_detail_normal   samples / width   64     reads 29 B + 2 triangles' attributes (gathered), writes 12 B
 // kiln_detail_blend    samples / width   64     the same, and of the other match 16 B + 2 triangles' attributes
 // kiln_detail_resolve  texels            64     reads 12 B + 13 B a sample, writes 13 B (scattered)
 //
@@ -23,55 +22,11 @@
 // its attributes. The high poly's normals and their indices are read four numbers at a time, so both arrays have one
 // padding element.
 //
-// Strengths: one pass; half the memory traffic at one sample per texel (kiln_detail_texel). Limits: barycentric
+// Bakes with one sample a texel need none of these kernels, but the one of detail_texel.cl. Limits: barycentric
 // interpolation only.
 
-#include "detail/detail.clh"
+#include "detail/detail_group.clh"
 #include "lib/call.clh"
-
-/// Inputs of a group of samples: attributes of the low poly, and the high poly's normals at the
-/// matched points.
-typedef struct detail_group {
-  detail_low low;
-  lanes3 normal;
-} detail_group;
-
-static inline detail_group detail_read_group(const kiln_detail_params params, lanes_range at,
-                                             global const uint* low_triangle,
-                                             global const float* low_barycentric,
-                                             global const kiln_low_shading* shading,
-                                             lanes_uint hit, global const float* hit_barycentric,
-                                             global const uint* normal_indices,
-                                             global const float* normals) {
-  const lanes_uint triangle = lanes_load_uint(low_triangle, at);
-  const lanes_float low_u = lanes_load(low_barycentric, at);
-  const lanes_float low_v = lanes_load(low_barycentric + params.low_capacity, at);
-  const lanes_float u = lanes_load(hit_barycentric, at);
-  const lanes_float v = lanes_load(hit_barycentric + params.hit_capacity, at);
-  detail_group group;
-  group.low = detail_gather_low(params, shading, triangle, low_u, low_v);
-  group.normal = detail_source_normal(params, group.low, hit, u, v, normal_indices, normals);
-  return group;
-}
-
-static inline void detail_store(lanes3 value, lanes_range at, size_t plane, global float* result) {
-  global float* to = result + at.first;
-  if (at.count == KILN_WIDTH) {
-    lanes_store(value.x, to);
-    lanes_store(value.y, to + plane);
-    lanes_store(value.z, to + 2 * plane);
-    return;
-  }
-  float x[KILN_WIDTH], y[KILN_WIDTH], z[KILN_WIDTH];
-  lanes_store(value.x, x);
-  lanes_store(value.y, y);
-  lanes_store(value.z, z);
-  for (uint i = 0u; i < at.count; ++i) {
-    to[i] = x[i];
-    to[i + plane] = y[i];
-    to[i + 2 * plane] = z[i];
-  }
-}
 
 static KILN_CALL void detail_normal(const lanes_range at, const kiln_detail_params params,
                                     global const uint* KILN_CALL_RESTRICT low_triangle,
@@ -161,63 +116,6 @@ kernel void kiln_detail_blend(const kiln_detail_params params,
   detail_blend(at, params, other_capacity, low_triangle, low_barycentric, shading, hit_triangle,
                hit_barycentric, other_triangle, other_barycentric, shares, normal_indices, normals,
                result);
-}
-
-/// Normals and texels in one pass for one sample per texel: kiln_detail_normal and
-/// kiln_detail_resolve without the intermediate values.
-static KILN_CALL void detail_texel(const lanes_range at, const kiln_detail_params params,
-                                   const kiln_resolve_params resolve,
-                                   global const uint* KILN_CALL_RESTRICT texel_index,
-                                   global const uint* KILN_CALL_RESTRICT low_triangle,
-                                   global const float* KILN_CALL_RESTRICT low_barycentric,
-                                   global const kiln_low_shading* KILN_CALL_RESTRICT shading,
-                                   global const uint* KILN_CALL_RESTRICT hit_triangle,
-                                   global const float* KILN_CALL_RESTRICT hit_barycentric,
-                                   global const uint* KILN_CALL_RESTRICT normal_indices,
-                                   global const float* KILN_CALL_RESTRICT normals,
-                                   global float* KILN_CALL_RESTRICT image, global uchar* KILN_CALL_RESTRICT coverage) {
-  const lanes_uint hit = lanes_load_uint(hit_triangle, at);
-  const detail_group group =
-      detail_read_group(params, at, low_triangle, low_barycentric, shading, hit, hit_barycentric,
-                        normal_indices, normals);
-  lanes3 value = detail_to_map(params, group.low, group.normal);
-  const lanes_int found = hit != (lanes_uint)(KILN_NO_TRIANGLE);
-  if (resolve.miss == KILN_MISS_MARK) {
-    value = lanes3_select(found, value, lanes3_of(1.0f, -1.0f, 1.0f));
-  } else if (resolve.miss != KILN_MISS_KEEP) {
-    value = lanes3_select(found, value, lanes3_of(0.0f, 0.0f, 1.0f));
-  }
-  float x[KILN_WIDTH], y[KILN_WIDTH], z[KILN_WIDTH];
-  int baked[KILN_WIDTH];
-  lanes_store(value.x, x);
-  lanes_store(value.y, y);
-  lanes_store(value.z, z);
-  lanes_store(found, baked);
-  for (uint i = 0u; i < at.count; ++i) {
-    const uint texel = texel_index[at.first + i];
-    image[3u * (size_t)texel] = x[i];
-    image[3u * (size_t)texel + 1u] = y[i];
-    image[3u * (size_t)texel + 2u] = z[i];
-    coverage[texel] = baked[i] != 0 ? 1 : 2;
-  }
-}
-
-kernel void kiln_detail_texel(const kiln_detail_params params,
-                              const kiln_resolve_params resolve,
-                              global const uint* restrict texel_index,
-                              global const uint* restrict low_triangle,
-                              global const float* restrict low_barycentric,
-                              global const kiln_low_shading* restrict shading,
-                              global const uint* restrict hit_triangle,
-                              global const float* restrict hit_barycentric,
-                              global const uint* restrict normal_indices,
-                              global const float* restrict normals,
-                              global float* restrict image,
-                              global uchar* restrict coverage) {
-  const lanes_range at = lanes_of_item(params.count);
-  if (at.count == 0u) return;
-  detail_texel(at, params, resolve, texel_index, low_triangle, low_barycentric, shading,
-               hit_triangle, hit_barycentric, normal_indices, normals, image, coverage);
 }
 
 #if KILN_WIDTH == 1

@@ -56,21 +56,18 @@ static inline void hemisphere_sum(uint unequal, uint samples, uint rows, global 
 /// \param scratch  per work-item: 6 planes of KILN_OCCLUSION_BLOCK
 /// \param hits     per work-item: KILN_OCCLUSION_BLOCK
 /// \param bent_sum     accessed only if wants_bent_sum is 1
-kernel void kiln_hemisphere_cast(const kiln_hemisphere_params params,
-                                 const kiln_ray_params query,
-                                 const kiln_cast_params cast,
-                                 global const kiln_bvh_node* restrict nodes,
-                                 global const kiln_bvh_block* restrict blocks,
-                                 global const float* restrict points,
-                                 global const uint* restrict turns,
-                                 global const float* restrict turn_table,
-                                 global const float* restrict directions,
-                                 global const uint* restrict rings,
-                                 global float* scratch,
-                                 global uchar* hits,
-                                 global uint* restrict open,
-                                 global float* restrict bent_sum) {
-  const uint item = (uint)get_global_id(0);
+static KILN_CALL void hemisphere_cast(const uint item, const kiln_hemisphere_params params,
+                                      const kiln_ray_params query, const kiln_cast_params cast,
+                                      global const kiln_bvh_node* KILN_CALL_RESTRICT nodes,
+                                      global const kiln_bvh_block* KILN_CALL_RESTRICT blocks,
+                                      global const float* KILN_CALL_RESTRICT points,
+                                      global const uint* KILN_CALL_RESTRICT turns,
+                                      global const float* KILN_CALL_RESTRICT turn_table,
+                                      global const float* KILN_CALL_RESTRICT directions,
+                                      global const uint* KILN_CALL_RESTRICT rings,
+                                      global float* scratch, global uchar* hits,
+                                      global uint* KILN_CALL_RESTRICT open,
+                                      global float* KILN_CALL_RESTRICT bent_sum) {
   const uint lane = item * cast.samples;
   if (lane >= params.stride) return;
   const uint samples = min(cast.samples, params.stride - lane);
@@ -85,6 +82,24 @@ kernel void kiln_hemisphere_cast(const kiln_hemisphere_params params,
     hemisphere_sum(params.unequal, samples, rows, rays, hit, open + sums, cast.wants_bent_sum != 0u ? bent_sum + sums : 0,
                    params.out_capacity);
   }
+}
+
+kernel void kiln_hemisphere_cast(const kiln_hemisphere_params params,
+                                 const kiln_ray_params query,
+                                 const kiln_cast_params cast,
+                                 global const kiln_bvh_node* restrict nodes,
+                                 global const kiln_bvh_block* restrict blocks,
+                                 global const float* restrict points,
+                                 global const uint* restrict turns,
+                                 global const float* restrict turn_table,
+                                 global const float* restrict directions,
+                                 global const uint* restrict rings,
+                                 global float* scratch,
+                                 global uchar* hits,
+                                 global uint* restrict open,
+                                 global float* restrict bent_sum) {
+  hemisphere_cast((uint)get_global_id(0), params, query, cast, nodes, blocks, points, turns,
+                  turn_table, directions, rings, scratch, hits, open, bent_sum);
 }
 
 /// Generates rays [first_row, first_row + rows) of one sample in the set's order, since rings are only useful
@@ -115,18 +130,16 @@ static KILN_CALL void hemisphere_fill_own(const kiln_hemisphere_params params,
 
 /// Casts rays [first_ray, first_ray + rays), 64 or more, of samples [first, first + count).
 /// \param query, scratch, hits  as for kiln_hemisphere_cast
-kernel void kiln_hemisphere_cast_own(const kiln_hemisphere_params params,
-                                     const kiln_ray_params query,
-                                     global const kiln_bvh_node* restrict nodes,
-                                     global const kiln_bvh_block* restrict blocks,
-                                     global const float* restrict points,
-                                     global const uint* restrict turns,
-                                     global const float* restrict turn_table,
-                                     global const float* restrict directions,
-                                     global float* scratch,
-                                     global uchar* hits,
-                                     global uint* restrict open) {
-  const uint item = (uint)get_global_id(0);
+static KILN_CALL void hemisphere_cast_own(const uint item, const kiln_hemisphere_params params,
+                                          const kiln_ray_params query,
+                                          global const kiln_bvh_node* KILN_CALL_RESTRICT nodes,
+                                          global const kiln_bvh_block* KILN_CALL_RESTRICT blocks,
+                                          global const float* KILN_CALL_RESTRICT points,
+                                          global const uint* KILN_CALL_RESTRICT turns,
+                                          global const float* KILN_CALL_RESTRICT turn_table,
+                                          global const float* KILN_CALL_RESTRICT directions,
+                                          global float* scratch, global uchar* hits,
+                                          global uint* KILN_CALL_RESTRICT open) {
   if (item >= params.count) return;
   global float* rays = scratch + (size_t)item * (6 * KILN_OCCLUSION_BLOCK);
   global uchar* hit = hits + (size_t)item * KILN_OCCLUSION_BLOCK;
@@ -141,4 +154,19 @@ kernel void kiln_hemisphere_cast_own(const kiln_hemisphere_params params,
     for (uint i = 0; i < rows; ++i) open_rays += 1u - hit[i];
   }
   open[params.first + item] += open_rays;
+}
+
+kernel void kiln_hemisphere_cast_own(const kiln_hemisphere_params params,
+                                     const kiln_ray_params query,
+                                     global const kiln_bvh_node* restrict nodes,
+                                     global const kiln_bvh_block* restrict blocks,
+                                     global const float* restrict points,
+                                     global const uint* restrict turns,
+                                     global const float* restrict turn_table,
+                                     global const float* restrict directions,
+                                     global float* scratch,
+                                     global uchar* hits,
+                                     global uint* restrict open) {
+  hemisphere_cast_own((uint)get_global_id(0), params, query, nodes, blocks, points, turns,
+                      turn_table, directions, scratch, hits, open);
 }

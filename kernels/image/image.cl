@@ -20,6 +20,7 @@
 // Defines: KILN_GUTTER_WIDE=0 (default) or 1: keys of 32 bits for a radius up to 127, or of 64 bits
 // for one up to 16384.
 // Limits: work grows with the radius where sources are far; groups of eight source texels cost nothing.
+#include "lib/call.clh"
 #include "shared/image.h"
 
 #ifndef KILN_GUTTER_WIDE
@@ -60,10 +61,9 @@ static int8 gutter_step(int8 previous, uchar8 mask, int limit) {
 /// Keys of the nearest source in each column. mask: [height][stride], 1 for a source, else 0.
 /// keys: [row_count][pad + stride + pad]; the caller fills the pad columns with bytes of 0x7F,
 /// larger than any distance.
-kernel void kiln_image_gutter_columns(const kiln_gutter_band band,
-                                      global const uchar* restrict mask,
-                                      global gutter_key* restrict keys) {
-  const uint item = (uint)get_global_id(0);
+static KILN_CALL void gutter_columns(const uint item, const kiln_gutter_band band,
+                                     global const uchar* KILN_CALL_RESTRICT mask,
+                                     global gutter_key* KILN_CALL_RESTRICT keys) {
   const uint groups = band.stride / 8;
   const uint first = item / groups * band.tile_rows;
   if (first >= band.row_count) return;
@@ -102,6 +102,12 @@ kernel void kiln_image_gutter_columns(const kiln_gutter_band band,
   }
 }
 
+kernel void kiln_image_gutter_columns(const kiln_gutter_band band,
+                                      global const uchar* restrict mask,
+                                      global gutter_key* restrict keys) {
+  gutter_columns((uint)get_global_id(0), band, mask, keys);
+}
+
 static gutter_key gutter_largest(gutter_key8 keys) {
   const gutter_key8 a = max(keys, keys.s45670123);
   const gutter_key8 b = max(a, a.s23016745);
@@ -110,11 +116,10 @@ static gutter_key gutter_largest(gutter_key8 keys) {
 
 /// Offsets to the nearest source; 0 on sources, and for texels without a source within the
 /// radius. offsets: [row_count][stride].
-kernel void kiln_image_gutter_rows(const kiln_gutter_band band,
-                                   global const uchar* restrict mask,
-                                   global const gutter_key* restrict keys,
-                                   global gutter_offset* restrict offsets) {
-  const uint item = (uint)get_global_id(0);
+static KILN_CALL void gutter_rows(const uint item, const kiln_gutter_band band,
+                                  global const uchar* KILN_CALL_RESTRICT mask,
+                                  global const gutter_key* KILN_CALL_RESTRICT keys,
+                                  global gutter_offset* KILN_CALL_RESTRICT offsets) {
   const uint groups = band.stride / 8;
   const uint row = item / groups;
   if (row >= band.row_count) return;
@@ -141,4 +146,11 @@ kernel void kiln_image_gutter_rows(const kiln_gutter_band band,
   const gutter_key8 low = best & (((gutter_key)1 << GUTTER_DISTANCE_SHIFT) - 1);
   const gutter_key8 in_radius = (gutter_key8)1 & as_key8(squared <= radius * radius);
   vstore8(to_offset8(low * in_radius * (1 - to_key8(source))), 0, out);
+}
+
+kernel void kiln_image_gutter_rows(const kiln_gutter_band band,
+                                   global const uchar* restrict mask,
+                                   global const gutter_key* restrict keys,
+                                   global gutter_offset* restrict offsets) {
+  gutter_rows((uint)get_global_id(0), band, mask, keys, offsets);
 }

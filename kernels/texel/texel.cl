@@ -105,7 +105,7 @@ kernel void kiln_texel_cover(const kiln_texel_params params,
 
 /// Barycentric weight of a corner: its edge function divided by the doubled area. Errors: the
 /// last bits of a 31-bit fraction, and one rounding each of conversion, reciprocal and product.
-float8 texel_weight(const long a, const long b, const long c, const int8 x, const int8 y,
+static inline float8 texel_weight(const long a, const long b, const long c, const int8 x, const int8 y,
                     const uint shift, const uint drop, const float reciprocal) {
 #pragma OPENCL FP_CONTRACT OFF
   const long8 e = ((convert_long8(x) * a + convert_long8(y) * b) << (long8)((long)shift)) + c;
@@ -113,20 +113,20 @@ float8 texel_weight(const long a, const long b, const long c, const int8 x, cons
   return min(convert_float8(fraction) * reciprocal, 1.0f);
 }
 
-float8 texel_blend(const float v0, const float v1, const float v2, const float8 w0, const float8 w1,
+static inline float8 texel_blend(const float v0, const float v1, const float v2, const float8 w0, const float8 w1,
                    const float8 w2) {
 #pragma OPENCL FP_CONTRACT OFF
   return fma(w2, (float8)(v2), fma(w1, (float8)(v1), w0 * v0));
 }
 
 /// Number of lanes that are true.
-int texel_count(const int8 lanes) {
+static inline int texel_count(const int8 lanes) {
   const int4 pairs = lanes.lo + lanes.hi;
   return -(pairs.x + pairs.y + pairs.z + pairs.w);
 }
 
 /// Unit normal of a triangle, used where interpolated directions cancel out.
-float3 texel_face_normal(global const kiln_texel_corners* corners) {
+static inline float3 texel_face_normal(global const kiln_texel_corners* corners) {
 #pragma OPENCL FP_CONTRACT OFF
   const float3 p = vload3(0, corners->position);
   const float3 e = vload3(1, corners->position) - p;

@@ -150,7 +150,7 @@ TEST(ClosestKernel, AgreesWithTheOracle) {
   const std::vector<Ray> random = random_rays(350 / share, 5);
   const std::vector<Ray> coherent = coherent_rays(400 / share, 6, 0.05f);
   for (const Scene& scene : scenes) {
-    for (Traversal traversal : {Traversal::cpu, Traversal::gpu}) {
+    for (Traversal traversal : {Traversal::cpu, Traversal::gpu, Traversal::automatic}) {
       const ClosestFinder finder = finder_of(scene, traversal);
       for (const ClosestQuery& query : all_queries()) {
         const bool all = query.max_distance > 1;
@@ -168,7 +168,7 @@ TEST(ClosestKernel, AgreesWithTheOracleOnSlivers) {
   KILN_REQUIRE_DEVICE();
   const Scene scene = sliver_soup(400, 9);
   const std::vector<Ray> samples = random_rays(1000, 5, 0.4f);
-  for (Traversal traversal : {Traversal::cpu, Traversal::gpu}) {
+  for (Traversal traversal : {Traversal::cpu, Traversal::gpu, Traversal::automatic}) {
     for (const bool two_sided : {false, true}) {
       const ClosestQuery query{4, two_sided};
       expect_agrees(scene, samples, query, find(finder_of(scene, traversal), samples, query), 1000);
@@ -181,7 +181,7 @@ TEST(ClosestKernel, AgreesWithTheOracleFromFarAway) {
   const Scene scene = bumpy_sphere(12, 4, 0.02f);
   for (const float far : {30.0f, 3e4f, 1e6f}) {
     const std::vector<Ray> samples = far_samples(300, far);
-    for (Traversal traversal : {Traversal::cpu, Traversal::gpu}) {
+    for (Traversal traversal : {Traversal::cpu, Traversal::gpu, Traversal::automatic}) {
       const ClosestFinder finder = finder_of(scene, traversal);
       const ClosestQuery query{1048576, true};
       expect_agrees(scene, samples, query, find(finder, samples, query), samples.size());
