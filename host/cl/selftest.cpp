@@ -20,6 +20,9 @@ namespace {
 
 using Words = std::vector<std::uint32_t>;
 constexpr std::uint32_t kItems = KILN_SELFTEST_ITEMS, kCells = KILN_SELFTEST_CELLS;
+// Samples of a work-item of kiln_ray_closest_beam; rays of the first launch, of which the last item has too few for a
+// beam.
+constexpr std::uint32_t kBeam = 64, kRaysOfHalf = kItems / 2 + 40;
 
 std::uint32_t bits_of(float value) { return std::bit_cast<std::uint32_t>(value); }
 
@@ -200,9 +203,9 @@ std::string name_of(std::uint32_t result) {
     return std::string(kOperations.at(result % KILN_SELFTEST_OPERATIONS)) + " of " +
            kWidths.at(result / KILN_SELFTEST_OPERATIONS);
   }
-  return result == KILN_SELFTEST_MASKS    ? "masks of vectors"
-         : result < KILN_SELFTEST_ATOMICS ? "rays"
-                                          : "atomic operations";
+  return result == KILN_SELFTEST_MASKS     ? "masks of vectors"
+         : result == KILN_SELFTEST_ATOMICS ? "atomic operations"
+                                           : "rays";
 }
 
 /// True if a result depends on division, whose bits may differ on devices without correct rounding.
@@ -210,7 +213,7 @@ bool needs_division(std::uint32_t result) {
   if (result < KILN_SELFTEST_MASKS) {
     return result % KILN_SELFTEST_OPERATIONS == KILN_SELFTEST_DIVISION;
   }
-  return result > KILN_SELFTEST_RAY && result < KILN_SELFTEST_ATOMICS;
+  return result > KILN_SELFTEST_RAY;
 }
 
 /// Names of those results in [first, end) that differ from the expected ones.
@@ -232,42 +235,63 @@ std::string differing(const DeviceInfo& info, const Words& expected, const Words
 
 std::string selftest_fault(Context& context, const std::string& extra_options) {
   const DeviceInfo& info = context.info();
-  std::string options = "-DKILN_BVH_PLAIN=1";
-  if (info.has_atomics_64) options += " -DKILN_SELFTEST_ATOMIC64=1";
-  if (!extra_options.empty()) options += " " + extra_options;
-  const auto kernel = [&](const char* name) { return context.kernel("selftest", name, options); };
+  const std::string extra = extra_options.empty() ? "" : " " + extra_options;
   const Words expected = expected_results(info.has_atomics_64);
   const kiln_selftest_input in = make_input();
   const Array<kiln_selftest_input> input(context, std::span(&in, 1));
   const Array<std::uint32_t> results(context, std::size_t{KILN_SELFTEST_ATOMICS} * kItems);
-  const auto fault = [&](std::uint32_t first, std::uint32_t end) {
-    return differing(info, expected, results.download(context), first, end);
-  };
-  context.launch(kernel("kiln_selftest_operate"), kItems, kLocal, input, results);
-  if (std::string text = fault(0, KILN_SELFTEST_16); !text.empty()) return text;
-  context.launch(kernel("kiln_selftest_operate16"), kItems, kLocal, input, results);
-  if (std::string text = fault(KILN_SELFTEST_16, KILN_SELFTEST_RAY); !text.empty()) return text;
-
-  const Scene scene;
-  kiln_ray_params params{};
-  params.t_max = 4;
-  params.flags = KILN_RAY_TWO_SIDED;
-  params.end = params.capacity = params.result_capacity = kItems;
-  const Array<kiln_bvh_node> nodes(context, scene.nodes);
-  const Array<kiln_bvh_block> blocks(context, scene.blocks);
-  const Array<float> points(context, scene.points);
   Words start(std::size_t{3} * kCells, 0);
   std::fill_n(start.begin(), kCells, ~0U);
   const Array<std::uint32_t> cells(context, start);
   const Array<std::uint64_t> least(context, std::vector(kCells, ~std::uint64_t{0}));
-  context.launch(kernel("kiln_selftest_trace"), kItems, kLocal, params, nodes, blocks, points,
-                 input, cells, least, results);
+  context.launch(context.kernel("selftest", "kiln_selftest_operate",
+                                (info.has_atomics_64 ? "-DKILN_SELFTEST_ATOMIC64=1" : "") + extra),
+                 kItems, kLocal, input, cells, least, results);
   Words all = results.download(context);
   for (const std::uint32_t word : cells.download(context)) all.push_back(word);
   const std::vector<std::uint64_t> kept = least.download(context);
   for (const std::uint64_t word : kept) all.push_back(static_cast<std::uint32_t>(word >> 32U));
   for (const std::uint64_t word : kept) all.push_back(static_cast<std::uint32_t>(word));
-  all.resize(expected.size());
+  all.resize(std::size_t{KILN_SELFTEST_RAY} * kItems);
+  // A faulty device may crash, so these results are checked before the next program is compiled.
+  if (std::string text = differing(info, expected, all, 0, KILN_SELFTEST_RAY); !text.empty()) {
+    return text;
+  }
+
+  const Scene scene;
+  kiln_ray_params params{};
+  params.t_max = 4;
+  params.flags = KILN_RAY_TWO_SIDED;
+  params.capacity = params.result_capacity = kItems;
+  const Array<kiln_bvh_node> nodes(context, scene.nodes);
+  const Array<kiln_bvh_block> blocks(context, scene.blocks);
+  const Array<float> points(context, scene.points);
+  const Array<std::uint32_t> triangle(context, kItems);
+  const Array<float> barycentric(context, std::size_t{2} * kItems);
+  const Array<float> distance(context, kItems);
+  const Array<std::uint8_t> status(context, kItems);
+  // The program and kernel of bakes on this kind of device (host/accel/ray.cpp). The other kind's is not tested.
+  const Kernel trace =
+      context.kernel("ray", info.is_gpu ? "kiln_ray_closest_scalar" : "kiln_ray_closest_beam",
+                     std::string("-DKILN_BVH_PLAIN=1") +
+                         (info.is_gpu     ? " -DKILN_RAY_SCALAR=1"
+                          : is_pocl(info) ? ""
+                                          : " -DKILN_RAY_SINGLE=1") +
+                         extra);
+  // Neither half is a multiple of the rays of a beam, so some rays of each are traced one by one.
+  for (const auto& [first, end] : {std::pair{0U, kRaysOfHalf}, std::pair{kRaysOfHalf, kItems}}) {
+    params.first = first;
+    params.end = end;
+    context.launch(trace, info.is_gpu ? end - first : (end - first + kBeam - 1) / kBeam, kLocal,
+                   params, nodes, blocks, points, triangle, barycentric, distance, status);
+  }
+  const auto append = [&](const std::vector<float>& values) {
+    for (const float value : values) all.push_back(bits_of(value));
+  };
+  const Words triangles = triangle.download(context);
+  all.insert(all.end(), triangles.begin(), triangles.end());
+  append(distance.download(context));
+  append(barycentric.download(context));
   return differing(info, expected, all, KILN_SELFTEST_RAY, KILN_SELFTEST_RESULTS);
 }
 
@@ -276,7 +300,8 @@ void Context::require_sound() {
   static std::map<std::string, std::string>
       faults;  // stored per process, since a faulty driver may give other results the next time
   constexpr std::string_view kPassed = "self-test passed";
-  const std::string_view source = embedded_source("selftest");
+  const std::string source =
+      std::string(embedded_source("selftest")) + std::string(embedded_source("ray"));
   const std::string version =
       info_.name + '\n' + info_.platform + '\n' + info_.driver + '\n' + info_.opencl_version;
   const std::lock_guard lock(mutex);

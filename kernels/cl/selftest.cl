@@ -1,31 +1,18 @@
 // Self-test of a device: checks, to the bit, the operations that Kiln's kernels use.
 //
-// Tested are the operations of shared/selftest.h, on scalars and on vectors of 4, 8 and 16 lanes; rays through a
-// tiny tree; and atomic operations. host/cl/selftest.cpp compares each word with its own result. Features that
-// no kernel uses are not tested: local memory, barriers, images, half.
+// Tested are the operations of shared/selftest.h, on scalars and on vectors of 4, 8 and 16 lanes, and atomic
+// operations. host/cl/selftest.cpp compares each word with its own result; then it casts rays through a tiny tree by
+// the kernel of bakes (accel/ray.cl), which they need compiled anyway. Features that no kernel uses are not tested:
+// local memory, barriers, images, half.
 //
-// | kernel                  | global size         | local | traffic an item                    |
-// | kiln_selftest_operate   | KILN_SELFTEST_ITEMS | 64    | 20 B, writes 24 words              |
-// | kiln_selftest_operate16 | KILN_SELFTEST_ITEMS | 64    | 20 B, writes 9 words               |
-// | kiln_selftest_trace     | KILN_SELFTEST_ITEMS | 64    | 28 B + tree, writes 4 words        |
-//
-// There are three kernels, since a faulty device may crash: each kernel's results are checked before the next
-// one is compiled.
+// | kernel                | global size         | local | traffic an item                    |
+// | kiln_selftest_operate | KILN_SELFTEST_ITEMS | 64    | 20 B, writes 33 words              |
 //
 // Defines: KILN_SELFTEST_ATOMIC64  the device has 64-bit atomics
-//          KILN_BVH_PLAIN          the tree has no bounding prisms (accel/prism.clh)
 //          KILN_GPU                the device is a GPU
-#include "accel/traverse_scalar.clh"
-#include "accel/traverse_wide.clh"
+#include "lib/call.clh"
+#include "lib/mask.clh"
 #include "shared/selftest.h"
-
-// The traversal that bakes use on this kind of device; testing the other one, too, would double
-// the compile time.
-#ifdef KILN_GPU
-#define SELFTEST_TRACE scalar_trace
-#else
-#define SELFTEST_TRACE wide_trace
-#endif
 
 #ifdef KILN_SELFTEST_ATOMIC64
 #pragma OPENCL EXTENSION cl_khr_int64_base_atomics : enable
@@ -75,52 +62,20 @@ SELFTEST_DEFINE(4, 4)
 SELFTEST_DEFINE(8, 8)
 SELFTEST_DEFINE(16, 16)
 
-kernel void kiln_selftest_operate(global const kiln_selftest_input* restrict in,
-                                  global uint* restrict out) {
-  const uint item = (uint)get_global_id(0);
-  if (item >= KILN_SELFTEST_ITEMS) return;
+/// All operations on one input: those of vectors if it is the index of a vector, masks and atomics.
+static KILN_CALL void selftest_item(const uint item, global const kiln_selftest_input* in,
+                                    volatile global uint* cells, volatile global ulong* least,
+                                    global uint* out) {
   const uint width = KILN_SELFTEST_OPERATIONS * KILN_SELFTEST_ITEMS;
   selftest_lanes_1(in, item, out);
   if (item < KILN_SELFTEST_ITEMS / 4) selftest_lanes_4(in, item, out + width);
   if (item < KILN_SELFTEST_ITEMS / 8) selftest_lanes_8(in, item, out + 2 * width);
-}
-
-kernel void kiln_selftest_operate16(global const kiln_selftest_input* restrict in,
-                                    global uint* restrict out) {
-  const uint item = (uint)get_global_id(0);
-  if (item >= KILN_SELFTEST_ITEMS) return;
-  if (item < KILN_SELFTEST_ITEMS / 16) {
-    selftest_lanes_16(in, item, out + 3 * KILN_SELFTEST_OPERATIONS * KILN_SELFTEST_ITEMS);
-  }
+  if (item < KILN_SELFTEST_ITEMS / 16) selftest_lanes_16(in, item, out + 3 * width);
   const int16 less = vload16(item / 16, in->a) < vload16(item / 16, in->b);
   const int8 half_less = item % 16 < 8 ? less.lo : less.hi;
   const uint both = mask_bits16(less) + (mask_bits8(half_less) << 16);
   out[KILN_SELFTEST_MASKS * KILN_SELFTEST_ITEMS + item] =
       both + (mask_bits4(half_less.lo) << 24) + (mask_any8(half_less) ? 1u << 31 : 0u);
-}
-
-kernel void kiln_selftest_trace(
-    const kiln_ray_params params,
-    global const kiln_bvh_node* restrict nodes,
-    global const kiln_bvh_block* restrict blocks,
-    global const float* restrict points,
-    global const kiln_selftest_input* restrict in,
-    volatile global uint* restrict cells,
-    volatile global ulong* restrict least,
-    global uint* restrict out) {
-  const uint item = (uint)get_global_id(0);
-  if (item >= KILN_SELFTEST_ITEMS) return;
-  ray_state ray;
-  ray_hit hit;
-  ray_start(points, item, params, &hit);
-  if (ray_load(points, item, params, &ray)) {
-    SELFTEST_TRACE(nodes, blocks, &ray, ray_order(params), false, &hit);
-  }
-  global uint* to = out + KILN_SELFTEST_RAY * KILN_SELFTEST_ITEMS + item;
-  to[0] = hit.triangle;
-  to[KILN_SELFTEST_ITEMS] = as_uint(hit.t);
-  to[2 * KILN_SELFTEST_ITEMS] = as_uint(hit.u);
-  to[3 * KILN_SELFTEST_ITEMS] = as_uint(hit.v);
 
   const uint cell = item % KILN_SELFTEST_CELLS;
   const uint value = as_uint(in->p[item]);
@@ -132,4 +87,12 @@ kernel void kiln_selftest_trace(
 #else
   (void)least;
 #endif
+}
+
+kernel void kiln_selftest_operate(global const kiln_selftest_input* restrict in,
+                                  volatile global uint* restrict cells,
+                                  volatile global ulong* restrict least,
+                                  global uint* restrict out) {
+  const uint item = (uint)get_global_id(0);
+  if (item < KILN_SELFTEST_ITEMS) selftest_item(item, in, cells, least, out);
 }

@@ -18,10 +18,9 @@
 #define KILN_SELFTEST_LONG 7        ///< 64 bits: the edge functions of texels
 #define KILN_SELFTEST_OPERATIONS 8
 
-#define KILN_SELFTEST_16 24       ///< The first result by vectors of 16
 #define KILN_SELFTEST_MASKS 32    ///< Lane masks of vectors of 16, 8 and 4 that hold input i
-#define KILN_SELFTEST_RAY 33      ///< Triangle, t and two weights
-#define KILN_SELFTEST_ATOMICS 37  ///< Results of the items' atomic operations in word i
+#define KILN_SELFTEST_ATOMICS 33  ///< Results of the items' atomic operations in word i
+#define KILN_SELFTEST_RAY 34      ///< Triangle, t and two weights, by the kernel of bakes
 #define KILN_SELFTEST_RESULTS 38
 
 /// Words of atomic results: minimum, maximum, count; then the minimum of 64 bits, high halves and low
