@@ -17,7 +17,9 @@
 #include <string>
 
 #include "base/file.h"
+#include "cl/context.h"
 #include "support/environment.h"
+#include "support/process.h"
 
 namespace kiln {
 namespace {
@@ -296,6 +298,84 @@ TEST(KernelFolder, ThatIsReadOnlyIsCopied) {
     }
     return false;
   }));
+}
+
+/// Number of compiled kernels in a folder.
+std::size_t count_kernels(const fs::path& folder) {
+  std::size_t kernels = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    kernels += entry.path().extension() == ".so" ? 1 : 0;
+  }
+  return kernels;
+}
+
+/// A square of n x n quads with waves.
+void write_grid(const fs::path& path, int n, double height, bool has_uvs) {
+  std::ofstream to(path);
+  for (int j = 0; j <= n; ++j) {
+    for (int i = 0; i <= n; ++i) {
+      to << "v " << 1.0 * i / n << ' ' << 1.0 * j / n << ' ' << height * ((i + j) % 3) << '\n';
+      if (has_uvs) to << "vt " << 1.0 * i / n << ' ' << 1.0 * j / n << '\n';
+    }
+  }
+  for (int j = 0; j < n; ++j) {
+    for (int i = 0; i < n; ++i) {
+      const int a = j * (n + 1) + i + 1;
+      to << 'f';
+      for (const int corner : {a, a + 1, a + n + 2, a + n + 1}) {
+        to << ' ' << corner;
+        if (has_uvs) to << '/' << corner;
+      }
+      to << '\n';
+    }
+  }
+}
+
+/// `kiln devices --warm` leaves a folder from which any user bakes without compiling, though nobody may write there.
+TEST(KernelFolder, ThatWasWarmedServesAnyUser) {
+  KILN_REQUIRE_DEVICE();
+  if (geteuid() != 0) GTEST_SKIP() << "needs root, whose folders others trust";
+  if (!is_pocl(test::device()->info())) GTEST_SKIP() << "PoCL alone has this folder";
+  const fs::path root = make(test::scratch_folder(), 0755), image = make(root / "image", 0755);
+  const fs::path temporary = make(root / "tmp", 01777), out = make(root / "out", 0777);
+  fs::permissions(root.parent_path(), fs::perms(0755));
+  const std::string maps = "normal,ao,curvature,id";
+  test::ProcessOptions warm;
+  warm.environment = {{"POCL_CACHE_DIR", image}, {"POCL_KERNEL_CACHE", "1"}};
+  const test::ProcessResult warmed = test::run_kiln({"devices", "--warm", "--maps", maps}, warm);
+  ASSERT_EQ(warmed.exit_code, 0) << warmed.errors;
+  const std::size_t kernels = count_kernels(image);
+  EXPECT_GT(kernels, 4U);
+
+  write_grid(root / "high.obj", 40, 0.02, false);
+  write_grid(root / "low.obj", 2, 0, true);
+  const test::ProcessResult baked = test::run_process({"setpriv",
+                                                       "--reuid",
+                                                       "65534",
+                                                       "--regid",
+                                                       "65534",
+                                                       "--clear-groups",
+                                                       "env",
+                                                       "-u",
+                                                       "HOME",
+                                                       "-u",
+                                                       "XDG_CACHE_HOME",
+                                                       "TMPDIR=" + temporary.string(),
+                                                       "POCL_CACHE_DIR=" + image.string(),
+                                                       test::kiln_command(),
+                                                       "bake",
+                                                       (root / "high.obj").string(),
+                                                       (root / "low.obj").string(),
+                                                       "--size",
+                                                       "300",
+                                                       "--maps",
+                                                       maps,
+                                                       "--out",
+                                                       out.string(),
+                                                       "--quiet"});
+  EXPECT_EQ(baked.exit_code, 0) << baked.errors;
+  EXPECT_EQ(count_kernels(image), kernels) << "written to";
+  EXPECT_EQ(count_kernels(temporary / "kiln-65534"), kernels) << "compiled again";
 }
 
 }  // namespace
