@@ -56,11 +56,7 @@ void print(const DeviceInfo& info) {
   print_line(stdout, "   computes as it should: " + (fault.empty() ? "yes" : "no. " + fault));
 }
 
-<<<<<<< ours
-/// Makes a bumpy grid over the unit square with UVs and colours, from which every map can be baked.
-=======
-/// Bumpy grids over the unit square with UVs and colours, from which every map can be baked.
->>>>>>> theirs
+/// Makes bumpy grids over the unit square with UVs and colours, from which every map can be baked.
 /// \param height  height of the bumps
 /// \param layers  grids above each other, half a bump apart, so that rays have several hits
 Mesh make_bumpy_grid(std::uint32_t squares, float height, std::uint32_t layers) {
@@ -71,13 +67,9 @@ Mesh make_bumpy_grid(std::uint32_t squares, float height, std::uint32_t layers) 
     const std::uint32_t layer = k / (points * points), i = k % (points * points);
     const float u = static_cast<float>(i % points) / static_cast<float>(squares),
                 v = static_cast<float>(i / points) / static_cast<float>(squares);
-<<<<<<< ours
     const bool is_odd = (i % points + i / points) % 2 != 0;
-    mesh.positions.push_back({u, v, is_odd ? height : 0});
-=======
-    const bool odd = (i % points + i / points) % 2 != 0;
-    mesh.positions.push_back({u, v, (odd ? height : 0) + height / 2 * static_cast<float>(layer)});
->>>>>>> theirs
+    mesh.positions.push_back(
+        {u, v, (is_odd ? height : 0) + height / 2 * static_cast<float>(layer)});
     mesh.uvs.push_back({u, v});
     mesh.colors.push_back({128, 160, 192, 255});
   }
