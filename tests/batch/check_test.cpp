@@ -254,7 +254,8 @@ TEST(DiffFolders, ComparesFileByFile) {
   expect_exit(call_kiln({"diff", golden.string(), (out / "b.obj").string()}), 2, {"is a folder"});
   expect_exit(call_kiln({"diff", golden.string(), (out / "none").string()}), 3, {"none"});
   fs::create_directories(folder / "empty");
-  expect_exit(call_kiln({"diff", (folder / "empty").string(), out.string()}), 3, {"contains no files"});
+  expect_exit(call_kiln({"diff", (folder / "empty").string(), out.string()}), 3,
+              {"contains no files"});
 }
 
 TEST(Checks, ShardsShareSecondsAndAssets) {

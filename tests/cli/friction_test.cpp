@@ -49,7 +49,8 @@ TEST(Friction, SaysWhereTheLabIsLookedForWhereItIsMissing) {
     command.insert(command.end(), words.begin(), words.end());
     const ProcessResult result = test::run_process(command);
     EXPECT_EQ(result.exit_code, 1);
-    EXPECT_NE(result.errors.find("chart needs the program kiln-lab"), std::string::npos) << result.errors;
+    EXPECT_NE(result.errors.find("chart needs the program kiln-lab"), std::string::npos)
+        << result.errors;
     EXPECT_NE(result.errors.find((folder / "kiln-lab").string()), std::string::npos)
         << result.errors;
     EXPECT_NE(result.errors.find("Install it beside kiln."), std::string::npos) << result.errors;
