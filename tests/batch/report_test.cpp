@@ -87,15 +87,15 @@ Json asset(const char* name, double degrees, const char* state = "baked", double
 }
 
 TEST(Baseline, SaysWhatChangedAndHowMuchWorseItIs) {
-  const Json former =
-      small_report({asset("degrees", 1), asset("failed", 1), asset("mended", 1, "failed"),
-                    asset("missed", 1), asset("pixels", 1), asset("same", 1), asset("better", 2),
-                    asset("warns", 1), asset("gone", 1)});
-  Json now =
-      small_report({asset("degrees", 3), asset("failed", 1, "failed"), asset("mended", 1),
-                    asset("missed", 1, "baked", 0.01), asset("pixels", 1, "unchanged", 0, "other"),
-                    asset("same", 1.004, "unchanged"), asset("better", 1),
-                    asset("warns", 1, "baked", 0, "h", {"new-code"}), asset("new", 1)});
+  const Json former = small_report(
+      {asset("degrees", 1), asset("failed", 1), asset("mended", 1, "failed"), asset("missed", 1),
+       asset("pixels", 1), asset("same", 1), asset("better", 2), asset("warns", 1),
+       asset("calms", 1, "baked", 0, "h", {"old-code"}), asset("gone", 1)});
+  Json now = small_report(
+      {asset("degrees", 3), asset("failed", 1, "failed"), asset("mended", 1),
+       asset("missed", 1, "baked", 0.01), asset("pixels", 1, "unchanged", 0, "other"),
+       asset("same", 1.004, "unchanged"), asset("better", 1),
+       asset("warns", 1, "baked", 0, "h", {"new-code"}), asset("calms", 1), asset("new", 1)});
   add_baseline(now, former);
   std::vector<std::pair<double, std::string>> order;
   std::map<std::string, json> found;
@@ -108,7 +108,9 @@ TEST(Baseline, SaysWhatChangedAndHowMuchWorseItIs) {
   std::vector<std::string> names;
   for (const auto& [worse, name] : order) names.push_back(name);
   EXPECT_EQ(names, (std::vector<std::string>{"failed", "degrees", "missed", "warns", "pixels",
-                                             "new", "same", "better", "mended"}));
+                                             "new", "same", "calms", "better", "mended"}));
+  EXPECT_NEAR(found["calms"]["worse"], -0.1, 1e-9);
+  EXPECT_EQ(found["calms"]["what"][0], "it does not warn any more: old-code");
   EXPECT_EQ(found["same"]["state"], "same");
   EXPECT_TRUE(found["same"]["what"].empty());
   EXPECT_EQ(found["new"]["state"], "new");
@@ -152,6 +154,20 @@ TEST(Merge, JoinsAllPartsOnce) {
   other = two;
   other["profile"] = "ci";
   EXPECT_NE(message({one, other}).find("different profile"), std::string::npos);
+}
+
+// Each part of a farm warns of the job file, which is one for all.
+TEST(Merge, SaysWarningsOfAllPartsOnce) {
+  const auto warning = [](const char* code) {
+    return Json{{"code", code}, {"message", code}, {"count", 1}};
+  };
+  Json one = small_report({asset("a", 1)}, "1/2"), two = small_report({asset("b", 1)}, "2/2");
+  one["warnings"] = Json::array({warning("unpaired-high"), warning("unused-sidecar")});
+  two["warnings"] = Json::array({warning("unpaired-high"), warning("other")});
+  const json merged = json::parse(merge_reports({one, two}, {"one", "two"}).dump());
+  std::vector<std::string> codes;
+  for (const json& each : merged["warnings"]) codes.push_back(each["code"]);
+  EXPECT_EQ(codes, (std::vector<std::string>{"unpaired-high", "unused-sidecar", "other"}));
 }
 
 TEST(Reports, OfPartsAreThoseOfTheWhole) {
