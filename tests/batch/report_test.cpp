@@ -110,7 +110,7 @@ TEST(Baseline, SaysWhatChangedAndHowMuchWorseItIs) {
   EXPECT_EQ(names, (std::vector<std::string>{"failed", "degrees", "missed", "warns", "pixels",
                                              "new", "same", "calms", "better", "mended"}));
   EXPECT_NEAR(found["calms"]["worse"], -0.1, 1e-9);
-  EXPECT_EQ(found["calms"]["what"][0], "it does not warn any more: old-code");
+  EXPECT_EQ(found["calms"]["what"][0], "a warning is gone: old-code");
   EXPECT_EQ(found["same"]["state"], "same");
   EXPECT_TRUE(found["same"]["what"].empty());
   EXPECT_EQ(found["new"]["state"], "new");

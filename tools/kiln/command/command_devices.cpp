@@ -56,27 +56,24 @@ void print(const DeviceInfo& info) {
   print_line(stdout, "   computes as it should: " + (fault.empty() ? "yes" : "no. " + fault));
 }
 
-/// Makes bumpy grids over the unit square with UVs and colours, from which every map can be baked.
+/// Makes a bumpy grid over the unit square with UVs and colours, from which every map can be baked.
 /// \param height  height of the bumps
-/// \param layers  grids above each other, half a bump apart, so that rays have several hits
-Mesh make_bumpy_grid(std::uint32_t squares, float height, std::uint32_t layers) {
+/// \param shift   how far the bumps lean over; more than a square makes folds, in which rays have several hits
+Mesh make_bumpy_grid(std::uint32_t squares, float height, float shift) {
   Mesh mesh;
   mesh.name = "sheet";
   const std::uint32_t points = squares + 1;
-  for (std::uint32_t k = 0; k < layers * points * points; ++k) {
-    const std::uint32_t layer = k / (points * points), i = k % (points * points);
+  for (std::uint32_t i = 0; i < points * points; ++i) {
     const float u = static_cast<float>(i % points) / static_cast<float>(squares),
                 v = static_cast<float>(i / points) / static_cast<float>(squares);
     const bool is_odd = (i % points + i / points) % 2 != 0;
-    mesh.positions.push_back(
-        {u, v, (is_odd ? height : 0) + height / 2 * static_cast<float>(layer)});
+    mesh.positions.push_back({is_odd ? u + shift : u, v, is_odd ? height : 0});
     mesh.uvs.push_back({u, v});
     mesh.colors.push_back({128, 160, 192, 255});
   }
-  for (std::uint32_t k = 0; k < layers * squares * squares; ++k) {
-    const std::uint32_t layer = k / (squares * squares), i = k % (squares * squares);
-    const std::uint32_t a = layer * points * points + i / squares * points + i % squares, b = a + 1,
-                        c = a + points, d = c + 1;
+  for (std::uint32_t i = 0; i < squares * squares; ++i) {
+    const std::uint32_t a = i / squares * points + i % squares, b = a + 1, c = a + points,
+                        d = c + 1;
     mesh.triangles.push_back({a, b, d});
     mesh.triangles.push_back({a, d, c});
   }
@@ -105,11 +102,11 @@ void let_all_read(const std::filesystem::path& folder) {
 /// Bakes a small sheet, so that the device's kernels for these maps are compiled and cached. \throws Error(usage) for
 /// unknown maps
 int warm(const std::string& device, const std::vector<std::string>& maps) {
-  constexpr std::uint32_t kTexels = 16, kSquares = 8, kLayers = 2;
-  constexpr float kBumps = 0.02F;
+  constexpr std::uint32_t kTexels = 16, kSquares = 8;
+  constexpr float kBumps = 0.02F, kShift = 1.2F / kSquares;
   Job job;
-  job.high.emplace_back(make_bumpy_grid(kSquares, kBumps, kLayers));
-  job.low = JobLow(make_bumpy_grid(1, 0, 1));
+  job.high.emplace_back(make_bumpy_grid(kSquares, kBumps, kShift));
+  job.low = JobLow(make_bumpy_grid(1, 0, 0));
   job.out = "warm";
   job.in_memory = true;
   job.bake.width = job.bake.height = kTexels;
