@@ -12,7 +12,7 @@
 namespace kiln {
 namespace {
 
-/// "ao", "ao and curvature", "ao, curvature and id".
+/// Joins names: "A", "A and B", "A, B and C".
 std::string list_of(const std::vector<std::string_view>& names) {
   std::string text;
   for (std::size_t i = 0; i < names.size(); ++i) {

@@ -172,7 +172,7 @@ TEST(ChartCommand, TakesVolumesWithoutHeaderAndSomeWays) {
   refuse({ball, "--iso", "3", "--raw-type", "u8"}, 2, "--raw-size");
   refuse({ball, "--iso", "3", "--ao"}, 2, "--ao");
   refuse({ball, "--iso", "3", "--directions", "64"}, 2, "--directions");
-  refuse({ball, "--iso", "3", "--settings", "ray", "closest"}, 2, "separated by commas");
+  refuse({ball, "--iso", "3", "--settings", "ray", "closest"}, 2, "separate settings by commas");
   refuse({scene / "no.nrrd", "--iso", "3"}, 3, "no.nrrd");
   refuse({ball, "--iso", "999"}, 3, "range");
 }
