@@ -212,7 +212,7 @@ void fit_pictures(const Job& job, const std::function<std::uint64_t()>& file_byt
   if (fitted.bytes > max_bytes) {
     fail_usage(option("max_bytes") +
                formatted(": %llu bytes are too few for this low poly with these maps: the smallest "
-                         "file has %llu. Allow more, give fewer faces or maps, or ",
+                         "possible file has %llu bytes. Allow more, give fewer faces or maps, or ",
                          static_cast<unsigned long long>(max_bytes),
                          static_cast<unsigned long long>(fitted.bytes + max_extras_growth(job))) +
                option("mesh_compression") + ".");

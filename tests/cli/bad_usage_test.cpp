@@ -120,7 +120,7 @@ TEST(Command, RefusesBadUsage) {
   expect_failure(bake({"--cage", "1%", "--cage-mesh", low}), 2, {"--cage"}, out);
   expect_failure(bake({"--save-match", "a.exr", "--load-match", "a.exr"}), 2, {"--load-match"},
                  out);
-  expect_failure(bake({"--space", "object", "--two-component"}), 2, {"two-component"}, out);
+  expect_failure(bake({"--space", "object", "--two-component"}), 2, {"Two components"}, out);
   expect_failure({"bake", high, "--out", out, "--unwrap"}, 2, {"--unwrap"}, out);
   expect_failure(bake({"--density", "detail"}), 2, {"--density", "--unwrap"}, out);
   expect_failure(bake({"--unwrap=pairs", "--density", "area"}), 2, {"--density", "charts"}, out);
@@ -153,9 +153,9 @@ TEST(Command, RefusesBadUsage) {
   expect_failure(bake({"--match", "visibility", "--view-weight", "nowhere.txt"}), 3,
                  {"nowhere.txt", "horizon"}, out);
   expect_failure(bake({"--match", "visibility", "--cage", "2%"}), 2, {"--fallback ray"}, out);
-  expect_failure(bake({"--fallback", "ray"}), 2, {"--fallback ray", "undecided"}, out);
+  expect_failure(bake({"--fallback", "ray"}), 2, {"--fallback ray", "repeats a match"}, out);
   expect_failure(bake({"--match", "closest", "--fallback", "closest"}), 2,
-                 {"--fallback closest", "undecided"}, out);
+                 {"--fallback closest", "repeats a match"}, out);
   expect_failure(bake({"--load-match", "a.exr", "--match", "closest"}), 2, {"--match"}, out);
   expect_failure(bake({"--match", "visibility", "--visibility-deviation", "0.5"}), 2,
                  {"--visibility-clusters"}, out);

@@ -55,7 +55,7 @@ TEST(HardCommand, MatchesPartsByName) {
   EXPECT_EQ(report["parts"], (nlohmann::json{"X", "Y"}));
   EXPECT_EQ(report["options"]["match_by"], "name");
   EXPECT_EQ(report["recall"]["lost"], 0);
-  EXPECT_NE(named.output.find("2 parts"), std::string::npos) << named.output;
+  EXPECT_NE(named.output.find("2 pairs of parts"), std::string::npos) << named.output;
 
   // Other patterns pair nothing: the message has the nearest name.
   const ProcessResult none =
@@ -194,7 +194,7 @@ TEST(HardCommand, WarnsOfWhatIsLostAndWhere) {
   // From aslant, views show some of what lies under the rim: h / 2 = 0.005 of 3 units of rim, 0.7% of 2.
   const ProcessResult nearest = bake("nearest"), outermost = bake("outermost");
   ASSERT_EQ(nearest.exit_code, 0) << nearest.errors;
-  EXPECT_NE(nearest.errors.find("take --ray outermost"), std::string::npos) << nearest.errors;
+  EXPECT_NE(nearest.errors.find("use --ray outermost"), std::string::npos) << nearest.errors;
   EXPECT_EQ(outermost.errors.find("has no texel"), std::string::npos) << outermost.errors;
   const nlohmann::json lost = read_json(folder / "nearest.json")["recall"];
   EXPECT_NEAR(lost["lost"].get<double>(), 0.5, 0.04);

@@ -80,7 +80,7 @@ TEST(HighNormals, FlatsOfAnStlAreFlat) {
   const fs::path scene = cube_scene();
   const ProcessResult result = bake(scene, {});
   expect_exit(result, 0, {});
-  EXPECT_NE(result.output.find("12 hard edges in 1 of 1 part, from 90 degrees on"),
+  EXPECT_NE(result.output.find("12 hard edges in 1 of 1 part, of 90 degrees or more"),
             std::string::npos)
       << result.output;
   EXPECT_NE(result.output.find("the file has none (--high-normals auto)"), std::string::npos);

@@ -162,7 +162,7 @@ TEST(SetsCommand, OutIsAFolderOrAnAsset) {
   const fs::path folder = scene / "there.glb";
   fs::create_directory(folder);
   expect_failure({"bake", scene / "high.obj", scene / "low.obj", "--out", folder}, 2,
-                 {"is a folder", "slash"}, folder / "low_normal.png");
+                 {"is an existing folder", "slash"}, folder / "low_normal.png");
   KILN_REQUIRE_DEVICE();
   expect_exit(call_kiln({"bake", scene / "high.obj", scene / "low.obj", "--size", "16", "--out",
                          folder.string() + "/"}),

@@ -136,7 +136,7 @@ TEST_F(Variants, ThatCannotBeAreRefused) {
                 .find("`occlusion.rays`"),
             std::string::npos);
   options.encoding.two_component = true;
-  EXPECT_NE(refused({.name = "x", .kind = "normal_object"}).find("one side of the surface"),
+  EXPECT_NE(refused({.name = "x", .kind = "normal_object"}).find("normals above the surface"),
             std::string::npos);
   options.encoding.two_component = false;
   EXPECT_NE(refused({.name = "x", .kind = "visibility"}).find("match by visibility"),
