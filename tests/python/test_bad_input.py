@@ -235,7 +235,7 @@ def test_rows_that_are_one_in_memory_are_no_mesh():
     # So are pools of UVs and normals, whose rows have no number to be compared with.
     for name, width in (("uvs", 2), ("normals", 3)):
         pool = np.broadcast_to(np.zeros(width, np.float32), (2**28, width))
-        with pytest.raises(kiln.Error, match=f"{name}: all 268435456 rows are one"):
+        with pytest.raises(kiln.Error, match=f"{name}: all 268435456 rows share one place"):
             kiln.Mesh(SQUARE, TWO, **{name: pool, name[:-1] + "_faces": TWO})
     # One row has no other, a copy has rows of its own, and one colour may be that of all vertices.
     assert len(kiln.Mesh(SQUARE, faces[:1]).faces) == 1

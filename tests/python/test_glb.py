@@ -521,7 +521,7 @@ def test_numbers_of_numpy_are_numbers():
     assert mine.data == kiln.to_glb(vertices, faces, max_error=8.0, screen="100px", device="0", **by).data
     with pytest.raises(kiln.Error, match="index or part of a name"):
         kiln.to_glb(vertices, faces, device=0.5, **by)
-    with kiln.Source((vertices, faces)) as source, pytest.raises(kiln.Error, match="has its own"):
+    with kiln.Source((vertices, faces)) as source, pytest.raises(kiln.Error, match="property of the source"):
         kiln.match(source, mine.mesh, size=64, device=0)
 
 

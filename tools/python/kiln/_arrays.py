@@ -47,11 +47,11 @@ def as_array(values: Any, parameter: str) -> np.ndarray:
 
 
 def _refuse_repeats(array: np.ndarray, parameter: str) -> None:
-    """Views by broadcast_to() cost nothing until they are copied: billions of rows, all of them one."""
+    """Refuses views by broadcast_to(): they may have billions of equal rows, which need memory only once they are copied."""
     if array.ndim > 0 and len(array) > 1 and array.strides[0] == 0:
         raise Error(
-            f"{parameter}: all {len(array)} rows are one and the same in memory, as of numpy.broadcast_to(). "
-            "Give each its own.",
+            f"{parameter}: all {len(array)} rows share one place in memory, as after numpy.broadcast_to(). "
+            "Copy the array first.",
             "array-shape",
             "input",
             parameter,
