@@ -7,10 +7,10 @@
 #include "bake/match_stage.h"
 #include "base/option.h"
 #include "match/cage_reach.h"
-#include "match/host_correspondence.h"
 #include "match/match_array.h"
 #include "match/ray.h"
 #include "mesh/vector.h"
+#include "texel/host_correspondence.h"
 #include "texel/sample_pick.h"
 
 namespace kiln {

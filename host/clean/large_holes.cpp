@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <unordered_map>
 #include <unordered_set>
 #include <utility>
@@ -27,6 +28,14 @@ constexpr std::uint32_t kNoOpenSide = std::numeric_limits<std::uint32_t>::max();
 std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) {
   const auto [low, high] = std::minmax(a, b);
   return std::uint64_t{low} << 32 | high;
+}
+
+/// Unit normal of a face; zero if it has no area.
+Vec3d unit_face_normal(const Mesh& mesh, const Triangle& face) {
+  const Vec3d a = point_of(mesh, face[0]);
+  const Vec3d n = cross(point_of(mesh, face[1]) - a, point_of(mesh, face[2]) - a);
+  const double size = length(n);
+  return size > 0 ? n * (1 / size) : Vec3d{};
 }
 
 /// Parts the open sides of a mesh into simple closed rims.
@@ -84,26 +93,20 @@ class RimFinder {
     }
     if (found.empty()) return kNoOpenSide;
     if (found.size() == 1) return found[0];
-    Vec3d normal = unit_normal(side / 3);
-    for (const std::uint32_t i : found) normal += unit_normal(sides_[i] / 3);
+    Vec3d normal = unit_face_normal(mesh_, corners_[side / 3]);
+    for (const std::uint32_t i : found) {
+      normal += unit_face_normal(mesh_, corners_[sides_[i] / 3]);
+    }
     const Vec3d tip = point_of(mesh_, end(side));
     const Vec3d back = point_of(mesh_, start(side)) - tip;
     const auto turn = [&](std::uint32_t i) {
       const Vec3d ahead = point_of(mesh_, end(sides_[i])) - tip;
       const double angle =
           std::atan2(dot(cross(back, ahead), normal), dot(back, ahead) * length(normal));
-      return angle > 0 ? angle : angle + 2 * 3.14159265358979323846;
+      return angle > 0 ? angle : angle + 2 * std::numbers::pi;
     };
     return *std::min_element(found.begin(), found.end(),
                              [&](std::uint32_t a, std::uint32_t b) { return turn(a) < turn(b); });
-  }
-
-  Vec3d unit_normal(std::uint32_t t) const {
-    const Triangle& v = corners_[t];
-    const Vec3d a = point_of(mesh_, v[0]);
-    const Vec3d n = cross(point_of(mesh_, v[1]) - a, point_of(mesh_, v[2]) - a);
-    const double size = length(n);
-    return size > 0 ? n * (1 / size) : Vec3d{};
   }
 
   const Mesh& mesh_;
@@ -169,11 +172,8 @@ class HoleFiller {
     }
     for (std::size_t i = 0; i < corners.size(); ++i) {
       // The edge to the next corner is the side that starts there, in the other direction.
-      const Triangle& v = corners_[corners[(i + 1) % corners.size()].corner.triangle];
-      const Vec3d a = point_of(mesh_, v[0]);
-      const Vec3d n = cross(point_of(mesh_, v[1]) - a, point_of(mesh_, v[2]) - a);
-      const double size = length(n);
-      rim.face_normals.push_back(size > 0 ? n * (1 / size) : Vec3d{});
+      const std::uint32_t face = corners[(i + 1) % corners.size()].corner.triangle;
+      rim.face_normals.push_back(unit_face_normal(mesh_, corners_[face]));
     }
     std::vector<std::uint32_t> collar;
     for (const RimCorner& corner : corners) {

@@ -7,8 +7,8 @@
 
 #include "accel/ray.h"
 #include "base/parallel.h"
-#include "match/host_correspondence.h"
 #include "mesh/vector.h"
+#include "texel/host_correspondence.h"
 
 namespace kiln {
 namespace {

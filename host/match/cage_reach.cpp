@@ -5,9 +5,9 @@
 #include <string>
 
 #include "base/formatted.h"
-#include "match/host_correspondence.h"
 #include "match/surface_places.h"
 #include "mesh/vector.h"
+#include "texel/host_correspondence.h"
 
 namespace kiln {
 namespace {

@@ -6,11 +6,11 @@
 #include <span>
 
 #include "base/parallel.h"
-#include "match/host_correspondence.h"
 #include "match/low_rays.h"
 #include "match/part_matcher.h"
 #include "mesh/vector.h"
 #include "shared/ray.h"
+#include "texel/host_correspondence.h"
 
 namespace kiln {
 namespace {

@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "match/host_correspondence.h"
 #include "match/ray.h"
+#include "texel/host_correspondence.h"
 #include "texel/sample_pick.h"
 
 namespace kiln {

@@ -5,7 +5,7 @@
 #include <span>
 
 #include "accel/closest.h"
-#include "match/host_correspondence.h"
+#include "texel/host_correspondence.h"
 
 namespace kiln {
 namespace {

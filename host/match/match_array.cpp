@@ -3,8 +3,8 @@
 #include "base/byte_hash.h"
 #include "base/parallel.h"
 #include "kiln/validate.h"
-#include "match/host_correspondence.h"
 #include "mesh/kernels_shared.h"
+#include "texel/host_correspondence.h"
 
 namespace kiln {
 namespace {

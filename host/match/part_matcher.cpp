@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "match/host_correspondence.h"
+#include "texel/host_correspondence.h"
 #include "texel/sample_pick.h"
 
 namespace kiln {

@@ -16,6 +16,7 @@
 #include "mesh/kernels_shared.h"
 #include "shared/match.h"
 #include "shared/ray.h"
+#include "texel/host_correspondence.h"
 
 namespace kiln {
 namespace {
@@ -24,36 +25,6 @@ constexpr std::size_t kPlanes = 7;  // of TexelBand::points
 constexpr std::size_t kSamplesPerTask = std::size_t{1} << 15;
 // Searches widen boxes by their rounding errors, which are below this, frame units; and as a share of the coordinates.
 constexpr double kMargin = 1e-4, kMarginShare = 1e-5;
-
-/// Results of some samples on the host.
-struct Found {
-  std::vector<std::uint32_t> triangle;
-  std::vector<float> u, v, distance;
-  std::vector<std::uint8_t> status;
-
-  explicit Found(std::size_t count)
-      : triangle(count, KILN_NO_TRIANGLE),
-        u(count),
-        v(count),
-        distance(count),
-        status(count, KILN_STATUS_MISS) {}
-
-  Found(cl::Context& context, const DeviceCorrespondence& match, std::uint32_t count)
-      : Found(count) {
-    match.triangle.read(context, triangle);
-    match.barycentric.read(context, u);
-    match.barycentric.read(context, v, match.capacity);
-    match.distance.read(context, distance);
-    match.status.read(context, status);
-  }
-  void write(cl::Context& context, DeviceCorrespondence& match) const {
-    match.triangle.write(context, std::span(triangle));
-    match.barycentric.write(context, std::span(u));
-    match.barycentric.write(context, std::span(v), match.capacity);
-    match.distance.write(context, std::span(distance));
-    match.status.write(context, std::span(status));
-  }
-};
 
 /// Samples on the host.
 class Samples {
@@ -107,16 +78,19 @@ constexpr std::size_t kTrianglesPerSample = 32;
 
 /// One search over all chunks.
 ///
-/// \tparam Rule  reach_of(samples, i, best): a box of all that a sample's remaining search reaches; reaches(samples, i, best, box): false if no triangle in the box can change the best result of a sample;
-///               compare(a, ia, b, ib): below 0 if a's result is better, 0 if their order does not follow from distances,
-///               which are rounded; search(tree, points, count, result); merge_status(winner, loser)
+/// \tparam Rule  Provides these functions:
+///   reach_of(samples, i, best): a box of all that a sample's remaining search reaches
+///   reaches(samples, i, best, box): false if no triangle in the box can change the best result of a sample
+///   compare(a, ia, b, ib): below 0 if a's result is better; 0 if rounded distances do not tell
+///   search(context, tree, points, count, result): searches one tree
+///   merge_status(winner, iw, loser, il): status of the winner
 template <typename Rule>
 class ChunkSearch {
  public:
   ChunkSearch(const LoadedChunks& chunks, const Samples& samples, const Rule& rule)
       : chunks_(chunks), samples_(samples), rule_(rule), best_(samples.size()) {}
 
-  const Found& run() {
+  const HostCorrespondence& run() {
     const ChunkedMesh& mesh = chunks_.mesh();
     for (std::size_t chunk = 0; chunk < mesh.size(); ++chunk) {
       const ChunkBox& box = mesh.box(chunk);
@@ -130,7 +104,7 @@ class ChunkSearch {
               ? chunks_.load_near(chunk, boxes_of(some))
               : chunks_.load(chunk);
       if (loaded->tree == nullptr) continue;
-      const Found found = search(loaded->tree, loaded->triangles.ids, some);
+      const HostCorrespondence found = search(loaded->tree, loaded->triangles.ids, some);
       decide(merge(some, found));
     }
     return best_;
@@ -145,25 +119,23 @@ class ChunkSearch {
   }
 
   /// Searches some samples; triangles of the result are ids of the whole mesh.
-  Found search(const std::shared_ptr<const Tree>& tree, std::span<const std::uint32_t> ids,
-               std::span<const std::uint32_t> some) const {
+  HostCorrespondence search(const std::shared_ptr<const Tree>& tree,
+                            std::span<const std::uint32_t> ids,
+                            std::span<const std::uint32_t> some) const {
     const auto count = static_cast<std::uint32_t>(some.size());
     cl::Context& context = chunks_.context();
     const cl::Array<float> points = samples_.pick(context, some);
     DeviceCorrespondence result(context, count);
     rule_.search(context, tree, points, count, result);
-    Found found(context, result, count);
+    HostCorrespondence found(context, result, count);
     for (std::uint32_t& t : found.triangle) {
       if (t != KILN_NO_TRIANGLE) t = ids[t];
     }
     return found;
   }
 
-  void take(std::uint32_t i, const Found& from, std::size_t k, std::uint8_t status) {
-    best_.triangle[i] = from.triangle[k];
-    best_.u[i] = from.u[k];
-    best_.v[i] = from.v[k];
-    best_.distance[i] = from.distance[k];
+  void take(std::uint32_t i, const HostCorrespondence& from, std::size_t k, std::uint8_t status) {
+    best_.take(i, from, k);
     best_.status[i] = status;
   }
 
@@ -172,7 +144,7 @@ class ChunkSearch {
   };
 
   /// Takes better results. \returns samples whose best triangle may be either of two
-  std::vector<Tie> merge(std::span<const std::uint32_t> some, const Found& found) {
+  std::vector<Tie> merge(std::span<const std::uint32_t> some, const HostCorrespondence& found) {
     std::vector<Tie> ties;
     for (std::size_t k = 0; k < some.size(); ++k) {
       const std::uint32_t i = some[k];
@@ -204,7 +176,7 @@ class ChunkSearch {
     ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
     const auto tree = std::make_shared<const Tree>(chunks_.context(), chunks_.mesh().positions(),
                                                    chunks_.mesh().triangles(ids));
-    const Found found = search(tree, ids, some);
+    const HostCorrespondence found = search(tree, ids, some);
     for (std::size_t k = 0; k < some.size(); ++k) {
       if (found.triangle[k] == KILN_NO_TRIANGLE) continue;
       take(some[k], found, k, rule_.merge_status(found, k, best_, some[k]));
@@ -214,7 +186,7 @@ class ChunkSearch {
   const LoadedChunks& chunks_;
   const Samples& samples_;
   const Rule& rule_;
-  Found best_;
+  HostCorrespondence best_;
 };
 
 /// Merges rays: see ray_accept() in kernels/accel/ray.clh.
@@ -229,7 +201,7 @@ struct RayRules {
     double lo = 0, hi = 0, margin = 0;
     std::array<double, 3> start{}, direction{};
   };
-  Part part_of(const Samples& samples, std::uint32_t i, const Found& best) const {
+  Part part_of(const Samples& samples, std::uint32_t i, const HostCorrespondence& best) const {
     Part part;
     const double offset = query.use_reach ? samples(6, i) : query.offset;
     part.lo = query.t_min;
@@ -261,7 +233,7 @@ struct RayRules {
     return part;
   }
 
-  ChunkBox reach_of(const Samples& samples, std::uint32_t i, const Found& best) const {
+  ChunkBox reach_of(const Samples& samples, std::uint32_t i, const HostCorrespondence& best) const {
     const Part part = part_of(samples, i, best);
     ChunkBox box;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -273,7 +245,7 @@ struct RayRules {
     return box;
   }
 
-  bool reaches(const Samples& samples, std::uint32_t i, const Found& best,
+  bool reaches(const Samples& samples, std::uint32_t i, const HostCorrespondence& best,
                const ChunkBox& box) const {
     const Part part = part_of(samples, i, best);
     double from = part.lo, to = part.hi;
@@ -290,7 +262,8 @@ struct RayRules {
     return from <= to;
   }
 
-  int compare(const Found& a, std::size_t i, const Found& b, std::size_t k) const {
+  int compare(const HostCorrespondence& a, std::size_t i, const HostCorrespondence& b,
+              std::size_t k) const {
     double p = sign() * a.distance[i], q = sign() * b.distance[k];
     if (query.outermost) {
       std::swap(p, q);
@@ -303,8 +276,8 @@ struct RayRules {
   }
 
   /// The winner's, with a mark of several hits.
-  std::uint8_t merge_status(const Found& winner, std::size_t i, const Found& loser,
-                            std::size_t k) const {
+  std::uint8_t merge_status(const HostCorrespondence& winner, std::size_t i,
+                            const HostCorrespondence& loser, std::size_t k) const {
     if (!query.outermost) return winner.status[i];
     const bool both = winner.distance[i] >= 0 && loser.distance[k] >= 0 &&
                       winner.distance[i] != loser.distance[k];
@@ -325,7 +298,7 @@ struct ClosestRules {
   Traversal traversal = Traversal::automatic;
 
   /// Greatest distance of a point that counts, widened.
-  double bound_of(const Samples& samples, std::uint32_t i, const Found& best) const {
+  double bound_of(const Samples& samples, std::uint32_t i, const HostCorrespondence& best) const {
     const double bound = best.triangle[i] != KILN_NO_TRIANGLE ? std::abs(double{best.distance[i]})
                                                               : double{query.max_distance};
     double largest = bound;
@@ -335,7 +308,7 @@ struct ClosestRules {
     return bound + kMargin + kMarginShare * largest;
   }
 
-  ChunkBox reach_of(const Samples& samples, std::uint32_t i, const Found& best) const {
+  ChunkBox reach_of(const Samples& samples, std::uint32_t i, const HostCorrespondence& best) const {
     const double bound = bound_of(samples, i, best);
     ChunkBox box;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -345,7 +318,7 @@ struct ClosestRules {
     return box;
   }
 
-  bool reaches(const Samples& samples, std::uint32_t i, const Found& best,
+  bool reaches(const Samples& samples, std::uint32_t i, const HostCorrespondence& best,
                const ChunkBox& box) const {
     double squared = 0;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -356,12 +329,13 @@ struct ClosestRules {
     return std::sqrt(squared) <= bound_of(samples, i, best);
   }
 
-  static int compare(const Found& a, std::size_t i, const Found& b, std::size_t k) {
+  static int compare(const HostCorrespondence& a, std::size_t i, const HostCorrespondence& b,
+                     std::size_t k) {
     const float p = std::abs(a.distance[i]), q = std::abs(b.distance[k]);
     return p < q ? -1 : p > q ? 1 : 0;
   }
-  static std::uint8_t merge_status(const Found& winner, std::size_t i, const Found& /*loser*/,
-                                   std::size_t /*k*/) {
+  static std::uint8_t merge_status(const HostCorrespondence& winner, std::size_t i,
+                                   const HostCorrespondence& /*loser*/, std::size_t /*k*/) {
     return winner.status[i];
   }
   void search(cl::Context& context, const std::shared_ptr<const Tree>& tree,
