@@ -76,7 +76,14 @@ const DoorCase kCases[] = {
     {"Auto",
      "",
      {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"match", {"auto"}}, {"max_angle", {"8"}}}},
-    {"Parts", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"match_by", {"object"}}}, 3},
+    {"PartsWithoutNames",
+     "",
+     {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"match_by", {"object"}}},
+     3},
+    {"Parts", "", {{"high", {"two.glb"}}, {"low", {"two_low.glb"}}, {"match_by", {"object"}}}},
+    {"SavedMatch",
+     "",
+     {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"load_match", {"match.exr"}}}},
     {"Occluders",
      "",
      {{"high", {"high.obj"}},
@@ -114,8 +121,8 @@ const DoorCase kCases[] = {
 };
 
 /// Two balls of two materials, one half transparent, one beside the other in nodes of their own.
-void save_two_balls(const fs::path& path) {
-  Mesh parts[] = {BumpySphere::dense(2000), BumpySphere::dense(2000)};
+void save_two_balls(const Mesh& ball, const fs::path& path) {
+  Mesh parts[] = {ball, ball};
   for (Vec3& p : parts[1].positions) p.x += 3;
   parts[0].name = "left";
   parts[1].name = "right";
@@ -140,7 +147,14 @@ fs::path make_doors_scene() {
   Mesh cage = BumpySphere::light();
   for (Vec3& p : cage.positions) p = {p.x * 1.2F, p.y * 1.2F, p.z * 1.2F};
   save_obj(cage, folder / "cage.obj");
-  save_two_balls(folder / "two.glb");
+  save_two_balls(BumpySphere::dense(2000), folder / "two.glb");
+  save_two_balls(BumpySphere::light(), folder / "two_low.glb");
+  Job saved{.high = {(folder / "high.obj").string()},
+            .low = (folder / "low.obj").string(),
+            .out = (folder / "saved").string()};
+  saved.bake.width = saved.bake.height = 64;
+  saved.save_match = (folder / "match.exr").string();
+  run(*device(), saved);
   std::ofstream(folder / "steep.cl") << "float4 kiln_map(const kiln_point* p) {\n  return "
                                         "(float4)(p->normal.z * 0.5f + 0.5f, 0, 0, 0);\n}\n";
   Image hills;
@@ -152,7 +166,7 @@ fs::path make_doors_scene() {
 }
 
 bool names_files(const std::string& option) {
-  return option == "high" || option == "low" || option == "cage_mesh";
+  return option == "high" || option == "low" || option == "cage_mesh" || option == "load_match";
 }
 
 /// Values with the scene's folder before names of files.
