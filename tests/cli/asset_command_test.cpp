@@ -244,6 +244,39 @@ TEST(AssetCommand, TransparencyIsKeptByWhatTexelsShow) {
   expect_glass(asset, {"glass", "low"});
 }
 
+/// A material that is cut away below its own opacity keeps this threshold. A triangle of LOW takes the transparent
+/// material that most of its texels show.
+TEST(AssetCommand, ThresholdsOfOpacityAreKept) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = test::scratch_folder();
+  Mesh high = test::plane(10, 1);
+  high.material_names = {"few", "most"};
+  for (const Triangle& t : high.triangles) {
+    double x = 0;
+    for (const std::uint32_t corner : t) x += high.positions[corner].x / 3;
+    high.materials.push_back(x < -0.3 ? 0 : 1);  // two of ten cells
+  }
+  const Image grey{1, 1, 1, {0.75F}};
+  AssetMaps maps;
+  maps.opacity = &grey;
+  const auto pictures = std::make_shared<const AssetPictures>(encode_maps(maps));
+  const std::vector<AssetMaterial> materials = {
+      {.name = "few", .pictures = pictures, .alpha_cutoff = 0.2F},
+      {.name = "most", .pictures = pictures, .alpha_cutoff = 0.3F}};
+  save_asset(high, materials, scene / "high.glb");
+  Mesh low = test::plane(1, 1);
+  low.triangles = {{0, 1, 3}, {0, 3, 2}};
+  low.uv_triangles = low.triangles;
+  save_obj(low, scene / "low.obj");
+  expect_exit(call_kiln({"bake", scene / "high.glb", scene / "low.obj", "--size", "64", "--out",
+                         scene / "a.glb"}),
+              0, {});
+  const Asset asset = load_asset(scene / "a.glb");
+  ASSERT_EQ(asset.mesh.material_names, std::vector<std::string>{"most"});
+  EXPECT_EQ(asset.materials[0].alpha_mode, AlphaMode::mask);
+  EXPECT_NEAR(asset.materials[0].alpha_cutoff, 0.3, 1e-6);
+}
+
 /// The hierarchy of LOW comes back, and of HIGH where Kiln makes LOW.
 TEST(AssetCommand, HierarchiesAreKept) {
   KILN_REQUIRE_DEVICE();

@@ -255,6 +255,23 @@ TEST(FarCommand, FormatsOfPositions) {
                        static_cast<int>(ErrorCode::usage), {"--origin", "X,Y,Z"});
 }
 
+/// Of a range of 19.2: 16 bits have steps of 0.0003, eight bits of 0.0784 (of 20), which is more than texels of 0.0375 (512 of
+/// them) can bear, but not more than texels of 0.1 (192).
+TEST(FarCommand, StepsOfPositionsAreComparedWithTexels) {
+  KILN_REQUIRE_DEVICE();
+  const Sheets scene({0, 0, 0}, 0.8, "");
+  const auto bake = [&](const char* format, const char* size) {
+    return scene.bake({"--maps", "position", "--format", format, "--size", size});
+  };
+  EXPECT_FALSE(has(codes(bake("png16", "512")), "map-steps"));
+  EXPECT_FALSE(has(codes(bake("png8", "192")), "map-steps"));
+  const Baked coarse = bake("png8", "512");
+  EXPECT_TRUE(has(codes(coarse), "map-steps"));
+  EXPECT_NE(coarse.result.errors.find("steps of 0.0784, but its texels are 0.0375 apart"),
+            std::string::npos)
+      << coarse.result.errors;
+}
+
 TEST(FarCommand, HalfPrecisionOfHeights) {
   KILN_REQUIRE_DEVICE();
   // Waves of 0.8 of a side, beyond 65504 or below 2^-14.

@@ -232,7 +232,7 @@ TEST(MapsCommand, PicturesTellTheirRanges) {
   const std::string range("tEXtRange\0", 10), unit("tEXtUnit\0", 9);
   expect_exit(bake(scene, {"--maps", "normal,height,curvature,position,slope,ao", "--ao-rays", "8",
                            "--range", "height=-0.25,0.3", "--curvature-radius", "0.25", "--pack",
-                           "orm=ao,1,height,curvature"}),
+                           "orm=ao,1,height,curvature", "--pack", "up=position.b,slope"}),
               0, {});
   expect_text("low_height.png", range + "-0.25 0.3");
   expect_text("low_height.png", unit + "world units");
@@ -243,6 +243,7 @@ TEST(MapsCommand, PicturesTellTheirRanges) {
   expect_text("low_slope.png", range + "0 180");
   expect_text("low_orm.png", range + "0 1 0 1 -0.25 0.3 -4 4");
   expect_text("low_orm.png", unit + "1, 1, world units, 1 / world unit");
+  expect_text("low_up.png", range + "-0.1 0.1 0 180");  // of the packed channel
   for (const char* file : {"low_normal.png", "low_ao.png"}) {
     EXPECT_EQ(bytes_of(file).find("tEXt"), std::string::npos) << file;
   }

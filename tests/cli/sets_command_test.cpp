@@ -382,6 +382,46 @@ TEST(SetsCommand, FiguresOfAllSetsAreWeighted) {
   EXPECT_LT(report["recall"]["largest"]["lost"], report["sets"][0]["recall"]["largest"]["lost"]);
 }
 
+/// --max-missed is a share of samples, of which a texel may have several.
+TEST(SetsCommand, MissesAreSharesOfSamples) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene_of_two_squares();
+  std::vector<std::string> words =
+      with(command(scene), {"--max-distance", "0.4", "--samples", "4"});
+  expect_exit(call_kiln(with(words, {"--max-missed", "30"})), 0, {});  // 25% of both squares
+  expect_exit(call_kiln(with(words, {"--max-missed", "20"})), 1, {"--max-missed is 20"});
+}
+
+/// Two squares of one set share their UVs, and HIGH lies 0.01 above one and 0.03 above the other: what the map shows of
+/// them is lost for one. The share of all sets is weighted by their areas.
+TEST(SetsCommand, LossesByCopiesAreWeighted) {
+  KILN_REQUIRE_DEVICE();
+  const auto square = [](float x, float slope, float z, const char* material) {
+    Mesh mesh = test::plane(4, 4, 1, 1);
+    for (Vec3& p : mesh.positions) p = {p.x + x, p.y, z + slope * p.x};
+    mesh.normals.clear();
+    mesh.normal_triangles.clear();
+    mesh.material_names = {material};
+    mesh.materials.assign(mesh.triangles.size(), 0);
+    return mesh;
+  };
+  const fs::path scene = make_scene();
+  save_obj(join_meshes(std::vector<Mesh>{square(0, 0, 0, "twice"), square(2, 0, 0, "twice"),
+                                         square(4, 0, 0, "once")}),
+           scene / "low.obj");
+  save_obj(join_meshes(std::vector<Mesh>{square(0, 0.3F, 0.2F, "a"), square(2, -0.3F, 0.2F, "b"),
+                                         square(4, 0, 0.2F, "c")}),
+           scene / "high.obj");
+  expect_exit(call_kiln(with(command(scene), {"--max-distance", "0.5", "--sets", "material",
+                                              "--json", scene / "r.json"})),
+              0, {});
+  const auto report = read_json(scene / "r.json");
+  ASSERT_EQ(report["sets"].size(), 2U);
+  const double lost = report["sets"][0]["recall"]["by_copies"];
+  EXPECT_GT(lost, 0.3);
+  EXPECT_NEAR(report["recall"]["by_copies"].get<double>(), lost * 2 / 3, 0.01);
+}
+
 /// Many small sets: each is baked, in names of its own.
 TEST(SetsCommand, SeveralHundredSetsAreBakedAndNamed) {
   KILN_REQUIRE_DEVICE();

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "cli/call.h"
@@ -11,6 +12,7 @@
 #include "support/json_file.h"
 #include "support/process.h"
 #include "support/shapes.h"
+#include "support/tiff_file.h"
 
 namespace kiln {
 namespace {
@@ -245,6 +247,26 @@ TEST_P(HeightFieldCommand, BakesOntoAPlaneOrASimplifiedTerrain) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Formats, HeightFieldCommand, ::testing::Values("png", "exr"));
+
+#ifdef KILN_HAS_TIFF
+/// A GeoTIFF's pixels need not be squares: 5 x 3 of them, 2 by 7 metres apart, cover 8 by 14 metres.
+TEST(UvCommand, PixelsOfHeightsHaveTwoDistances) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = test::scratch_folder();
+  constexpr std::uint16_t kFloats = 3;
+  test::TiffFile field(5, 3, kFloats, std::vector<float>(15, 1));
+  std::ofstream(scene / "field.tif", std::ios::binary) << field.scale(2, 7).bytes();
+  const ProcessResult baked = call_kiln(
+      {"bake", scene / "field.tif", "--size", "16", "--maps", "normal", "--out", scene / "out"});
+  ASSERT_EQ(baked.exit_code, 0) << baked.errors;
+  const Mesh low = load_mesh(scene / "out" / "field_low.obj");
+  ASSERT_FALSE(low.positions.empty());
+  for (const Vec3& p : low.positions) {
+    EXPECT_EQ(std::abs(p.x), 4);
+    EXPECT_EQ(std::abs(p.y), 7);
+  }
+}
+#endif
 
 TEST(UvCommand, MakesALightMeshWithTheDenseLayout) {
   KILN_REQUIRE_DEVICE();
