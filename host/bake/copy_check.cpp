@@ -128,7 +128,7 @@ std::optional<CopyCheck::Place> CopyCheck::baked_at(const Place& place) const {
 
 std::vector<CopyCheck::Point> CopyCheck::match(std::span<const Place> places) {
   cl::Context& context = context_of(source_.device);
-  TexelBand band = band_of_places(
+  TexelBand band = band_of_points(
       context, surface_, places.size(), [&](std::size_t i) { return places[i]; }, kSampleMultiple);
   prepare_(band);
   DeviceCorrespondence found(context, band.capacity);

@@ -21,7 +21,7 @@ class CopyCheck {
  public:
   static constexpr const char* kWarning = "uv-copies-differ";
 
-  using Place = LowPlace;
+  using Place = LowPolyPoint;
 
   enum class Verdict : std::uint8_t {
     missed,  ///< The match finds no point for the copy

@@ -58,7 +58,7 @@ FallbackBlend::FallbackBlend(std::uint32_t width, std::uint32_t height, std::uin
       decider_(triangle_.size()) {}
 
 void FallbackBlend::store(BandReads& reads, const TexelBand& band,
-                          std::span<const Decider> deciders) {
+                          std::span<const DecidingMethod> deciding_methods) {
   if (band.texel_count == 0) return;
   const std::vector<std::uint32_t>& index = reads.read(band.texel_index, band.texel_count);
   const std::vector<std::uint32_t>& first =
@@ -67,9 +67,9 @@ void FallbackBlend::store(BandReads& reads, const TexelBand& band,
   const std::size_t offset = std::size_t{band.first_row} * width_;
   for (std::size_t t = 0; t < index.size(); ++t) {
     // the method that decided the texel; enumerators are in ascending order of precedence
-    Decider decider = Decider::nothing;
+    DecidingMethod decider = DecidingMethod::nothing;
     for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
-      decider = std::max(decider, deciders[s]);
+      decider = std::max(decider, deciding_methods[s]);
     }
     triangle_[offset + index[t]] = triangle[first[t]];
     decider_[offset + index[t]] = static_cast<std::uint8_t>(decider);
@@ -80,7 +80,7 @@ void FallbackBlend::plan(const LowSurface& surface) {
   const SurfaceTopology topology = SurfaceTopology::of(surface);
   const TexelLinks links = TexelLinks::of(surface, topology, triangle_, width_, height_);
   const Neighbours neighbours(links, width_);
-  const auto is = [this](std::uint32_t texel, Decider decider) {
+  const auto is = [this](std::uint32_t texel, DecidingMethod decider) {
     return triangle_[texel] != KILN_NO_TRIANGLE &&
            decider_[texel] == static_cast<std::uint8_t>(decider);
   };
@@ -100,13 +100,13 @@ void FallbackBlend::plan(const LowSurface& surface) {
     const std::array<std::uint32_t, 8> neighbour_texels = neighbours.of(texel);
     for (std::size_t k = 0; k < 8; ++k) {
       if (neighbour_texels[k] == KILN_VISIBILITY_NO_LINK ||
-          !is(neighbour_texels[k], Decider::method))
+          !is(neighbour_texels[k], DecidingMethod::method))
         continue;
       reach(neighbour_texels[k], cost + (k < 4 ? kStraight : kDiagonal));
     }
   };
   for (std::uint32_t texel = 0; texel < decider_.size(); ++texel) {
-    if (!is(texel, Decider::fallback)) continue;
+    if (!is(texel, DecidingMethod::fallback)) continue;
     cost_[texel] = 0;
     spread(texel, 0);
   }
@@ -138,7 +138,7 @@ std::uint64_t FallbackBlend::run(cl::Context& context, const TexelBand& band, Ma
   std::vector<std::uint32_t> first(band.texel_count + std::size_t{1});
   band.texel_index.read(context, index);
   band.texel_first.read(context, first);
-  const std::span<const Decider> deciders = matcher.deciders();
+  const std::span<const DecidingMethod> deciding_methods = matcher.deciding_methods();
   std::vector<float> ray_shares(band.sample_count, 1.0F);
   std::vector<std::uint32_t> chosen;
   const std::size_t offset = std::size_t{band.first_row} * width_;
@@ -146,7 +146,7 @@ std::uint64_t FallbackBlend::run(cl::Context& context, const TexelBand& band, Ma
     const float match_share = share(offset + index[t]);
     if (match_share == 1) continue;
     for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
-      if (deciders[s] != Decider::method) continue;
+      if (deciding_methods[s] != DecidingMethod::method) continue;
       ray_shares[s] = match_share;
       chosen.push_back(s);
     }

@@ -26,7 +26,7 @@ MatchTransitions::MatchTransitions(const Mesh& low, std::span<const std::uint32_
       chart_(method_.size()) {}
 
 void MatchTransitions::store(BandReads& reads, const TexelBand& band,
-                             std::span<const Decider> deciders) {
+                             std::span<const DecidingMethod> deciding_methods) {
   if (band.texel_count == 0) return;
   const std::vector<std::uint32_t>& index = reads.read(band.texel_index, band.texel_count);
   const std::vector<std::uint32_t>& first =
@@ -35,7 +35,7 @@ void MatchTransitions::store(BandReads& reads, const TexelBand& band,
   const std::size_t offset = std::size_t{band.first_row} * width_;
   for (std::size_t t = 0; t < index.size(); ++t) {
     method_[offset + index[t]] =
-        static_cast<std::uint8_t>(1 + static_cast<std::uint8_t>(deciders[first[t]]));
+        static_cast<std::uint8_t>(1 + static_cast<std::uint8_t>(deciding_methods[first[t]]));
     chart_[offset + index[t]] = chart_of_triangle_[triangle[first[t]]];
   }
 }

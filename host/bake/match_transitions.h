@@ -22,8 +22,9 @@ class MatchTransitions {
                    std::uint32_t height);
 
   /// Records the method of each texel's first sample.
-  /// \param deciders  for each sample of the band, the method that decided it
-  void store(BandReads& reads, const TexelBand& band, std::span<const Decider> deciders);
+  /// \param deciding_methods  for each sample of the band, the method that decided it
+  void store(BandReads& reads, const TexelBand& band,
+             std::span<const DecidingMethod> deciding_methods);
 
   /// Compares the map's unit vectors between neighbouring texels of one chart. Neighbours of different charts, and
   /// texels across a seam, are not compared.
@@ -32,7 +33,7 @@ class MatchTransitions {
  private:
   std::uint32_t width_;
   std::vector<std::uint32_t> chart_of_triangle_;
-  // Deciding method of each texel as 1 + Decider; 0 if not covered
+  // Deciding method of each texel as 1 + DecidingMethod; 0 if not covered
   std::vector<std::uint8_t> method_;
   std::vector<std::uint32_t> chart_;  // chart of each texel
 };

@@ -104,7 +104,7 @@ PipelineBand& Pipeline::sample_band(std::uint32_t number) {
   band.texels = sampler_.sample(number, std::move(band.texels));
   turn_.apply(context_, band.texels);
   sheets_.apply(context_, band.texels);
-  cage_.apply(context_, band.texels);
+  cage_.write_sample_reach(context_, band.texels);
   if (band.match.capacity < band.texels.capacity) {
     band.match = DeviceCorrespondence();
     band.match = DeviceCorrespondence(context_, band.texels.capacity, layers_.need_visibility());
@@ -169,13 +169,13 @@ void Pipeline::prepare_copies() {
                   [this](TexelBand& band) {
                     turn_.apply(context_, band);
                     sheets_.apply(context_, band);
-                    cage_.apply(context_, band);
+                    cage_.write_sample_reach(context_, band);
                   });
 }
 
 void Pipeline::move(std::uint32_t first, std::span<const Vec3> positions) {
   source_hash_.reset();
-  if (points_stay()) matcher_->move(first, positions);
+  if (keeps_surface_points()) matcher_->move(first, positions);
   if (!turn_.turns() || !turns_by_source(scene_.options)) return;
   turn_ = find_turn();
   if (!std::exchange(sampled_, false)) return;
@@ -270,8 +270,8 @@ void Pipeline::find(PipelineBand& band, const Pass& pass) {
 /// Counts a band's samples, and passes the band to the collectors.
 void Pipeline::record(const PipelineBand& band, const Pass& pass) {
   BakeReport& report = result_.report;
-  if (transitions_) transitions_->store(layers_.reads(), band.texels, matcher_->deciders());
-  if (blend_) blend_->store(layers_.reads(), band.texels, matcher_->deciders());
+  if (transitions_) transitions_->store(layers_.reads(), band.texels, matcher_->deciding_methods());
+  if (blend_) blend_->store(layers_.reads(), band.texels, matcher_->deciding_methods());
   report.seconds_image += watch_.lap();
   if (coverage_) coverage_->store(scene_.high, layers_.reads(), band.match);
   if (vertex_coverage_) vertex_coverage_->store(scene_.high, layers_.reads(), band.match);

@@ -59,7 +59,9 @@ class Pipeline {
   /// Makes the matcher, unless the existing one follows the high poly's changes.
   void prepare_match(Clusters& clusters);
   /// True if points stay valid as the high poly moves, and only distances change.
-  bool points_stay() const { return matcher_ != nullptr && matcher_->points_stay(); }
+  bool keeps_surface_points() const {
+    return matcher_ != nullptr && matcher_->keeps_surface_points();
+  }
   /// Moves the high poly's vertices [first, first + positions.size()). Frame units
   void move(std::uint32_t first, std::span<const Vec3> positions);
   /// Runs a pass over all bands.

@@ -44,7 +44,7 @@ class Explainer {
       TexelBand band = sampler.sample(b);
       if (band.sample_count == 0) continue;
       turn_.apply(context_, band);
-      cage_.apply(context_, band);
+      cage_.write_sample_reach(context_, band);
       explain(band);
     }
     for (const ReasonCount& count : counts_) {

@@ -80,7 +80,7 @@ bool BakeSession::Impl::padding_is_copied() {
 void BakeSession::Impl::bake_maps(const HighPolyNormals::Change& change, bool any_moved) {
   Layers& layers = pipeline.layers();
   Pass pass;
-  pass.match = !baked || (any_moved && !pipeline.points_stay());
+  pass.match = !baked || (any_moved && !pipeline.keeps_surface_points());
   pass.measure =
       !pass.match && any_moved && (options.report.keep_match || layers.follow_positions());
   pass.read = pass.match || change.rebuilt || layers.read_around() ||

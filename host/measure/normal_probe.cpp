@@ -149,14 +149,14 @@ void NormalProbe::match_places(const BakeOptions& options,
       source_, surface_, options, report, clusters, BakeProgress(options.progress), turn.turns());
   field = clusters.field;
   const SheetReach sheets = sheet_reach(options, surface_);
-  if (!turn.turns() && !(sheets.farthest() > 0) && !cage_.writes()) {
+  if (!turn.turns() && !(sheets.farthest() > 0) && !cage_.has_cage_mesh()) {
     matcher->run(band_, match);
     return;
   }
   TexelBand turned = band_of_all();
   turn.apply(context_of(source_.device), turned);
   sheets.apply(context_of(source_.device), turned);
-  cage_.apply(context_of(source_.device), turned);
+  cage_.write_sample_reach(context_of(source_.device), turned);
   matcher->run(turned, match);
 }
 

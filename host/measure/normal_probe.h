@@ -87,7 +87,7 @@ class NormalProbe {
   std::uint32_t places() const { return band_.sample_count; }
 
  private:
-  struct Place : LowPlace {
+  struct Place : LowPolyPoint {
     bool back = false;  ///< True if the low poly is seen from behind, so that its normal is flipped
   };
   NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh* cage);

@@ -139,8 +139,8 @@ void NormalProbe::select_places(const std::vector<Picture>& pictures, const Pict
 }
 
 TexelBand NormalProbe::band_of_all() const {
-  return band_of_places(context_of(source_.device), surface_, places_.size(),
-                        [&](std::size_t i) -> LowPlace { return places_[i]; });
+  return band_of_points(context_of(source_.device), surface_, places_.size(),
+                        [&](std::size_t i) -> LowPolyPoint { return places_[i]; });
 }
 
 Image NormalProbe::pixel_means(const Image& points, std::uint32_t each) {
