@@ -69,9 +69,9 @@ class FinerEvaluation {
     for (std::uint32_t b = 0; b < sampler_.band_count(); ++b) {
       progress.at(static_cast<double>(b) / sampler_.band_count(), "measuring errors");
       band_ = sampler_.sample(b, std::move(band_));
-      scene_.turn.apply(context_, band_);
-      scene_.sheets.apply(context_, band_);
-      scene_.cage.apply(context_, band_);
+      scene_.turn.set_directions(context_, band_);
+      scene_.sheets.write_search_distances(context_, band_);
+      scene_.cage.write_sample_reach(context_, band_);
       over_band(step);
     }
   }

@@ -158,7 +158,7 @@ std::uint64_t FallbackBlend::run(cl::Context& context, const TexelBand& band, Ma
     other_ = DeviceCorrespondence(context, band.capacity);
   }
   context.fill(other_.triangle, std::uint32_t{KILN_NO_TRIANGLE});
-  SamplePick(context, chosen).put_back(found_, other_);
+  SamplePick(context, chosen).scatter_correspondence(found_, other_);
   const cl::Array<float> device_shares(context, std::span<const float>(ray_shares));
   make(other_, device_shares);
   context.finish();

@@ -163,7 +163,7 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
   MatchRequest request = match_request(options, source, surface);
   request.cluster = clusters.cluster;
   request.field = &clusters.field;
-  request.sheet_reach = double{sheet_reach(options, surface).farthest()};
+  request.sheet_reach = double{sheet_reach(options, surface).max_search_distance()};
   if (progress) {
     request.progress = [preparing = progress.part(0, kPreparingShare)](double done,
                                                                        std::string_view doing) {

@@ -102,8 +102,8 @@ void Pipeline::sample() {
 PipelineBand& Pipeline::sample_band(std::uint32_t number) {
   PipelineBand& band = bands_[bands_stay_ == Bands::stay ? number : 0];
   band.texels = sampler_.sample(number, std::move(band.texels));
-  turn_.apply(context_, band.texels);
-  sheets_.apply(context_, band.texels);
+  turn_.set_directions(context_, band.texels);
+  sheets_.write_search_distances(context_, band.texels);
   cage_.write_sample_reach(context_, band.texels);
   if (band.match.capacity < band.texels.capacity) {
     band.match = DeviceCorrespondence();
@@ -141,7 +141,7 @@ void Pipeline::prepare_match(Clusters& clusters) {
   report.warnings.clear();
   matcher_ = nullptr;  // the former matcher's memory is freed first
   matcher_ = make_matcher(scene_.high, surface_, scene_.options, report, clusters, progress_,
-                          turn_.turns());
+                          turn_.blends_directions());
   made_warnings_ = std::exchange(report.warnings, {});
   prepare_copies();
   context_.finish();
@@ -167,8 +167,8 @@ void Pipeline::prepare_copies() {
   }
   copies_.emplace(match_request(options, scene_.high, surface_), options, *matcher_,
                   [this](TexelBand& band) {
-                    turn_.apply(context_, band);
-                    sheets_.apply(context_, band);
+                    turn_.set_directions(context_, band);
+                    sheets_.write_search_distances(context_, band);
                     cage_.write_sample_reach(context_, band);
                   });
 }
@@ -176,7 +176,7 @@ void Pipeline::prepare_copies() {
 void Pipeline::move(std::uint32_t first, std::span<const Vec3> positions) {
   source_hash_.reset();
   if (keeps_surface_points()) matcher_->move(first, positions);
-  if (!turn_.turns() || !turns_by_source(scene_.options)) return;
+  if (!turn_.blends_directions() || !turns_by_source(scene_.options)) return;
   turn_ = find_turn();
   if (!std::exchange(sampled_, false)) return;
   sample();
@@ -405,7 +405,7 @@ void Pipeline::measure_errors(Clusters& clusters) {
   const auto make = [&](const BakeOptions& options) {
     BakeReport discarded_report;  // receives notes that would repeat those of the bake
     return make_matcher(scene_.high, surface_, options, discarded_report, clusters, BakeProgress(),
-                        turn_.turns());
+                        turn_.blends_directions());
   };
   kiln::measure_errors({scene_.high, surface_, scene_.options, turn_, sheets_, cage_, *matcher_,
                         make, blend_ ? &*blend_ : nullptr, layers_},

@@ -43,7 +43,7 @@ class Explainer {
     for (std::uint32_t b = 0; b < sampler.band_count(); ++b) {
       TexelBand band = sampler.sample(b);
       if (band.sample_count == 0) continue;
-      turn_.apply(context_, band);
+      turn_.set_directions(context_, band);
       cage_.write_sample_reach(context_, band);
       explain(band);
     }

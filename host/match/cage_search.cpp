@@ -44,7 +44,7 @@ class CageSearch {
     max_wall_height_ = static_cast<float>(kMaxWallHeight * diagonal);
     max_own_height_ = static_cast<float>(kMaxOwnHeight * diagonal);
     needs_.places = spread_points(context_, request.surface, kTargetPointCount);
-    turn.apply(context_, needs_.places.band);
+    turn.set_directions(context_, needs_.places.band);
     point_count_ = needs_.places.list.size();
     points_.resize(7 * point_count_);
     needs_.places.band.points.read(context_, points_);

@@ -42,14 +42,14 @@ class ExtendedRange : public Matcher {
     const auto count = static_cast<std::uint32_t>(samples.size());
     const SamplePick pick(context_, samples);
     DeviceCorrespondence result(context_, count);
-    rays_.intersect(pick.points_of(band).points, count, count, query_, result);
+    rays_.intersect(pick.gather_points(band).points, count, count, query_, result);
     HostCorrespondence found(context_, result, count);
     for (std::uint32_t k = 0; k < count; ++k) {
       if (std::abs(found.distance[k]) > sheet_reaches[samples[k]])
         found.triangle[k] = KILN_NO_TRIANGLE;
     }
     result.triangle.write(context_, std::span<const std::uint32_t>(found.triangle));
-    pick.put_back(result, match);
+    pick.scatter_correspondence(result, match);
   }
 
   cl::Context& context_;

@@ -23,7 +23,7 @@ class FallbackMatcher : public Matcher {
     const std::vector<std::uint32_t> undecided_samples = find_undecided(match, band.sample_count);
     if (undecided_samples.empty()) return;
     run_fallback(band, undecided_samples, decided_);
-    SamplePick(context_, undecided_samples).put_back(decided_, match);
+    SamplePick(context_, undecided_samples).scatter_correspondence(decided_, match);
     const auto count = static_cast<std::uint32_t>(undecided_samples.size());
     for (const std::uint32_t sample : undecided_samples)
       sample_deciders_[sample] = DecidingMethod::fallback;
@@ -50,7 +50,7 @@ class FallbackMatcher : public Matcher {
       for (std::size_t i = 0; i < undecided_samples.size(); ++i)
         band_indices[i] = samples[undecided_samples[i]];
       run_on_samples(*fallbacks_[k], band, band_indices, next_);
-      SamplePick(context_, undecided_samples).put_back(next_, found);
+      SamplePick(context_, undecided_samples).scatter_correspondence(next_, found);
     }
   }
 
@@ -76,7 +76,7 @@ class FallbackMatcher : public Matcher {
       return;
     }
     fit(found, pick.count());
-    matcher.run(pick.points_of(band), found);
+    matcher.run(pick.gather_points(band), found);
   }
 
   /// Resizes the planes of results to the length of the planes of points.

@@ -43,7 +43,7 @@ class OutermostMatcher : public Matcher {
                               DeviceCorrespondence& match) {
     const auto count = static_cast<std::uint32_t>(samples.size());
     const SamplePick pick(context_, samples);
-    const TexelBand picked_band = pick.points_of(band);
+    const TexelBand picked_band = pick.gather_points(band);
     if (!low_) low_.emplace(context_, surface_);
     low_->limits(context_, picked_band, outermost_.t_max, picked_band.points, 6 * count);
 
@@ -55,7 +55,7 @@ class OutermostMatcher : public Matcher {
     context_.launch(context_.kernel("match", "kiln_match_outer"), count, kLocal, count,
                     kMinFaceSpacing, outer.triangle, outer.barycentric, outer.distance,
                     result.triangle, result.barycentric, result.distance, result.status);
-    pick.put_back(result, match);
+    pick.scatter_correspondence(result, match);
   }
 
   cl::Context& context_;

@@ -94,14 +94,14 @@ class PartMatcher : public Matcher {
       const std::vector<std::uint32_t>& samples = samples_[p];
       if (parts_[p].matcher == nullptr || samples.empty()) continue;
       const SamplePick pick(context_, samples);
-      TexelBand picked_band = pick.points_of(band);
+      TexelBand picked_band = pick.gather_points(band);
       if (parts_[p].matcher->needs_whole_texels()) {
         picked_band.triangle = pick.of(places, band.sample_count, 1);
         picked_band.barycentric = pick.of(band.barycentric, band.capacity, 2);
       }
       DeviceCorrespondence result(context_, pick.count());
       parts_[p].matcher->run(picked_band, result);
-      pick.put_back(result, match);
+      pick.scatter_correspondence(result, match);
     }
     // Converts indices within the part to indices of the high poly's triangles.
     std::vector<std::uint32_t> found(band.sample_count);

@@ -55,13 +55,13 @@ class SmoothNormalRetry : public Matcher {
   void retry_missed(const TexelBand& band, const std::vector<std::uint32_t>& samples,
                     DeviceCorrespondence& match) {
     const SamplePick pick(context_, samples);
-    TexelBand picked_band = pick.points_of(band);
+    TexelBand picked_band = pick.gather_points(band);
     picked_band.triangle = pick.of(band.triangle, band.capacity, 1);
     picked_band.barycentric = pick.of(band.barycentric, band.capacity, 2);
     use_averaged_directions(picked_band);
     DeviceCorrespondence result(context_, pick.count());
     first_matcher_->run(picked_band, result);
-    pick.put_back(result, match);
+    pick.scatter_correspondence(result, match);
   }
 
   cl::Context& context_;

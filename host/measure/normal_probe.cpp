@@ -145,17 +145,18 @@ void NormalProbe::match_places(const BakeOptions& options,
   BakeReport report;
   Clusters clusters{0, field};
   const EdgeTurn turn = edge_turn(options, source_, surface_);
-  const std::unique_ptr<Matcher> matcher = make_matcher(
-      source_, surface_, options, report, clusters, BakeProgress(options.progress), turn.turns());
+  const std::unique_ptr<Matcher> matcher =
+      make_matcher(source_, surface_, options, report, clusters, BakeProgress(options.progress),
+                   turn.blends_directions());
   field = clusters.field;
   const SheetReach sheets = sheet_reach(options, surface_);
-  if (!turn.turns() && !(sheets.farthest() > 0) && !cage_.has_cage_mesh()) {
+  if (!turn.blends_directions() && !(sheets.max_search_distance() > 0) && !cage_.has_cage_mesh()) {
     matcher->run(band_, match);
     return;
   }
   TexelBand turned = band_of_all();
-  turn.apply(context_of(source_.device), turned);
-  sheets.apply(context_of(source_.device), turned);
+  turn.set_directions(context_of(source_.device), turned);
+  sheets.write_search_distances(context_of(source_.device), turned);
   cage_.write_sample_reach(context_of(source_.device), turned);
   matcher->run(turned, match);
 }

@@ -32,7 +32,7 @@ struct HostCorrespondence {
     match.status.read(context, status);
   }
 
-  /// Copies the point of sample `from` of another correspondence, without its status.
+  /// Copies triangle, weights and distance of sample `from` of another correspondence, without its status.
   void take(std::size_t i, const HostCorrespondence& other, std::size_t from) {
     triangle[i] = other.triangle[from];
     u[i] = other.u[from];
@@ -40,12 +40,12 @@ struct HostCorrespondence {
     distance[i] = other.distance[from];
   }
 
-  void write(cl::Context& context, DeviceCorrespondence& match) const {
-    match.triangle.write(context, std::span(triangle));
-    match.barycentric.write(context, std::span(u));
-    match.barycentric.write(context, std::span(v), match.capacity);
-    match.distance.write(context, std::span(distance));
-    match.status.write(context, std::span(status));
+  void upload(cl::Context& context, DeviceCorrespondence& match) const {
+    match.triangle.upload(context, std::span(triangle));
+    match.barycentric.upload(context, std::span(u));
+    match.barycentric.upload(context, std::span(v), match.capacity);
+    match.distance.upload(context, std::span(distance));
+    match.status.upload(context, std::span(status));
   }
 };
 
