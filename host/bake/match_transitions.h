@@ -13,13 +13,13 @@
 namespace kiln {
 
 /// Collects the deciding method of each texel, band by band.
-class MatchTransitions {
+class MethodTransitions {
  public:
   /// Creates an empty collection.
   /// \param low       the low poly, with UVs
   /// \param with_uvs  LowSurface::with_uvs
-  MatchTransitions(const Mesh& low, std::span<const std::uint32_t> with_uvs, std::uint32_t width,
-                   std::uint32_t height);
+  MethodTransitions(const Mesh& low, std::span<const std::uint32_t> with_uvs, std::uint32_t width,
+                    std::uint32_t height);
 
   /// Records the method of each texel's first sample.
   /// \param deciding_methods  for each sample of the band, the method that decided it
@@ -34,8 +34,8 @@ class MatchTransitions {
   std::uint32_t width_;
   std::vector<std::uint32_t> chart_of_triangle_;
   // Deciding method of each texel as 1 + DecidingMethod; 0 if not covered
-  std::vector<std::uint8_t> method_;
-  std::vector<std::uint32_t> chart_;  // chart of each texel
+  std::vector<std::uint8_t> texel_methods_;
+  std::vector<std::uint32_t> texel_charts_;  // Chart of each texel
 };
 
 }  // namespace kiln
