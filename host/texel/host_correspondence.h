@@ -40,12 +40,12 @@ struct HostCorrespondence {
     distance[i] = other.distance[from];
   }
 
-  void upload(cl::Context& context, DeviceCorrespondence& match) const {
-    match.triangle.upload(context, std::span(triangle));
-    match.barycentric.upload(context, std::span(u));
-    match.barycentric.upload(context, std::span(v), match.capacity);
-    match.distance.upload(context, std::span(distance));
-    match.status.upload(context, std::span(status));
+  void write(cl::Context& context, DeviceCorrespondence& match) const {
+    match.triangle.write(context, std::span(triangle));
+    match.barycentric.write(context, std::span(u));
+    match.barycentric.write(context, std::span(v), match.capacity);
+    match.distance.write(context, std::span(distance));
+    match.status.write(context, std::span(status));
   }
 };
 
