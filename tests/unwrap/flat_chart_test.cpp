@@ -46,7 +46,7 @@ void expect_solved(std::uint32_t nx, std::uint32_t ny) {
     return Vec3d{x, y, 0};
   });
   FlatChart chart = sheet(surface);
-  project(chart, surface);
+  project_to_mean_plane(chart, surface);
   FlatSystem<N> system(chart);
   std::mt19937 random(nx);
   const auto number = [&] { return static_cast<double>(random() % 1000) / 1000; };
@@ -152,7 +152,7 @@ TEST(FlatChart, RoundsFlattenACapOfASphere) {
     return Vec3d{u * s, v * s, std::cos(r)};
   });
   FlatChart chart = sheet(surface);
-  project(chart, surface);
+  project_to_mean_plane(chart, surface);
   const double start = distortion(chart).energy;
   ASSERT_TRUE(is_injective(chart));
   double last = start;
@@ -229,7 +229,7 @@ TEST(FlatChart, EndsThatOverlapMuchAreLeft) {
 TEST(FlatChart, AFlippedTriangleIsTurned) {
   const ChartSurface surface = bent(6, 6, 1, 1, [](double x, double y) { return Vec3d{x, y, 0}; });
   FlatChart chart = sheet(surface);
-  project(chart, surface);
+  project_to_mean_plane(chart, surface);
   ASSERT_TRUE(is_injective(chart));
   std::uint32_t inner = 0;
   while (std::find(chart.boundary.begin(), chart.boundary.end(), inner) != chart.boundary.end()) {
@@ -259,9 +259,9 @@ TEST(FlatChart, CrumpledSheetsLieOnACircleOneToOne) {
     // Solvers that may end before do, and within the bound.
     lay_on_circle(chart);
     const ChartLimits limits{.energy = 0.4 * start};
-    ASSERT_FALSE(within(chart, limits));
+    ASSERT_FALSE(is_within_limits(chart, limits));
     injective_rounds(chart, 10, &limits);
-    EXPECT_TRUE(within(chart, limits));
+    EXPECT_TRUE(is_within_limits(chart, limits));
   }
 }
 
@@ -338,7 +338,7 @@ TEST(FlatChart, GrownChartsOfASphereAreDiscsThatCoverIt) {
   std::vector<int> seen(surface.triangles.size(), 0);
   for (const FlatChart& chart : charts) {
     EXPECT_TRUE(is_injective(chart));
-    EXPECT_TRUE(within(chart, {}));
+    EXPECT_TRUE(is_within_limits(chart, {}));
     for (const std::uint32_t t : chart.source) ++seen[t];
     // Euler: a disc has V - E + F = 1, and E = (3 F + border) / 2.
     EXPECT_EQ(2 * chart.points.size() - chart.triangles.size() - chart.boundary.size(), 2u);

@@ -67,7 +67,7 @@ TEST(ChartTrims, TeethOfASheetGo) {
   std::vector<std::uint32_t> local(laid.surface.triangles.size());
   for (const auto& part : parts) {
     FlatChart chart = cut_open(laid.surface, part, laid.borders.glued(), local);
-    project(chart, laid.surface);
+    project_to_mean_plane(chart, laid.surface);
     ASSERT_TRUE(is_injective(chart));
     laid.charts.push_back(std::move(chart));
   }
