@@ -52,7 +52,7 @@ AssetMaps asset_maps(std::span<BakedMap> maps,
     const std::string name = std::string(map.kind.name);
     if (name == "emission") {
       places.emission_strength = scale_emission(map.image);
-      // skips the emission map of a texture set that does not emit
+      // A texture set that does not emit gets no emission map
       if (places.emission_strength == 0) continue;
     }
     if (before) before(map, name);

@@ -74,16 +74,16 @@ class SceneReader {
     AffineMap to_world = world.map.value_or(kIdentityMap);
     remove_unit(to_world);
     if (is_3ds() && options.override_up && options.up != UpAxis::as_given) {
-      // undoes the rotation by which Assimp converts Z up to Y up
+      // Undoes the rotation by which Assimp has converted Z up to Y up
       to_world = product(to_world, rotation_to_y_up(UpAxis::minus_z));
     }
     nodes(to_world);
     if (is_3ds()) find_smooth_pieces();
     number_uv_sets();
-    for (const Placed& placed : placed_) {
-      builder_.set_object(placed.object);
-      for (unsigned i = 0; i < placed.node->mNumMeshes; ++i) {
-        mesh(placed.node->mMeshes[i], placed.world);
+    for (const PlacedMesh& placed_mesh : placed_meshes_) {
+      builder_.set_object(placed_mesh.object);
+      for (unsigned i = 0; i < placed_mesh.node->mNumMeshes; ++i) {
+        mesh(placed_mesh.node->mMeshes[i], placed_mesh.world);
       }
     }
     if (lost_groups_ != 0) {
@@ -138,7 +138,7 @@ class SceneReader {
         for (unsigned i = 0; i < visit.node->mNumMeshes; ++i) {
           if (visit.node->mMeshes[i] >= scene_.mNumMeshes) fail(node.name, "it refers to no mesh");
         }
-        placed_.push_back(
+        placed_meshes_.push_back(
             {visit.node, objects_.add(node.name.empty() ? "object" : node.name), world});
         asset_.object_nodes.push_back(index);
       }
@@ -156,7 +156,7 @@ class SceneReader {
   std::vector<AffineMap> poses(const aiMesh& mesh, const AffineMap& world) {
     if (mesh.mNumBones == 0) return {};
     std::vector<AffineMap> maps(mesh.mNumVertices, AffineMap{});
-    std::vector<double> totals(mesh.mNumVertices);
+    std::vector<double> weight_totals(mesh.mNumVertices);
     for (unsigned b = 0; b < mesh.mNumBones; ++b) {
       const aiBone& bone = *mesh.mBones[b];
       const auto joint = joints_.find(bone.mName.C_Str());
@@ -169,13 +169,13 @@ class SceneReader {
         const aiVertexWeight& weight = bone.mWeights[i];
         if (weight.mVertexId >= mesh.mNumVertices) fail(bone.mName.C_Str(), "it affects no vertex");
         if (!(weight.mWeight > 0)) continue;
-        totals[weight.mVertexId] += weight.mWeight;
+        weight_totals[weight.mVertexId] += weight.mWeight;
         for (std::size_t k = 0; k < 16; ++k) maps[weight.mVertexId][k] += weight.mWeight * map[k];
       }
     }
     for (std::size_t v = 0; v < maps.size(); ++v) {
-      if (!(totals[v] > 0)) maps[v] = world;
-      for (double& value : maps[v]) value /= totals[v] > 0 ? totals[v] : 1;
+      if (!(weight_totals[v] > 0)) maps[v] = world;
+      for (double& value : maps[v]) value /= weight_totals[v] > 0 ? weight_totals[v] : 1;
     }
     return maps;
   }
@@ -233,14 +233,14 @@ class SceneReader {
     for (std::size_t i = 0; i < meshes.size(); ++i) {
       const std::vector<std::uint32_t>& masks = meshes[i].masks;
       if (std::all_of(masks.begin(), masks.end(), [](auto mask) { return mask == 0; })) continue;
-      std::vector<Part3ds> described;
+      std::vector<Part3ds> part_descriptions;
       for (const unsigned m : parts[i]) {
         const aiMesh& part = *scene_.mMeshes[m];
         if (part.mMaterialIndex >= scene_.mNumMaterials) fail(part.mName.C_Str(), "no material");
-        described.push_back(
+        part_descriptions.push_back(
             {scene_.mMaterials[part.mMaterialIndex]->GetName().C_Str(), part.mNumFaces});
       }
-      if (const auto split = masks_of_parts(meshes[i], described)) {
+      if (const auto split = masks_of_parts(meshes[i], part_descriptions)) {
         join_smooth_pieces(parts[i], *split);
       } else {
         ++lost_groups_;
@@ -248,20 +248,19 @@ class SceneReader {
     }
   }
 
-  /// Joins the corners of one mesh to smooth pieces.
-  /// \param parts  Assimp's meshes that form the mesh
-  /// \param masks  smoothing mask of each face, per part
+  /// Joins the corners of one mesh of the file to smooth pieces. \param parts  Assimp's meshes that form the mesh
+  /// \param masks  for each part, the smoothing mask of each face
   void join_smooth_pieces(const std::vector<unsigned>& parts,
                           const std::vector<std::vector<std::uint32_t> >& masks) {
     using Place = std::array<std::uint64_t, 3>;
     std::map<Place, std::uint32_t> places;
-    std::vector<std::array<std::uint32_t, 2> > corners;  // vertex and corner
-    std::vector<std::uint32_t> mask_of;                  // smoothing mask per corner
-    std::vector<std::uint32_t> first;                    // first corner of each part
+    std::vector<std::array<std::uint32_t, 2> > corners;  // Pairs of vertex and corner
+    std::vector<std::uint32_t> corner_masks;             // smoothing mask per corner
+    std::vector<std::uint32_t> first;                    // Index of the first corner of each part
     for (std::size_t p = 0; p < parts.size(); ++p) {
       const aiMesh& part = *scene_.mMeshes[parts[p]];
-      first.push_back(static_cast<std::uint32_t>(mask_of.size()));
-      mask_of.resize(mask_of.size() + part.mNumVertices, 0);
+      first.push_back(static_cast<std::uint32_t>(corner_masks.size()));
+      corner_masks.resize(corner_masks.size() + part.mNumVertices, 0);
       for (unsigned f = 0; f < part.mNumFaces; ++f) {
         const aiFace& face = part.mFaces[f];
         for (unsigned k = 0; k < face.mNumIndices; ++k) {
@@ -273,15 +272,15 @@ class SceneReader {
             place[i] = std::bit_cast<std::uint64_t>(at[i] + 0.0);  // adding 0 turns -0 into 0
           }
           const std::uint32_t corner = first[p] + v;
-          mask_of[corner] = masks[p][f];
+          corner_masks[corner] = masks[p][f];
           corners.push_back(
               {places.emplace(place, static_cast<std::uint32_t>(places.size())).first->second,
                corner});
         }
       }
     }
-    DisjointSets pieces(mask_of.size());
-    join_by_groups(std::move(corners), mask_of, pieces);
+    DisjointSets pieces(corner_masks.size());
+    join_by_groups(std::move(corners), corner_masks, pieces);
     for (std::size_t p = 0; p < parts.size(); ++p) {
       std::vector<std::uint32_t>& pieces_of_vertex = pieces_[parts[p]].of_vertex;
       for (unsigned v = 0; v < scene_.mMeshes[parts[p]]->mNumVertices; ++v) {
@@ -316,9 +315,9 @@ class SceneReader {
     const auto first_uv = static_cast<std::uint32_t>(builder_.uvs.size());
     const auto first_normal = static_cast<std::uint32_t>(builder_.normals.size());
     const NormalTransform of_node(world);
-    std::vector<NormalTransform> turns(posed.begin(), posed.end());
+    std::vector<NormalTransform> normal_transforms(posed.begin(), posed.end());
     const auto normal_turn_of = [&](unsigned v) -> const NormalTransform& {
-      return turns.empty() ? of_node : turns[v];
+      return normal_transforms.empty() ? of_node : normal_transforms[v];
     };
     const auto has_channel = [&mesh](const UvSet& set) { return mesh.HasTextureCoords(set.set); };
     const bool uvs = uv_set.has_value() ||
@@ -378,9 +377,9 @@ class SceneReader {
   void number_uv_sets() {
     std::set<unsigned> other_sets;
     std::optional<unsigned> read;
-    for (const Placed& placed : placed_) {
-      for (unsigned i = 0; i < placed.node->mNumMeshes; ++i) {
-        const aiMesh& mesh = *scene_.mMeshes[placed.node->mMeshes[i]];
+    for (const PlacedMesh& placed_mesh : placed_meshes_) {
+      for (unsigned i = 0; i < placed_mesh.node->mNumMeshes; ++i) {
+        const aiMesh& mesh = *scene_.mMeshes[placed_mesh.node->mMeshes[i]];
         const std::optional<unsigned> chosen_set = uv_sets_.find(uv_set_names(mesh));
         if (!read) read = chosen_set;
         // mesh() rejects the invalid index
@@ -548,20 +547,22 @@ class SceneReader {
   UvSetChoice uv_sets_;
   ScenePictures pictures_;
   Asset asset_;
-  struct Placed {
+  struct PlacedMesh {
     const aiNode* node;
     std::string object;
     AffineMap world;
   };
-  std::vector<Placed> placed_;  // nodes with meshes, in the file's order
+  std::vector<PlacedMesh> placed_meshes_;  // nodes with meshes, in the file's order
   // transforms of nodes by name; nullopt if the name is ambiguous
   std::map<std::string, std::optional<AffineMap> > joints_;
   struct SmoothPieces {
     std::uint32_t mesh = 0;  // index of the mesh in the file
     std::uint32_t times_placed = 0;
-    std::vector<std::uint32_t> of_vertex;  // normal index per vertex; empty: the mesh has no groups
+    // For each vertex, the index of its normal; empty if the mesh has no groups
+    std::vector<std::uint32_t> of_vertex;
   };
-  std::vector<SmoothPieces> pieces_;  // smooth pieces per mesh of Assimp; empty: the file is no 3DS
+  // For each mesh of Assimp, its smooth pieces; empty if the file is no 3DS
+  std::vector<SmoothPieces> pieces_;
   std::map<std::array<std::uint32_t, 2>, std::map<std::uint32_t, std::uint32_t> > piece_normals_;
   std::uint64_t unresolved_skins_ = 0, lost_groups_ = 0;
   UniqueNames objects_, unique_materials_;
@@ -601,7 +602,7 @@ const aiScene* read_scene(const MeshInput& input, Assimp::Importer& importer, st
 /// fails, an error is thrown. This doubles the time of reading. If no child can be created, the check is skipped.
 void check_in_child(const MeshInput& input, const Message& remedy) {
   const std::uint64_t bytes = input.bytes.size();
-  // Limits are ten times what real files need.
+  // The child's limits of time and memory are ten times what real files need.
   const ChildLimits limits = {.seconds = 30 + 2 * (bytes >> 20U),
                               .bytes = (std::uint64_t{1} << 30U) + 200 * bytes};
   std::string reason;
@@ -634,7 +635,7 @@ Asset read_by_assimp(const MeshInput& input) {
   if (scene == nullptr) input.fail("", "Assimp could not read it: " + reason, remedy);
   if (scene->mRootNode == nullptr) input.fail("", "it has no scene", remedy);
   Asset asset = SceneReader(input, *scene).read();
-  // has_own_materials() applies: the materials are in the file itself
+  // The materials are in the file itself, see has_own_materials()
   asset.mesh.material_files = {fs::path(input.file).filename().string()};
   return asset;
 }

@@ -13,7 +13,7 @@ AffineMap rotation_to_y_up(UpAxis up);
 
 /// The transform from a file's coordinates to those of Mesh.
 struct WorldFrame {
-  std::optional<AffineMap> map;  ///< nullopt: coordinates are unchanged
+  std::optional<AffineMap> map;  ///< Rotation and scale; nullopt if coordinates stay unchanged
   double metres = 0;             ///< Metres per unit of the Mesh; 0: unknown
 };
 

@@ -63,7 +63,7 @@ using LoadedScene = std::unique_ptr<ufbx_scene, FreeScene>;
 
 /// Uses the program's operator new, so that its memory limit applies.
 void* allocate(void* /*user*/, std::size_t size) { return ::operator new(size, std::nothrow); }
-void release(void* /*user*/, void* block, std::size_t /*size*/) { ::operator delete(block); }
+void free_block(void* /*user*/, void* block, std::size_t /*size*/) { ::operator delete(block); }
 
 /// Loads the scene by ufbx. \throws Error(input), std::bad_alloc
 LoadedScene load(const MeshInput& input) {
@@ -72,7 +72,7 @@ LoadedScene load(const MeshInput& input) {
       memory_left(), (std::uint64_t{1} << 30U) + 200 * std::uint64_t{input.bytes.size()});
   ufbx_load_opts options = {};
   options.temp_allocator.allocator.alloc_fn = allocate;
-  options.temp_allocator.allocator.free_fn = release;
+  options.temp_allocator.allocator.free_fn = free_block;
   options.temp_allocator.memory_limit = std::max<std::uint64_t>(max_bytes, 1);
   options.result_allocator = options.temp_allocator;
   options.ignore_animation = true;
@@ -82,7 +82,8 @@ LoadedScene load(const MeshInput& input) {
   options.use_blender_pbr_material = true;
   options.file_format = UFBX_FILE_FORMAT_FBX;
   options.index_error_handling = UFBX_INDEX_ERROR_HANDLING_NO_INDEX;
-  // such faces are kept, so that they are reported as short faces, and because smoothing groups are indexed by face
+  // Faces without triangles are kept, so that they are reported as short faces, and because smoothing groups are
+  // indexed by face
   options.allow_empty_faces = true;
   ufbx_error error = {};
   LoadedScene scene(fbx_load_memory(input.bytes.data(), input.bytes.size(), options, error));
@@ -181,7 +182,8 @@ class FbxReader {
       node.name = from->is_root ? "RootNode" : text_of(from->name);
       node.parent = parent;
       node.transform = to_parent(*from);
-      for (const ufbx_element* attribute : from->all_attribs) attach(*from, *attribute, index);
+      for (const ufbx_element* attribute : from->all_attribs)
+        add_attribute(*from, *attribute, index);
       for (std::size_t i = from->children.count; i-- > 0;) {
         open.push_back({from->children.data[i], index});
       }
@@ -200,7 +202,7 @@ class FbxReader {
                : fbx_map(node.node_to_parent);
   }
 
-  void attach(const ufbx_node& node, const ufbx_element& attribute, std::uint32_t index) {
+  void add_attribute(const ufbx_node& node, const ufbx_element& attribute, std::uint32_t index) {
     switch (attribute.type) {
       case UFBX_ELEMENT_MESH:
         break;
@@ -291,9 +293,11 @@ class FbxReader {
   /// Indices of the builder's UVs for the corners of a mesh; instances of the mesh share them.
   struct MeshUvs {
     bool is_there = false;
-    std::uint32_t first = 0;                // index of the set's first UV in the builder
-    const ufbx_vertex_vec2* own = nullptr;  // used if all pictures refer to the chosen set
-    std::vector<std::uint32_t> of_corner;   // used if a picture refers to another set
+    std::uint32_t first = 0;  // index of the set's first UV in the builder
+    // The UVs of the chosen set, used if all pictures refer to it
+    const ufbx_vertex_vec2* own = nullptr;
+    // The UVs of several sets, used if a picture refers to another set than the chosen one
+    std::vector<std::uint32_t> of_corner;
 
     std::uint32_t at(std::size_t corner) const {
       if (!of_corner.empty()) return of_corner[corner];
@@ -324,12 +328,13 @@ class FbxReader {
   /// different indices in different meshes. A set's number is its index in the first mesh that has it, or an unused
   /// number if that is taken.
   void number_uv_sets() {
-    std::uint32_t unused = 0;
+    std::uint32_t next_free_number = 0;
     std::optional<std::uint32_t> read;
     for (const Placed& placed : placed_) {
       const std::optional<std::uint32_t> chosen_set = uv_sets_.find(uv_set_names(*placed.mesh));
       if (!read) read = chosen_set;
-      unused = std::max(unused, static_cast<std::uint32_t>(placed.mesh->uv_sets.count));
+      next_free_number =
+          std::max(next_free_number, static_cast<std::uint32_t>(placed.mesh->uv_sets.count));
       add_material_users(placed);
     }
     read_set_ = read.value_or(0);
@@ -343,7 +348,7 @@ class FbxReader {
           const std::string name = text_of(texture->uv_set);
           if (set_numbers_.contains(name) || !uses_other_set(*material, name)) continue;
           std::uint32_t number = uv_set_of(*material, name);
-          if (!used_numbers.insert(number).second) used_numbers.insert(number = unused++);
+          if (!used_numbers.insert(number).second) used_numbers.insert(number = next_free_number++);
           set_numbers_[name] = number;
           other_sets_.push_back(name);
           builder_.other_uvs.push_back({number, {}});
@@ -359,13 +364,13 @@ class FbxReader {
   void add_material_users(const Placed& placed) {
     const ufbx_mesh& mesh = *placed.mesh;
     const ufbx_material_list& list = materials_of(placed);
-    std::vector<bool> is_used(list.count);
+    std::vector<bool> is_set_used(list.count);
     for (std::size_t f = 0; f < mesh.faces.count; ++f) {
       const std::uint32_t index = f < mesh.face_material.count ? mesh.face_material.data[f] : 0;
-      if (index < is_used.size()) is_used[index] = true;
+      if (index < is_set_used.size()) is_set_used[index] = true;
     }
-    for (std::size_t i = 0; i < is_used.size(); ++i) {
-      if (!is_used[i]) continue;
+    for (std::size_t i = 0; i < is_set_used.size(); ++i) {
+      if (!is_set_used[i]) continue;
       std::vector<const ufbx_mesh*>& meshes = meshes_of_[list.data[i]];
       if (std::find(meshes.begin(), meshes.end(), &mesh) == meshes.end()) meshes.push_back(&mesh);
     }
@@ -499,12 +504,12 @@ class FbxReader {
   /// ufbx only keeps whether a face has any group.
   std::vector<std::uint32_t> groups_of(const ufbx_mesh& mesh) {
     if (mesh.face_smoothing.count < mesh.num_faces) return {};
-    if (!groups_) groups_ = fbx_smoothing_groups(input_.bytes);
+    if (!smoothing_groups_) smoothing_groups_ = fbx_smoothing_groups(input_.bytes);
     std::vector<std::uint32_t> masks(mesh.num_faces);
     for (std::size_t f = 0; f < masks.size(); ++f) masks[f] = mesh.face_smoothing.data[f] ? 1 : 0;
-    // Both lists have the geometries in the file's order.
-    if (groups_->size() == scene_.meshes.count) {
-      const std::vector<std::uint32_t>& found = (*groups_)[mesh.typed_id];
+    // ufbx's list of meshes and the list of groups both have the file's order.
+    if (smoothing_groups_->size() == scene_.meshes.count) {
+      const std::vector<std::uint32_t>& found = (*smoothing_groups_)[mesh.typed_id];
       if (found.size() == masks.size()) return found;
     }
     merged_groups_.add(text_of(mesh.name));
@@ -658,7 +663,7 @@ class FbxReader {
       const ufbx_transform& uv_transform = texture.uv_transform;
       const bool is_rotated = uv_transform.rotation.x != 0 || uv_transform.rotation.y != 0 ||
                               uv_transform.rotation.z != 0;
-      // The transform's own scale is used, which multiplies UVs in all programs.
+      // Only the scale of the transform is used, since all programs multiply UVs by it.
       pictures_.place(
           picture, uv_transform.scale.x, uv_transform.scale.y,
           is_rotated || uv_transform.translation.x != 0 || uv_transform.translation.y != 0, true);
@@ -666,7 +671,8 @@ class FbxReader {
     return picture;
   }
 
-  /// Number of the named UV set: its index in the first mesh of the material that has it after its first set; else 0.
+  /// Number of the named UV set: its index in the first of the material's meshes in which that set is not the first
+  /// one; otherwise 0.
   std::uint32_t uv_set_of(const ufbx_material& material, const std::string& name) const {
     const auto meshes = meshes_of_.find(&material);
     if (meshes == meshes_of_.end()) return 0;
@@ -687,7 +693,7 @@ class FbxReader {
     }
   }
 
-  struct Named {
+  struct NamedElement {
     std::uint64_t count = 0;
     std::string first;
     void add(const std::string& name) {
@@ -696,7 +702,8 @@ class FbxReader {
   };
 
   void warn() const {
-    const auto add_warning = [this](const Named& named, const char* code, const std::string& what) {
+    const auto add_warning = [this](const NamedElement& named, const char* code,
+                                    const std::string& what) {
       if (named.count == 0) return;
       input_.warn(
           code, std::to_string(named.count) + what + " ('" + printable(named.first) + "' for one).",
@@ -741,15 +748,15 @@ class FbxReader {
   UniqueNames objects_, unique_materials_;
   std::map<const ufbx_mesh*, MeshUvs> uvs_;
   std::uint32_t read_set_ = 0;
-  std::vector<std::string> other_sets_;               // names of the sets in builder_.other_uvs
-  std::map<std::string, std::uint32_t> set_numbers_;  // numbers of these sets, by name
+  std::vector<std::string> other_sets_;               // Names of the UV sets in builder_.other_uvs
+  std::map<std::string, std::uint32_t> set_numbers_;  // Numbers of the UV sets, by name
   std::map<const ufbx_material*, std::string> material_names_;
   std::map<std::string, const ufbx_material*> material_of_;
   std::map<const ufbx_material*, std::vector<const ufbx_mesh*> > meshes_of_;
   std::map<const void*, std::shared_ptr<const std::vector<std::byte> > > embedded_;
-  // smoothing masks of faces, per geometry
-  std::optional<std::vector<std::vector<std::uint32_t> > > groups_;
-  Named ignored_, hidden_, lods_, subdivided_, layered_, merged_groups_, deformed_;
+  // For each geometry, the smoothing masks of its faces
+  std::optional<std::vector<std::vector<std::uint32_t> > > smoothing_groups_;
+  NamedElement ignored_, hidden_, lods_, subdivided_, layered_, merged_groups_, deformed_;
   std::uint64_t holes_ = 0;
 };
 
@@ -758,7 +765,7 @@ class FbxReader {
 Asset read_fbx(const MeshInput& input) {
   const LoadedScene scene = load(input);
   Asset asset = FbxReader(input, *scene).read();
-  // has_own_materials() applies: the materials are in the file itself
+  // The materials are in the file itself, see has_own_materials()
   asset.mesh.material_files = {fs::path(input.file).filename().string()};
   return asset;
 }

@@ -1,6 +1,6 @@
 #ifdef KILN_HAS_UFBX
-// Functions have internal linkage. Constants cannot in C++, so they are weak, and another program's
-// definition wins.
+// ufbx's functions have internal linkage here. Its constants cannot have that in C++, so they are weak symbols, which a
+// program's own definitions replace.
 #define ufbx_abi static
 #define ufbx_abi_data_definition  // the header expects this macro, and otherwise undefines the next \
                                   // one

@@ -77,10 +77,10 @@ bool FbxPose::mirrors(std::size_t vertex) const {
 std::vector<ufbx_vec3> morphed_normals(const ufbx_mesh& mesh, const FbxPose& pose) {
   if (!pose.is_morphed() || !mesh.vertex_normal.exists) return {};
   struct FaceNormals {
-    // sums of the faces' area vectors, before and after morphing
+    // Sums of the area vectors of some faces, before and after morphing
     Vec3d before{0, 0, 0}, after{0, 0, 0};
   };
-  // faces that share a pair of vertex and normal
+  // Sums over the faces that share a pair of vertex and normal
   std::unordered_map<std::uint64_t, FaceNormals> face_normals;
   const auto key_of = [&mesh](std::size_t corner) {
     return std::uint64_t{mesh.vertex_indices.data[corner]} << 32U |

@@ -39,9 +39,9 @@ class FbxPose {
   AffineMap to_world_;
   AffineMap of_node_;
   NormalTransform turn_of_node_;
-  // transform to the file's world, per vertex; empty: the mesh has no skin
+  // For each vertex, the transform to the file's world; empty if the mesh has no skin
   std::vector<ufbx_matrix> poses_;
-  std::vector<ufbx_vec3> morphed_;  // vertices with blend shapes added; empty: no shape is active
+  std::vector<ufbx_vec3> morphed_;  // Vertices with blend shapes added; empty if no shape is active
 };
 
 /// The file's normals under blend shapes, per corner. Each normal is rotated by the mean rotation of the faces that

@@ -56,7 +56,7 @@ void join_along_edges(const ufbx_mesh& mesh, DisjointSets& pieces) {
 
 void join_faces_by_groups(const ufbx_mesh& mesh, const std::vector<std::uint32_t>& groups,
                           DisjointSets& pieces) {
-  std::vector<std::array<std::uint32_t, 2>> corners;  // vertex and corner
+  std::vector<std::array<std::uint32_t, 2>> corners;  // Pairs of vertex and corner
   corners.reserve(mesh.num_indices);
   std::vector<std::uint32_t> mask_of(mesh.num_indices);
   for (std::size_t f = 0; f < mesh.faces.count; ++f) {
@@ -85,7 +85,7 @@ class BinaryGroups {
       : bytes_(bytes), result_(result) {
     std::uint32_t version = 0;
     std::memcpy(&version, bytes.data() + 23, 4);
-    wide_ = version >= 7500;
+    has_64_bit_offsets_ = version >= 7500;
   }
 
   void read() {
@@ -111,7 +111,7 @@ class BinaryGroups {
 
   template <typename Visit>
   void for_each_record(std::uint64_t at, std::uint64_t end, const Visit& visit) const {
-    const std::size_t size = wide_ ? 8 : 4;
+    const std::size_t size = has_64_bit_offsets_ ? 8 : 4;
     const std::uint64_t head = 3 * size + 1;
     while (at + head <= end) {
       Record record;
@@ -120,7 +120,7 @@ class BinaryGroups {
       const std::uint64_t length = number(at + 2 * size, size);
       const std::uint64_t name = number(at + 3 * size, 1);
       record.properties = at + head + name;
-      // A record with end 0 terminates a list.
+      // A record whose end offset is 0 terminates a list.
       if (record.end <= at || record.end > end || record.properties > record.end ||
           length > record.end - record.properties) {
         return;
@@ -190,28 +190,28 @@ class BinaryGroups {
 
   std::string_view bytes_;
   std::vector<std::vector<std::uint32_t>>& result_;
-  bool wide_ = false;
+  bool has_64_bit_offsets_ = false;
 };
 
 /// Parses text FBX, `Key: value, value { Key: ... }`. Strings and comments may contain any characters.
 class TextGroups {
  public:
   TextGroups(std::string_view text, std::vector<std::vector<std::uint32_t>>& result)
-      : text_(text), result_(result) {}
+      : fbx_text_(text), result_(result) {}
 
   void read() {
-    while (at_ < text_.size()) {
-      const char c = text_[at_];
+    while (at_ < fbx_text_.size()) {
+      const char c = fbx_text_[at_];
       if (c == ';') {
-        at_ = std::min(text_.find('\n', at_), text_.size());
+        at_ = std::min(fbx_text_.find('\n', at_), fbx_text_.size());
       } else if (c == '"') {
         string();
       } else if (c == '{') {
-        keys_.push_back(key_);
+        open_record_keys_.push_back(key_);
         ++at_;
       } else if (c == '}') {
         ++at_;
-        close();
+        close_record();
       } else if (is_word(c)) {
         word();
       } else {
@@ -226,30 +226,34 @@ class TextGroups {
            c == '-' || c == '+' || c == '.' || c == '|';
   }
 
-  bool in_groups() const { return keys_.size() >= 3 && keys_[2] == kGroups; }
+  bool in_groups() const {
+    return open_record_keys_.size() >= 3 && open_record_keys_[2] == kGroups;
+  }
 
   void string() {
-    const std::size_t end = std::min(text_.find('"', at_ + 1), text_.size());
+    const std::size_t end = std::min(fbx_text_.find('"', at_ + 1), fbx_text_.size());
     if (in_groups() && key_ == "MappingInformationType") {
-      by_polygon_ = text_.substr(at_ + 1, end - at_ - 1) == "ByPolygon";
+      by_polygon_ = fbx_text_.substr(at_ + 1, end - at_ - 1) == "ByPolygon";
     }
-    at_ = std::min(end + 1, text_.size());
+    at_ = std::min(end + 1, fbx_text_.size());
   }
 
   void word() {
     const std::size_t begin = at_;
-    while (at_ < text_.size() && is_word(text_[at_])) ++at_;
-    const std::string_view word = text_.substr(begin, at_ - begin);
-    if (at_ < text_.size() && text_[at_] == ':') {
+    while (at_ < fbx_text_.size() && is_word(fbx_text_[at_])) ++at_;
+    const std::string_view word = fbx_text_.substr(begin, at_ - begin);
+    if (at_ < fbx_text_.size() && fbx_text_[at_] == ':') {
       key_ = word;
       ++at_;
-      if (keys_.size() == 2 && key_ == "PolygonVertexIndex") current_geometry_.is_mesh = true;
+      if (open_record_keys_.size() == 2 && key_ == "PolygonVertexIndex")
+        current_geometry_.is_mesh = true;
       return;
     }
-    // The count after '*' is no value of the list.
-    if (!in_groups() || (begin != 0 && text_[begin - 1] == '*')) return;
-    const bool is_value = (keys_.size() == 3 && key_ == "Smoothing") ||
-                          (keys_.size() == 4 && keys_[3] == "Smoothing" && key_ == "a");
+    // The number after '*' is the list's length, not one of its values.
+    if (!in_groups() || (begin != 0 && fbx_text_[begin - 1] == '*')) return;
+    const bool is_value =
+        (open_record_keys_.size() == 3 && key_ == "Smoothing") ||
+        (open_record_keys_.size() == 4 && open_record_keys_[3] == "Smoothing" && key_ == "a");
     std::int64_t value = 0;
     if (!is_value ||
         std::from_chars(word.data(), word.data() + word.size(), value).ec != std::errc())
@@ -257,9 +261,9 @@ class TextGroups {
     groups_.push_back(static_cast<std::uint32_t>(value));
   }
 
-  void close() {
-    if (keys_.empty()) return;
-    if (keys_.size() == 3 && in_groups()) {
+  void close_record() {
+    if (open_record_keys_.empty()) return;
+    if (open_record_keys_.size() == 3 && in_groups()) {
       if (by_polygon_ && !current_geometry_.has_groups) {
         current_geometry_.has_groups = true;
         current_geometry_.groups = std::move(groups_);
@@ -267,20 +271,21 @@ class TextGroups {
       groups_.clear();
       by_polygon_ = false;
     }
-    if (keys_.size() == 2 && keys_[0] == "Objects") {
-      if (current_geometry_.is_mesh && (keys_[1] == "Geometry" || keys_[1] == "Model")) {
+    if (open_record_keys_.size() == 2 && open_record_keys_[0] == "Objects") {
+      if (current_geometry_.is_mesh &&
+          (open_record_keys_[1] == "Geometry" || open_record_keys_[1] == "Model")) {
         result_.push_back(std::move(current_geometry_.groups));
       }
       current_geometry_ = {};
     }
-    keys_.pop_back();
+    open_record_keys_.pop_back();
     key_ = {};
   }
 
-  std::string_view text_;
+  std::string_view fbx_text_;
   std::vector<std::vector<std::uint32_t>>& result_;
   std::size_t at_ = 0;
-  std::vector<std::string_view> keys_;
+  std::vector<std::string_view> open_record_keys_;
   std::string_view key_;
   Geometry current_geometry_;
   std::vector<std::uint32_t> groups_;
@@ -294,7 +299,7 @@ std::vector<std::uint32_t> smooth_pieces(const ufbx_mesh& mesh,
   const bool has_edges = mesh.edge_smoothing.count != 0 && mesh.edges.count != 0 &&
                          mesh.edge_smoothing.count >= mesh.edges.count;
   if (!has_edges && groups.empty()) return {};
-  DisjointSets pieces(mesh.num_indices);  // corners, joined to smooth pieces
+  DisjointSets pieces(mesh.num_indices);  // Sets of corners that belong to the same smooth piece
   if (has_edges) {
     join_along_edges(mesh, pieces);
   } else {

@@ -24,7 +24,7 @@ std::vector<std::string> parts_of(const fs::path& path) {
   return parts;
 }
 
-/// Number of names that two paths have in common at their ends.
+/// Number of folder and file names, counted from the end, that two paths have in common.
 std::size_t count_shared_parts(const std::vector<std::string>& a,
                                const std::vector<std::string>& b) {
   const auto [end, other] = std::mismatch(a.rbegin(), a.rend(), b.rbegin(), b.rend());
@@ -50,13 +50,13 @@ bool lies_within(const fs::path& folder, const fs::path& file) {
 
 /// A folder with more entries than the limit is not searched at all, since the order of entries is arbitrary.
 void FileFinder::list() {
-  listed_ = true;
+  is_folder_listed_ = true;
   std::error_code error;
   const fs::path start = folder_.empty() ? fs::path(".") : folder_;
   fs::recursive_directory_iterator at(start, fs::directory_options::skip_permission_denied, error);
-  std::size_t entries = 0;
+  std::size_t entry_count = 0;
   for (; !error && at != fs::recursive_directory_iterator(); at.increment(error)) {
-    if (++entries > kMaxFolderEntries) {
+    if (++entry_count > kMaxFolderEntries) {
       files_.clear();
       return;
     }
@@ -73,7 +73,7 @@ void FileFinder::list() {
 }
 
 std::string FileFinder::named(const std::string& name) {
-  if (!listed_) list();
+  if (!is_folder_listed_) list();
   const auto found = files_.find(lower_case(name));
   if (found == files_.end()) return {};
   std::vector<std::string> paths;
@@ -99,9 +99,9 @@ fs::path FileFinder::find(const fs::path& path, const std::string& named_by) {
     }
     return path;
   }
-  const auto [entry, added] = found_.emplace(path, path);
+  const auto [entry, added] = found_paths_.emplace(path, path);
   if (!added) return entry->second;
-  if (!listed_) list();
+  if (!is_folder_listed_) list();
   note_answer(folder_.empty() ? "." : folder_, kNamedAnswerPrefix + path.filename().string(),
               named(path.filename().string()));
   const auto candidates = files_.find(lower_case(path.filename().string()));

@@ -26,8 +26,8 @@ class FileFinder {
   explicit FileFinder(std::filesystem::path folder, std::vector<Warning>* warnings = nullptr)
       : folder_(std::move(folder)), warnings_(warnings) {}
 
-  /// Returns the path itself if the file exists, or if no file with its name is found; else the found file.
-  /// \param named_by  file and line that name it, for the warning
+  /// Returns the path itself if the file exists, or if no file of its name is found; otherwise the path of the file
+  /// found. \param named_by  file and line that name the path, for the warning
   std::filesystem::path find(const std::filesystem::path& path, const std::string& named_by);
 
   /// Files called `name` in the folder and its subfolders, ignoring case: sorted relative paths, one per line.
@@ -38,10 +38,10 @@ class FileFinder {
 
   std::filesystem::path folder_;
   std::vector<Warning>* warnings_;
-  bool listed_ = false;
-  /// paths by lower-case file name
+  bool is_folder_listed_ = false;
+  /// Paths of the files in the folder, by lower-case file name
   std::map<std::string, std::vector<std::filesystem::path>> files_;
-  std::map<std::filesystem::path, std::filesystem::path> found_;
+  std::map<std::filesystem::path, std::filesystem::path> found_paths_;
 };
 
 }  // namespace kiln

@@ -28,24 +28,24 @@ namespace {
 constexpr std::uint64_t kTriangles = 4, kTriangleFan = 6;
 
 /// Transforms positions, normals and tangents by a matrix.
-class Placing {
+class MeshTransform {
  public:
-  explicit Placing(const AffineMap& m) : m_(m) {
+  explicit MeshTransform(const AffineMap& m) : m_(m) {
     const Vec3d x(m[0], m[1], m[2]), y(m[4], m[5], m[6]), z(m[8], m[9], m[10]);
     const Vec3d yz = cross(y, z), zx = cross(z, x), xy = cross(x, y);
     const double determinant = dot(x, yz);
-    mirrors_ = determinant < 0;
+    is_mirroring_ = determinant < 0;
     // The normal matrix is the transposed inverse up to a positive factor; a division by its largest entry keeps floats
     // in range.
     double largest = 0;
     for (const Vec3d& v : {yz, zx, xy}) {
       largest = std::max({largest, std::abs(v.x), std::abs(v.y), std::abs(v.z)});
     }
-    const double scale = (mirrors_ ? -1.0 : 1.0) / (largest > 0 ? largest : 1);
+    const double scale = (is_mirroring_ ? -1.0 : 1.0) / (largest > 0 ? largest : 1);
     n_ = {yz * scale, zx * scale, xy * scale};
   }
 
-  bool mirrors() const { return mirrors_; }
+  bool mirrors() const { return is_mirroring_; }
   MeshBuilder::Position place(const double* p) const {
     MeshBuilder::Position result;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -71,7 +71,7 @@ class Placing {
     return size > 0 && std::isfinite(size) ? to_float(n * (1 / size)) : Vec3{};
   }
   AffineMap m_;
-  bool mirrors_ = false;
+  bool is_mirroring_ = false;
   std::array<Vec3d, 3> n_{};
 };
 
@@ -80,7 +80,7 @@ struct Primitive {
   GltfNumbers positions, normals, uvs, tangents, colors;
   // other UV sets, parallel to GltfReader::other_sets_; empty: none
   std::vector<GltfNumbers> other_uvs;
-  std::vector<GltfNumbers> joints, weights;  // one element per set of joints and weights
+  std::vector<GltfNumbers> joints, weights;  // One element for each set of joints and weights
   std::string place;
   std::vector<Triangle> triangles;
   std::size_t material = 0;
@@ -142,7 +142,7 @@ class GltfReader {
     AffineMap matrix;
     std::string name;
     std::optional<std::size_t> skin;
-    std::vector<double> weights;  // weights of the mesh's morph targets
+    std::vector<double> weights;  // The weights of the mesh's morph targets at this node
   };
 
   /// Checks that nodes have at most one parent, and no cycles.
@@ -161,19 +161,20 @@ class GltfReader {
       }
     }
     // The nodes in topological order from the roots; nodes that are never reached belong to a cycle, or lie below one.
-    std::vector<std::size_t> ordered;
+    std::vector<std::size_t> ordered_nodes;
     for (std::size_t i = 0; i < parent.size(); ++i) {
-      if (!parent[i]) ordered.push_back(i);
+      if (!parent[i]) ordered_nodes.push_back(i);
     }
-    std::vector<bool> is_done(parent.size());
-    for (std::size_t next = 0; next < ordered.size(); ++next) {
-      is_done[ordered[next]] = true;
-      const GltfValue children = nodes.at(ordered[next])["children"];
-      for (std::size_t k = 0; k < children.size(); ++k) ordered.push_back(children.at(k).count(0));
+    std::vector<bool> is_ordered(parent.size());
+    for (std::size_t next = 0; next < ordered_nodes.size(); ++next) {
+      is_ordered[ordered_nodes[next]] = true;
+      const GltfValue children = nodes.at(ordered_nodes[next])["children"];
+      for (std::size_t k = 0; k < children.size(); ++k)
+        ordered_nodes.push_back(children.at(k).count(0));
     }
-    const auto unreached = std::find(is_done.begin(), is_done.end(), false);
-    if (unreached != is_done.end()) {
-      nodes.at(static_cast<std::size_t>(unreached - is_done.begin()))
+    const auto unreached = std::find(is_ordered.begin(), is_ordered.end(), false);
+    if (unreached != is_ordered.end()) {
+      nodes.at(static_cast<std::size_t>(unreached - is_ordered.begin()))
           .fail("it is its own ancestor");
     }
     return parent;
@@ -184,16 +185,16 @@ class GltfReader {
   std::vector<std::size_t> roots(const std::vector<std::optional<std::size_t>>& parent) {
     const GltfValue nodes = file_.list("nodes"), scenes = file_.list("scenes");
     std::vector<std::size_t> result;
-    std::vector<bool> is_root_taken(nodes.size());
+    std::vector<bool> is_root_used(nodes.size());
     const auto add_roots_of = [&](const GltfValue& scene) {
       const GltfValue list = scene["nodes"];
-      std::vector<bool> listed(nodes.size());
-      for (std::size_t k = 0; k < list.size(); ++k) listed[*list.at(k).index_into(nodes)] = true;
+      std::vector<bool> is_listed(nodes.size());
+      for (std::size_t k = 0; k < list.size(); ++k) is_listed[*list.at(k).index_into(nodes)] = true;
       for (std::size_t k = 0; k < list.size(); ++k) {
         const std::size_t node = list.at(k).count(0);
         if (parent[node]) {
           std::optional<std::size_t> ancestor = parent[node];
-          while (ancestor && !listed[*ancestor]) ancestor = parent[*ancestor];
+          while (ancestor && !is_listed[*ancestor]) ancestor = parent[*ancestor];
           if (!ancestor) {
             list.at(k).fail("nodes[" + std::to_string(node) +
                             "] is not a root: it is a child of nodes[" +
@@ -202,8 +203,8 @@ class GltfReader {
           if (nested_scene_nodes_++ == 0) first_nested_node_ = list.at(k).place();
           continue;
         }
-        if (!is_root_taken[node]) result.push_back(node);
-        is_root_taken[node] = true;
+        if (!is_root_used[node]) result.push_back(node);
+        is_root_used[node] = true;
       }
     };
     const GltfValue scene = file_.root()["scene"];
@@ -232,16 +233,16 @@ class GltfReader {
       std::size_t node;
       std::uint32_t parent;
     };
-    std::vector<Step> steps;
+    std::vector<Step> open_steps;
     const std::vector<std::size_t> first = roots(parent);
     for (auto root = first.rbegin(); root != first.rend(); ++root) {
-      steps.push_back({*root, AssetNode::kNone});
+      open_steps.push_back({*root, AssetNode::kNone});
     }
     std::vector<AffineMap> worlds;
-    UniqueNames unique;
-    while (!steps.empty()) {
-      const Step step = steps.back();
-      steps.pop_back();
+    UniqueNames unique_names;
+    while (!open_steps.empty()) {
+      const Step step = open_steps.back();
+      open_steps.pop_back();
       const GltfValue node = nodes.at(step.node);
       const auto index = static_cast<std::uint32_t>(asset.nodes.size());
       AssetNode& asset_node = asset.nodes.emplace_back();
@@ -273,12 +274,12 @@ class GltfReader {
           const AffineMap map = instances.size() == 1 && instance == kIdentityMap
                                     ? worlds.back()
                                     : product(worlds.back(), instance);
-          placed_.push_back({*mesh, index, map, unique.add(name), skin, weights});
+          placed_.push_back({*mesh, index, map, unique_names.add(name), skin, weights});
         }
       }
       const GltfValue children = node["children"];
       for (std::size_t k = children.size(); k-- > 0;) {
-        steps.push_back({static_cast<std::size_t>(children.at(k).count(0)), index});
+        open_steps.push_back({static_cast<std::size_t>(children.at(k).count(0)), index});
       }
     }
   }
@@ -290,14 +291,14 @@ class GltfReader {
   }
 
   /// Numbers of vertices and of triangle corners.
-  struct Counts {
+  struct MeshCounts {
     std::uint64_t vertices = 0, corners = 0;
   };
 
-  /// Counts the vertices and corners of a mesh. For compressed data, the counts come from headers, before anything is
+  /// MeshCounts the vertices and corners of a mesh. For compressed data, the counts come from headers, before anything is
   /// decompressed.
-  Counts count_mesh(const GltfValue& primitives) {
-    Counts counts;
+  MeshCounts count_mesh(const GltfValue& primitives) {
+    MeshCounts counts;
     for (std::size_t i = 0; i < primitives.size(); ++i) {
       const GltfValue primitive = primitives.at(i), attributes = primitive["attributes"];
       if (primitive["mode"].count(kTriangles) < kTriangles) continue;
@@ -333,7 +334,7 @@ class GltfReader {
 
   /// Finds properties that all primitives have in common, and checks the memory for all instances.
   void prescan() {
-    std::map<std::size_t, Counts> counts_of_mesh;
+    std::map<std::size_t, MeshCounts> counts_of_mesh;
     std::uint64_t vertices = 0, corners = 0;
     for (const Placed& placed : placed_) {
       const auto [entry, added] = counts_of_mesh.try_emplace(placed.mesh);
@@ -449,7 +450,7 @@ class GltfReader {
   }
 
   void finish_primitive(const GltfValue& from, const Placed& placed, Primitive& result) {
-    // By the specification, tangents of a primitive without normals are ignored.
+    // By the specification of glTF, tangents of a primitive without normals are ignored.
     if (result.normals.values.empty()) result.tangents = {};
     result.place = from.place();
     add_targets(from["targets"], placed.weights, result);
@@ -464,7 +465,7 @@ class GltfReader {
     ++morphed_primitives_;
     const RequestedAttribute changed[] = {{"POSITION", 3, &result.positions},
                                           {"NORMAL", 3, &result.normals},
-                                          // morph targets have no sign of the bitangent
+                                          // Tangents of morph targets have no sign of the bitangent
                                           {"TANGENT", 3, &result.tangents},
                                           {kUvSet + std::to_string(uv_set_), 2, &result.uvs},
                                           {"COLOR_0", GltfFile::kColor, &result.colors}};
@@ -560,19 +561,19 @@ class GltfReader {
   /// same mesh.
   const std::vector<Primitive>& primitives_of(const Placed& placed) {
     const bool skinned = placed.skin.has_value();
-    if (last_ && last_->mesh == placed.mesh && last_->skinned == skinned &&
-        last_->weights == placed.weights) {
-      return last_->primitives;
+    if (last_instance_ && last_instance_->mesh == placed.mesh &&
+        last_instance_->skinned == skinned && last_instance_->weights == placed.weights) {
+      return last_instance_->primitives;
     }
-    last_ = CachedPrimitives{placed.mesh, skinned, placed.weights, {}};
+    last_instance_ = CachedPrimitives{placed.mesh, skinned, placed.weights, {}};
     const GltfValue primitives = file_.list("meshes").at(placed.mesh)["primitives"];
     for (std::size_t i = 0; i < primitives.size(); ++i) {
       std::optional<Primitive> primitive = read_primitive(primitives.at(i), placed);
       if (primitive && !primitive->triangles.empty()) {
-        last_->primitives.push_back(std::move(*primitive));
+        last_instance_->primitives.push_back(std::move(*primitive));
       }
     }
-    return last_->primitives;
+    return last_instance_->primitives;
   }
 
   void add(const Placed& placed, Asset& asset) {
@@ -588,32 +589,32 @@ class GltfReader {
     }
   }
 
-  /// Transforms of a primitive's vertices to world space: one for all vertices, or one per vertex.
-  struct Placings {
-    Placing node;
-    std::vector<Placing> own;  // one per vertex if the mesh is skinned
+  /// Transforms of a primitive's vertices to world space: a single one for all vertices, or one for each vertex.
+  struct VertexTransforms {
+    MeshTransform node;
+    std::vector<MeshTransform> own;  // One transform for each vertex if the mesh is skinned
 
-    const Placing& of(std::size_t vertex) const { return own.empty() ? node : own[vertex]; }
+    const MeshTransform& of(std::size_t vertex) const { return own.empty() ? node : own[vertex]; }
     /// True if a triangle is mirrored, as decided by the majority of its corners.
     bool mirror(const Triangle& t) const {
       return int{of(t[0]).mirrors()} + int{of(t[1]).mirrors()} + int{of(t[2]).mirrors()} >= 2;
     }
   };
 
-  Placings placings_of(const Primitive& p, const Placed& placed) {
-    Placings placings{Placing(placed.matrix), {}};
-    if (!placed.skin || p.joints.empty()) return placings;
+  VertexTransforms vertex_transforms_of(const Primitive& p, const Placed& placed) {
+    VertexTransforms vertex_transforms{MeshTransform(placed.matrix), {}};
+    if (!placed.skin || p.joints.empty()) return vertex_transforms;
     ++skinned_primitives_;
     const GltfJoints& joints = worlds_->joints(*placed.skin);
     const GltfValue attributes(input_, nullptr, p.place + ".attributes");
     const GltfInfluences influences = influences_of(attributes, p.joints, p.weights, joints.size());
-    placings.own.reserve(p.positions.count());
+    vertex_transforms.own.reserve(p.positions.count());
     for (std::size_t v = 0; v < p.positions.count(); ++v) {
       const std::optional<AffineMap> map = influences.map_of(joints, v);
       if (!map && unweighted_vertices_++ == 0) first_unweighted_ = p.place;
-      placings.own.push_back(map ? Placing(*map) : placings.node);
+      vertex_transforms.own.push_back(map ? MeshTransform(*map) : vertex_transforms.node);
     }
-    return placings;
+    return vertex_transforms;
   }
 
   Vec2 uv_of(const GltfNumbers& uvs, std::size_t vertex) const {
@@ -630,7 +631,7 @@ class GltfReader {
       input_.fail("", "its instances have more than 2147483647 vertices",
                   "Split or simplify the mesh.");
     }
-    const Placings placings = placings_of(p, placed);
+    const VertexTransforms vertex_transforms = vertex_transforms_of(p, placed);
     const auto first = static_cast<std::uint32_t>(builder_.positions.size());
     const auto first_uv = static_cast<std::uint32_t>(builder_.uvs.size());
     const auto first_normal = static_cast<std::uint32_t>(builder_.normals.size());
@@ -641,7 +642,7 @@ class GltfReader {
     const std::optional<UvMap> uv_map =
         p.material < uv_maps_.size() ? uv_maps_[p.material] : std::nullopt;
     for (std::size_t i = 0; i < count; ++i) {
-      const Placing& placing = placings.of(i);
+      const MeshTransform& placing = vertex_transforms.of(i);
       builder_.positions.push_back(placing.place(p.positions.at(i)));
       if (has_normals) {
         const double* const n = p.normals.at(i);
@@ -663,7 +664,7 @@ class GltfReader {
     }
     constexpr std::span<const std::uint32_t> no_indices;
     for (Triangle t : p.triangles) {
-      if (placings.mirror(t)) std::swap(t[1], t[2]);
+      if (vertex_transforms.mirror(t)) std::swap(t[1], t[2]);
       Triangle corners{}, uv{}, normal{};
       for (std::size_t k = 0; k < 3; ++k) {
         corners[k] = first + t[k];
@@ -703,7 +704,7 @@ class GltfReader {
     builder_.colors.push_back(bytes);
   }
 
-  void add_tangent(const GltfNumbers& tangents, std::size_t vertex, const Placing& placing) {
+  void add_tangent(const GltfNumbers& tangents, std::size_t vertex, const MeshTransform& placing) {
     if (tangents.values.empty()) {
       builder_.tangents.push_back({});
       return;
@@ -779,7 +780,7 @@ class GltfReader {
     std::vector<double> weights;
     std::vector<Primitive> primitives;
   };
-  std::optional<CachedPrimitives> last_;
+  std::optional<CachedPrimitives> last_instance_;
   std::vector<Placed> placed_;
   std::uint32_t uv_sets_ = 0, uv_set_ = 0;  // number of UV sets, and the chosen one
   bool has_colors_ = false, has_tangents_ = false;

@@ -33,10 +33,10 @@ DracoMesh unpack_draco(const GltfFile& /*file*/, const GltfValue& extension,
 namespace kiln {
 namespace {
 
-/// Limits the allocations of a decoder, since Draco trusts the numbers in a file.
-class Limits {
+/// DecodeLimits the allocations of a decoder, since Draco trusts the numbers in a file.
+class DecodeLimits {
  public:
-  Limits(const GltfValue& place, std::size_t bytes) : place_(place), bytes_(bytes) {}
+  DecodeLimits(const GltfValue& place, std::size_t bytes) : place_(place), bytes_(bytes) {}
 
   /// Checks the numbers of triangles and vertices before Draco allocates memory for them.
   /// \returns the numbers in the order of the method: triangles first (sequential), or vertices first (edgebreaker)
@@ -59,11 +59,11 @@ class Limits {
   void check_attributes(const draco::PointCloud& points) const {
     std::uint64_t bytes = 0;
     for (std::int32_t i = 0; i < points.num_attributes(); ++i) {
-      // Each value is also stored as an integer, with an index.
+      // Memory for a value: the value itself, a copy of it as an integer, and an index.
       bytes +=
           std::uint64_t{8} * static_cast<std::uint64_t>(points.attribute(i)->num_components()) + 8;
     }
-    // an upper bound; real files need fewer bytes per point
+    // An upper bound; real files need fewer bytes per point
     constexpr std::uint64_t kMaxBytesPerPoint = 1024;
     if (bytes > kMaxBytesPerPoint) {
       place_.fail("it has more attributes than a mesh can use");
@@ -88,9 +88,9 @@ class Limits {
 
 /// A decoder that checks sizes before it allocates.
 template <typename Decoder>
-class Bounded : public Decoder {
+class BoundedDecoder : public Decoder {
  public:
-  explicit Bounded(const Limits& limits) : limits_(limits) {}
+  explicit BoundedDecoder(const DecodeLimits& limits) : limits_(limits) {}
 
  protected:
   bool DecodeConnectivity() override {
@@ -103,14 +103,14 @@ class Bounded : public Decoder {
   }
 
  private:
-  const Limits& limits_;
+  const DecodeLimits& limits_;
 };
 
 /// A decoder that reads only the header, and then fails.
 template <typename Decoder>
-class HeadReader : public Decoder {
+class HeaderReader : public Decoder {
  public:
-  explicit HeadReader(const Limits& limits) : limits_(limits) {}
+  explicit HeaderReader(const DecodeLimits& limits) : limits_(limits) {}
   std::optional<std::array<std::uint32_t, 2> > counts;
 
  protected:
@@ -120,12 +120,12 @@ class HeadReader : public Decoder {
   }
 
  private:
-  const Limits& limits_;
+  const DecodeLimits& limits_;
 };
 
 /// Reads the header. \returns the compression method
 /// \throws Error(input) if it is not a Draco header as glTF requires
-int method_of(draco::DecoderBuffer ahead, const Limits& limits) {
+int method_of(draco::DecoderBuffer ahead, const DecodeLimits& limits) {
   draco::DracoHeader header;
   if (!draco::PointCloudDecoder::DecodeHeader(&ahead, &header).ok() ||
       header.encoder_type != draco::TRIANGULAR_MESH || header.version_major != 2 ||
@@ -136,8 +136,8 @@ int method_of(draco::DecoderBuffer ahead, const Limits& limits) {
 }
 
 template <typename Decoder>
-std::array<std::uint32_t, 2> read_head(draco::DecoderBuffer buffer, const Limits& limits) {
-  HeadReader<Decoder> decoder(limits);
+std::array<std::uint32_t, 2> read_head(draco::DecoderBuffer buffer, const DecodeLimits& limits) {
+  HeaderReader<Decoder> decoder(limits);
   const draco::DecoderOptions options;
   draco::Mesh discarded_mesh;
   static_cast<void>(decoder.Decode(options, &buffer, &discarded_mesh));
@@ -145,15 +145,15 @@ std::array<std::uint32_t, 2> read_head(draco::DecoderBuffer buffer, const Limits
   return *decoder.counts;
 }
 
-void decode(std::string_view bytes, const Limits& limits, draco::Mesh& mesh) {
+void decode(std::string_view bytes, const DecodeLimits& limits, draco::Mesh& mesh) {
   draco::DecoderBuffer buffer;
   buffer.Init(bytes.data(), bytes.size());
   const int method = method_of(buffer, limits);
   std::unique_ptr<draco::MeshDecoder> decoder;
   if (method == draco::MESH_EDGEBREAKER_ENCODING) {
-    decoder = std::make_unique<Bounded<draco::MeshEdgebreakerDecoder> >(limits);
+    decoder = std::make_unique<BoundedDecoder<draco::MeshEdgebreakerDecoder> >(limits);
   } else if (method == draco::MESH_SEQUENTIAL_ENCODING) {
-    decoder = std::make_unique<Bounded<draco::MeshSequentialDecoder> >(limits);
+    decoder = std::make_unique<BoundedDecoder<draco::MeshSequentialDecoder> >(limits);
   } else {
     limits.fail();
   }
@@ -178,7 +178,7 @@ GltfNumbers numbers_of(const draco::Mesh& mesh, const DracoAttribute& asked) {
     fail("its packed " + asked.name + " has " + std::to_string(result.width) +
          " numbers per vertex");
   }
-  double largest = 1;  // the integer that represents 1 in normalised accessors
+  double largest = 1;  // The integer that represents 1 in normalised accessors
   if (asked.accessor["normalized"].flag() && !attribute->normalized()) {
     largest = GltfFile::largest_of(asked.accessor);
   }
@@ -209,7 +209,7 @@ std::string_view bytes_of(const GltfFile& file, const GltfValue& extension) {
 
 DracoCounts count_draco(const GltfFile& file, const GltfValue& extension) {
   const std::string_view bytes = bytes_of(file, extension);
-  const Limits limits(extension, bytes.size());
+  const DecodeLimits limits(extension, bytes.size());
   draco::DecoderBuffer buffer;
   buffer.Init(bytes.data(), bytes.size());
   const int method = method_of(buffer, limits);
@@ -226,7 +226,7 @@ DracoMesh unpack_draco(const GltfFile& file, const GltfValue& extension,
                        const std::vector<DracoAttribute>& attributes) {
   const std::string_view bytes = bytes_of(file, extension);
   draco::Mesh mesh;
-  decode(bytes, Limits(extension, bytes.size()), mesh);
+  decode(bytes, DecodeLimits(extension, bytes.size()), mesh);
   DracoMesh result;
   result.points = mesh.num_points();
   result.indices.reserve(std::size_t{3} * mesh.num_faces());

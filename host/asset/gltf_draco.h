@@ -27,12 +27,12 @@ struct DracoMesh {
 /// An attribute of compressed data.
 struct DracoAttribute {
   std::uint64_t id = 0;   ///< Id of the attribute in the extension
-  GltfValue accessor;     ///< The accessor that describes its numbers
+  GltfValue accessor;     ///< The accessor that describes the attribute's numbers
   std::size_t width = 0;  ///< Numbers per element, as for GltfFile::numbers()
-  std::string name;       ///< Name for messages
+  std::string name;       ///< The attribute's name, for messages
 };
 
-/// Counts in the header of compressed data.
+/// Numbers that the header of compressed data states.
 struct DracoCounts {
   std::uint64_t triangles = 0;
   std::uint64_t vertices = 0;  ///< Number of vertices before any are split at seams

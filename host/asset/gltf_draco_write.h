@@ -13,15 +13,16 @@ struct DracoStream {
   enum class Use { position, normal, uv, other };
 
   Use use = Use::other;
-  std::size_t width = 0;              ///< Numbers per vertex
-  std::vector<float> values;          ///< The numbers; empty if `shares` is used
-  std::vector<std::uint16_t> shares;  ///< Numbers in [0, 1] as multiples of 1/65535, stored exactly
+  std::size_t width = 0;      ///< How many numbers the stream holds for each vertex
+  std::vector<float> values;  ///< The stream's numbers; empty if `shares` holds them
+  /// The stream's numbers if all lie in [0, 1]: multiples of 1/65535, which are stored exactly
+  std::vector<std::uint16_t> shares;
 };
 
 /// True if Draco was built in.
 bool can_pack_draco();
 
-/// A primitive compressed by Draco.
+/// A primitive's triangles, compressed by Draco.
 struct DracoPrimitive {
   std::string bytes;
   std::size_t vertices = 0;        ///< Number of vertices after decompression

@@ -337,7 +337,7 @@ std::string_view GltfFile::part_of_buffer(const GltfValue& view) const {
   return bytes.substr(offset, length);
 }
 
-GltfFile::Packed GltfFile::packed_of(const GltfValue& packed) const {
+GltfFile::CompressedView GltfFile::compressed_view_of(const GltfValue& packed) const {
   const auto buffer = packed["buffer"].index_into(list("buffers"));
   if (!buffer) packed.fail("it names no buffer");
   return {*buffer,
@@ -352,20 +352,20 @@ GltfFile::Packed GltfFile::packed_of(const GltfValue& packed) const {
 /// Rejects compressed views whose total size exceeds what their bytes can hold, before any is decompressed. Each may be
 /// valid by itself while thousands of them overlap.
 void GltfFile::check_packed() const {
-  if (packed_fit_) return;
+  if (are_compressed_views_checked_) return;
   const GltfValue views = list("bufferViews");
-  std::set<Packed> parts;
+  std::set<CompressedView> parts;
   std::set<std::size_t> buffers;
   std::uint64_t unpacked = 0, bytes = 0;
   for (std::size_t i = 0; i < views.size(); ++i) {
     const GltfValue packed = views.at(i)["extensions"][kMeshopt];
     if (!packed.exists()) continue;
-    const auto [part, added] = parts.insert(packed_of(packed));
+    const auto [part, added] = parts.insert(compressed_view_of(packed));
     if (!added) continue;
     if (part->step != 0 &&
         part->count > (kMaxUnpackedRatio * part->length + kUncheckedBytes) / part->step) {
       packed.fail("it should hold " + std::to_string(part->count) + " elements, more than its " +
-                  std::to_string(part->length) + " bytes can");
+                  std::to_string(part->length) + " compressed bytes can hold");
     }
     const std::uint64_t size = capped_product(part->count, part->step);
     unpacked = size > ~unpacked ? ~std::uint64_t{0} : unpacked + size;
@@ -373,18 +373,18 @@ void GltfFile::check_packed() const {
   }
   for (const std::size_t i : buffers) bytes += buffer(i).size();
   if (unpacked > kMaxUnpackedRatio * bytes + kUncheckedBytes) {
-    views.fail("what is packed by " + std::string(kMeshopt) + " should hold " +
-               std::to_string(unpacked) + " bytes, more than the " + std::to_string(bytes) +
-               " bytes can that it lies in");
+    views.fail("the views that " + std::string(kMeshopt) + " compresses would decompress to " +
+               std::to_string(unpacked) + " bytes, more than their " + std::to_string(bytes) +
+               " compressed bytes can hold");
   }
   const FailWith fail = [&](const std::string& /*place*/, const std::string& problem,
                             const Message& remedy) { views.fail(problem, remedy); };
   require_memory("its decompressed data", unpacked, memory_failure(fail, ""));
-  packed_fit_ = true;
+  are_compressed_views_checked_ = true;
 }
 
 std::string GltfFile::unpack(const GltfValue& view, const GltfValue& packed,
-                             const Packed& part) const {
+                             const CompressedView& part) const {
   const std::string_view bytes = part_of_buffer(packed);
   const std::uint64_t count = part.count, step = part.step;
   const std::string &mode = part.mode, &filter = part.filter;
@@ -395,7 +395,7 @@ std::string GltfFile::unpack(const GltfValue& view, const GltfValue& packed,
                              : (step == 2 || step == 4) && (!triangles || count % 3 == 0);
   if (!fits) packed.fail("its byteStride or count is invalid for its mode");
   if (count * step != view["byteLength"].count(0)) {
-    packed.fail("it holds other than the byteLength of its bufferView");
+    packed.fail("its count times byteStride is not the byteLength of its bufferView");
   }
   const auto* const compressed = reinterpret_cast<const unsigned char*>(bytes.data());
   std::string result(count * step, '\0');
@@ -422,10 +422,10 @@ std::string_view GltfFile::view(std::size_t index) const {
   const GltfValue view = list("bufferViews").at(index);
   const GltfValue packed = view["extensions"][kMeshopt];
   if (!packed.exists()) return part_of_buffer(view);
-  const Packed part = packed_of(packed);
+  const CompressedView part = compressed_view_of(packed);
   if (const auto known = unpacked_.find(part); known != unpacked_.end()) {
     if (known->second.size() != view["byteLength"].count(0)) {
-      packed.fail("it holds other than the byteLength of its bufferView");
+      packed.fail("its count times byteStride is not the byteLength of its bufferView");
     }
     return known->second;
   }
@@ -453,7 +453,7 @@ GltfFile::Elements GltfFile::elements(const GltfValue& accessor, const GltfValue
   const std::size_t size = component_of(accessor, component_type).bytes * width;
   const std::size_t step = std::max<std::size_t>(row_step != 0 ? row_step : size, 1);
   const std::string_view bytes = view(*view_index);
-  // This cannot overflow, since counts in JSON are at most 2^53 and the division comes first.
+  // The check cannot overflow, since counts in JSON are at most 2^53 and the division comes first.
   const bool fits = count == 0 || (offset <= bytes.size() && bytes.size() - offset >= size &&
                                    (count - 1) <= (bytes.size() - offset - size) / step);
   if (!fits) {
@@ -465,7 +465,7 @@ GltfFile::Elements GltfFile::elements(const GltfValue& accessor, const GltfValue
 }
 
 /// Finds the position of an accessor's elements, without sparse ones; nothing if all elements are zero.
-GltfFile::Elements GltfFile::locate(const GltfValue& accessor) const {
+GltfFile::Elements GltfFile::locate_elements(const GltfValue& accessor) const {
   const std::uint64_t count = accessor["count"].count(0);
   const GltfValue view = accessor["bufferView"];
   if (const auto index = view.index_into(list("bufferViews"))) {
@@ -483,7 +483,7 @@ GltfFile::Elements GltfFile::locate(const GltfValue& accessor) const {
 
 std::size_t GltfFile::count(std::size_t index) const {
   const GltfValue accessor = list("accessors").at(index);
-  locate(accessor);
+  locate_elements(accessor);
   return accessor["count"].count(0);
 }
 
@@ -510,7 +510,7 @@ GltfNumbers GltfFile::read(std::size_t index, std::size_t width, bool indices) c
   const bool normalized = accessor["normalized"].flag() && type != kFloat;
   const std::size_t count = this->count(index);
   const GltfValue sparse = accessor["sparse"];
-  const Elements source_elements = locate(accessor);
+  const Elements source_elements = locate_elements(accessor);
   const FailWith fail = [&](const std::string& /*place*/, const std::string& problem,
                             const Message& remedy) { accessor.fail(problem, remedy); };
   require_memory("its numbers", capped_product(count, file_width * sizeof(double)),

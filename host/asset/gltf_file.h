@@ -18,7 +18,7 @@ namespace kiln {
 
 /// The values of an accessor.
 struct GltfNumbers {
-  std::size_t width = 0;       ///< Numbers per element
+  std::size_t width = 0;       ///< How many numbers each element has
   std::vector<double> values;  ///< The values; normalised integers are converted to fractions
 
   std::size_t count() const { return width == 0 ? 0 : values.size() / width; }
@@ -63,34 +63,37 @@ class GltfFile {
  private:
   struct Elements;
   /// The fields of EXT_meshopt_compression. Views with equal fields have the same bytes.
-  struct Packed {
+  struct CompressedView {
     std::size_t buffer = 0;
     std::uint64_t offset = 0, length = 0, count = 0, step = 0;
     std::string mode, filter;
 
-    auto operator<=>(const Packed&) const = default;
+    auto operator<=>(const CompressedView&) const = default;
   };
   std::string_view buffer(std::size_t index) const;
   std::string_view part_of_buffer(const GltfValue& view) const;
   std::shared_ptr<const std::string> read_buffer(const GltfValue& uri) const;
-  Packed packed_of(const GltfValue& packed) const;
+  CompressedView compressed_view_of(const GltfValue& packed) const;
   void check_packed() const;
-  std::string unpack(const GltfValue& view, const GltfValue& packed, const Packed& part) const;
+  std::string unpack(const GltfValue& view, const GltfValue& packed,
+                     const CompressedView& part) const;
   Elements elements(const GltfValue& accessor, const GltfValue& place_of_view, std::size_t count,
                     std::uint64_t offset, std::uint64_t component_type, std::size_t width,
                     std::size_t row_step) const;
-  Elements locate(const GltfValue& accessor) const;
+  Elements locate_elements(const GltfValue& accessor) const;
   GltfNumbers read(std::size_t accessor, std::size_t width, bool indices) const;
 
   const MeshInput& input_;
   std::unique_ptr<nlohmann::json> json_;
   std::string_view binary_;
   bool has_binary_ = false;
-  // Caches: buffers except binary_, and files that several buffers may share
+  // Caches of the buffers, except binary_, and of files that several buffers may share
   mutable std::map<std::size_t, std::shared_ptr<const std::string>> buffers_;
   mutable std::map<std::filesystem::path, std::shared_ptr<const std::string>> files_;
-  mutable std::map<Packed, std::string> unpacked_;  // cached bytes of decompressed views
-  mutable bool packed_fit_ = false;                 // true once check_packed() has succeeded
+  // Cache of the bytes of decompressed views
+  mutable std::map<CompressedView, std::string> unpacked_;
+  // true once check_packed() has succeeded
+  mutable bool are_compressed_views_checked_ = false;
 };
 
 }  // namespace kiln

@@ -59,9 +59,9 @@ double GltfValue::number(double otherwise) const {
 
 std::uint64_t GltfValue::count(std::uint64_t otherwise) const {
   if (!exists()) return otherwise;
-  // above this, doubles cannot represent every integer
+  // Largest number up to which doubles represent every integer
   constexpr double kMaxExactInteger = 9007199254740992;
-  const double value = number(0);  // some exporters write integers as 3.0
+  const double value = number(0);  // Some exporters write an integer as 3.0
   if (!(value >= 0 && value <= kMaxExactInteger) || value != std::floor(value)) {
     fail("it is not a non-negative integer");
   }

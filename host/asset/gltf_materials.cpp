@@ -83,15 +83,15 @@ const char* const kGlossiness = "KHR_materials_pbrSpecularGlossiness";
 /// The texture references of all slots of a material.
 std::vector<GltfValue> texture_infos(const GltfValue& material) {
   const GltfValue surface = material["pbrMetallicRoughness"];
-  const GltfValue glossy = material["extensions"][kGlossiness];
-  std::vector<GltfValue> infos;
+  const GltfValue specular_glossiness = material["extensions"][kGlossiness];
+  std::vector<GltfValue> texture_infos_of_slots;
   for (const GltfValue& info :
-       {surface["baseColorTexture"], surface["metallicRoughnessTexture"], glossy["diffuseTexture"],
-        glossy["specularGlossinessTexture"], material["normalTexture"],
-        material["occlusionTexture"], material["emissiveTexture"]}) {
-    if (info.exists()) infos.push_back(info);
+       {surface["baseColorTexture"], surface["metallicRoughnessTexture"],
+        specular_glossiness["diffuseTexture"], specular_glossiness["specularGlossinessTexture"],
+        material["normalTexture"], material["occlusionTexture"], material["emissiveTexture"]}) {
+    if (info.exists()) texture_infos_of_slots.push_back(info);
   }
-  return infos;
+  return texture_infos_of_slots;
 }
 
 /// The UVs of one set that the primitives of a material use.
@@ -110,19 +110,21 @@ UvMap choose_map(const GltfFile& file, const std::vector<UvMap>& maps, const Use
       max_uv[i % 2] = std::max(max_uv[i % 2], uvs.values[i]);
     }
   }
-  // The largest result inside the unit square ranks first; if there is none, the smallest.
+  // Of the transforms whose result lies in the unit square, that with the largest result ranks first. If none does, it
+  // is the transform with the smallest result.
   const auto rank = [&](const UvMap& map) {
     constexpr double kRounding = 1e-3;
-    bool inside = true;
+    bool is_in_unit_square = true;
     for (const double u : {min_uv[0], max_uv[0]}) {
       for (const double v : {min_uv[1], max_uv[1]}) {
         for (const double coordinate : map.at(u, v)) {
-          inside = inside && coordinate >= -kRounding && coordinate <= 1 + kRounding;
+          is_in_unit_square =
+              is_in_unit_square && coordinate >= -kRounding && coordinate <= 1 + kRounding;
         }
       }
     }
     const double size = std::abs(determinant(map));
-    return std::pair(inside ? 0 : 1, inside ? -size : size);
+    return std::pair(is_in_unit_square ? 0 : 1, is_in_unit_square ? -size : size);
   };
   return *std::min_element(maps.begin(), maps.end(),
                            [&](const UvMap& a, const UvMap& b) { return rank(a) < rank(b); });
@@ -155,18 +157,20 @@ class MaterialReader {
     material.place = file_.input().file + ": " + from.place();
     material.extras = from["extras"].dump();
     const GltfValue surface = from["pbrMetallicRoughness"];
-    const GltfValue glossy = from["extensions"][kGlossiness];
-    const bool is_glossy = glossy.exists() && !surface.exists();
+    const GltfValue specular_glossiness = from["extensions"][kGlossiness];
+    const bool is_glossy = specular_glossiness.exists() && !surface.exists();
     const std::array<double, 4> color =
-        (is_glossy ? glossy["diffuseFactor"] : surface["baseColorFactor"]).numbers<4>({1, 1, 1, 1});
+        (is_glossy ? specular_glossiness["diffuseFactor"] : surface["baseColorFactor"])
+            .numbers<4>({1, 1, 1, 1});
     for (std::size_t k = 0; k < 3; ++k) material.color[k] = static_cast<float>(color[k]);
     material.color_map =
-        picture(is_glossy ? glossy["diffuseTexture"] : surface["baseColorTexture"]);
+        picture(is_glossy ? specular_glossiness["diffuseTexture"] : surface["baseColorTexture"]);
     if (is_glossy) {
       material.metallic_from = MaterialNumber::none;
       material.metallic = 0;
-      material.roughness = static_cast<float>(1 - glossy["glossinessFactor"].number(1));
-      material.roughness_map = picture(glossy["specularGlossinessTexture"]);
+      material.roughness =
+          static_cast<float>(1 - specular_glossiness["glossinessFactor"].number(1));
+      material.roughness_map = picture(specular_glossiness["specularGlossinessTexture"]);
       material.roughness_map.channel = 3;
       material.roughness_map.inverted = true;
       ++glossy_;
@@ -234,12 +238,12 @@ class MaterialReader {
                              "PNG or JPEG, or convert its pictures to BC7 (`ktx transcode`).",
                          undecoded_);
     }
-    if (missing_ != 0) {
+    if (missing_picture_count_ != 0) {
       file_.input().warn("picture-missing",
-                         std::to_string(missing_) + " of its materials' pictures (" +
+                         std::to_string(missing_picture_count_) + " of its materials' pictures (" +
                              first_missing_ +
                              " for one) are missing; only the material's factor is used.",
-                         missing_);
+                         missing_picture_count_);
     }
     if (unread_ != 0) {
       file_.input().warn("picture-missing",
@@ -333,8 +337,8 @@ class MaterialReader {
       const auto view = image["bufferView"].index_into(file_.list("bufferViews"));
       if (!uri.exists() && !view) image.fail("it has neither a URI nor a bufferView");
       // Images with the same view share its bytes, so that they are read once.
-      Bytes image_bytes;
-      Bytes& shared = uri.exists() ? image_bytes : views_[*view];
+      CachedBytes image_bytes;
+      CachedBytes& shared = uri.exists() ? image_bytes : views_[*view];
       if (shared == nullptr) {
         const std::string_view encoded = uri.exists() ? std::string_view(bytes) : file_.view(*view);
         const auto* const first = reinterpret_cast<const std::byte*>(encoded.data());
@@ -355,7 +359,7 @@ class MaterialReader {
     if (picture.bytes != nullptr) {
       encoded = *picture.bytes;
     } else {
-      // number of bytes that contain the header and the format description
+      // Number of a file's first bytes that contain the header and the format description
       constexpr std::size_t kKtxHeaderBytes = 1024;
       bytes.resize(kKtxHeaderBytes);
       note_whether_file(picture.file);
@@ -376,14 +380,15 @@ class MaterialReader {
   void count_missing_picture(const GltfValue& what) {
     const std::string uri =
         what.place().ends_with("uri") ? " '" + what.text().substr(0, 200) + "'" : "";
-    if (missing_++ == 0) first_missing_ = what.place() + printable(uri);
+    if (missing_picture_count_++ == 0) first_missing_ = what.place() + printable(uri);
   }
 
   const GltfFile& file_;
-  using Bytes = std::shared_ptr<const std::vector<std::byte>>;
+  using CachedBytes = std::shared_ptr<const std::vector<std::byte>>;
   std::map<std::size_t, MaterialPicture> pictures_;  // cached pictures by the index of their image
-  std::map<std::size_t, Bytes> views_;               // cached bytes by the index of their image
-  std::uint64_t missing_ = 0, glossy_ = 0, nearest_ = 0, unread_ = 0, undecoded_ = 0;
+  // cached bytes by the index of their image
+  std::map<std::size_t, CachedBytes> views_;
+  std::uint64_t missing_picture_count_ = 0, glossy_ = 0, nearest_ = 0, unread_ = 0, undecoded_ = 0;
   std::uint32_t uv_set_;
   std::optional<UvMap> uv_map_;  // UV map of the current material
   std::string first_missing_, first_unread_, first_ignored_extension_, first_nearest_,
@@ -423,11 +428,11 @@ std::vector<std::optional<UvMap>> gltf_uv_maps(const GltfFile& file, std::uint32
     }
   }
   std::vector<std::optional<UvMap>> result(materials.size());
-  std::uint64_t several = 0;
+  std::uint64_t materials_with_several_maps = 0;
   std::string first;
   for (std::size_t i = 0; i < uvs_of_material.size(); ++i) {
     if (!uvs_of_material[i].are_integers) continue;
-    std::vector<UvMap> maps;  // distinct UV maps
+    std::vector<UvMap> maps;  // The distinct UV transforms
     for (const GltfValue& info : texture_infos(materials.at(i))) {
       const UvMap map = uv_map_of(info);
       if (uv_set_of(info) != uv_set || determinant(map) == 0) continue;
@@ -435,16 +440,16 @@ std::vector<std::optional<UvMap>> gltf_uv_maps(const GltfFile& file, std::uint32
     }
     if (maps.empty()) continue;
     const UvMap chosen = maps.size() == 1 ? maps[0] : choose_map(file, maps, uvs_of_material[i]);
-    if (maps.size() > 1 && several++ == 0) first = materials.at(i).place();
+    if (maps.size() > 1 && materials_with_several_maps++ == 0) first = materials.at(i).place();
     if (chosen != UvMap()) result[i] = chosen;
   }
-  if (several != 0 && warns) {
+  if (materials_with_several_maps != 0 && warns) {
     file.input().warn(
         "uv-transforms",
-        "pictures of " + counted(several, "material") + " (" + first +
+        "pictures of " + counted(materials_with_several_maps, "material") + " (" + first +
             " for one) scale the mesh's quantised UVs by different amounts: its layout is the one "
             "that fills most of the unit square.",
-        several);
+        materials_with_several_maps);
   }
   return result;
 }

@@ -12,7 +12,7 @@ namespace kiln {
 /// The textures of a written material.
 enum class PictureSlot { normal, color, surface, emission };
 
-/// The slot's name in reports: normal, color, surface (occlusion, roughness and metalness), emission.
+/// The name of a slot in reports: normal, color, surface (occlusion, roughness and metalness), or emission.
 std::string_view name_of(PictureSlot picture);
 /// The encoded file of a slot.
 std::vector<std::byte>& file_of(AssetPictures& pictures, PictureSlot picture);

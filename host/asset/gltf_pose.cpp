@@ -53,7 +53,7 @@ GltfWorlds::GltfWorlds(const GltfFile& file, std::vector<std::optional<std::size
     : file_(file), parents_(std::move(parents)), frame_(frame) {}
 
 const AffineMap& GltfWorlds::of(std::size_t node) {
-  // this node and its ancestors whose transforms are not computed yet
+  // The node, and those of its ancestors whose transforms are not computed yet
   std::vector<std::size_t> pending_nodes;
   for (std::optional<std::size_t> at = node; at && !world_transforms_.contains(*at);
        at = parents_[*at]) {
@@ -76,25 +76,25 @@ const GltfJoints& GltfWorlds::joints(std::size_t skin) {
   const GltfValue nodes = file_.list("nodes"), skin_value = file_.list("skins").at(skin);
   const GltfValue list = skin_value["joints"];
   if (list.size() == 0) skin_value.fail("it has no joints");
-  const GltfValue inverse = skin_value["inverseBindMatrices"];
-  GltfNumbers binds;  // inverse bind matrices; empty: all are the identity
-  if (const auto accessor = inverse.index_into(file_.list("accessors"))) {
-    binds = file_.numbers(*accessor, GltfFile::kMatrix);
-    if (binds.count() < list.size()) {
-      inverse.fail("it has " + counted(binds.count(), "matrix") + ", but there are " +
-                   std::to_string(list.size()) + " joints");
+  const GltfValue inverse_binds = skin_value["inverseBindMatrices"];
+  GltfNumbers bind_matrices;  // inverse bind matrices; empty: all are the identity
+  if (const auto accessor = inverse_binds.index_into(file_.list("accessors"))) {
+    bind_matrices = file_.numbers(*accessor, GltfFile::kMatrix);
+    if (bind_matrices.count() < list.size()) {
+      inverse_binds.fail("it has " + counted(bind_matrices.count(), "matrix") + ", but there are " +
+                         std::to_string(list.size()) + " joints");
     }
   }
   for (std::size_t k = 0; k < list.size(); ++k) {
     AffineMap bind = kIdentityMap;
-    if (!binds.values.empty()) {
-      std::copy_n(binds.at(k), bind.size(), bind.begin());
+    if (!bind_matrices.values.empty()) {
+      std::copy_n(bind_matrices.at(k), bind.size(), bind.begin());
       // Tolerance for exporters that invert matrices in single precision.
       constexpr double kBindRounding = 1e-4;
       if (std::abs(bind[3]) > kBindRounding || std::abs(bind[7]) > kBindRounding ||
           std::abs(bind[11]) > kBindRounding || !(std::abs(bind[15] - 1) <= kBindRounding)) {
-        inverse.fail("the last row of its matrix " + std::to_string(k) +
-                     " is not 0 0 0 1, so it is not an affine map");
+        inverse_binds.fail("the last row of its matrix " + std::to_string(k) +
+                           " is not 0 0 0 1, so it is not an affine map");
       }
       bind[3] = bind[7] = bind[11] = 0;
       bind[15] = 1;

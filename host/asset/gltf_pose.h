@@ -61,8 +61,8 @@ class GltfWorlds {
 /// identity.
 std::vector<AffineMap> instances_of(const GltfFile& file, const GltfValue& node);
 
-/// Merges the sets JOINTS_0, WEIGHTS_0 and so on of a primitive.
-/// \param joints, weights  as read, four per vertex, one element per set
+/// Merges the sets of a primitive: JOINTS_0 and WEIGHTS_0, JOINTS_1 and so on. \param joints, weights  the sets as
+/// read, with four numbers for each vertex
 /// \param count            number of the skin's joints
 GltfInfluences influences_of(const GltfValue& attributes, const std::vector<GltfNumbers>& joints,
                              const std::vector<GltfNumbers>& weights, std::size_t count);

@@ -41,7 +41,8 @@ class UniqueNames {
   }
 
  private:
-  std::map<std::string, std::uint32_t> taken_;  // used names, with the number of requests for each
+  // Names that are in use, and how often each was requested
+  std::map<std::string, std::uint32_t> taken_;
 };
 
 }  // namespace kiln

@@ -33,23 +33,23 @@ namespace fs = std::filesystem;
 /// The members of Material that describe a slot, and the slot's names.
 struct SlotRow {
   MaterialPicture Material::*picture;
-  MaterialNumber Material::*number;  ///< null: `fixed` applies
-  /// Used without a number: normals have none; opacity and occlusion default to 1 in all formats
-  MaterialNumber fixed;
+  MaterialNumber Material::*number;  ///< Null if the source is always `fixed_source`
+  /// Source of slots without a number in Material: normals have none; opacity and occlusion default to 1 in all formats
+  MaterialNumber fixed_source;
   const char* name;
-  const char* statements;  ///< names of the MTL statements
+  const char* statements;  ///< Names of the slot's MTL statements, for messages
 };
 const SlotRow& row_of(MaterialSlot slot) {
-  constexpr MaterialNumber kUnstated = MaterialNumber::none, kGiven = MaterialNumber::given;
+  constexpr MaterialNumber kNoNumber = MaterialNumber::none, kGivenNumber = MaterialNumber::given;
   using M = Material;
   static const SlotRow rows[] = {
-      {&M::color_map, &M::color_from, kUnstated, "colour", "map_Kd or Kd"},
-      {&M::opacity_map, nullptr, kGiven, "opacity", "map_d or d"},
-      {&M::normal_map, nullptr, kUnstated, "normals", "norm, map_Kn, map_Bump or bump"},
-      {&M::roughness_map, &M::roughness_from, kUnstated, "roughness", "map_Pr, Pr or Ns"},
-      {&M::metallic_map, &M::metallic_from, kUnstated, "metalness", "map_Pm or Pm"},
-      {&M::emission_map, &M::emission_from, kUnstated, "emission", "map_Ke or Ke"},
-      {&M::occlusion_map, nullptr, kGiven, "occlusion", "none"},
+      {&M::color_map, &M::color_from, kNoNumber, "colour", "map_Kd or Kd"},
+      {&M::opacity_map, nullptr, kGivenNumber, "opacity", "map_d or d"},
+      {&M::normal_map, nullptr, kNoNumber, "normals", "norm, map_Kn, map_Bump or bump"},
+      {&M::roughness_map, &M::roughness_from, kNoNumber, "roughness", "map_Pr, Pr or Ns"},
+      {&M::metallic_map, &M::metallic_from, kNoNumber, "metalness", "map_Pm or Pm"},
+      {&M::emission_map, &M::emission_from, kNoNumber, "emission", "map_Ke or Ke"},
+      {&M::occlusion_map, nullptr, kGivenNumber, "occlusion", "none"},
   };
   return rows[static_cast<std::size_t>(slot)];
 }
@@ -83,9 +83,9 @@ std::array<float, 4> default_value_of(const Material& material, MaterialSlot slo
   return {};
 }
 
-MaterialNumber number_of(const Material& material, MaterialSlot slot) {
+MaterialNumber number_source(const Material& material, MaterialSlot slot) {
   const SlotRow& row = row_of(slot);
-  return row.number == nullptr ? row.fixed : material.*row.number;
+  return row.number == nullptr ? row.fixed_source : material.*row.number;
 }
 
 /// Describes a material for messages: its name, and the file and line that define it.
@@ -102,8 +102,8 @@ class MaterialFinding {
   }
   std::uint64_t count() const { return count_; }
   const Material& first() const { return *first_; }
-  /// Gives the warning, if there are any such materials.
-  /// \param text  follows the list of materials, such as "3 materials, "M" (a.mtl: line 1) first, "
+  /// Adds the warning, if materials were collected. \param text  text after the list of materials, such as "3
+  /// materials, "M" (a.mtl: line 1) first, "
   void warn(std::vector<Warning>* warnings, const char* code, const std::string& text) const {
     if (count_ == 0 || warnings == nullptr) return;
     warnings->push_back({code,
@@ -123,14 +123,14 @@ void check_values(const std::vector<Material>& materials, MaterialSlot slot,
   MaterialFinding without, converted;
   for (const Material& material : materials) {
     if (!picture_of(material, slot).empty()) continue;
-    const MaterialNumber number = number_of(material, slot);
+    const MaterialNumber number = number_source(material, slot);
     if (number == MaterialNumber::none) without.add(material);
     if (number == MaterialNumber::converted) converted.add(material);
   }
   const SlotRow& words = row_of(slot);
   const std::string slot_text = std::string(words.name) + " (" + words.statements + ")";
   if (without.count() == materials.size()) {
-    Message ignored;  // receives the name of the missing picture
+    Message ignored;  // Receives the name of the missing picture
     if (warnings != nullptr) {
       for (const Warning& warning : *warnings) {
         if (warning.code == "ignored-pictures") ignored += " (" + warning.message + ")";
@@ -142,7 +142,7 @@ void check_values(const std::vector<Material>& materials, MaterialSlot slot,
                     (without.count() > 1 ? " is the first without one" : " has none") +
                     ". Add it to the material, or give a texture file." + ignored);
   }
-  // A material without a normal map is smooth, which is correct, so that no warning is given.
+  // A material without a normal map is smooth, as it should be, so there is no warning.
   if (slot != MaterialSlot::normal) {
     const float stand_in = default_value_of({}, slot)[0];
     without.warn(warnings, "material-value",
@@ -180,9 +180,9 @@ int channel_of(const Material& material, MaterialSlot slot, const MaterialPictur
       slot == MaterialSlot::emission) {
     return -1;
   }
-  const bool alpha = slot == MaterialSlot::opacity && !in_alpha && picture.channel < 0 &&
-                     among_gltf && picture.file == material.color_map.file;
-  return alpha ? 3 : picture.channel;
+  const bool uses_alpha = slot == MaterialSlot::opacity && !in_alpha && picture.channel < 0 &&
+                          among_gltf && picture.file == material.color_map.file;
+  return uses_alpha ? 3 : picture.channel;
 }
 
 /// The factor of a picture: for colours in linear light, for normals of x and y.
@@ -261,7 +261,8 @@ void check_transform(const Material& material, const std::array<float, 6>& trans
 using ComparedFiles = std::map<std::pair<fs::path, fs::path>, bool>;
 
 /// True if two pictures are the same file, or copies of each other.
-bool are_equivalent(const MaterialPicture& a, const MaterialPicture& b, ComparedFiles& compared) {
+bool are_equivalent(const MaterialPicture& a, const MaterialPicture& b,
+                    ComparedFiles& compared_files) {
   if (a.empty() || b.empty()) return a.empty() && b.empty();
   if (a.channel != b.channel || a.uv_set != b.uv_set || a.uv_transform != b.uv_transform ||
       a.wrap != b.wrap || a.inverted != b.inverted) {
@@ -269,7 +270,7 @@ bool are_equivalent(const MaterialPicture& a, const MaterialPicture& b, Compared
   }
   if (a.bytes != nullptr && b.bytes != nullptr) return a.bytes == b.bytes || *a.bytes == *b.bytes;
   if (a.file == b.file) return true;
-  const auto [known, added] = compared.try_emplace({a.file, b.file});
+  const auto [known, added] = compared_files.try_emplace({a.file, b.file});
   if (!added) return known->second;
   std::error_code error;
   note_whether_file(a.file);
@@ -281,11 +282,11 @@ bool are_equivalent(const MaterialPicture& a, const MaterialPicture& b, Compared
 }
 
 /// True if two materials have the same appearance.
-bool are_equivalent(const Material& a, const Material& b, ComparedFiles& compared) {
+bool are_equivalent(const Material& a, const Material& b, ComparedFiles& compared_files) {
   for (const MaterialSlot slot :
        {MaterialSlot::color, MaterialSlot::opacity, MaterialSlot::normal, MaterialSlot::roughness,
         MaterialSlot::metallic, MaterialSlot::emission, MaterialSlot::occlusion}) {
-    if (!are_equivalent(picture_of(a, slot), picture_of(b, slot), compared)) return false;
+    if (!are_equivalent(picture_of(a, slot), picture_of(b, slot), compared_files)) return false;
   }
   return a.color == b.color && a.opacity == b.opacity && a.roughness == b.roughness &&
          a.metallic == b.metallic && a.emission == b.emission &&
@@ -360,7 +361,7 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
     input.options.outside = outside;
     input.options.uv_set = mesh.uv_set;
     if (is_fbx_name(path) || is_assimp_name(path))
-      input.warnings = nullptr;  // load_mesh() has reported the warnings already
+      input.warnings = nullptr;  // Discarded, since load_mesh() has reported these warnings already
     for (Material& material :
          is_gltf_name(path)     ? read_gltf_materials(input)
          : is_ply_name(path)    ? read_ply_materials(input, path.parent_path(), &finder)
@@ -370,22 +371,22 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
       read.push_back(std::move(material));
     }
   }
-  std::map<std::string_view, const Material*> by_name;  // first material with each name
-  MaterialFinding unlike;
+  std::map<std::string_view, const Material*> by_name;  // The first material of each name
+  MaterialFinding differing_materials;
   std::string other;
-  ComparedFiles compared;
+  ComparedFiles compared_files;
   const std::unordered_set<std::string_view> used_names(mesh.material_names.begin(),
                                                         mesh.material_names.end());
   for (const Material& material : read) {
     const auto [entry, added] = by_name.emplace(material.name, &material);
     if (added || !used_names.contains(material.name)) continue;
-    if (are_equivalent(*entry->second, material, compared)) continue;
-    if (unlike.count() == 0) other = material.place;
-    unlike.add(*entry->second);
+    if (are_equivalent(*entry->second, material, compared_files)) continue;
+    if (differing_materials.count() == 0) other = material.place;
+    differing_materials.add(*entry->second);
   }
-  unlike.warn(warnings, "materials-differ",
-              "with another definition in " + other +
-                  ": the first definition is used. If both are needed, rename one.");
+  differing_materials.warn(warnings, "materials-differ",
+                           "with another definition in " + other +
+                               ": the first definition is used. If both are needed, rename one.");
   std::vector<Material> materials;
   std::uint64_t missing = 0;
   std::string example;
@@ -427,7 +428,7 @@ class Pictures {
     std::error_code error;
     const Key key(picture.bytes.get(),
                   picture.bytes ? fs::path() : fs::weakly_canonical(file, error));
-    const auto [entry, added] = read_.try_emplace(key);
+    const auto [entry, added] = pictures_read_.try_emplace(key);
     if (added) {
       entry->second = std::make_shared<const Image>(
           picture.bytes ? load_image(*picture.bytes, picture.file.string()) : load_image(file));
@@ -439,7 +440,7 @@ class Pictures {
   /// \param weighted  true: its alpha weights the colours
   std::uint32_t add(const std::shared_ptr<const Image>& image, int channel, bool weighted,
                     Texture& texture) {
-    const auto [place, is_new] = known_.try_emplace(
+    const auto [place, is_new] = picture_indices_.try_emplace(
         {image.get(), channel, weighted}, static_cast<std::uint32_t>(texture.images.size()));
     if (is_new) {
       texture.images.push_back(
@@ -451,8 +452,8 @@ class Pictures {
 
  private:
   using Key = std::pair<const void*, fs::path>;
-  std::map<Key, std::shared_ptr<const Image>> read_;
-  std::map<std::tuple<const Image*, int, bool>, std::uint32_t> known_;
+  std::map<Key, std::shared_ptr<const Image>> pictures_read_;
+  std::map<std::tuple<const Image*, int, bool>, std::uint32_t> picture_indices_;
 };
 
 /// Drops per-material lists that only hold defaults.
@@ -506,7 +507,7 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
   Pictures pictures;
   MaterialFinding heights, missing;
   std::string first_missing;
-  // counts of triangles by tile; computed only if a file name may belong to a UDIM set
+  // Numbers of triangles in each UV tile; computed only if a file name may belong to a UDIM set
   std::vector<TileCounts> counts;
   std::map<std::tuple<fs::path, int, bool, TileCounts>, std::uint32_t> sets;
   for (std::size_t m = 0; m < materials.size(); ++m) {

@@ -30,10 +30,10 @@ std::string coordinates(const Vec3d& p) { return place_text(p.x, p.y, p.z); }
 
 constexpr std::array<std::uint8_t, 4> kWhite{255, 255, 255, 255};
 
-// number of faces up to which memory is not checked
+// Number of faces up to which memory is not checked
 constexpr std::uint64_t kUncheckedFaces = std::uint64_t{1} << 17;
 
-// number of elements in the piece of one thread
+// Number of elements that a thread processes at a time
 constexpr std::size_t kItemsPerPiece = std::size_t{1} << 16;
 
 }  // namespace
@@ -100,7 +100,7 @@ void MeshBuilder::add_face(std::span<const std::uint32_t> vertex, std::span<cons
                     : Triangle{values[0], values[i], values[i + 1]};
   };
   const auto grow = [&](std::vector<Triangle>& list, std::span<const std::uint32_t> values) {
-    // nothing to fill: the attribute has not occurred yet
+    // There is nothing to fill, since the attribute has not occurred yet
     if (values.empty() && list.empty()) return;
     list.resize(triangles_.size(), Triangle{kNone, kNone, kNone});
     for (std::size_t i = 1; i + 1 < n; ++i) {
@@ -249,8 +249,8 @@ void MeshBuilder::convert_face_colors(Mesh& mesh) {
   }
   mesh.colors.assign(mesh.positions.size(), kWhite);
   std::vector<bool> has_color(mesh.positions.size());
-  // index of the copy for each pair of vertex and colour
-  std::unordered_map<std::uint64_t, std::uint32_t> copies;
+  // Index of the copied vertex for each pair of vertex and colour
+  std::unordered_map<std::uint64_t, std::uint32_t> vertex_copies;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const std::array<std::uint8_t, 4>& color = of_triangles[t];
     for (std::uint32_t& corner : mesh.triangles[t]) {
@@ -261,7 +261,7 @@ void MeshBuilder::convert_face_colors(Mesh& mesh) {
       if (mesh.colors[corner] == color) continue;
       const std::uint64_t key = std::uint64_t{corner} << 32U | std::bit_cast<std::uint32_t>(color);
       const auto [entry, added] =
-          copies.try_emplace(key, static_cast<std::uint32_t>(mesh.positions.size()));
+          vertex_copies.try_emplace(key, static_cast<std::uint32_t>(mesh.positions.size()));
       if (added) {
         if (mesh.positions.size() == kMaxCount) {
           input_.fail("",
@@ -279,7 +279,7 @@ void MeshBuilder::convert_face_colors(Mesh& mesh) {
 
 void MeshBuilder::split_polygons() {
   std::vector<Position> corners;
-  std::vector<Triangle> local;
+  std::vector<Triangle> polygon_triangles;
   std::uint64_t fans = 0;
   std::uint32_t first_fan = 0;
   for (const Polygon& polygon : polygons_) {
@@ -287,12 +287,12 @@ void MeshBuilder::split_polygons() {
     for (std::uint32_t i = 0; i < polygon.corners; ++i) {
       corners.push_back(positions[polygon_vertex_[polygon.offset + i]]);
     }
-    if (!triangulate(corners, input_.options.triangulation, local) && fans++ == 0)
+    if (!triangulate(corners, input_.options.triangulation, polygon_triangles) && fans++ == 0)
       first_fan = polygon.first_triangle;
-    for (std::size_t t = 0; t < local.size(); ++t) {
-      if (polygon.mirrored) std::swap(local[t][1], local[t][2]);
+    for (std::size_t t = 0; t < polygon_triangles.size(); ++t) {
+      if (polygon.mirrored) std::swap(polygon_triangles[t][1], polygon_triangles[t][2]);
       for (int k = 0; k < 3; ++k) {
-        const std::uint64_t corner = polygon.offset + local[t][k];
+        const std::uint64_t corner = polygon.offset + polygon_triangles[t][k];
         const std::size_t triangle = polygon.first_triangle + t;
         triangles_[triangle][k] = polygon_vertex_[corner];
         if (!uv_triangles_.empty()) uv_triangles_[triangle][k] = polygon_uv_[corner];
@@ -374,16 +374,19 @@ void MeshBuilder::place(Mesh& mesh) {
   check_finite();
   const Box<Vec3d> used_box = box();
   const auto& [low, high] = used_box;
-  Position centre{}, size{};
-  double extent = 0;
+  Position box_center{}, size{};
+  double coordinate_extent = 0;
   for (int k = 0; k < 3; ++k) {
     size[k] = high[k] - low[k];
-    centre[k] = low[k] + size[k] / 2;
-    extent = std::max(extent, size[k]);
+    box_center[k] = low[k] + size[k] / 2;
+    coordinate_extent = std::max(coordinate_extent, size[k]);
   }
   const double diagonal =
-      extent > 0 ? extent * std::hypot(size[0] / extent, size[1] / extent, size[2] / extent) : 0;
-  mesh.origin = local_origin(centre, diagonal);
+      coordinate_extent > 0
+          ? coordinate_extent * std::hypot(size[0] / coordinate_extent, size[1] / coordinate_extent,
+                                           size[2] / coordinate_extent)
+          : 0;
+  mesh.origin = local_origin(box_center, diagonal);
   constexpr double kMaxFloat = std::numeric_limits<float>::max();
   // Below this diagonal, floats are denormal and resolve less than 24 bits of it.
   constexpr double kMinDiagonal = 0x1p-125;
@@ -480,15 +483,15 @@ void MeshBuilder::complete_attributes(Mesh& mesh) {
   const auto fill = [this](std::vector<Triangle>& list, std::uint32_t stand_in) {
     if (list.empty()) return std::uint64_t{0};
     list.resize(triangles_.size(), Triangle{kNone, kNone, kNone});
-    std::uint64_t incomplete = 0;
+    std::uint64_t incomplete_count = 0;
     for (Triangle& triangle : list) {
       if (std::find(triangle.begin(), triangle.end(), kNone) == triangle.end()) continue;
-      ++incomplete;
+      ++incomplete_count;
       std::replace(triangle.begin(), triangle.end(), kNone, stand_in);
     }
-    return incomplete;
+    return incomplete_count;
   };
-  std::uint64_t missing = 0;  // the placeholder is not one of the file's UVs
+  std::uint64_t missing = 0;  // The placeholder does not count as one of the file's UVs
   if (const std::uint64_t missing_count =
           fill(uv_triangles_, static_cast<std::uint32_t>(uvs.size()))) {
     // The placeholder is NaN, since a finite UV could lie within a chart and be baked there.
@@ -540,14 +543,14 @@ void MeshBuilder::complete_attributes(Mesh& mesh) {
 }
 
 void MeshBuilder::count_degenerate(const Mesh& mesh) {
-  struct Found {
+  struct TriangleCause {
     std::uint64_t count = 0;
     std::uint32_t first = 0;
     void add(std::uint32_t triangle) {
       if (count++ == 0) first = triangle;
     }
   };
-  Found degenerate, rounded;
+  TriangleCause degenerate, rounded;
   // All threads search for triangles without area, which are few; their causes are determined afterwards, in order.
   std::vector<std::vector<std::uint32_t>> flat(mesh.triangles.size() / kItemsPerPiece + 1);
   parallel_for(mesh.triangles.size(), kItemsPerPiece, [&](std::size_t begin, std::size_t end) {
@@ -562,12 +565,12 @@ void MeshBuilder::count_degenerate(const Mesh& mesh) {
   for (const std::vector<std::uint32_t>& piece : flat) {
     for (const std::uint32_t i : piece) {
       const auto [a, b, c] = mesh.triangles[i];
-      const bool repeated = a == b || b == c || c == a;
-      if (!repeated && !(is_finite(mesh.positions[a]) && is_finite(mesh.positions[b]) &&
-                         is_finite(mesh.positions[c]))) {
+      const bool has_repeated_corners = a == b || b == c || c == a;
+      if (!has_repeated_corners && !(is_finite(mesh.positions[a]) && is_finite(mesh.positions[b]) &&
+                                     is_finite(mesh.positions[c]))) {
         continue;
       }
-      (!repeated &&
+      (!has_repeated_corners &&
                has_area(vector_of(positions[a]), vector_of(positions[b]), vector_of(positions[c]))
            ? rounded
            : degenerate)
@@ -653,7 +656,7 @@ double MeshBuilder::move_to_world() {
     for (std::size_t k = 0; k < 3; ++k) result[k] = m[k] * x + m[4 + k] * y + m[8 + k] * z;
     return result;
   };
-  AffineMap turn = *world.map;  // the transform without the scale of the unit
+  AffineMap turn = *world.map;  // The axes' rotation, without the scale of the unit
   const double unit = std::abs(turn[0]) + std::abs(turn[1]) + std::abs(turn[2]);
   for (double& value : turn) value /= unit;
   const auto rotated = [&](const Vec3& v) {

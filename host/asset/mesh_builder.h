@@ -59,7 +59,7 @@ class MeshBuilder {
   void set_color(std::size_t vertex, const std::array<double, 4>& rgba) {
     vertex_colors_.set(vertex, rgba);
   }
-  /// Sets the colour of a vertex in bytes, whatever the other colours are.
+  /// Sets the colour of a vertex as bytes; unlike set_color(), its unit does not depend on the file's other colours.
   void set_color_bytes(std::size_t vertex, const std::array<std::uint8_t, 4>& rgba) {
     vertex_colors_.set_bytes(vertex, rgba);
   }
@@ -113,7 +113,7 @@ class MeshBuilder {
   Mesh finish();
 
  private:
-  /// Names of triangles, for one of groups, objects and materials.
+  /// Names of triangles of one kind: groups, objects or materials.
   class Names {
    public:
     /// Sets the name of the triangles that follow. \param triangles  number of triangles so far
@@ -131,7 +131,7 @@ class MeshBuilder {
     }
 
    private:
-    std::vector<std::uint32_t> name_of_triangle_;  // index of the name for each triangle
+    std::vector<std::uint32_t> name_of_triangle_;  // For each triangle, the index of its name
     std::vector<std::string> names_;
     std::unordered_map<std::string, std::uint32_t> ids_;
     std::uint32_t current_name_ = 0;
@@ -158,7 +158,7 @@ class MeshBuilder {
   struct Polygon {
     std::uint32_t first_triangle, corners;
     std::uint64_t offset;  ///< Position of the first corner in the polygon_ pools
-    bool mirrored;         ///< True if its triangles are reversed
+    bool mirrored;         ///< True if the polygon's triangles are reversed
   };
 
   double move_to_world();
@@ -190,7 +190,7 @@ class MeshBuilder {
   std::vector<Polygon> polygons_;
   std::vector<std::uint32_t> polygon_vertex_, polygon_uv_, polygon_normal_;
   Names groups_, objects_, materials_, smoothing_;
-  // indices of the normals of add_computed_normal(), in order
+  // Indices of the normals from add_computed_normal(), ascending
   std::vector<std::uint32_t> computed_normals_;
   // the message about coordinates that are too coarse, with its remedy
   std::string coarse_coordinates_;

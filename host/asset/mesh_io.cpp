@@ -40,16 +40,16 @@ std::optional<MeshFormat> format_of(const std::filesystem::path& path) {
   return std::nullopt;
 }
 
-/// A format that was guessed from the first bytes.
-struct Guess {
+/// A format that was guessed from a file's first bytes.
+struct GuessedFormat {
   std::optional<MeshFormat> format;
   std::string name;  ///< Name of the format for messages; empty: unknown
 };
 
-Guess guess(std::string_view bytes) {
+GuessedFormat guess_format(std::string_view bytes) {
   const auto starts = [bytes](std::string_view magic) { return bytes.starts_with(magic); };
   const auto guess_for = [](MeshFormat format) {
-    return Guess{format, kFormatNames[static_cast<int>(format)]};
+    return GuessedFormat{format, kFormatNames[static_cast<int>(format)]};
   };
   if (starts("ply\n") || starts("ply\r")) return guess_for(MeshFormat::ply);
   if (starts("glTF")) return {MeshFormat::gltf, "binary glTF"};
@@ -129,7 +129,7 @@ Mesh parse_mesh(const MeshInput& given, MeshFormat format, Asset* whole) {
   std::string converted;
   if (format != MeshFormat::stl) input.bytes = as_utf8(input.bytes, converted);
   if (input.bytes.empty()) input.fail("", "the file is empty", "Export the mesh again.");
-  const Guess content = guess(input.bytes);
+  const GuessedFormat content = guess_format(input.bytes);
   if (!content.name.empty() && content.format != format) {
     const std::string remedy =
         content.format ? std::string("Rename it to ") +
@@ -167,7 +167,7 @@ Mesh parse_mesh(const MeshInput& given, MeshFormat format, Asset* whole) {
       return std::move(whole->mesh);
     case MeshFormat::fbx:
     case MeshFormat::assimp:
-      break;  // these formats are handled before the switch
+      break;  // Unreachable: glTF and FBX are handled before the switch
   }
   throw Error(ErrorCode::internal, "parse_mesh: unknown format");
 }
@@ -193,7 +193,7 @@ Mesh parse_named(const MeshInput& input, const std::filesystem::path& path,
                  Asset* whole = nullptr) {
   const auto format = format_of(path);
   if (!format) {
-    const Guess content = input.bytes.empty() ? Guess{} : guess(input.bytes);
+    const GuessedFormat content = input.bytes.empty() ? GuessedFormat{} : guess_format(input.bytes);
     const std::string extension = path.extension().string();
     input.fail("",
                (extension.empty() ? "it has no extension"

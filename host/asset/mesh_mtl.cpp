@@ -79,7 +79,7 @@ class MtlReader {
     do {
       if (scan_.comment().starts_with("# Blender")) by_blender_ = true;
       const std::string keyword = lower_case(scan_.token_in_line());
-      if (!keyword.empty()) statement(keyword);
+      if (!keyword.empty()) parse_statement(keyword);
     } while (scan_.next_line());
     finish_material();
     const auto warn = [this](const char* code, const StatementCount& what,
@@ -114,7 +114,7 @@ class MtlReader {
     if (what.count++ == 0) what.example = scan_.place() + ": " + printable(word);
   }
 
-  void statement(const std::string& keyword) {
+  void parse_statement(const std::string& keyword) {
     if (keyword == "newmtl") {
       finish_material();
       materials_.emplace_back();
@@ -129,7 +129,7 @@ class MtlReader {
     if (keyword == "ke") return color(material.emission, &material.emission_from);
     if (keyword == "ka") return color(ambient_);
     if (keyword == "d") {
-      skip_halo();
+      skip_halo_option();
       material.opacity = number();
       has_opacity_ = true;
     } else if (keyword == "tr") {
@@ -184,8 +184,8 @@ class MtlReader {
       material.roughness_from = MaterialNumber::converted;
     }
     if (by_blender_ && material.metallic_from == MaterialNumber::none && !illumination_.empty()) {
-      const bool reflects = illumination_ == "3" || illumination_ == "6";
-      if (reflects) material.metallic = (ambient_[0] + ambient_[1] + ambient_[2]) / 3;
+      const bool is_metal = illumination_ == "3" || illumination_ == "6";
+      if (is_metal) material.metallic = (ambient_[0] + ambient_[1] + ambient_[2]) / 3;
       material.metallic_from = MaterialNumber::converted;
     }
     // With Tr = 1 the material would be invisible, so Tr must mean d.
@@ -214,9 +214,9 @@ class MtlReader {
   }
 
   /// Skips the option -halo of "d -halo 0.5".
-  void skip_halo() {
-    const TextScanner start_of_halo = scan_;
-    if (scan_.token_in_line() != "-halo") scan_ = start_of_halo;
+  void skip_halo_option() {
+    const TextScanner before_halo = scan_;
+    if (scan_.token_in_line() != "-halo") scan_ = before_halo;
   }
 
   float number() {
@@ -250,7 +250,7 @@ class MtlReader {
       if (!words) {
         remaining_line =
             std::string_view(option.data(), option.size() + remaining_line.size() +
-                                                blanks_between(option, remaining_line));
+                                                blanks_after_option(option, remaining_line));
         break;
       }
       std::array<std::string_view, 3> option_values;
@@ -294,7 +294,7 @@ class MtlReader {
     text = without_blanks(text.substr(end));
     return word;
   }
-  static std::size_t blanks_between(std::string_view word, std::string_view rest) {
+  static std::size_t blanks_after_option(std::string_view word, std::string_view rest) {
     return rest.empty() ? 0 : static_cast<std::size_t>(rest.data() - word.data()) - word.size();
   }
 
@@ -305,15 +305,15 @@ class MtlReader {
   std::vector<Material> materials_;
   StatementCount placed_, ignored_, stand_ins_, invisible_;
   bool by_blender_ = false;
-  // values of the current material's statements
+  // Values that statements gave for the current material
   std::array<float, 3> ambient_{};
-  float shininess_ = -1;    ///< value of Ns; below 0: not given
-  float transparency_ = 0;  ///< value of Tr
+  float shininess_ = -1;    ///< Value of Ns; below 0 if it was not given
+  float transparency_ = 0;  ///< Value of Tr
   std::string transparency_place_;
   std::string_view illumination_;
   MaterialPicture exponents_, reflections_;
-  bool has_opacity_ = false;  ///< true if d was given
-  /// true if a statement was given that always means normals, never heights
+  bool has_opacity_ = false;  ///< True if the statement d was given
+  /// True if a statement was given that always names normals, never heights
   bool has_normals_ = false;
 };
 

@@ -58,7 +58,8 @@ class ObjReader {
     std::uint32_t triangle;
     std::uint64_t line;
   };
-  /// The largest index into a pool so far, and its position in the file: elements of the pool may follow the face.
+  /// The largest index so far into a list of vertices, UVs or normals, and its position in the file. It can only be
+  /// checked at the end, since the list's elements may follow the face.
   struct LargestIndex {
     std::uint64_t index = 0, line = 0;
   };
@@ -188,8 +189,8 @@ class ObjReader {
   }
 
   /// Converts a 1-based or negative index of the file to a 0-based one.
-  std::uint32_t resolve(std::string_view text, std::size_t pool, LargestIndex& reach,
-                        const char* what) {
+  std::uint32_t resolve_index(std::string_view text, std::size_t pool, LargestIndex& reach,
+                              const char* what) {
     const auto index = to_integer(text);
     if (!index) {
       input_.fail(scan_.place(),
@@ -209,7 +210,7 @@ class ObjReader {
     return static_cast<std::uint32_t>(*index - 1);
   }
 
-  /// Corners with the index 0 for a UV or a normal.
+  /// The number of corners whose index of a UV or a normal is 0.
   struct ZeroIndices {
     std::uint64_t count = 0;
     std::string first;
@@ -241,7 +242,7 @@ class ObjReader {
     vertex_.clear();
     uv_.clear();
     normal_.clear();
-    bool any_uv = false, any_normal = false;
+    bool has_any_uv = false, has_any_normal = false;
     for (std::string_view token = scan_.token_in_line(); !token.empty();
          token = scan_.token_in_line()) {
       std::string_view part[3];
@@ -251,16 +252,16 @@ class ObjReader {
         if (slash == std::string_view::npos) break;
         token.remove_prefix(slash + 1);
       }
-      vertex_.push_back(resolve(part[0], builder_.positions.size(), vertex_reach_, "vertex"));
+      vertex_.push_back(resolve_index(part[0], builder_.positions.size(), vertex_reach_, "vertex"));
       uv_.push_back(MeshBuilder::kNone);
       normal_.push_back(MeshBuilder::kNone);
       if (has_index(part[1], zero_uvs_)) {
-        uv_.back() = resolve(part[1], builder_.uvs.size(), uv_reach_, "texture coordinate");
-        any_uv = true;
+        uv_.back() = resolve_index(part[1], builder_.uvs.size(), uv_reach_, "texture coordinate");
+        has_any_uv = true;
       }
       if (has_index(part[2], zero_normals_)) {
-        normal_.back() = resolve(part[2], builder_.normals.size(), normal_reach_, "normal");
-        any_normal = true;
+        normal_.back() = resolve_index(part[2], builder_.normals.size(), normal_reach_, "normal");
+        has_any_normal = true;
       }
     }
     if (vertex_.size() >= 3) {
@@ -268,8 +269,8 @@ class ObjReader {
       triangles_ += static_cast<std::uint32_t>(vertex_.size() - 2);
     }
     using Indices = std::span<const std::uint32_t>;
-    builder_.add_face(vertex_, any_uv ? Indices(uv_) : Indices(),
-                      any_normal ? Indices(normal_) : Indices());
+    builder_.add_face(vertex_, has_any_uv ? Indices(uv_) : Indices(),
+                      has_any_normal ? Indices(normal_) : Indices());
   }
 
   void check_forward_references() {

@@ -40,33 +40,34 @@ class OffReader {
 
   /// Parses the keyword "OFF" with prefix letters for vertex attributes, in any order.
   void keyword(std::string_view word) {
-    std::string_view letters = word;
-    if (letters.ends_with("OFF") || letters == "off") {
-      letters.remove_suffix(3);
+    std::string_view attribute_letters = word;
+    if (attribute_letters.ends_with("OFF") || attribute_letters == "off") {
+      attribute_letters.remove_suffix(3);
     } else {
       fail("\"" + printable(word) + "\" is not the keyword of an OFF file");
     }
-    while (!letters.empty()) {
-      const std::size_t length = letters.starts_with("ST") ? 2 : 1;
-      bool* const has = length == 2         ? &textured_
-                        : letters[0] == 'C' ? &colors_
-                        : letters[0] == 'N' ? &normals_
-                        : letters[0] == '4' ? &homogeneous_
-                        : letters[0] == 'n' ? &of_any_dimension_
-                                            : nullptr;
+    while (!attribute_letters.empty()) {
+      const std::size_t length = attribute_letters.starts_with("ST") ? 2 : 1;
+      bool* const has = length == 2                   ? &textured_
+                        : attribute_letters[0] == 'C' ? &colors_
+                        : attribute_letters[0] == 'N' ? &normals_
+                        : attribute_letters[0] == '4' ? &homogeneous_
+                        : attribute_letters[0] == 'n' ? &of_any_dimension_
+                                                      : nullptr;
       if (has == nullptr || *has) {
         fail("\"" + printable(word) + "\" is not the keyword of an OFF file");
       }
       // Geomview writes normals before colours, with "CN" for both; MeshLab writes them in reverse.
       if (has == &colors_) colors_first_ = normals_;
       *has = true;
-      letters.remove_prefix(length);
+      attribute_letters.remove_prefix(length);
     }
   }
 
   void header() {
     std::string_view word = scan_.token();
-    if (!to_integer(word)) {  // the keyword is optional, so a number starts the counts
+    // The keyword is optional: if the first word is a number, the counts start there
+    if (!to_integer(word)) {
       keyword(word);
       word = scan_.token();
       if (word == "BINARY") {
@@ -134,16 +135,16 @@ class OffReader {
   /// reversed.
   bool has_negative_colors() {
     const TextScanner line_start = scan_;
-    bool negative = false;
-    for (std::uint64_t i = 0; i < vertices_ && !negative; ++i) {
+    bool is_negative = false;
+    for (std::uint64_t i = 0; i < vertices_ && !is_negative; ++i) {
       numbers(i);
       const auto color =
           values_.begin() + static_cast<std::ptrdiff_t>(corner_numbers() + (colors_first_ ? 0 : 3));
-      negative = std::any_of(color, color + static_cast<std::ptrdiff_t>(channels()),
-                             [](double value) { return value < 0; });
+      is_negative = std::any_of(color, color + static_cast<std::ptrdiff_t>(channels()),
+                                [](double value) { return value < 0; });
     }
     scan_ = line_start;
-    return negative;
+    return is_negative;
   }
 
   void vertex(std::uint64_t i) {
@@ -219,7 +220,7 @@ class OffReader {
   const MeshInput& input_;
   TextScanner scan_;
   MeshBuilder builder_;
-  /// number of faces with a colour index, and the first of them
+  /// Number of faces with a colour index, and the first such face
   std::uint64_t by_index_ = 0, first_by_index_ = 0;
   bool textured_ = false, colors_ = false, normals_ = false;
   bool homogeneous_ = false;       ///< true: positions are x y z w

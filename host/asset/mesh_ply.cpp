@@ -40,8 +40,8 @@ class BinarySource {
       : at_(input.bytes.data() + header.body),
         begin_(input.bytes.data()),
         end_(input.bytes.data() + input.bytes.size()),
-        swap_((header.encoding == Encoding::little_endian) !=
-              (std::endian::native == std::endian::little)) {}
+        is_byte_swapped_((header.encoding == Encoding::little_endian) !=
+                         (std::endian::native == std::endian::little)) {}
 
   bool has(std::uint64_t bytes) const { return bytes <= remaining(); }
   std::uint64_t remaining() const { return static_cast<std::uint64_t>(end_ - at_); }
@@ -56,34 +56,34 @@ class BinarySource {
   double number_at(const char* at, Type type) const {
     switch (type) {
       case Type::int8:
-        return load<std::int8_t>(at, swap_);
+        return load<std::int8_t>(at, is_byte_swapped_);
       case Type::uint8:
-        return load<std::uint8_t>(at, swap_);
+        return load<std::uint8_t>(at, is_byte_swapped_);
       case Type::int16:
-        return load<std::int16_t>(at, swap_);
+        return load<std::int16_t>(at, is_byte_swapped_);
       case Type::uint16:
-        return load<std::uint16_t>(at, swap_);
+        return load<std::uint16_t>(at, is_byte_swapped_);
       case Type::int32:
-        return load<std::int32_t>(at, swap_);
+        return load<std::int32_t>(at, is_byte_swapped_);
       case Type::uint32:
-        return load<std::uint32_t>(at, swap_);
+        return load<std::uint32_t>(at, is_byte_swapped_);
       case Type::float32:
-        return double{load<float>(at, swap_)};
+        return double{load<float>(at, is_byte_swapped_)};
       case Type::float64:
-        return load<double>(at, swap_);
+        return load<double>(at, is_byte_swapped_);
     }
     return 0;
   }
   void skip(Type type, std::uint64_t count) { at_ += size_of(type) * count; }
   /// Address of the first byte that was not read.
   const char* here() const { return at_; }
-  std::uint32_t index_at(const char* at) const { return load<std::uint32_t>(at, swap_); }
+  std::uint32_t index_at(const char* at) const { return load<std::uint32_t>(at, is_byte_swapped_); }
 
  private:
   const char* at_;
   const char* begin_;
   const char* end_;
-  bool swap_;
+  bool is_byte_swapped_;
 };
 
 /// Reads values of an ASCII body, separated by blanks or line ends.
@@ -193,9 +193,9 @@ class BodyReader {
   }
 
   /// The values of one vertex or face, by their roles.
-  class Values {
+  class ElementValues {
    public:
-    explicit Values(const Element& element) : has_color(has(element, Role::red)) {
+    explicit ElementValues(const Element& element) : has_color(has(element, Role::red)) {
       for (const Property& property : element.properties) {
         if (property.role != Role::red) continue;
         float_color = !integral(property.type);
@@ -235,7 +235,7 @@ class BodyReader {
         Type type;
         std::size_t offset;
       };
-      std::vector<Field> fields;
+      std::vector<Field> record_fields;
       std::size_t size = 0;
       for (const Property& property : element.properties) {
         const Role role = property.role;
@@ -243,7 +243,7 @@ class BodyReader {
             role == Role::red || role == Role::green || role == Role::blue || role == Role::alpha;
         if (property.list || (is_byte ? property.type != Type::uint8 : role > Role::v))
           return false;
-        if (role != Role::unused) fields.push_back({role, property.type, size});
+        if (role != Role::unused) record_fields.push_back({role, property.type, size});
         size += size_of(property.type);
       }
       if (size == 0 || reserved_uvs_ != 0 || element.count > source_.remaining() / size)
@@ -256,7 +256,7 @@ class BodyReader {
       const char* const first = source_.here();
       parallel_for(element.count, kElementsAtOnce, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
-          for (const Field& field : fields) {
+          for (const Field& field : record_fields) {
             const char* const at = first + i * size + field.offset;
             const auto single = [&] { return narrow(source_.number_at(at, field.type)); };
             switch (field.role) {
@@ -308,7 +308,7 @@ class BodyReader {
                                       (list.type == Type::int32 || list.type == Type::uint32);
       if (!has_only_triangles || element.count > source_.remaining() / kTriangleBytes) return false;
       const char* const first = source_.here();
-      if (*first != 3) return false;  // a quick check of the first face, before memory is allocated
+      if (*first != 3) return false;  // Checks the first face before memory is allocated
       const auto read_all = [&](std::span<Triangle> triangles) {
         std::atomic<bool> is_valid = true;
         parallel_for(triangles.size(), kElementsAtOnce, [&](std::size_t begin, std::size_t end) {
@@ -333,7 +333,7 @@ class BodyReader {
   }
 
   void read_vertices(const Element& element, MeshBuilder& builder) {
-    Values value(element);
+    ElementValues value(element);
     const auto get = [&value](Role role) { return value[role]; };
     const auto single = [&](Role role) { return narrow(get(role)); };
     const bool tangents = has(element, Role::tx);
@@ -392,7 +392,7 @@ class BodyReader {
 
   void read_faces(const Element& element, MeshBuilder& builder, bool check_only) {
     if (element.properties.empty()) return;
-    Values value(element);
+    ElementValues value(element);
     const bool numbered = has(element, Role::texture_number),
                has_wedges = has(element, Role::wedge_uvs);
     if (!check_only) name_first_texture(builder, numbered);
@@ -408,7 +408,7 @@ class BodyReader {
     using Indices = std::span<const std::uint32_t>;
     for (std::uint64_t i = 0; i < element.count; ++i) {
       corners_.clear();
-      wedge_.clear();
+      wedge_uvs_.clear();
       for (const Property& property : element.properties) {
         if (!property.list) {
           if (!source_.has(source_.least_bytes(property.type))) truncated(element, i);
@@ -422,7 +422,7 @@ class BodyReader {
         } else if (property.role == Role::wedge_uvs && !check_only) {
           const std::uint64_t length = list_length(element, property, i);
           for (std::uint64_t k = 0; k < length; ++k) {
-            wedge_.push_back(narrow(source_.number(property.type)));
+            wedge_uvs_.push_back(narrow(source_.number(property.type)));
           }
         } else {
           skip_list(element, property, i);
@@ -432,11 +432,11 @@ class BodyReader {
       Indices uvs;
       if (vertex_uvs_) uvs = corners_;
       // UVs of corners, u and v alternating, take precedence over those of vertices, which cannot express seams.
-      if (!corners_.empty() && wedge_.size() == 2 * corners_.size()) {
+      if (!corners_.empty() && wedge_uvs_.size() == 2 * corners_.size()) {
         uv.clear();
         for (std::size_t k = 0; k < corners_.size(); ++k) {
           uv.push_back(static_cast<std::uint32_t>(builder.uvs.size()));
-          builder.uvs.push_back({wedge_[2 * k], wedge_[2 * k + 1]});
+          builder.uvs.push_back({wedge_uvs_[2 * k], wedge_uvs_[2 * k + 1]});
         }
         uvs = uv;
       } else if (has_wedges && corners_.size() >= 3) {
@@ -524,9 +524,9 @@ class BodyReader {
 
   /// Reads triangle strips, as in scan archives: lists of vertices in which -1 ends a strip.
   void read_strips(const Element& element, MeshBuilder& builder) {
-    std::uint64_t strip = 0;
+    std::uint64_t strip_index = 0;
     name_first_texture(builder, false);
-    corners_.clear();  // corners of the last face are discarded
+    corners_.clear();  // Discards the corners of the face before
     for (std::uint64_t i = 0; i < element.count; ++i) {
       for (const Property& property : element.properties) {
         if (!property.list) {
@@ -539,10 +539,10 @@ class BodyReader {
           for (std::uint64_t k = 0; k < length; ++k) {
             const double index = source_.number(property.type);
             const bool ends = index == (property.type == Type::uint32 ? 4294967295.0 : -1.0);
-            if (!ends) add_corner(index, "strip ", strip);
+            if (!ends) add_corner(index, "strip ", strip_index);
             if (ends || k + 1 == length) {
               add_strip(builder);
-              ++strip;
+              ++strip_index;
             }
           }
         }
@@ -582,9 +582,9 @@ class BodyReader {
   std::uint64_t vertices_ = 0, reserved_uvs_ = 0;
   bool vertex_normals_ = false, vertex_uvs_ = false;
   std::vector<std::uint32_t> corners_;
-  std::vector<float> wedge_;
-  std::vector<std::string> textures_;     ///< names of the materials
-  const std::string* texture_ = nullptr;  ///< picture of the last face
+  std::vector<float> wedge_uvs_;
+  std::vector<std::string> textures_;     ///< Names of the materials
+  const std::string* texture_ = nullptr;  ///< Number of the last face's picture
   const std::string untextured_ = kUntextured;
   /// Faces that one warning will report.
   struct FaceCount {
@@ -625,7 +625,7 @@ std::vector<Material> read_ply_materials(const MeshInput& given,
   MeshInput input = given;
   std::string converted;
   input.bytes = as_utf8(input.bytes, converted);
-  input.warnings = nullptr;  // load_mesh() has reported the warnings already
+  input.warnings = nullptr;  // Discarded, since load_mesh() has reported these warnings already
   const Header header = parse_header(input);
   const std::vector<std::string> names = texture_names(header);
   std::vector<Material> materials;

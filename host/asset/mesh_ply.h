@@ -41,7 +41,7 @@ struct Property {
   std::string name;
   Type type = Type::float32;
   bool list = false;
-  Type count_type = Type::uint8;  ///< Type of a list's length
+  Type count_type = Type::uint8;  ///< For a list, the type of its length
   Role role = Role::unused;
 };
 

@@ -21,8 +21,8 @@ enum class MeshFormat { ply, obj, stl, off, gltf, fbx, assimp };
 /// A mesh file in memory, with the options for reading it.
 struct MeshInput {
   std::string file;                          ///< Path as the caller gave it, for messages
-  std::string_view bytes;                    ///< Contents of the file
-  std::vector<Warning>* warnings = nullptr;  ///< Receives warnings; may be null
+  std::string_view bytes;                    ///< The file's contents
+  std::vector<Warning>* warnings = nullptr;  ///< List that receives warnings; may be null
   LoadMeshOptions options = {};
   /// Folder of referenced files (buffers, pictures); nullopt: such files are not read
   std::optional<std::filesystem::path> folder = {};

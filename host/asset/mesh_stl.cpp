@@ -72,8 +72,9 @@ std::uint32_t little_endian(const char* bytes) {
 /// Decodes colours in the two bytes after each triangle of a binary STL, 5 bits per channel. Two conventions exist.
 /// VisCAM and SolidView set bit 15 of triangles with a colour, with blue in the lowest bits. Materialise Magics writes
 /// "COLOR=" and a default colour into the header, and clears bit 15 of triangles with their own colour, with red in the
-/// lowest bits. MeshLab writes Magics' header and order, but sets bit 15 of all triangles, which for Magics means that
-/// none has a colour: if all bits are set, differing colours are used.
+/// lowest bits. MeshLab writes Magics' header and order, but sets bit 15 of all triangles. For Magics this means that
+/// no triangle has a colour of its own. So if the bit is set everywhere, the triangles' colours are used only if they
+/// differ.
 class StlColors {
  public:
   explicit StlColors(const MeshInput& input) : bytes_(input.bytes) {
@@ -95,7 +96,8 @@ class StlColors {
     mark_counts_ = true;
     const std::uint32_t color_bits = bits.first & ~kDefaultColorBit;
     const std::array<std::uint8_t, 3> channels = channels_of(color_bits);
-    constexpr int kMaxRoundingError = 5;  // largest rounding error of 5-bit channels, in 255ths
+    // Largest rounding error of 5-bit channels, in units of 1/255
+    constexpr int kMaxRoundingError = 5;
     const bool agrees = std::equal(channels.begin(), channels.end(), color.begin(),
                                    [](std::uint8_t a, std::uint8_t b) {
                                      return std::abs(int{a} - int{b}) <= kMaxRoundingError;
@@ -146,12 +148,12 @@ class StlColors {
     }
     return bits;
   }
-  /// The three channels, from the lowest bits on.
+  /// The three channels of a colour, the one in the lowest bits first.
   static std::array<std::uint8_t, 3> channels_of(std::uint32_t bits) {
-    return {widen(bits), widen(bits >> 5U), widen(bits >> 10U)};
+    return {expand_to_8_bits(bits), expand_to_8_bits(bits >> 5U), expand_to_8_bits(bits >> 10U)};
   }
   /// Expands a 5-bit channel to 8 bits, rounded.
-  static std::uint8_t widen(std::uint32_t bits) {
+  static std::uint8_t expand_to_8_bits(std::uint32_t bits) {
     return static_cast<std::uint8_t>(((bits & 31U) * 255 + 15) / 31);
   }
 
@@ -169,16 +171,16 @@ Mesh read_binary(const MeshInput& input) {
                "Copy or export it again.");
   }
   const std::uint64_t count = little_endian(bytes.data() + 80);
-  const std::uint64_t needed = kHeaderBytes + count * kTriangleBytes;
-  if (needed > bytes.size()) {
+  const std::uint64_t needed_bytes = kHeaderBytes + count * kTriangleBytes;
+  if (needed_bytes > bytes.size()) {
     input.fail("header",
                "it declares " + std::to_string(count) + " triangles, which take " +
-                   std::to_string(needed) + " bytes, but the file has " +
+                   std::to_string(needed_bytes) + " bytes, but the file has " +
                    std::to_string(bytes.size()) + " (truncated, or not an STL file)",
                "Copy or export it again.");
   }
-  if (needed < bytes.size()) {
-    const std::uint64_t extra = bytes.size() - needed;
+  if (needed_bytes < bytes.size()) {
+    const std::uint64_t extra = bytes.size() - needed_bytes;
     input.warn("trailing-bytes",
                std::to_string(extra) + " bytes after the last triangle were ignored.", extra);
   }
@@ -186,7 +188,7 @@ Mesh read_binary(const MeshInput& input) {
   Welder welder(builder.positions, count / 2);
   const StlColors colors(input);
   for (std::uint64_t t = 0; t < count; ++t) {
-    // address of the vertices, after the normal
+    // Address of the triangle's vertices, which follow its normal
     const char* at = bytes.data() + kHeaderBytes + t * kTriangleBytes + 12;
     std::uint32_t corner[3];
     for (std::uint32_t& vertex : corner) {
@@ -225,7 +227,7 @@ Mesh read_ascii(const MeshInput& input) {
   TextScanner scan(input.bytes);
   MeshBuilder builder(input);
   Welder welder(builder.positions, input.bytes.size() / 512);
-  std::vector<std::uint64_t> lines;
+  std::vector<std::uint64_t> triangle_lines;
   std::vector<std::uint32_t> corners;
   const char* const remedy = "Correct the line or export the mesh again.";
   bool in_facet = false;
@@ -254,7 +256,8 @@ Mesh read_ascii(const MeshInput& input) {
     } else if (word == "endfacet") {
       if (!in_facet) input.fail(scan.place(), "endfacet without facet", remedy);
       in_facet = false;
-      if (corners.size() >= 3) lines.insert(lines.end(), corners.size() - 2, scan.line());
+      if (corners.size() >= 3)
+        triangle_lines.insert(triangle_lines.end(), corners.size() - 2, scan.line());
       builder.add_face(corners);
     } else if (word == "solid" || word == "endsolid") {
       const std::string_view name = scan.rest_of_line();
@@ -266,8 +269,9 @@ Mesh read_ascii(const MeshInput& input) {
   }
   if (in_facet)
     input.fail(scan.place(), "the file ends inside a facet (truncated)", "Copy it again.");
-  builder.describe_face = [&lines](std::uint32_t triangle) {
-    return triangle < lines.size() ? "line " + std::to_string(lines[triangle]) : std::string();
+  builder.describe_face = [&triangle_lines](std::uint32_t triangle) {
+    return triangle < triangle_lines.size() ? "line " + std::to_string(triangle_lines[triangle])
+                                            : std::string();
   };
   return builder.finish();
 }

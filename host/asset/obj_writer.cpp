@@ -118,13 +118,13 @@ class Names {
       : keyword_(keyword), of_(of), names_(names) {}
 
   /// Writes all names first, so that readers number them in this order.
-  void announce(Writer& out) const {
+  void write_all_names(Writer& out) const {
     for (const std::string& name : of_.empty() ? std::vector<std::string>() : names_) {
       out.text(keyword_ + safe_name(name) + "\n");
     }
   }
   /// True if readers would number the names in this order anyway, because all are used, in order.
-  bool in_order() const {
+  bool is_in_order() const {
     std::uint32_t next = 0;
     for (const std::uint32_t name : of_) {
       if (name > next) return false;
@@ -139,7 +139,7 @@ class Names {
     out.text(keyword_ + safe_name(names_[last_written_]) + "\n");
     return true;
   }
-  /// Accounts for readers that use an object's name as the group's name, too.
+  /// Some readers use an object's name as the group's name, too; this keeps track of that name.
   void copy_names(const Names& object) {
     last_written_ = kNone;
     const auto same_name =
@@ -150,7 +150,7 @@ class Names {
 
  private:
   std::string keyword_;
-  const std::vector<std::uint32_t>& of_;  // index of the name for each triangle
+  const std::vector<std::uint32_t>& of_;  // For each triangle, the index of its name
   const std::vector<std::string>& names_;
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
   std::uint32_t last_written_ = kNone;
@@ -171,7 +171,7 @@ void save_obj(const Mesh& mesh, const std::filesystem::path& path) {
   Writer out(file);
   out.text("# Kiln\n");
   for (const std::string& name : mesh.material_files) {
-    if (has_own_materials(name)) continue;  // such a file is no MTL
+    if (has_own_materials(name)) continue;  // A file that lacks this suffix is no MTL
     if (!name.empty()) out.text("mtllib " + safe_path(name) + "\n");
   }
   const bool placed = mesh.origin != std::array<double, 3>{};
@@ -219,9 +219,9 @@ void save_obj(const Mesh& mesh, const std::filesystem::path& path) {
   Names materials("usemtl ", mesh.materials, mesh.material_names);
   Names objects("o ", mesh.objects, mesh.object_names);
   // Other programs create an object for each such line, so it is only written if needed.
-  if (mesh.objects.empty() || !groups.in_order()) groups.announce(out);
-  if (!objects.in_order()) objects.announce(out);
-  materials.announce(out);
+  if (mesh.objects.empty() || !groups.is_in_order()) groups.write_all_names(out);
+  if (!objects.is_in_order()) objects.write_all_names(out);
+  materials.write_all_names(out);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (objects.write_if_changed(t, out)) groups.copy_names(objects);
     groups.write_if_changed(t, out);

@@ -98,9 +98,9 @@ Role vertex_role(std::string_view name) {
 
 /// Splits the header into lines, separated by LF, CR LF or CR as after the first line. In a binary file, the byte after
 /// "end_header" may have any value.
-class Lines {
+class HeaderLines {
  public:
-  explicit Lines(std::string_view text) : text_(text) {
+  explicit HeaderLines(std::string_view text) : text_(text) {
     const std::size_t end = text.find_first_of("\r\n");
     if (end == std::string_view::npos) return;
     ending_ = text[end] == '\n'                                ? "\n"
@@ -151,12 +151,12 @@ class RoleCheck {
 
   /// Warns of dropped properties. \param owners  "vertices" or "faces"
   void warn(const MeshInput& input, const char* owners) const {
-    if (unused_ == 0) return;
+    if (unused_properties_ == 0) return;
     input.warn("unused-properties",
-               "header: " + std::to_string(unused_) + " properties of its " + owners +
+               "header: " + std::to_string(unused_properties_) + " properties of its " + owners +
                    " occur twice, or without the others of their set (\"" + example_ +
                    "\" for example), and were ignored.",
-               unused_);
+               unused_properties_);
   }
 
   static std::ptrdiff_t count(const Element& element, Role role) {
@@ -167,11 +167,11 @@ class RoleCheck {
  private:
   void drop(Property& property) {
     property.role = Role::unused;
-    if (unused_++ == 0) example_ = printable(property.name);
+    if (unused_properties_++ == 0) example_ = printable(property.name);
   }
 
   Element& element_;
-  std::uint64_t unused_ = 0;
+  std::uint64_t unused_properties_ = 0;
   std::string example_;
 };
 
@@ -246,13 +246,13 @@ std::vector<std::string> texture_names(const Header& header) {
 
 Header parse_header(const MeshInput& input) {
   Header header;
-  Lines lines(input.bytes);
+  HeaderLines lines(input.bytes);
   const auto fail = [&](const std::string& problem) {
     input.fail("line " + std::to_string(lines.number()), problem, "Export the mesh again.");
   };
   bool has_format = false;
   std::uint64_t unknown_lines = 0;
-  std::string strange_example;
+  std::string unknown_line_example;
   for (;;) {
     const auto line = lines.next();
     if (!line) fail("the header has no \"end_header\" (truncated)");
@@ -327,7 +327,7 @@ Header parse_header(const MeshInput& input) {
       }
     } else if (!word.empty()) {
       if (unknown_lines++ == 0) {
-        strange_example =
+        unknown_line_example =
             "line " + std::to_string(lines.number()) + ": \"" + printable(*line) + "\"";
       }
     }
@@ -340,7 +340,7 @@ Header parse_header(const MeshInput& input) {
   if (unknown_lines != 0) {
     input.warn("ignored-header-lines",
                std::to_string(unknown_lines) + " lines of its header are no statements of PLY (" +
-                   strange_example + " for example) and were ignored.",
+                   unknown_line_example + " for example) and were ignored.",
                unknown_lines);
   }
   header.body = lines.offset();

@@ -18,9 +18,9 @@ namespace {
 
 using namespace ply;
 
-constexpr std::size_t kMaxHeaderBytes = std::size_t{1}
-                                        << 18;  // a longer header is not one of a large scan
-constexpr std::size_t kTriangleFaceBytes = 13;  // a count and three indices
+// Maximum length of a header; no large scan has a longer one
+constexpr std::size_t kMaxHeaderBytes = std::size_t{1} << 18;
+constexpr std::size_t kTriangleFaceBytes = 13;  // Size of a triangle: a count and three indices
 constexpr std::size_t kStreamedAtOnce = std::size_t{1} << 20;
 
 /// Where the values of a vertex or a face stand.

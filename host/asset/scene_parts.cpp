@@ -66,20 +66,20 @@ std::optional<std::uint32_t> UvSetChoice::find(const std::vector<std::string>& n
 std::optional<std::uint32_t> UvSetChoice::choose(const std::vector<std::string>& names) {
   for (std::uint32_t set = 0; set < names.size(); ++set) {
     const std::string& set_name = names[set];
-    known_.insert(std::to_string(set) +
-                  (set_name.empty() ? "" : " \"" + printable(set_name) + "\""));
+    known_pictures_.insert(std::to_string(set) +
+                           (set_name.empty() ? "" : " \"" + printable(set_name) + "\""));
   }
   const std::optional<std::uint32_t> found = find(names);
-  if (names.size() > 1) ++several_;
-  if (found && !chosen_) chosen_ = found;
+  if (names.size() > 1) ++meshes_with_several_sets_;
+  if (found && !first_chosen_set_) first_chosen_set_ = found;
   return found;
 }
 
 void UvSetChoice::check() const {
   const LoadMeshOptions& options = input_.options;
-  if (!chosen_ && (!options.uv_set_name.empty() || options.uv_set != 0)) {
+  if (!first_chosen_set_ && (!options.uv_set_name.empty() || options.uv_set != 0)) {
     std::string sets;
-    for (const std::string& set : known_) sets += (sets.empty() ? "" : ", ") + set;
+    for (const std::string& set : known_pictures_) sets += (sets.empty() ? "" : ", ") + set;
     input_.fail("",
                 "none of its meshes has the UV set " +
                     (options.uv_set_name.empty() ? std::to_string(options.uv_set)
@@ -87,11 +87,12 @@ void UvSetChoice::check() const {
                     "; its UV sets are " + (sets.empty() ? "none" : sets),
                 "Choose one of these.");
   }
-  if (several_ != 0) {
+  if (meshes_with_several_sets_ != 0) {
     input_.warn("unused-properties",
-                "meshes with more than one set of UVs, " + std::to_string(several_) +
-                    " in all: set " + std::to_string(chosen()) + " is read.",
-                several_);
+                "meshes with more than one set of UVs, " +
+                    std::to_string(meshes_with_several_sets_) + " in all: set " +
+                    std::to_string(chosen()) + " is read.",
+                meshes_with_several_sets_);
   }
 }
 
@@ -119,7 +120,7 @@ std::filesystem::path ScenePictures::find(const std::string& name) {
 void ScenePictures::count_missing(const std::string& name) {
   const std::filesystem::path normal_path = std::filesystem::path(name).lexically_normal();
   const bool is_kept_out = !input_.options.outside && note_whether_file(folder_ / normal_path);
-  (is_kept_out ? outside_ : missing_).add(name);
+  (is_kept_out ? outside_ : missing_pictures_).add(name);
 }
 
 void ScenePictures::place(MaterialPicture& picture, double scale_u, double scale_v, bool moved,
@@ -134,12 +135,12 @@ void ScenePictures::place(MaterialPicture& picture, double scale_u, double scale
 }
 
 void ScenePictures::warn() const {
-  if (missing_.count != 0) {
+  if (missing_pictures_.count != 0) {
     input_.warn("picture-missing",
-                counted(missing_.count, "picture") + " of materials, such as '" +
-                    printable(missing_.first) +
+                counted(missing_pictures_.count, "picture") + " of materials, such as '" +
+                    printable(missing_pictures_.first) +
                     "', cannot be found: only the materials' numbers are used.",
-                missing_.count);
+                missing_pictures_.count);
   }
   if (outside_.count != 0) {
     input_.warn("picture-outside",

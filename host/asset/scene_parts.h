@@ -49,13 +49,14 @@ class UvSetChoice {
   std::optional<std::uint32_t> find(const std::vector<std::string>& names) const;
   /// Rejects a requested set that no mesh has, and warns of meshes without it. Call it after all meshes.
   void check() const;
-  std::uint32_t chosen() const { return chosen_.value_or(0); }
+  std::uint32_t chosen() const { return first_chosen_set_.value_or(0); }
 
  private:
   const MeshInput& input_;
-  std::optional<std::uint32_t> chosen_;
-  std::set<std::string> known_;  // descriptions of the existing sets, for the error
-  std::uint64_t several_ = 0;    // number of meshes with more than one set
+  std::optional<std::uint32_t> first_chosen_set_;
+  // Descriptions of the UV sets that exist, for the error message
+  std::set<std::string> known_pictures_;
+  std::uint64_t meshes_with_several_sets_ = 0;  // Number of meshes with more than one UV set
 };
 
 /// Finds the pictures that materials of a scene name, within the folder of its file, and warns of missing ones.
@@ -87,7 +88,7 @@ class ScenePictures {
   const MeshInput& input_;
   std::filesystem::path folder_;
   FileFinder finder_;
-  Found missing_, outside_, placed_;
+  Found missing_pictures_, outside_, placed_;
 };
 
 }  // namespace kiln

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 // Largest tile number in names without a token. Larger numbers are probably years or sizes.
 constexpr std::uint32_t kMaxNumberedTile = 1999;
-constexpr std::uint32_t kMaxFileRows = 100;  // rows of tiles whose files are searched for
+constexpr std::uint32_t kMaxTileRows = 100;  // Number of rows of tiles whose files are searched for
 
 bool is_file(const fs::path& path) { return note_whether_file(path); }
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
@@ -36,12 +36,12 @@ std::uint32_t number_at(const std::string& text, std::size_t at, std::size_t& en
 std::uint32_t columns_at(const std::string& name, std::size_t at, std::size_t& end) {
   const std::string text = lower_case(name);
   if (text[at] != 'u' || (at > 0 && is_word(text[at - 1]))) return 0;
-  std::size_t middle = 0;
-  const std::uint32_t u = number_at(text, at + 1, middle);
-  if (middle == at + 1 || text.compare(middle, 2, "_v") != 0) return 0;
-  const std::uint32_t v = number_at(text, middle + 2, end);
-  if (end == middle + 2 || (end < text.size() && is_word(text[end]))) return 0;
-  if (u < 1 || u > kUdimColumns || v < 1 || v > kMaxFileRows) return 0;
+  std::size_t tile_separator = 0;
+  const std::uint32_t u = number_at(text, at + 1, tile_separator);
+  if (tile_separator == at + 1 || text.compare(tile_separator, 2, "_v") != 0) return 0;
+  const std::uint32_t v = number_at(text, tile_separator + 2, end);
+  if (end == tile_separator + 2 || (end < text.size() && is_word(text[end]))) return 0;
+  if (u < 1 || u > kUdimColumns || v < 1 || v > kMaxTileRows) return 0;
   return kFirstUdim + u - 1 + kUdimColumns * (v - 1);
 }
 
@@ -49,7 +49,7 @@ std::uint32_t columns_at(const std::string& name, std::size_t at, std::size_t& e
 
 std::optional<TileName> TileName::by_token(const fs::path& path) {
   struct Token {
-    const char* text;  // the token in lower case
+    const char* text;  // The placeholder for the tile, in lower case
     bool by_columns;
   };
   static constexpr std::array<Token, 3> kTokens = {
@@ -106,15 +106,15 @@ fs::path TileName::token_path() const { return folder_ / fs::path(before_ + toke
 
 std::vector<std::uint32_t> TileName::files() const {
   std::vector<std::uint32_t> tiles;
-  std::string answer;
-  for (std::uint32_t place = 0; place < kUdimColumns * kMaxFileRows; ++place) {
+  std::string found_tiles;
+  for (std::uint32_t place = 0; place < kUdimColumns * kMaxTileRows; ++place) {
     std::error_code error;
     if (!fs::is_regular_file(file_of(kFirstUdim + place), error)) continue;
     tiles.push_back(kFirstUdim + place);
-    answer += std::to_string(tiles.back()) + " ";
+    found_tiles += std::to_string(tiles.back()) + " ";
   }
   // The input log gets one record for the whole set, since a thousand names are tested and few exist.
-  note_answer(token_path(), kTilesAnswerKey, answer);
+  note_answer(token_path(), kTilesAnswerKey, found_tiles);
   return tiles;
 }
 
@@ -141,7 +141,8 @@ std::uint32_t tile_of(const Mesh& mesh, std::size_t triangle, const PicturePlace
   const std::array<float, 6>& m = place.uv_transform;
   double u = 0, v = 0;
   for (const std::uint32_t corner : mesh.uv_triangles[triangle]) {
-    if (corner >= uvs.size()) return 0;  // the index is invalid, which the mesh's check reports
+    // The index is invalid, which the check of the mesh reports
+    if (corner >= uvs.size()) return 0;
     u += double{uvs[corner].x} / 3;
     v += double{uvs[corner].y} / 3;
   }
@@ -199,7 +200,7 @@ TileFiles find_tiles(const fs::path& picture, const TileCounts* counts,
     found += (found.empty() ? "" : ", ") + std::to_string(tile);
     named_by_others = named_by_others || (is_others && is_others(file));
   }
-  if (outside_first_tile == 0 || found.empty()) {  // it is a single picture, which may repeat
+  if (outside_first_tile == 0 || found.empty()) {  // The picture is a single one, which may repeat
     result.tiles.clear();
     return result;
   }

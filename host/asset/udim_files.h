@@ -62,9 +62,9 @@ TileCounts count_tiles(const Mesh& mesh);
 
 /// The meaning of a picture's file name for a mesh.
 struct TileFiles {
-  /// Tiles and their files, in ascending order; empty for a single picture
+  /// The UV tiles and their files, in ascending order; empty for a single picture
   std::vector<std::pair<std::uint32_t, std::filesystem::path>> tiles;
-  std::string note;  ///< A warning ("udim-siblings"); empty if there is none
+  std::string note;  ///< The text of a warning ("udim-siblings"); empty if there is none
 };
 
 /// Decides whether a file name means a UDIM set. A token always does: the set consists of the tiles that have files and

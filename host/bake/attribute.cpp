@@ -1,4 +1,4 @@
-// Averages values per vertex, given by the caller, over the samples of each texel.
+// Bakes values that the caller gives for each vertex: averages them over the samples of each texel.
 #include "kiln/attribute.h"
 
 #include <algorithm>
@@ -16,15 +16,15 @@
 namespace kiln {
 namespace {
 
-using Value = std::array<double, 4>;
+using ChannelValues = std::array<double, 4>;
 
 static_assert(static_cast<int>(TexelState::empty) == kCoverageEmpty &&
               static_cast<int>(TexelState::baked) == kCoverageBaked &&
               static_cast<int>(TexelState::missed) == kCoverageMissed &&
               static_cast<int>(TexelState::padding) == kCoverageGutter);
 
-void check(const Source::Impl& high, const Match& match, std::size_t values,
-           std::uint32_t channels) {
+void check_input(const Source::Impl& high, const Match& match, std::size_t values,
+                 std::uint32_t channels) {
   if (channels < 1 || channels > 4) {
     throw Error(ErrorCode::usage,
                 "channels is " + std::to_string(channels) + ": it must be 1 to 4.",
@@ -46,38 +46,38 @@ void check(const Source::Impl& high, const Match& match, std::size_t values,
 }
 
 /// Averages a texel's samples.
-class Resolver {
+class TexelAverager {
  public:
-  Resolver(const Source::Impl& high, const Match& match, std::span<const float> values,
-           std::uint32_t channels, bool unit_vectors)
+  TexelAverager(const Source::Impl& high, const Match& match, std::span<const float> values,
+                std::uint32_t channels, bool unit_vectors)
       : high_(high),
         match_(match),
         values_(values),
         channels_(channels),
-        unit_(unit_vectors && channels == 3) {}
+        is_unit_vector_(unit_vectors && channels == 3) {}
 
-  /// Averages the samples of one texel. \param to  receives the mean; written only if a sample found a point
+  /// Averages the samples of one texel. \param to  receives the mean; left as it is if no sample found a point
   TexelState texel(std::size_t x, std::size_t y, float* to) const {
-    Value sum{};
+    ChannelValues sum{};
     std::uint32_t found_count = 0;
-    bool covered = false;
+    bool is_covered = false;
     const std::size_t n = match_.samples;
     for (std::size_t s = 0; s < n * n; ++s) {
       const std::size_t i = (y * n + s / n) * match_.width + x * n + s % n;
       const SampleStatus status = match_.status_of(i);
       if (status == SampleStatus::empty) continue;
-      covered = true;
+      is_covered = true;
       if (status == SampleStatus::missed) continue;
       add(i, sum);
       ++found_count;
     }
-    if (found_count == 0) return covered ? TexelState::missed : TexelState::empty;
-    store(sum, found_count, to);
+    if (found_count == 0) return is_covered ? TexelState::missed : TexelState::empty;
+    store_mean(sum, found_count, to);
     return TexelState::baked;
   }
 
  private:
-  void add(std::size_t i, Value& sum) const {
+  void add(std::size_t i, ChannelValues& sum) const {
     const double u = match_.u[i], v = match_.v[i];
     const std::array<double, 3> weights = {1 - u - v, u, v};
     const Triangle& corners = high_.triangles[match_.triangle[i]];
@@ -87,9 +87,9 @@ class Resolver {
     }
   }
 
-  void store(const Value& sum, std::uint32_t found_count, float* to) const {
+  void store_mean(const ChannelValues& sum, std::uint32_t found_count, float* to) const {
     double divisor = found_count;
-    if (unit_) {
+    if (is_unit_vector_) {
       const double size = std::hypot(sum[0], sum[1], sum[2]);
       if (size > 0) divisor = size;
     }
@@ -100,7 +100,7 @@ class Resolver {
   const Match& match_;
   std::span<const float> values_;
   std::uint32_t channels_;
-  bool unit_;
+  bool is_unit_vector_;
 };
 
 }  // namespace
@@ -109,7 +109,7 @@ BakedAttribute bake_attribute(const Match& match, const Source& source,
                               std::span<const float> values, std::uint32_t channels,
                               const AttributeOptions& options) {
   const Source::Impl& high = impl_of(source);
-  check(high, match, values.size(), channels);
+  check_input(high, match, values.size(), channels);
   BakedAttribute result;
   result.image.width = match.width / match.samples;
   result.image.height = match.height / match.samples;
@@ -117,11 +117,11 @@ BakedAttribute bake_attribute(const Match& match, const Source& source,
   const std::size_t width = result.image.width;
   result.coverage.resize(width * result.image.height);
   result.image.pixels.resize(result.coverage.size() * channels);
-  const Resolver resolver(high, match, values, channels, options.unit_vectors);
+  const TexelAverager texel_averager(high, match, values, channels, options.unit_vectors);
   parallel_for(result.coverage.size(), 1 << 13, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       result.coverage[t] = static_cast<std::uint8_t>(
-          resolver.texel(t % width, t / width, &result.image.pixels[t * channels]));
+          texel_averager.texel(t % width, t / width, &result.image.pixels[t * channels]));
     }
   });
   fill_padding(
@@ -150,12 +150,12 @@ std::uint64_t fill_padding(const Device& device, Image& image, std::span<std::ui
                     ": it must be 0 to 16384, or -1 for everywhere.",
                 "padding-range");
   }
-  std::vector<std::uint8_t> states(coverage.begin(), coverage.end());
-  const std::uint64_t filled =
-      fill_gutter(context_of(device), image, states,
+  std::vector<std::uint8_t> texel_states(coverage.begin(), coverage.end());
+  const std::uint64_t filled_texels =
+      fill_gutter(context_of(device), image, texel_states,
                   {options.texels, options.fill_missed, options.unit_vectors});
-  std::copy(states.begin(), states.end(), coverage.begin());
-  return filled;
+  std::copy(texel_states.begin(), texel_states.end(), coverage.begin());
+  return filled_texels;
 }
 
 }  // namespace kiln

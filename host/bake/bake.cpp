@@ -18,7 +18,7 @@ void check_saved(const BakeOptions& options, const Source::Impl& high, const Mes
 }
 
 /// Appends another cluster's maps to those of the first cluster, and adds its seconds.
-void append_cluster(BakeResult& result, BakeResult baked) {
+void append_cluster_maps(BakeResult& result, BakeResult baked) {
   for (BakedMap& map : baked.maps) {
     if (map.info.type != MapType::coverage) result.maps.push_back(std::move(map));
   }
@@ -35,21 +35,21 @@ BakeResult bake_clusters(const Source::Impl& high, const Mesh& low, const BakeOp
                          const BakeProgress& progress) {
   check_options(options);
   check_saved(options, high, low);
-  const std::uint32_t count = options.match.visibility.clusters;
+  const std::uint32_t cluster_count = options.match.visibility.clusters;
   Clusters clusters;
   BakeResult result;
-  for (; clusters.cluster < count; ++clusters.cluster) {
+  for (; clusters.cluster < cluster_count; ++clusters.cluster) {
     const double begin = clusters.cluster;
     BakeResult baked = Pipeline({high, low, options}, Bands::pass,
-                                progress.part(begin / count, (begin + 1) / count))
+                                progress.part(begin / cluster_count, (begin + 1) / cluster_count))
                            .run(clusters);
     if (clusters.cluster == 0) {
       result = std::move(baked);
     } else {
-      append_cluster(result, std::move(baked));
+      append_cluster_maps(result, std::move(baked));
     }
   }
-  if (count > 1) result.clusters = clusters.field->clusters();
+  if (cluster_count > 1) result.clusters = clusters.field->clusters();
   return result;
 }
 

@@ -14,25 +14,25 @@ namespace kiln {
 namespace {
 
 constexpr std::uint32_t kMaxViews = 512;
-constexpr std::uint32_t kMaxPlaces = 1U << 20;
+constexpr std::uint32_t kMaxCoveragePlaces = 1U << 20;
 
-constexpr const char* kRange = "option-range";
-constexpr const char* kContradiction = "option-contradiction";
+constexpr const char* kRangeId = "option-range";
+constexpr const char* kContradictionId = "option-contradiction";
 
-[[noreturn]] void usage(const Message& message, const char* id = kRange) {
+[[noreturn]] void throw_usage_error(const Message& message, const char* id = kRangeId) {
   throw Error(ErrorCode::usage, message, id);
 }
 
-std::string quoted(std::string_view name) { return std::string("'").append(name).append("'"); }
+std::string quote(std::string_view name) { return std::string("'").append(name).append("'"); }
 
 /// Rejects values outside of an enumeration, which come from casts or uninitialized memory.
 template <typename Enum>
 void check_enum(const char* name, Enum value, Enum last) {
   const auto number = static_cast<long long>(value);
   if (number >= 0 && number <= static_cast<long long>(last)) return;
-  usage(std::string(name) + " is " + std::to_string(number) +
-            ", which its enumeration does not have: use one of its names.",
-        "option-enum");
+  throw_usage_error(std::string(name) + " is " + std::to_string(number) +
+                        ", which its enumeration does not have: use one of its names.",
+                    "option-enum");
 }
 
 void check_enums(const BakeOptions& options) {
@@ -49,77 +49,82 @@ void check_enums(const BakeOptions& options) {
   check_enum("occlusion.falloff", options.occlusion.falloff, OcclusionFalloff::smooth);
 }
 
-/// Runs a check of another room, and rethrows its errors as errors of options.
+/// Runs a check of another part of the code, and rethrows its errors as errors of options.
 template <typename Check>
-void in_range(const Check& check) {
+void rethrow_as_option_error(const Check& check) {
   try {
     check();
   } catch (const Error& error) {
-    usage(error.message());
+    throw_usage_error(error.message());
   }
 }
 
 /// Runs a look-up of a name, and rethrows its errors as errors of options.
 template <typename Find>
-void named(const Find& find) {
+void rethrow_as_unknown_name(const Find& find) {
   try {
     find();
   } catch (const Error& error) {
-    usage(error.message(), "option-name");
+    throw_usage_error(error.message(), "option-name");
   }
 }
 
 void check_length(const Message& name, const Length& length, bool may_be_zero) {
   if (!std::isfinite(length.value) || length.value < 0 || (!may_be_zero && length.value == 0)) {
-    usage(name + " is " + decimal(length.value) + ": it must be a finite length " +
-          (may_be_zero ? "of 0 or more." : "above 0."));
+    throw_usage_error(name + " is " + decimal(length.value) + ": it must be a finite length " +
+                      (may_be_zero ? "of 0 or more." : "above 0."));
   }
 }
 
 void check_views(const ViewOptions& views) {
   if (views.count.value_or(1) > kMaxViews || views.directions.size() > kMaxViews) {
-    usage("More than " + std::to_string(kMaxViews) + " views are requested: use fewer.");
+    throw_usage_error("More than " + std::to_string(kMaxViews) +
+                      " views are requested: use fewer.");
   }
   if (views.count && *views.count == 0 && views.directions.empty()) {
-    usage("No view is requested: use at least one.");
+    throw_usage_error("No view is requested: use at least one.");
   }
   if (views.size > kLargestView) {
-    usage("The depth views' size is " + std::to_string(views.size) + ": it must be 1 to " +
-          std::to_string(kLargestView) + " pixels.");
+    throw_usage_error("The depth views' size is " + std::to_string(views.size) +
+                      ": it must be 1 to " + std::to_string(kLargestView) + " pixels.");
   }
 }
 
 void check_fallback(const BakeOptions& options) {
-  constexpr std::uint32_t kMaxBlend = 256;
-  if (options.match.fallback_blend > kMaxBlend) {
-    usage("The width of blending into the fallback is " +
-          std::to_string(options.match.fallback_blend) + " texels: it must be 0 to " +
-          std::to_string(kMaxBlend) + ".");
+  constexpr std::uint32_t kMaxBlendTexels = 256;
+  if (options.match.fallback_blend > kMaxBlendTexels) {
+    throw_usage_error("The width of blending into the fallback is " +
+                      std::to_string(options.match.fallback_blend) + " texels: it must be 0 to " +
+                      std::to_string(kMaxBlendTexels) + ".");
   }
   if (options.match.fallback.empty()) {
     if (options.match.fallback_blend == 0) return;
-    usage("Blending with the fallback is requested, but there is no fallback: choose one.",
-          kContradiction);
+    throw_usage_error(
+        "Blending with the fallback is requested, but there is no fallback: choose one.",
+        kContradictionId);
   }
   if (options.match.saved != nullptr) {
-    usage("A fallback is requested, but a saved match is used unchanged: omit one of them.",
-          kContradiction);
+    throw_usage_error(
+        "A fallback is requested, but a saved match is used unchanged: omit one of them.",
+        kContradictionId);
   }
-  std::vector<MatchMethod> requested = {options.match.method};
+  std::vector<MatchMethod> view_count = {options.match.method};
   for (const MatchMethod next : options.match.fallback) {
     if (obeys(match_row(next).info, "match.uv")) {
-      usage(quoted(next.name) +
-                " cannot be a fallback, since it does not search for points: choose a match that "
-                "does, such as " +
-                match_names([](const MatchRow& row) { return row.is_good_fallback; }) + ".",
-            kContradiction);
+      throw_usage_error(
+          quote(next.name) +
+              " cannot be a fallback, since it does not search for points: choose a match that "
+              "does, such as " +
+              match_names([](const MatchRow& row) { return row.is_good_fallback; }) + ".",
+          kContradictionId);
     }
-    if (std::find(requested.begin(), requested.end(), next) != requested.end()) {
-      usage(quoted(next.name) +
-                " is listed twice, but would miss the same samples again: choose another fallback.",
-            kContradiction);
+    if (std::find(view_count.begin(), view_count.end(), next) != view_count.end()) {
+      throw_usage_error(
+          quote(next.name) +
+              " is listed twice, but would miss the same samples again: choose another fallback.",
+          kContradictionId);
     }
-    requested.push_back(next);
+    view_count.push_back(next);
   }
 }
 
@@ -127,11 +132,12 @@ void check_size(const BakeOptions& options) {
   constexpr std::uint32_t kMaxSize = 16384;
   if (options.width < 1 || options.width > kMaxSize || options.height < 1 ||
       options.height > kMaxSize) {
-    usage("The map's size is " + std::to_string(options.width) + "x" +
-          std::to_string(options.height) + ": each side must be 1 to 16384 texels.");
+    throw_usage_error("The map's size is " + std::to_string(options.width) + "x" +
+                      std::to_string(options.height) + ": each side must be 1 to 16384 texels.");
   }
   if (options.samples < 1 || options.samples > 16) {
-    usage("samples is " + std::to_string(options.samples) + ": it must be 1 to 16 per side.");
+    throw_usage_error("samples is " + std::to_string(options.samples) +
+                      ": it must be 1 to 16 per side.");
   }
 }
 
@@ -143,15 +149,17 @@ void check_distances(const BakeOptions& options) {
   if (options.match.ray.edge_width)
     check_length(option("match.ray.edge_width"), *options.match.ray.edge_width, false);
   if (options.match.cage && options.match.cage_mesh != nullptr) {
-    usage("Both a cage distance and a cage mesh were given: choose one.", kContradiction);
+    throw_usage_error("Both a cage distance and a cage mesh were given: choose one.",
+                      kContradictionId);
   }
   const bool cage = options.match.cage || options.match.cage_mesh != nullptr;
   if (cage && options.match.saved == nullptr &&
       !any_in_chain(options, [](const MatchRow& row) { return obeys(row.info, "match.cage"); })) {
-    usage("A cage was given, but " + quoted(options.match.method.name) +
-              " casts no rays: leave the cage out, or match by " +
-              match_names([](const MatchRow& row) { return obeys(row.info, "match.cage"); }) + ".",
-          kContradiction);
+    throw_usage_error(
+        "A cage was given, but " + quote(options.match.method.name) +
+            " casts no rays: leave the cage out, or match by " +
+            match_names([](const MatchRow& row) { return obeys(row.info, "match.cage"); }) + ".",
+        kContradictionId);
   }
 }
 
@@ -160,12 +168,13 @@ void check_map(MapKind map, const BakeOptions& options) {
   if (options.match.saved == nullptr &&
       obeys(match_row(options.match.method).info, "match.visibility"))
     return;
-  usage("The map " + std::string(map.name) +
-            " holds the directions of a match by visibility: choose the match " +
-            match_names([](const MatchRow& row) { return obeys(row.info, "match.visibility"); }) +
-            (options.match.saved != nullptr ? " instead of a saved match" : "") +
-            ", or leave the map out.",
-        kContradiction);
+  throw_usage_error(
+      "The map " + std::string(map.name) +
+          " holds the directions of a match by visibility: choose the match " +
+          match_names([](const MatchRow& row) { return obeys(row.info, "match.visibility"); }) +
+          (options.match.saved != nullptr ? " instead of a saved match" : "") +
+          ", or leave the map out.",
+      kContradictionId);
 }
 
 /// Rejects options that depth views do not support: a view contains only the nearest front faces.
@@ -177,58 +186,58 @@ void check_occlusion_views(const OcclusionOptions& occlusion) {
                             : occlusion.max_error > 0 ? "a maximum error"
                                                       : nullptr;
   if (unsupported == nullptr) return;
-  usage(std::string("Occlusion by views is requested with ") + unsupported +
-            ", which depth views do not support: use rays, or leave it out.",
-        kContradiction);
+  throw_usage_error(std::string("Occlusion by views is requested with ") + unsupported +
+                        ", which depth views do not support: use rays, or leave it out.",
+                    kContradictionId);
 }
 
 /// Checks options of single maps.
 void check_map_options(const BakeOptions& options) {
   if (options.occlusion.rays < 1 || options.occlusion.rays > 4096) {
-    usage(option("occlusion.rays") + " is " + std::to_string(options.occlusion.rays) +
-          ": it must be 1 to 4096.");
+    throw_usage_error(option("occlusion.rays") + " is " + std::to_string(options.occlusion.rays) +
+                      ": it must be 1 to 4096.");
   }
   if (options.occlusion.views < 16 || options.occlusion.views > 4096) {
-    usage(option("occlusion.views") + " is " + std::to_string(options.occlusion.views) +
-          ": it must be 16 to 4096.");
+    throw_usage_error(option("occlusion.views") + " is " + std::to_string(options.occlusion.views) +
+                      ": it must be 16 to 4096.");
   }
   check_occlusion_views(options.occlusion);
   if (options.occlusion.distance)
     check_length(option("occlusion.distance"), *options.occlusion.distance, false);
   if (!options.occlusion.by_high && !options.occlusion.by_low &&
       options.occlusion.by_others.empty()) {
-    usage(option("occlusion.by_high") + ", " + option("by_low") + " and " + option("by_others") +
-          " exclude all occluders: include one of them.");
+    throw_usage_error(option("occlusion.by_high") + ", " + option("by_low") + " and " +
+                      option("by_others") + " exclude all occluders: include one of them.");
   }
   if (options.occlusion.own_part && options.match.parts == nullptr) {
-    usage(option("occlusion.own_part") + " is set, but there are no parts: give " +
-              option("match.parts") + ", or leave it out.",
-          kContradiction);
+    throw_usage_error(option("occlusion.own_part") + " is set, but there are no parts: give " +
+                          option("match.parts") + ", or leave it out.",
+                      kContradictionId);
   }
   for (const Mesh* mesh : options.occlusion.by_others) {
     if (mesh == nullptr)
-      usage(option("occlusion.by_others") +
-            " contains a null pointer: all pointers must refer to meshes.");
+      throw_usage_error(option("occlusion.by_others") +
+                        " contains a null pointer: all pointers must refer to meshes.");
     validate(*mesh);
   }
   const Vec3& light = options.light.direction;
   const double squared =
       double{light.x} * light.x + double{light.y} * light.y + double{light.z} * light.z;
   if (!std::isfinite(squared) || squared == 0) {
-    usage(option("light.direction") + " must be a finite direction other than 0.");
+    throw_usage_error(option("light.direction") + " must be a finite direction other than 0.");
   }
   if (!(options.light.angle_degrees >= 0 && options.light.angle_degrees <= 90)) {
-    usage(option("light.angle_degrees") + " is " + decimal(options.light.angle_degrees) +
-          ": it must be 0 to 90.");
+    throw_usage_error(option("light.angle_degrees") + " is " +
+                      decimal(options.light.angle_degrees) + ": it must be 0 to 90.");
   }
   if (!(options.occlusion.max_error >= 0 && options.occlusion.max_error <= 1)) {
-    usage(option("occlusion.max_error") + " is " + decimal(options.occlusion.max_error) +
-          ": it must be 0 to 1.");
+    throw_usage_error(option("occlusion.max_error") + " is " +
+                      decimal(options.occlusion.max_error) + ": it must be 0 to 1.");
   }
   if (options.encoding.origin &&
       !std::all_of(options.encoding.origin->begin(), options.encoding.origin->end(),
                    [](double x) { return std::isfinite(x); })) {
-    usage(option("encoding.origin") + " must be finite.");
+    throw_usage_error(option("encoding.origin") + " must be finite.");
   }
   if (options.curvature_radius)
     check_length(option("curvature_radius"), *options.curvature_radius, false);
@@ -239,9 +248,9 @@ void check_variant(const MapVariant& map, const BakeOptions& options) {
   const MapInfo& info = map_row(map.kind).info;
   const auto check = [&](bool is_set, const char* setting) {
     if (!is_set || obeys(info, setting)) return;
-    usage("The map " + map.name + " has a setting " + option(setting) + ", which " +
-              std::string(map.kind.name) + " does not use: leave it out.",
-          kContradiction);
+    throw_usage_error("The map " + map.name + " has a setting " + option(setting) + ", which " +
+                          std::string(map.kind.name) + " does not use: leave it out.",
+                      kContradictionId);
   };
   check(map.occlusion.has_value(), "occlusion");
   check(map.curvature_radius.has_value(), "curvature_radius");
@@ -253,19 +262,20 @@ void check_variant(const MapVariant& map, const BakeOptions& options) {
 }
 
 void check_ranges(const BakeOptions& options) {
-  std::vector<std::string_view> seen_kinds;
+  std::vector<std::string_view> seen_maps;
   for (const MapRange& range_option : options.encoding.ranges) {
     const MapKind kind = range_option.kind;
     const ValueRange range = range_option.range;
     const std::string name(kind.name);
     if (!std::isfinite(range.low) || !std::isfinite(range.high) || !(range.low < range.high)) {
-      usage("The range of " + name + " is " + decimal(range.low) + " to " + decimal(range.high) +
-            ": both values must be finite, and the first below the second.");
+      throw_usage_error("The range of " + name + " is " + decimal(range.low) + " to " +
+                        decimal(range.high) +
+                        ": both values must be finite, and the first below the second.");
     }
-    if (std::find(seen_kinds.begin(), seen_kinds.end(), kind.name) != seen_kinds.end()) {
-      usage("The map " + name + " has two ranges: remove one.", kContradiction);
+    if (std::find(seen_maps.begin(), seen_maps.end(), kind.name) != seen_maps.end()) {
+      throw_usage_error("The map " + name + " has two ranges: remove one.", kContradictionId);
     }
-    seen_kinds.push_back(kind.name);
+    seen_maps.push_back(kind.name);
     const auto is_called = [&](const auto& own) { return own.name == kind.name; };
     if (std::any_of(options.transfers.begin(), options.transfers.end(), is_called) ||
         std::any_of(options.own_maps.begin(), options.own_maps.end(), is_called)) {
@@ -274,14 +284,15 @@ void check_ranges(const BakeOptions& options) {
     const MapVariant* const variant = find_variant(options, kind.name);
     if (variant == nullptr &&
         std::find(options.maps.begin(), options.maps.end(), kind) == options.maps.end()) {
-      usage("There is a range of '" + name +
-                "', which is not baked: add the map, or remove the range.",
-            kContradiction);
+      throw_usage_error("There is a range of '" + name +
+                            "', which is not baked: add the map, or remove the range.",
+                        kContradictionId);
     }
     const MapType type = map_row(variant != nullptr ? variant->kind : kind).info.type;
     if (type == MapType::unit_vector || type == MapType::id || type == MapType::coverage) {
-      usage("The map " + name + " takes no range: its values are directions, names or coverage.",
-            kContradiction);
+      throw_usage_error(
+          "The map " + name + " takes no range: its values are directions, names or coverage.",
+          kContradictionId);
     }
   }
 }
@@ -294,23 +305,24 @@ void check_two_component(const BakeOptions& options) {
                            return map_row(map).info.space == NormalMapSpace::object;
                          });
   if (!all_sides) return;
-  usage("Two components only suffice for normals above the surface: use tangent or face space.",
-        kContradiction);
+  throw_usage_error(
+      "Two components only suffice for normals above the surface: use tangent or face space.",
+      kContradictionId);
 }
 
 void check_clusters(const BakeOptions& options) {
   if (options.match.visibility.clusters <= 1) return;
   if (!obeys(match_row(options.match.method).info, "match.visibility.clusters") ||
       options.match.saved != nullptr) {
-    usage(
+    throw_usage_error(
         "Clusters of directions require a match by visibility: choose that match, or one cluster.",
-        kContradiction);
+        kContradictionId);
   }
   if (options.report.keep_match) {
-    usage(
+    throw_usage_error(
         "Several clusters have a match each, so that none can be kept: use one cluster, or do not "
         "keep the match.",
-        kContradiction);
+        kContradictionId);
   }
 }
 
@@ -319,28 +331,29 @@ void check_clusters(const BakeOptions& options) {
 void validate(const BakeOptions& options) {
   check_size(options);
   check_enums(options);
-  named([&] {
+  rethrow_as_unknown_name([&] {
     match_row(options.match.method);
     for (const MatchMethod next : options.match.fallback) match_row(next);
     for (const MapKind map : kinds_of(options)) map_row(map);
   });
   if (map_count(options) == 0) {
-    usage("No map is requested: give at least one, such as normal.");
+    throw_usage_error("No map is requested: give at least one, such as normal.");
   }
   if (!(options.own_map_seconds >= 1 && options.own_map_seconds <= 86400)) {
-    usage("own_map_seconds is " + decimal(options.own_map_seconds) + ": it must be 1 to 86400.");
+    throw_usage_error("own_map_seconds is " + decimal(options.own_map_seconds) +
+                      ": it must be 1 to 86400.");
   }
   check_distances(options);
   check_map_options(options);
   if (options.encoding.gutter < -1 || options.encoding.gutter > 4096) {
-    usage("gutter (padding) is " + std::to_string(options.encoding.gutter) +
-          ": it must be 0 to 4096 texels, or -1 for unlimited padding.");
+    throw_usage_error("gutter (padding) is " + std::to_string(options.encoding.gutter) +
+                      ": it must be 0 to 4096 texels, or -1 for unlimited padding.");
   }
   check_two_component(options);
   check_ranges(options);
-  if (options.report.recall > kMaxPlaces) {
-    usage("recall is " + std::to_string(options.report.recall) + " places: it must be 0 to " +
-          std::to_string(kMaxPlaces) + ".");
+  if (options.report.recall > kMaxCoveragePlaces) {
+    throw_usage_error("recall is " + std::to_string(options.report.recall) +
+                      " places: it must be 0 to " + std::to_string(kMaxCoveragePlaces) + ".");
   }
   for (const MapKind map : kinds_of(options)) check_map(map, options);
   for (const MapVariant& map : options.variants) check_variant(map, options);
@@ -348,10 +361,10 @@ void validate(const BakeOptions& options) {
   check_fallback(options);
   if (any_in_chain(options,
                    [](const MatchRow& row) { return obeys(row.info, "match.visibility"); })) {
-    in_range([&] { check_visibility(options.match.visibility); });
+    rethrow_as_option_error([&] { check_visibility(options.match.visibility); });
   }
   check_clusters(options);
-  in_range([&] { check_uv(options.match.uv); });
+  rethrow_as_option_error([&] { check_uv(options.match.uv); });
 }
 
 void check_options(const BakeOptions& options) { validate(options); }

@@ -15,13 +15,16 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t kPlacesOfCopies = 4096;
-constexpr double kMinShareToWarn = 0.05;  // minimum share of the copies' area that differs
-// maximum distance of equal points, as a share of the diagonal, if no map holds lengths
+constexpr std::uint32_t kPlacesOnCopies = 4096;
+// A warning is given if at least this share of the copies' area differs
+constexpr double kMinShareToWarn = 0.05;
+// Maximum distance, as a share of the diagonal, of two points that count as equal if no map holds lengths
 constexpr double kMaxPointDistance = 0.02;
-constexpr double kMaxLengthDistance = 0.001;  // maximum distance if a map holds lengths
-constexpr double kMinNormalCosine = 0.9962;   // cosine between equal normals: 5 degrees
-constexpr double kMaxColorDifference = 32;    // maximum difference between equal colours, of 255
+constexpr double kMaxLengthDistance = 0.001;  // The same if a map holds lengths, such as heights
+// Minimum cosine of normals that count as equal: 5 degrees
+constexpr double kMinNormalCosine = 0.9962;
+// Maximum difference, of 255, of colours that count as equal
+constexpr double kMaxColorDifference = 32;
 // kernels read samples in multiples of this number
 constexpr std::uint32_t kSampleMultiple = 64;
 
@@ -31,9 +34,10 @@ bool holds_lengths(const BakeOptions& options) {
                      [](MapKind map) { return map_row(map).unit == "world units"; });
 }
 
-/// Makes a ray matcher for the check if the bake's matcher reads data of a band that the check does not have; else
-/// null.
-std::unique_ptr<Matcher> own_matcher(const MatchRequest& request, const BakeOptions& options) {
+/// Makes a ray matcher for the check, if the bake's matcher reads band data that the check does not have; otherwise
+/// returns null.
+std::unique_ptr<Matcher> matcher_for_check(const MatchRequest& request,
+                                           const BakeOptions& options) {
   if (!any_in_chain(options,
                     [](const MatchRow& row) { return obeys(row.info, "match.visibility"); })) {
     return nullptr;
@@ -66,7 +70,7 @@ struct UvFrame {
   }
 
   /// Transfers a vector from this triangle to another: keeps its components in u, v and normal.
-  Vec3d transfer(const Vec3d& vector, const UvFrame& to) const {
+  Vec3d transfer_to_triangle(const Vec3d& vector, const UvFrame& to) const {
     const double uu = dot(u, u), uv = dot(u, v), vv = dot(v, v);
     const double determinant = uu * vv - uv * uv;
     const double along_u = dot(vector, u), along_v = dot(vector, v);
@@ -76,7 +80,7 @@ struct UvFrame {
   }
 };
 
-std::array<double, 2> uv_of(const LowSurface& surface, const CopyCheck::Place& place) {
+std::array<double, 2> uv_at(const LowSurface& surface, const CopyCheck::Place& place) {
   const auto& [a, b, c] = surface.triangles[place.triangle];
   const double u = place.u, v = place.v;
   return {a.uv.x * (1 - u - v) + b.uv.x * u + c.uv.x * v,
@@ -89,17 +93,17 @@ CopyCheck::CopyCheck(const MatchRequest& request, const BakeOptions& options, Ma
                      std::function<void(TexelBand&)> prepare)
     : source_(request.source),
       surface_(request.surface),
-      own_matcher_(own_matcher(request, options)),
+      own_matcher_(matcher_for_check(request, options)),
       matcher_(own_matcher_ != nullptr ? *own_matcher_ : matcher),
       prepare_(std::move(prepare)),
       two_sided_(options.match.two_sided),
       max_distance_((holds_lengths(options) ? kMaxLengthDistance : kMaxPointDistance) *
                     source_.frame.diagonal * source_.frame.scale),
       uv_places_(surface_.triangles.size()),
-      baked_(uv_places_) {
+      baked_places_(uv_places_) {
   for (const std::uint32_t t : surface_.usable_triangles()) {
     uv_places_[t] = UvPlace::of(surface_.triangles[t]);
-    if (uv_places_[t].area != 0 && !surface_.is_copy(t)) baked_.add(t);
+    if (uv_places_[t].area != 0 && !surface_.is_copy(t)) baked_places_.add(t);
   }
   cl::Context& context = context_of(source_.device);
   normals_ = source_.attributes.normals.download(context);
@@ -107,12 +111,12 @@ CopyCheck::CopyCheck(const MatchRequest& request, const BakeOptions& options, Ma
 }
 
 /// The point with the same UV on the triangle that is baked for a copy.
-std::optional<CopyCheck::Place> CopyCheck::baked_at(const Place& place) const {
-  UvPosition uv = uv_of(surface_, place);
+std::optional<CopyCheck::Place> CopyCheck::baked_place_of(const Place& place) const {
+  UvPosition uv = uv_at(surface_, place);
   for (std::size_t axis = 0; axis < 2; ++axis) uv[axis] -= uv_places_[place.triangle].offset[axis];
   std::uint32_t triangle = surface_.copy_of[place.triangle];
   if (!uv_places_[triangle].holds(uv)) {
-    const bool found = baked_.any_at(uv, [&](std::uint32_t other) {
+    const bool found = baked_places_.any_at(uv, [&](std::uint32_t other) {
       if (!uv_places_[other].holds(uv)) return false;
       triangle = other;
       return true;
@@ -128,7 +132,7 @@ std::optional<CopyCheck::Place> CopyCheck::baked_at(const Place& place) const {
 
 std::vector<CopyCheck::Point> CopyCheck::match(std::span<const Place> places) {
   cl::Context& context = context_of(source_.device);
-  TexelBand band = band_of_places(
+  TexelBand band = band_of_points(
       context, surface_, places.size(), [&](std::size_t i) { return places[i]; }, kSampleMultiple);
   prepare_(band);
   DeviceCorrespondence found(context, band.capacity);
@@ -167,7 +171,7 @@ bool CopyCheck::are_same(const Place& place, const Point& point, const Place& ba
                          const Point& other) const {
   const UvFrame copy_frame(surface_.triangles[place.triangle]),
       baked_frame(surface_.triangles[baked.triangle]);
-  const Vec3d away = copy_frame.transfer(point.offset, baked_frame) - other.offset;
+  const Vec3d away = copy_frame.transfer_to_triangle(point.offset, baked_frame) - other.offset;
   if (!(dot(away, away) <= max_distance_ * max_distance_)) return false;
   if (!source_.materials.of.empty() &&
       source_.materials.of[point.triangle] != source_.materials.of[other.triangle]) {
@@ -180,7 +184,8 @@ bool CopyCheck::are_same(const Place& place, const Point& point, const Place& ba
   const auto shown_normal = [&](const Vec3d& normal, const UvFrame& low) {
     return two_sided_ && dot(normal, low.normal) < 0 ? normal * -1.0 : normal;
   };
-  Vec3d carried = copy_frame.transfer(shown_normal(point.normal, copy_frame), baked_frame);
+  Vec3d carried =
+      copy_frame.transfer_to_triangle(shown_normal(point.normal, copy_frame), baked_frame);
   const double size = length(carried);
   if (!(size > 0)) return true;
   return dot(carried * (1 / size), shown_normal(other.normal, baked_frame)) >= kMinNormalCosine;
@@ -188,26 +193,26 @@ bool CopyCheck::are_same(const Place& place, const Point& point, const Place& ba
 
 std::vector<CopyCheck::Finding> CopyCheck::find(std::span<const Place> places) {
   std::vector<Finding> result(places.size());
-  // entries alternate: a point on the copy, then the point with the same UV on the baked triangle
-  std::vector<Place> pairs;
+  // Two entries for each place: the point on the copy, then the point with the same UV on the baked triangle
+  std::vector<Place> place_pairs;
   std::vector<std::size_t> pair_place;
   for (std::size_t i = 0; i < places.size(); ++i) {
-    const std::optional<Place> baked = baked_at(places[i]);
+    const std::optional<Place> baked = baked_place_of(places[i]);
     if (!baked) continue;
     result[i].baked = baked->triangle;
-    pairs.push_back(places[i]);
-    pairs.push_back(*baked);
+    place_pairs.push_back(places[i]);
+    place_pairs.push_back(*baked);
     pair_place.push_back(i);
   }
-  if (pairs.empty()) return result;
-  const std::vector<Point> points = match(pairs);
+  if (place_pairs.empty()) return result;
+  const std::vector<Point> points = match(place_pairs);
   for (std::size_t k = 0; k < pair_place.size(); ++k) {
     const Point &copy_point = points[2 * k], &baked_point = points[2 * k + 1];
     if (!copy_point.found) continue;
     Finding& finding = result[pair_place[k]];
     finding.found = copy_point.at;
-    const bool is_same =
-        baked_point.found && are_same(pairs[2 * k], copy_point, pairs[2 * k + 1], baked_point);
+    const bool is_same = baked_point.found && are_same(place_pairs[2 * k], copy_point,
+                                                       place_pairs[2 * k + 1], baked_point);
     finding.verdict = is_same ? Verdict::same : Verdict::other;
   }
   return result;
@@ -215,7 +220,8 @@ std::vector<CopyCheck::Finding> CopyCheck::find(std::span<const Place> places) {
 
 double CopyCheck::check_copies(const Mesh& low, std::vector<Warning>& warnings) {
   std::vector<std::uint32_t> copies;
-  std::vector<double> cumulative_area;  // cumulative area of the copies
+  // Cumulative area of the copies: the sum of areas up to each of them
+  std::vector<double> cumulative_area;
   double area = 0;
   for (std::uint32_t t = 0; t < surface_.copy_of.size(); ++t) {
     if (!surface_.is_copy(t)) continue;
@@ -227,9 +233,9 @@ double CopyCheck::check_copies(const Mesh& low, std::vector<Warning>& warnings) 
   }
   if (!(area > 0)) return 0;
   std::vector<Place> places;
-  for (std::uint32_t i = 0; i < kPlacesOfCopies; ++i) {
+  for (std::uint32_t i = 0; i < kPlacesOnCopies; ++i) {
     const auto area_end = std::upper_bound(cumulative_area.begin(), cumulative_area.end(),
-                                           area * (i + 0.5) / kPlacesOfCopies);
+                                           area * (i + 0.5) / kPlacesOnCopies);
     const auto spread = [&](double step) { return i * step - std::floor(i * step); };
     double u = spread(0.7548776662466927), v = spread(0.5698402909980532);
     if (u + v > 1) {
@@ -245,18 +251,19 @@ double CopyCheck::check_copies(const Mesh& low, std::vector<Warning>& warnings) 
     std::uint64_t count = 0;
     std::uint32_t copy = 0, baked = 0;
   };
-  std::map<std::pair<std::string, std::string>, Pair> pairs;
-  std::uint64_t other_count = 0;
+  std::map<std::pair<std::string, std::string>, Pair> place_pairs;
+  std::uint64_t differing_count = 0;
   for (std::size_t i = 0; i < findings.size(); ++i) {
     if (findings[i].verdict != Verdict::other) continue;
-    ++other_count;
-    Pair& pair = pairs[{names_of(low, places[i].triangle), names_of(low, findings[i].baked)}];
+    ++differing_count;
+    Pair& pair = place_pairs[{triangle_names(low, places[i].triangle),
+                              triangle_names(low, findings[i].baked)}];
     if (pair.count++ == 0) pair = {1, places[i].triangle, findings[i].baked};
   }
-  const double share = static_cast<double>(other_count) / static_cast<double>(findings.size());
+  const double share = static_cast<double>(differing_count) / static_cast<double>(findings.size());
   if (share <= kMinShareToWarn) return share;
   const auto largest_part = std::max_element(
-      pairs.begin(), pairs.end(),
+      place_pairs.begin(), place_pairs.end(),
       [](const auto& a, const auto& b) { return a.second.count < b.second.count; });
   const std::string text = formatted("%.3g%%", 100 * share);
   warnings.push_back(
@@ -264,10 +271,11 @@ double CopyCheck::check_copies(const Mesh& low, std::vector<Warning>& warnings) 
        std::to_string(copies.size()) +
            " triangles of the low poly share UVs and texels with other triangles, but on " + text +
            " of their surface the high poly differs, and this detail is lost: for example " +
-           name_of(low, largest_part->second.copy) + " on the texels of " +
-           name_of(low, largest_part->second.baked) +
-           (pairs.size() > 1 ? ", and " + std::to_string(pairs.size() - 1) + " more pairs of names"
-                             : std::string()) +
+           describe_triangle(low, largest_part->second.copy) + " on the texels of " +
+           describe_triangle(low, largest_part->second.baked) +
+           (place_pairs.size() > 1
+                ? ", and " + std::to_string(place_pairs.size() - 1) + " more pairs of names"
+                : std::string()) +
            ". Give them separate places in the UV layout (" + option("unwrap()") +
            " makes a new one), or bake them separately.",
        copies.size()});

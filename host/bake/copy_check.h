@@ -21,7 +21,7 @@ class CopyCheck {
  public:
   static constexpr const char* kWarning = "uv-copies-differ";
 
-  using Place = LowPlace;
+  using Place = LowPolyPoint;
 
   enum class Verdict : std::uint8_t {
     missed,  ///< The match finds no point for the copy
@@ -42,9 +42,9 @@ class CopyCheck {
             std::function<void(TexelBand&)> prepare);
 
   /// Matches points of equal UVs on the copy and on the baked triangle. The copy's point is mapped by the
-  /// similarity transform between the triangles. Both are the same if they differ by at most 2% of the diagonal
-  /// (0.1% if a map holds lengths), 5 degrees between normals and 32 of 255 between vertex colours, and have the
-  /// same material.
+  /// similarity transform between the triangles. Both count as the same if they differ by at most 2% of the diagonal
+  /// (0.1% if a map holds lengths), 5 degrees between normals and 32 of 255 between vertex colours, and have the same
+  /// material.
   /// \param places points on copies
   std::vector<Finding> find(std::span<const Place> places);
 
@@ -62,21 +62,21 @@ class CopyCheck {
     std::array<double, 4> color{};
   };
 
-  std::optional<Place> baked_at(const Place& place) const;
+  std::optional<Place> baked_place_of(const Place& place) const;
   std::vector<Point> match(std::span<const Place> places);
   bool are_same(const Place& place, const Point& point, const Place& baked,
                 const Point& other) const;
 
   const Source::Impl& source_;
   const LowSurface& surface_;
-  // Replaces the bake's matcher if that one reads data of a band that the check does not have; else null
+  // Used instead of the bake's matcher if that reads band data that the check does not have; otherwise null
   std::unique_ptr<Matcher> own_matcher_;
   Matcher& matcher_;
   std::function<void(TexelBand&)> prepare_;
   bool two_sided_;
   double max_distance_;
   std::vector<UvPlace> uv_places_;  // UV mapping of triangles
-  UvSquares baked_;
+  UvSquares baked_places_;
   std::vector<float> normals_;  // normals of the high poly
   std::vector<std::uint32_t> normal_indices_;
 };

@@ -22,29 +22,29 @@ class CoverageSlabs {
   /// \param points  all points
   /// \param subset  indices of the subset
   CoverageSlabs(std::span<const Vec3> points, std::vector<std::uint32_t> subset)
-      : points_(points), order_(std::move(subset)) {
-    if (order_.empty()) return;
+      : points_(points), sorted_points_(std::move(subset)) {
+    if (sorted_points_.empty()) return;
     const auto [least, most] = std::minmax_element(
-        order_.begin(), order_.end(),
+        sorted_points_.begin(), sorted_points_.end(),
         [&](std::uint32_t a, std::uint32_t b) { return points[a].y < points[b].y; });
     min_y_ = points[*least].y;
     size_ = points[*most].y - min_y_;
     const auto key = [&](std::uint32_t i) { return std::pair(slab(points_[i].y), points_[i].x); };
-    std::sort(order_.begin(), order_.end(),
+    std::sort(sorted_points_.begin(), sorted_points_.end(),
               [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
-    for (const std::uint32_t i : order_) ++first_[slab(points_[i].y) + 1];
+    for (const std::uint32_t i : sorted_points_) ++first_[slab(points_[i].y) + 1];
     std::partial_sum(first_.begin(), first_.end(), first_.begin());
   }
 
   /// Calls use(point) for all points whose x and y lie within a box, and possibly for others, until it
   /// returns false.
   template <typename Use>
-  void around(const Vec3d& low, const Vec3d& top, const Use& use) const {
-    if (order_.empty()) return;
+  void for_each_in_box(const Vec3d& low, const Vec3d& top, const Use& use) const {
+    if (sorted_points_.empty()) return;
     for (std::size_t s = slab(low.y); s <= slab(top.y); ++s) {
-      const std::uint32_t* const end = order_.data() + first_[s + 1];
+      const std::uint32_t* const end = sorted_points_.data() + first_[s + 1];
       const std::uint32_t* next =
-          std::lower_bound(order_.data() + first_[s], end, low.x,
+          std::lower_bound(sorted_points_.data() + first_[s], end, low.x,
                            [&](std::uint32_t i, double x) { return points_[i].x < x; });
       for (; next != end && points_[*next].x <= top.x; ++next) {
         if (!use(*next)) return;
@@ -53,18 +53,18 @@ class CoverageSlabs {
   }
 
  private:
-  static constexpr std::size_t kSlabs = 64;
+  static constexpr std::size_t kSlabCount = 64;
 
   std::size_t slab(double y) const {
-    const double slab = (y - min_y_) / size_ * kSlabs;
-    // a NaN coordinate goes to the first slab
-    return slab > 0 ? static_cast<std::size_t>(std::min(slab, kSlabs - 1.0)) : 0;
+    const double slab = (y - min_y_) / size_ * kSlabCount;
+    // A point with a NaN coordinate goes to the first slab
+    return slab > 0 ? static_cast<std::size_t>(std::min(slab, kSlabCount - 1.0)) : 0;
   }
 
   std::span<const Vec3> points_;
-  std::vector<std::uint32_t> order_;
+  std::vector<std::uint32_t> sorted_points_;
   double min_y_ = 0, size_ = 0;
-  std::array<std::size_t, kSlabs + 1> first_{};
+  std::array<std::size_t, kSlabCount + 1> first_{};
 };
 
 }  // namespace kiln

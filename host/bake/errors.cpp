@@ -27,23 +27,23 @@ bool is_compared(const MapInfo& map) {
 }
 
 /// Copies the given texels of a band, with all their samples, to a smaller band.
-TexelBand part_of(cl::Context& context, const TexelBand& band,
-                  std::span<const std::uint32_t> places, std::span<const std::uint32_t> firsts,
-                  const SamplePick& picker) {
+TexelBand pick_texels(cl::Context& context, const TexelBand& band,
+                      std::span<const std::uint32_t> places, std::span<const std::uint32_t> firsts,
+                      const SamplePick& texel_pick) {
   TexelBand part;
   part.first_row = band.first_row;
   part.row_count = band.row_count;
   part.texel_count = static_cast<std::uint32_t>(places.size());
-  part.sample_count = picker.count();
+  part.sample_count = texel_pick.count();
   part.samples = band.samples;
-  part.capacity = picker.capacity();
+  part.capacity = texel_pick.capacity();
   part.small_triangles = band.small_triangles;
   part.texel_index = cl::Array<std::uint32_t>(context, places);
   part.texel_first = cl::Array<std::uint32_t>(context, firsts);
-  part.sample_slot = picker.of(band.sample_slot, band.capacity, 1);
-  part.triangle = picker.of(band.triangle, band.capacity, 1);
-  part.barycentric = picker.of(band.barycentric, band.capacity, 2);
-  part.points = picker.of(band.points, band.capacity, 7);
+  part.sample_slot = texel_pick.of(band.sample_slot, band.capacity, 1);
+  part.triangle = texel_pick.of(band.triangle, band.capacity, 1);
+  part.barycentric = texel_pick.of(band.barycentric, band.capacity, 2);
+  part.points = texel_pick.of(band.points, band.capacity, 7);
   return part;
 }
 
@@ -63,22 +63,22 @@ class FinerEvaluation {
         matcher_(own_matcher_ != nullptr ? *own_matcher_ : scene.matcher) {}
 
   void run(const BakeProgress& progress, std::uint64_t baked) {
-    const std::uint64_t step =
+    const std::uint64_t comparison_interval =
         std::max<std::uint64_t>(1, (baked + kComparedTexels - 1) / kComparedTexels);
-    errors_.resize(layers_.all().size());
+    map_errors_.resize(layers_.all().size());
     for (std::uint32_t b = 0; b < sampler_.band_count(); ++b) {
       progress.at(static_cast<double>(b) / sampler_.band_count(), "measuring errors");
-      band_ = sampler_.sample(b, std::move(band_));
-      scene_.turn.apply(context_, band_);
-      scene_.sheets.apply(context_, band_);
-      scene_.cage.apply(context_, band_);
-      over_band(step);
+      sampled_band_ = sampler_.sample(b, std::move(sampled_band_));
+      scene_.turn.set_directions(context_, sampled_band_);
+      scene_.sheets.write_search_distances(context_, sampled_band_);
+      scene_.cage.write_sample_reach(context_, sampled_band_);
+      evaluate_band(comparison_interval);
     }
   }
 
-  void add_to(std::string_view against, BakeReport& report) {
-    for (std::size_t l = 0; l < errors_.size(); ++l) {
-      std::vector<double>& errors = errors_[l];
+  void add_errors_to(std::string_view against, BakeReport& report) {
+    for (std::size_t l = 0; l < map_errors_.size(); ++l) {
+      std::vector<double>& errors = map_errors_[l];
       if (errors.empty()) continue;
       std::sort(errors.begin(), errors.end());
       const MapRow& row = *layers_.all()[l].row;
@@ -100,74 +100,77 @@ class FinerEvaluation {
 
  private:
   /// Chooses the texels of a band that are compared.
-  std::vector<std::uint32_t> choose(std::span<const std::uint32_t> index, std::uint64_t step) {
-    std::vector<std::uint32_t> chosen;
-    const std::size_t offset = std::size_t{band_.first_row} * options_.width;
-    for (std::uint32_t t = 0; t < band_.texel_count; ++t) {
+  std::vector<std::uint32_t> choose_texels(std::span<const std::uint32_t> index,
+                                           std::uint64_t comparison_interval) {
+    std::vector<std::uint32_t> chosen_texels;
+    const std::size_t offset = std::size_t{sampled_band_.first_row} * options_.width;
+    for (std::uint32_t t = 0; t < sampled_band_.texel_count; ++t) {
       if (scene_.layers.coverage()[offset + index[t]] != kCoverageBaked) continue;
-      if (texels_since_step_ == step / 2) chosen.push_back(t);
-      if (++texels_since_step_ == step) texels_since_step_ = 0;
+      if (texels_since_comparison_ == comparison_interval / 2) chosen_texels.push_back(t);
+      if (++texels_since_comparison_ == comparison_interval) texels_since_comparison_ = 0;
     }
-    return chosen;
+    return chosen_texels;
   }
 
-  void over_band(std::uint64_t step) {
-    std::vector<std::uint32_t> index(band_.texel_count), first(band_.texel_count + std::size_t{1});
-    if (band_.texel_count == 0) return;
-    band_.texel_index.read(context_, index);
-    band_.texel_first.read(context_, first);
-    const std::vector<std::uint32_t> chosen = choose(index, step);
-    if (chosen.empty()) return;
+  void evaluate_band(std::uint64_t comparison_interval) {
+    std::vector<std::uint32_t> index(sampled_band_.texel_count),
+        first(sampled_band_.texel_count + std::size_t{1});
+    if (sampled_band_.texel_count == 0) return;
+    sampled_band_.texel_index.read(context_, index);
+    sampled_band_.texel_first.read(context_, first);
+    const std::vector<std::uint32_t> chosen_texels = choose_texels(index, comparison_interval);
+    if (chosen_texels.empty()) return;
     std::vector<std::uint32_t> places, firsts{0}, samples;
-    for (const std::uint32_t t : chosen) {
+    for (const std::uint32_t t : chosen_texels) {
       places.push_back(index[t]);
       for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) samples.push_back(s);
       firsts.push_back(static_cast<std::uint32_t>(samples.size()));
     }
-    const SamplePick picker(context_, samples, kSampleGranularity);
-    make(part_of(context_, band_, places, firsts, picker));
-    for (std::size_t l = 0; l < errors_.size(); ++l) compare(l, places);
+    const SamplePick texel_pick(context_, samples, kSampleGranularity);
+    make(pick_texels(context_, sampled_band_, places, firsts, texel_pick));
+    for (std::size_t l = 0; l < map_errors_.size(); ++l) compare_map(l, places);
   }
 
-  /// Evaluates texels of a band in all maps. The texels keep all their samples, so matchers can treat them as a band.
+  /// Evaluates some texels of a band in all maps. Each keeps all its samples, so that matchers can treat the texels as
+  /// a band.
   void make(const TexelBand& texels) {
-    DeviceCorrespondence match(context_, texels.capacity, layers_.need_visibility());
+    DeviceCorrespondence match(context_, texels.capacity, layers_.any_needs_visibility());
     match.count = texels.sample_count;
     matcher_.run(texels, match);
     context_.finish();
     const std::size_t size = std::size_t{texels.row_count} * options_.width;
-    coverage_.assign(size, kCoverageEmpty);
-    values_.resize(errors_.size());
+    finer_coverage_.assign(size, kCoverageEmpty);
+    finer_values_.resize(map_errors_.size());
     layers_.next_band();
-    for (std::size_t l = 0; l < errors_.size(); ++l) {
+    for (std::size_t l = 0; l < map_errors_.size(); ++l) {
       const Layer& layer = layers_.all()[l];
-      values_[l].assign(size * layer.row->info.channels, 0.0F);
-      layer.maker->run(texels, match, {values_[l], coverage_});
+      finer_values_[l].assign(size * layer.row->info.channels, 0.0F);
+      layer.maker->run(texels, match, {finer_values_[l], finer_coverage_});
     }
     if (scene_.blend == nullptr) return;
     scene_.blend->run(context_, texels, matcher_,
                       [&](const DeviceCorrespondence& other, const cl::Array<float>& shares) {
                         layers_.next_band();
-                        for (std::size_t l = 0; l < errors_.size(); ++l) {
+                        for (std::size_t l = 0; l < map_errors_.size(); ++l) {
                           layers_.all()[l].maker->run_blended(texels, match, other, shares,
-                                                              {values_[l], coverage_});
+                                                              {finer_values_[l], finer_coverage_});
                         }
                       });
   }
 
-  void compare(std::size_t layer, std::span<const std::uint32_t> places) {
+  void compare_map(std::size_t layer, std::span<const std::uint32_t> places) {
     const MapRow& row = *layers_.all()[layer].row;
     const std::size_t channels = row.info.channels;
-    const std::size_t offset = std::size_t{band_.first_row} * options_.width;
-    const Image& baked = image_of(row.info.kind);
+    const std::size_t offset = std::size_t{sampled_band_.first_row} * options_.width;
+    const Image& baked = baked_image(row.info.kind);
     for (const std::uint32_t place : places) {
-      if (coverage_[place] != kCoverageBaked) continue;
-      errors_[layer].push_back(map_difference(row, &baked.pixels[(offset + place) * channels],
-                                              &values_[layer][place * channels]));
+      if (finer_coverage_[place] != kCoverageBaked) continue;
+      map_errors_[layer].push_back(map_difference(row, &baked.pixels[(offset + place) * channels],
+                                                  &finer_values_[layer][place * channels]));
     }
   }
 
-  const Image& image_of(MapKind kind) const {
+  const Image& baked_image(MapKind kind) const {
     return std::find_if(scene_.layers.all().begin(), scene_.layers.all().end(),
                         [&](const Layer& layer) { return layer.row->info.kind == kind; })
         ->image;
@@ -178,15 +181,15 @@ class FinerEvaluation {
   cl::Context& context_;
   Layers layers_;
   TexelSampler sampler_;
-  // replaces the bake's matcher if that one only supports the bake's number of samples
+  // Used instead of the bake's matcher if that supports only the bake's own number of samples a texel
   std::unique_ptr<Matcher> own_matcher_;
   Matcher& matcher_;
-  TexelBand band_;
-  std::vector<std::vector<float>> values_;  // values of the band's texels, per map
-  std::vector<std::uint8_t> coverage_;
-  // number of texels since the last compared one
-  std::uint64_t texels_since_step_ = 0;
-  std::vector<std::vector<double>> errors_;  // errors of all compared texels, per map
+  TexelBand sampled_band_;
+  std::vector<std::vector<float>> finer_values_;  // Finer values of the band's texels, for each map
+  std::vector<std::uint8_t> finer_coverage_;
+  // Number of texels since the last texel that was compared
+  std::uint64_t texels_since_comparison_ = 0;
+  std::vector<std::vector<double>> map_errors_;  // Errors of all compared texels, for each map
 };
 
 /// Returns the bake's options, reduced to the maps that a finer evaluation compares.
@@ -237,7 +240,7 @@ void measure_errors(const BakedScene& scene, const BakeProgress& progress, BakeR
                      [](OcclusionOptions& occlusion) { occlusion.rays = kReferenceRays; });
     FinerEvaluation finer(scene, same_points);
     finer.run(progress.part(0, 0.5), baked);
-    finer.add_to("4096 rays from the same points", report);
+    finer.add_errors_to("4096 rays from the same points", report);
     warn_not_reached(scene.options, report);
   }
   if (!compares_errors || scene.options.match.saved != nullptr) return;
@@ -249,10 +252,10 @@ void measure_errors(const BakedScene& scene, const BakeProgress& progress, BakeR
   });
   FinerEvaluation finer(scene, spread);
   finer.run(progress.part(0.5, 1), baked);
-  finer.add_to(spread.samples == kFinerSamples * scene.options.samples
-                   ? "16 times as many points, matched by themselves"
-                   : "256 points a texel, matched by themselves",
-               report);
+  finer.add_errors_to(spread.samples == kFinerSamples * scene.options.samples
+                          ? "16 times as many points, matched by themselves"
+                          : "256 points a texel, matched by themselves",
+                      report);
 }
 
 }  // namespace kiln

@@ -25,7 +25,8 @@ struct BakedScene {
   Matcher& matcher;
   /// Makes the bake's matcher for options with another number of samples.
   std::function<std::unique_ptr<Matcher>(const BakeOptions& options)> make_matcher;
-  FallbackBlend* blend;  ///< The planned blend; null if the match is not blended into its fallback
+  /// The blend of the match into its fallback, after planning; null if there is none
+  FallbackBlend* blend;
   const Layers& layers;  ///< The bake's maps before padding
 };
 

@@ -14,14 +14,14 @@ namespace kiln {
 namespace {
 
 /// Costs of a straight and a diagonal step, as integers so that sums do not depend on their order.
-constexpr std::uint32_t kStraight = 1000;
-constexpr std::uint32_t kDiagonal = 1414;
+constexpr std::uint32_t kStraightCost = 1000;
+constexpr std::uint32_t kDiagonalCost = 1414;
 constexpr std::uint32_t kFarFromBorder = 0xFFFFFFFFU;
 
 /// The eight neighbours of a texel on the surface; the four that share a side come first.
-class Neighbours {
+class TexelNeighbours {
  public:
-  Neighbours(const TexelLinks& links, std::uint32_t width) : links_(links), width_(width) {}
+  TexelNeighbours(const TexelLinks& links, std::uint32_t width) : links_(links), width_(width) {}
 
   /// The eight neighbours, in the order of kiln_visibility_link; KILN_VISIBILITY_NO_LINK if one is missing.
   std::array<std::uint32_t, 8> of(std::uint32_t texel) const {
@@ -54,11 +54,11 @@ FallbackBlend::FallbackBlend(std::uint32_t width, std::uint32_t height, std::uin
     : width_(width),
       height_(height),
       reach_(reach),
-      triangle_(std::size_t{width} * height, KILN_NO_TRIANGLE),
-      decider_(triangle_.size()) {}
+      texel_triangles_(std::size_t{width} * height, KILN_NO_TRIANGLE),
+      texel_methods_(texel_triangles_.size()) {}
 
 void FallbackBlend::store(BandReads& reads, const TexelBand& band,
-                          std::span<const Decider> deciders) {
+                          std::span<const DecidingMethod> deciding_methods) {
   if (band.texel_count == 0) return;
   const std::vector<std::uint32_t>& index = reads.read(band.texel_index, band.texel_count);
   const std::vector<std::uint32_t>& first =
@@ -66,68 +66,68 @@ void FallbackBlend::store(BandReads& reads, const TexelBand& band,
   const std::vector<std::uint32_t>& triangle = reads.read(band.triangle, band.sample_count);
   const std::size_t offset = std::size_t{band.first_row} * width_;
   for (std::size_t t = 0; t < index.size(); ++t) {
-    // the method that decided the texel; enumerators are in ascending order of precedence
-    Decider decider = Decider::nothing;
+    // The method that decided the texel: of its samples' methods, the one whose enumerator is highest
+    DecidingMethod deciding_method = DecidingMethod::nothing;
     for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
-      decider = std::max(decider, deciders[s]);
+      deciding_method = std::max(deciding_method, deciding_methods[s]);
     }
-    triangle_[offset + index[t]] = triangle[first[t]];
-    decider_[offset + index[t]] = static_cast<std::uint8_t>(decider);
+    texel_triangles_[offset + index[t]] = triangle[first[t]];
+    texel_methods_[offset + index[t]] = static_cast<std::uint8_t>(deciding_method);
   }
 }
 
 void FallbackBlend::plan(const LowSurface& surface) {
   const SurfaceTopology topology = SurfaceTopology::of(surface);
-  const TexelLinks links = TexelLinks::of(surface, topology, triangle_, width_, height_);
-  const Neighbours neighbours(links, width_);
-  const auto is = [this](std::uint32_t texel, Decider decider) {
-    return triangle_[texel] != KILN_NO_TRIANGLE &&
-           decider_[texel] == static_cast<std::uint8_t>(decider);
+  const TexelLinks links = TexelLinks::of(surface, topology, texel_triangles_, width_, height_);
+  const TexelNeighbours neighbours(links, width_);
+  const auto is = [this](std::uint32_t texel, DecidingMethod deciding_method) {
+    return texel_triangles_[texel] != KILN_NO_TRIANGLE &&
+           texel_methods_[texel] == static_cast<std::uint8_t>(deciding_method);
   };
-  cost_.assign(decider_.size(), kFarFromBorder);
-  // The border lies half a texel beyond the centre of the fallback's nearest texel.
-  const std::uint32_t farthest = reach_ * kStraight + kStraight / 2;
-  // the cost of a path to a texel, and the texel
+  border_costs_.assign(texel_methods_.size(), kFarFromBorder);
+  // The border is half a texel from the centre of the fallback's nearest texel.
+  const std::uint32_t max_cost = reach_ * kStraightCost + kStraightCost / 2;
+  // A path's cost, and the texel where it ends
   using Step = std::pair<std::uint32_t, std::uint32_t>;
-  std::priority_queue<Step, std::vector<Step>, std::greater<>> steps;
+  std::priority_queue<Step, std::vector<Step>, std::greater<>> open_steps;
   const auto reach = [&](std::uint32_t texel, std::uint32_t cost) {
-    if (cost >= farthest || cost >= cost_[texel]) return;
-    cost_[texel] = cost;
-    steps.emplace(cost, texel);
+    if (cost >= max_cost || cost >= border_costs_[texel]) return;
+    border_costs_[texel] = cost;
+    open_steps.emplace(cost, texel);
   };
   // Relaxes an edge in Dijkstra's algorithm. Only texels that the method decided are reached.
   const auto spread = [&](std::uint32_t texel, std::uint32_t cost) {
     const std::array<std::uint32_t, 8> neighbour_texels = neighbours.of(texel);
     for (std::size_t k = 0; k < 8; ++k) {
       if (neighbour_texels[k] == KILN_VISIBILITY_NO_LINK ||
-          !is(neighbour_texels[k], Decider::method))
+          !is(neighbour_texels[k], DecidingMethod::method))
         continue;
-      reach(neighbour_texels[k], cost + (k < 4 ? kStraight : kDiagonal));
+      reach(neighbour_texels[k], cost + (k < 4 ? kStraightCost : kDiagonalCost));
     }
   };
-  for (std::uint32_t texel = 0; texel < decider_.size(); ++texel) {
-    if (!is(texel, Decider::fallback)) continue;
-    cost_[texel] = 0;
+  for (std::uint32_t texel = 0; texel < texel_methods_.size(); ++texel) {
+    if (!is(texel, DecidingMethod::fallback)) continue;
+    border_costs_[texel] = 0;
     spread(texel, 0);
   }
-  while (!steps.empty()) {
-    const auto [cost, texel] = steps.top();
-    steps.pop();
-    if (cost == cost_[texel]) spread(texel, cost);
+  while (!open_steps.empty()) {
+    const auto [cost, texel] = open_steps.top();
+    open_steps.pop();
+    if (cost == border_costs_[texel]) spread(texel, cost);
   }
-  triangle_ = {};
+  texel_triangles_ = {};
 }
 
 float FallbackBlend::share(std::size_t texel) const {
-  const std::uint32_t cost = cost_[texel];
+  const std::uint32_t cost = border_costs_[texel];
   if (cost == kFarFromBorder) return 1;
   if (cost == 0) return 0;
-  const double relative_distance = (static_cast<double>(cost) / kStraight - 0.5) / reach_;
+  const double relative_distance = (static_cast<double>(cost) / kStraightCost - 0.5) / reach_;
   return static_cast<float>(relative_distance * relative_distance * (3 - 2 * relative_distance));
 }
 
-bool FallbackBlend::touches(const TexelBand& band) const {
-  const auto first = cost_.begin() + static_cast<std::ptrdiff_t>(band.first_row) * width_;
+bool FallbackBlend::has_blended_texels(const TexelBand& band) const {
+  const auto first = border_costs_.begin() + static_cast<std::ptrdiff_t>(band.first_row) * width_;
   return std::any_of(first, first + static_cast<std::ptrdiff_t>(band.row_count) * width_,
                      [](std::uint32_t cost) { return cost != kFarFromBorder; });
 }
@@ -138,7 +138,7 @@ std::uint64_t FallbackBlend::run(cl::Context& context, const TexelBand& band, Ma
   std::vector<std::uint32_t> first(band.texel_count + std::size_t{1});
   band.texel_index.read(context, index);
   band.texel_first.read(context, first);
-  const std::span<const Decider> deciders = matcher.deciders();
+  const std::span<const DecidingMethod> deciding_methods = matcher.deciding_methods();
   std::vector<float> ray_shares(band.sample_count, 1.0F);
   std::vector<std::uint32_t> chosen;
   const std::size_t offset = std::size_t{band.first_row} * width_;
@@ -146,7 +146,7 @@ std::uint64_t FallbackBlend::run(cl::Context& context, const TexelBand& band, Ma
     const float match_share = share(offset + index[t]);
     if (match_share == 1) continue;
     for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
-      if (deciders[s] != Decider::method) continue;
+      if (deciding_methods[s] != DecidingMethod::method) continue;
       ray_shares[s] = match_share;
       chosen.push_back(s);
     }
@@ -158,7 +158,7 @@ std::uint64_t FallbackBlend::run(cl::Context& context, const TexelBand& band, Ma
     other_ = DeviceCorrespondence(context, band.capacity);
   }
   context.fill(other_.triangle, std::uint32_t{KILN_NO_TRIANGLE});
-  SamplePick(context, chosen).put_back(found_, other_);
+  SamplePick(context, chosen).scatter_correspondence(found_, other_);
   const cl::Array<float> device_shares(context, std::span<const float>(ray_shares));
   make(other_, device_shares);
   context.finish();
@@ -168,11 +168,11 @@ std::uint64_t FallbackBlend::run(cl::Context& context, const TexelBand& band, Ma
   std::uint64_t texels = 0;
   std::size_t c = 0;
   for (std::size_t t = 0; t < index.size(); ++t) {
-    bool blended = false;
+    bool any_blended = false;
     for (; c < chosen.size() && chosen[c] < first[t + 1]; ++c) {
-      blended = blended || found[c] != KILN_NO_TRIANGLE;
+      any_blended = any_blended || found[c] != KILN_NO_TRIANGLE;
     }
-    texels += blended ? 1 : 0;
+    texels += any_blended ? 1 : 0;
   }
   return texels;
 }

@@ -29,7 +29,8 @@ class FallbackBlend {
   /// Creates a blend. \param reach  width of the blend in texels, above 0
   FallbackBlend(std::uint32_t width, std::uint32_t height, std::uint32_t reach);
 
-  void store(BandReads& reads, const TexelBand& band, std::span<const Decider> deciders);
+  void store(BandReads& reads, const TexelBand& band,
+             std::span<const DecidingMethod> deciding_methods);
 
   /// Computes the distance of every texel from the border, after all bands.
   void plan(const LowSurface& surface);
@@ -39,26 +40,27 @@ class FallbackBlend {
   float share(std::size_t texel) const;
 
   /// True if a band has texels that are blended.
-  bool touches(const TexelBand& band) const;
+  bool has_blended_texels(const TexelBand& band) const;
 
-  /// Recomputes texels of a band as blends, given the fallback's correspondence and the weight of the match in each
-  /// sample.
+  /// Function that recomputes texels of a band as blends; it receives the fallback's correspondence and each sample's
+  /// weight of the match.
   using Make =
       std::function<void(const DeviceCorrespondence& other, const cl::Array<float>& shares)>;
 
-  /// Recomputes a band's blended texels. Texels for which the fallback finds no point stay unchanged.
-  /// \param matcher must have matched this band last
-  /// \param make     called once, or not at all if no texel is blended
+  /// Recomputes the texels of a band that lie near the border, as blends of the match and its fallback. Texels for
+  /// which the fallback finds no point stay unchanged. \param matcher must have matched this band last \param make
+  /// function that recomputes texels; called once, or not at all if no texel is blended
   /// \returns number of texels that the fallback contributes to
   std::uint64_t run(cl::Context& context, const TexelBand& band, Matcher& matcher,
                     const Make& make);
 
  private:
   std::uint32_t width_, height_, reach_;
-  std::vector<std::uint32_t> triangle_;  // triangle of the low poly per texel; freed by plan()
-  std::vector<std::uint8_t> decider_;    // deciding method of each texel
-  // distance of each texel from the border, in 1 / kStraight texels
-  std::vector<std::uint32_t> cost_;
+  // Triangle of the low poly in each texel; freed by plan()
+  std::vector<std::uint32_t> texel_triangles_;
+  std::vector<std::uint8_t> texel_methods_;  // deciding method of each texel
+  // distance of each texel from the border, in 1 / kStraightCost texels
+  std::vector<std::uint32_t> border_costs_;
   DeviceCorrespondence found_, other_;
 };
 

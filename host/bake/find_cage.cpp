@@ -18,21 +18,21 @@ namespace {
 
 // Lengths as shares of the high poly's diagonal.
 constexpr double kDefaultSearchDistance = 0.04;  // search distance without --max-distance
-constexpr double kShellMargin =
-    0.0025;  // distance of the shells from the mesh and from the enclosed faces, if space permits
+// Distance of the shells from the mesh and from the enclosed faces, where there is space for it
+constexpr double kShellMargin = 0.0025;
 
 /// Direction of rays at each vertex; zero if the normals of its faces cancel out.
-std::vector<Vec3> directions_of(const Mesh& low, const std::vector<Vec3>& positions) {
+std::vector<Vec3> ray_directions(const Mesh& low, const std::vector<Vec3>& positions) {
   return continuous_directions(positions, low.triangles, corner_normals(low, positions));
 }
 
-Vec3 moved(const Vec3& p, const Vec3& direction, double by) {
+Vec3 offset_point(const Vec3& p, const Vec3& direction, double by) {
   return to_float(to_double(p) + to_double(direction) * by);
 }
 
 /// Makes a mesh of both shells from each vertex's offsets, in frame units.
-Mesh mesh_of(const Mesh& low, const std::vector<Vec3>& directions, const CageShells& shells,
-             const std::vector<std::uint32_t>& vertex, double unit) {
+Mesh shells_mesh(const Mesh& low, const std::vector<Vec3>& directions, const CageShells& shells,
+                 const std::vector<std::uint32_t>& vertex, double unit) {
   Mesh mesh;
   mesh.name = low.name + "_cage";
   mesh.origin = low.origin;
@@ -41,11 +41,11 @@ Mesh mesh_of(const Mesh& low, const std::vector<Vec3>& directions, const CageShe
   mesh.positions.reserve(2 * count);
   for (std::size_t v = 0; v < count; ++v) {
     mesh.positions.push_back(
-        moved(low.positions[v], directions[v], double{shells.outward[vertex[v]]} * unit));
+        offset_point(low.positions[v], directions[v], double{shells.outward[vertex[v]]} * unit));
   }
   for (std::size_t v = 0; v < count; ++v) {
     mesh.positions.push_back(
-        moved(low.positions[v], directions[v], -double{shells.inward[vertex[v]]} * unit));
+        offset_point(low.positions[v], directions[v], -double{shells.inward[vertex[v]]} * unit));
   }
   for (std::uint32_t shell = 0; shell < 2; ++shell) {
     const auto first = static_cast<std::uint32_t>(shell * count);
@@ -57,8 +57,9 @@ Mesh mesh_of(const Mesh& low, const std::vector<Vec3>& directions, const CageShe
   return mesh;
 }
 
-/// Number of used vertices without a direction.
-std::uint64_t count_flat(const Mesh& low, const std::vector<Vec3>& directions) {
+/// Number of vertices that triangles use and that have no ray direction.
+std::uint64_t count_vertices_without_direction(const Mesh& low,
+                                               const std::vector<Vec3>& directions) {
   std::vector<std::uint8_t> flat(low.positions.size());
   for (const Triangle& t : low.triangles) {
     for (const std::uint32_t v : t) flat[v] = directions[v] == Vec3{} ? 1 : 0;
@@ -66,7 +67,7 @@ std::uint64_t count_flat(const Mesh& low, const std::vector<Vec3>& directions) {
   return static_cast<std::uint64_t>(std::count(flat.begin(), flat.end(), 1));
 }
 
-Warning flat_vertices(std::uint64_t count) {
+Warning warn_of_vertices_without_direction(std::uint64_t count) {
   return {"cage-flat",
           std::to_string(count) +
               " vertices of the low poly belong to both sides of a flat card, so the cage cannot "
@@ -81,7 +82,7 @@ FoundCage find_cage(const Source& source, const Mesh& low, const BakeOptions& gi
   BakeOptions options;
   options.match.ray.direction = given.match.ray.direction;
   options.match.ray.edge_width = given.match.ray.edge_width;
-  // If rays only occur in the fallback, their directions are not blended at edges.
+  // Where only the fallback casts rays, their directions are not blended at edges.
   if (!obeys(match_row(given.match.method).info, "match.ray.direction"))
     options.match.ray.direction = RayDirection::averaged;
   options.match.two_sided = given.match.two_sided;
@@ -106,13 +107,13 @@ FoundCage find_cage(const Source& source, const Mesh& low, const BakeOptions& gi
   const double diagonal = high.frame.diagonal * high.frame.scale;
   const CageShells shells =
       fit_shells(needs, surface, corners, low.positions.size(), kShellMargin * diagonal);
-  const std::vector<Vec3> directions = directions_of(low, high.frame.to_frame(low));
+  const std::vector<Vec3> directions = ray_directions(low, high.frame.to_frame(low));
   FoundCage cage;
-  cage.mesh = mesh_of(low, directions, shells, vertex, 1 / high.frame.scale);
+  cage.mesh = shells_mesh(low, directions, shells, vertex, 1 / high.frame.scale);
   cage.samples = needs.places.list.size();
   cage.conflicts = shells.conflicts;
-  if (const std::uint64_t flat = count_flat(low, directions); flat > 0) {
-    cage.warnings.push_back(flat_vertices(flat));
+  if (const std::uint64_t flat = count_vertices_without_direction(low, directions); flat > 0) {
+    cage.warnings.push_back(warn_of_vertices_without_direction(flat));
   }
   return cage;
 }
@@ -124,14 +125,14 @@ Mesh offset_cage(const Mesh& low, double distance) {
   }
   validate(low);
   const Frame frame = Frame::of(low);
-  const std::vector<Vec3> directions = directions_of(low, frame.to_frame(low));
+  const std::vector<Vec3> directions = ray_directions(low, frame.to_frame(low));
   Mesh mesh = low;
   mesh.name = low.name + "_cage";
   mesh.uvs.clear();
   mesh.uv_triangles.clear();
   mesh.tangents.clear();
   for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
-    mesh.positions[v] = moved(low.positions[v], directions[v], distance);
+    mesh.positions[v] = offset_point(low.positions[v], directions[v], distance);
   }
   mesh.normals.clear();
   mesh.normal_triangles.clear();

@@ -26,65 +26,66 @@ namespace {
 constexpr std::uint32_t kDirections = 64, kMinDirections = 8;
 constexpr double kMaxMeanLeaves = 1000;
 constexpr double kMinFaceCosine = 0.5;  // minimum cosine between a ray and the low poly's face
-// a sample covers places within this many sample spacings
+// Radius around a sample in which it covers places, in sample spacings
 constexpr double kRadiusInSamples = 1.5;
-// share of the way to the triangle's centre by which ray origins are moved
+// Ray origins are moved by this share of the way to their triangle's centre
 constexpr double kOriginInset = 1.0 / 256;
-// radius in frame units around the point that the match finds for a copy
+// Radius in frame units in which the point that the match finds for a UV copy covers places
 constexpr double kCopyRadius = 0.01;
-constexpr float kOriginOffset = 1e-5F;  // offset of ray origins from their face, frame units
+constexpr float kOriginOffset = 1e-5F;  // Offset of ray origins from their face, in frame units
 constexpr float kRayLength = 4;         // ray length in frame units: beyond the high poly
 constexpr std::size_t kPlacesPerTask = 1 << 14;
-constexpr std::size_t kFilterBits = 1 << 20;
+constexpr std::size_t kBloomFilterBits = 1 << 20;
 constexpr std::size_t kRaysPerLaunch = 1 << 20;  // maximum number of rays of one launch
 // factor that widens radii by more than rounding errors
-constexpr double kRadiusSlack = 1.0001;
+constexpr double kRadiusWidening = 1.0001;
 // Minimum number of samples, per triangle with places and per triangle of the mesh, for culling by triangles to be
 // worthwhile. Its cost is a pass over all triangles, even if a texture set uses few of them.
 constexpr double kMinSamplesToCull = 16, kMinSamplesPerTriangleToCull = 0.125;
-// tolerance for points slightly outside their triangle, as a share of its sides
+// Tolerance for points that lie slightly outside of their triangle, as a share of the length of its sides
 constexpr float kTriangleSlack = 1e-3F;
-// maximum length of a triangle's list of places; with more places the grid is searched
+// Maximum length of a triangle's list of places. Where more are within reach, the grid is searched instead
 constexpr std::size_t kMaxListedPlaces = 16;
-// States of a triangle: kNoPlaces: no uncovered place within reach; kSearchGrid: places are found by the
-// grid; from kFirstList on: index of a list of places.
-constexpr std::uint32_t kNoPlaces = 0, kSearchGrid = 1, kFirstList = 2;
+// States of a triangle of the high poly. kNoPlacesState: no uncovered place is within reach. kSearchGridState: places
+// are found by the grid. From kFirstListState on: index of a list of the places within reach.
+constexpr std::uint32_t kNoPlacesState = 0, kSearchGridState = 1, kFirstListState = 2;
 
 Vec3d face_normal(const Source::Impl& high, const Triangle& t) {
   const Vec3d a = to_double(high.positions[t[0]]);
   return cross(to_double(high.positions[t[1]]) - a, to_double(high.positions[t[2]]) - a);
 }
 
-Box<Vec3d> box_of(const Source::Impl& high, const Triangle& t) {
+Box<Vec3d> triangle_box(const Source::Impl& high, const Triangle& t) {
   Box<Vec3d> box;
   for (const std::uint32_t corner : t) box.add(to_double(high.positions[corner]));
   return box;
 }
 
 /// The i-th number of a low-discrepancy sequence on [0, 1).
-double spread_share(std::uint64_t i, double step) {
+double low_discrepancy_number(std::uint64_t i, double step) {
   const double x = static_cast<double>(i) * step;
   return x - std::floor(x);
 }
 
 /// Makes a device array of samples that only holds what searches read: positions and directions.
-cl::Array<float> points_of(cl::Context& context, const std::vector<HighCoverage::Place>& rays) {
+cl::Array<float> device_samples(cl::Context& context,
+                                const std::vector<HighCoverage::Place>& rays) {
   const std::size_t count = rays.size();
-  std::vector<float> planes(7 * count);
+  std::vector<float> sample_planes(7 * count);
   for (std::size_t i = 0; i < count; ++i) {
     const auto& [p, d] = rays[i];
     const float values[6] = {p.x, p.y, p.z, d.x, d.y, d.z};
-    for (std::size_t k = 0; k < 6; ++k) planes[k * count + i] = values[k];
+    for (std::size_t k = 0; k < 6; ++k) sample_planes[k * count + i] = values[k];
   }
-  return {context, std::span<const float>(planes)};
+  return {context, std::span<const float>(sample_planes)};
 }
 
 /// A face of the low poly.
-struct LowFace {
+struct LowPolyFace {
   Vec3d corner{}, ab{}, ac{};  ///< First corner, and the edges to the other corners
   double step = 0;             ///< Distance between samples, frame units; 0 without UVs
 
-  LowFace(const std::array<LowSurface::Corner, 3>& corners, double columns, double rows)
+  LowPolyFace(const std::array<LowSurface::Corner, 3>& corners, double columns, double rows)
       : corner(to_double(corners[0].position)),
         ab(to_double(corners[1].position) - corner),
         ac(to_double(corners[2].position) - corner) {
@@ -137,14 +138,16 @@ HighCoverage::Places HighCoverage::spread_places(const Source::Impl& high, std::
   const double total_area = std::accumulate(area.begin(), area.end(), 0.0);
   Places places;
   places.spacing = std::sqrt(total_area / 2 / std::max(count, 1U));  // the sums hold doubled areas
-  double area_before = 0;
+  double area_before_triangle = 0;
   std::size_t t = 0;
   for (std::uint32_t i = 0; i < count && total_area > 0; ++i) {
     const double target_area = total_area * (i + 0.5) / count;
-    while (t + 1 < area.size() && area_before + area[t] <= target_area) area_before += area[t++];
+    while (t + 1 < area.size() && area_before_triangle + area[t] <= target_area)
+      area_before_triangle += area[t++];
     if (!(area[t] > 0)) continue;
     // Barycentric coordinates, distributed evenly over the triangle.
-    double u = spread_share(i, 0.7548776662466927), v = spread_share(i, 0.5698402909980532);
+    double u = low_discrepancy_number(i, 0.7548776662466927),
+           v = low_discrepancy_number(i, 0.5698402909980532);
     if (u + v > 1) {
       u = 1 - u;
       v = 1 - v;
@@ -178,27 +181,27 @@ HighCoverage::Places HighCoverage::vertices(const Source::Impl& high) {
 
 HighCoverage::HighCoverage(const MatchRequest& request, Places places, CopyCheck* copies)
     : places_(std::move(places.list)),
-      spacing_(places.spacing),
-      radius_(places_.size()),
-      visibility_(places_.size()),
-      covered_(places_.size()),
-      by_copies_(places_.size()) {
+      place_spacing_(places.spacing),
+      place_radii_(places_.size()),
+      cosine_sums_(places_.size()),
+      is_covered_(places_.size()),
+      is_lost_by_copies_(places_.size()) {
   if (places_.empty()) return;
-  find_near(request, copies);
-  find_seen(request);
+  select_near_places(request, copies);
+  select_seen_places(request);
   make_grid();
   const double samples =
       double{1} * request.width * request.height * request.samples * request.samples;
   const double triangles = static_cast<double>(request.source.triangles.size());
   const auto counting =
-      std::count_if(visibility_.begin(), visibility_.end(), [](float of) { return of > 0; });
+      std::count_if(cosine_sums_.begin(), cosine_sums_.end(), [](float of) { return of > 0; });
   const double share = static_cast<double>(counting) / static_cast<double>(places_.size());
   const double min_samples_to_cull =
       std::max(kMinSamplesToCull * share, kMinSamplesPerTriangleToCull);
   if (samples > min_samples_to_cull * triangles) find_triangles(request.source);
 }
 
-void HighCoverage::find_near(const MatchRequest& request, CopyCheck* copies) {
+void HighCoverage::select_near_places(const MatchRequest& request, CopyCheck* copies) {
   cl::Context& context = context_of(request.source.device);
   const LowSurface& surface = request.surface;
   const auto low = LowTree::of_surface(context, surface);
@@ -211,8 +214,8 @@ void HighCoverage::find_near(const MatchRequest& request, CopyCheck* copies) {
   nearest_low.of = hash_bytes(places_, std::array{query.max_distance});
   const auto find = [&] {
     DeviceCorrespondence nearest(context, count);
-    const ClosestFinder finder(context, low->tree, request.source.traversal);
-    finder.find(points_of(context, places_), count, count, query, nearest);
+    const ClosestFinder low_poly_finder(context, low->tree, request.source.traversal);
+    low_poly_finder.find(device_samples(context, places_), count, count, query, nearest);
     nearest_low.triangle.resize(count);
     nearest.triangle.read(context, nearest_low.triangle);
     return nearest_low;
@@ -224,19 +227,19 @@ void HighCoverage::find_near(const MatchRequest& request, CopyCheck* copies) {
     if (triangle[i] == KILN_NO_TRIANGLE) continue;
     const std::uint32_t face_of_tree = std::exchange(triangle[i], low->of[triangle[i]]);
     const auto& corners = surface.triangles[triangle[i]];
-    // triangles without UVs mostly belong to another texture set
+    // Triangles without UVs are skipped: they mostly belong to another texture set
     if (std::isnan(corners[0].uv.x)) continue;
     const double cosine = dot(low->normals[face_of_tree], to_double(places_[i].normal));
     if (!(cosine > kMinFaceCosine)) continue;
-    const LowFace face(corners, columns, rows);
-    radius_[i] = static_cast<float>(kRadiusInSamples * face.step / cosine);
+    const LowPolyFace face(corners, columns, rows);
+    place_radii_[i] = static_cast<float>(kRadiusInSamples * face.step / cosine);
   }
   if (copies == nullptr) return;
   std::vector<CopyCheck::Place> places;
   std::vector<std::uint32_t> place_of_point;
   for (std::uint32_t i = 0; i < count; ++i) {
-    if (!(radius_[i] > 0) || !surface.is_copy(triangle[i])) continue;
-    const LowFace face(surface.triangles[triangle[i]], columns, rows);
+    if (!(place_radii_[i] > 0) || !surface.is_copy(triangle[i])) continue;
+    const LowPolyFace face(surface.triangles[triangle[i]], columns, rows);
     const Vec3d &ab = face.ab, &ac = face.ac, up = cross(ab, ac);
     const Vec3d direction = to_double(places_[i].position) - face.corner;
     const double area = dot(up, up);
@@ -252,16 +255,16 @@ void HighCoverage::find_near(const MatchRequest& request, CopyCheck* copies) {
   const std::vector<CopyCheck::Finding> findings = copies->find(places);
   for (std::size_t k = 0; k < findings.size(); ++k) {
     const std::uint32_t i = place_of_point[k];
-    by_copies_[i] = findings[k].verdict == CopyCheck::Verdict::other ? 1 : 0;
+    is_lost_by_copies_[i] = findings[k].verdict == CopyCheck::Verdict::other ? 1 : 0;
     if (findings[k].verdict != CopyCheck::Verdict::same) continue;
     // The map represents the place if the match finds this place, and not a layer above it.
     const Vec3d away = findings[k].found - to_double(places_[i].position);
-    const double copy_radius = std::max(double{radius_[i]}, kCopyRadius);
-    covered_[i] = dot(away, away) <= copy_radius * copy_radius ? 1 : 0;
+    const double copy_radius = std::max(double{place_radii_[i]}, kCopyRadius);
+    is_covered_[i] = dot(away, away) <= copy_radius * copy_radius ? 1 : 0;
   }
 }
 
-void HighCoverage::find_seen(const MatchRequest& request) {
+void HighCoverage::select_seen_places(const MatchRequest& request) {
   cl::Context& context = context_of(request.source.device);
   const RayCaster& caster = request.source.rays();
   const double fewer = std::max(1.0, caster.stats().leaves_per_line / kMaxMeanLeaves);
@@ -278,7 +281,7 @@ void HighCoverage::find_seen(const MatchRequest& request) {
     if (rays.empty()) return;
     const auto count = static_cast<std::uint32_t>(rays.size());
     DeviceCorrespondence hit(context, count);
-    caster.intersect(points_of(context, rays), count, count,
+    caster.intersect(device_samples(context, rays), count, count,
                      {.t_min = kOriginOffset, .t_max = kRayLength, .two_sided = true}, hit);
     std::vector<std::uint32_t> triangle(count);
     hit.triangle.read(context, triangle);
@@ -286,7 +289,7 @@ void HighCoverage::find_seen(const MatchRequest& request) {
       const double cosine =
           dot(to_double(places_[place_of_ray[k]].normal), to_double(rays[k].normal));
       if (triangle[k] == KILN_NO_TRIANGLE)
-        visibility_[place_of_ray[k]] += static_cast<float>(cosine);
+        cosine_sums_[place_of_ray[k]] += static_cast<float>(cosine);
     }
     rays.clear();
     place_of_ray.clear();
@@ -306,23 +309,23 @@ void HighCoverage::find_seen(const MatchRequest& request) {
 }
 
 std::vector<std::uint32_t> HighCoverage::near_places_along_curve() const {
-  std::vector<std::uint32_t> order;
+  std::vector<std::uint32_t> curve_order;
   for (std::uint32_t i = 0; i < places_.size(); ++i) {
-    if (radius_[i] > 0) order.push_back(i);
+    if (place_radii_[i] > 0) curve_order.push_back(i);
   }
-  constexpr std::uint32_t kBits = 10;             // bits of a coordinate
+  constexpr std::uint32_t kBits = 10;             // Number of bits of a coordinate
   const auto spread_bits = [](std::uint64_t x) {  // inserts two zeros after each bit
     std::uint64_t spread = 0;
     for (std::uint32_t bit = 0; bit < kBits; ++bit) spread |= (x >> bit & 1U) << (3 * bit);
     return spread;
   };
   Box<Vec3d> box;
-  for (const std::uint32_t i : order) box.add(to_double(places_[i].position));
+  for (const std::uint32_t i : curve_order) box.add(to_double(places_[i].position));
   const Vec3d size = box.size();
   const double side = std::max({size.x, size.y, size.z});
   const double cells = side > 0 && std::isfinite(side) ? ((1U << kBits) - 1) / side : 0;
   std::vector<std::uint64_t> keys(places_.size());
-  for (const std::uint32_t i : order) {
+  for (const std::uint32_t i : curve_order) {
     const Vec3d grid_position = (to_double(places_[i].position) - box.low) * cells;
     std::uint64_t key = 0;
     for (const double x : {grid_position.x, grid_position.y, grid_position.z}) {
@@ -330,9 +333,9 @@ std::vector<std::uint32_t> HighCoverage::near_places_along_curve() const {
     }
     keys[i] = key;
   }
-  std::stable_sort(order.begin(), order.end(),
+  std::stable_sort(curve_order.begin(), curve_order.end(),
                    [&](std::uint32_t a, std::uint32_t b) { return keys[a] < keys[b]; });
-  return order;
+  return curve_order;
 }
 
 std::uint64_t HighCoverage::cell(const std::array<std::int64_t, 3>& at) {
@@ -351,26 +354,26 @@ std::int64_t HighCoverage::cell_coordinate(double x) const {
 
 /// Inserts each place into all cells within its radius, so that a sample reads only one cell.
 void HighCoverage::make_grid() {
-  occupied_.assign(kFilterBits / 64, 0);
-  // minimum radius in frame units, which keeps cell numbers far below 2^63
+  occupied_cell_filter_.assign(kBloomFilterBits / 64, 0);
+  // Minimum radius in frame units. It keeps the numbers of cells far below 2^63
   constexpr float kMinRadius = 0x1p-22F;
   float farthest = 0;
   for (std::size_t i = 0; i < places_.size(); ++i) {
-    if (visibility_[i] > 0) farthest = std::max(farthest, radius_[i]);
+    if (cosine_sums_[i] > 0) farthest = std::max(farthest, place_radii_[i]);
   }
   if (!(farthest > 0)) return;
-  // a place then rarely extends over more than eight cells
+  // With cells of this size, a place rarely extends over more than eight of them
   cells_per_unit_ = 0.5 / std::max(farthest, kMinRadius);
   for (std::uint32_t i = 0; i < places_.size(); ++i) {
-    if (!(visibility_[i] > 0)) continue;
+    if (!(cosine_sums_[i] > 0)) continue;
     const Vec3d p = to_double(places_[i].position);
-    const double r = double{radius_[i]} * kRadiusSlack;
+    const double r = double{place_radii_[i]} * kRadiusWidening;
     for (std::int64_t z = cell_coordinate(p.z - r); z <= cell_coordinate(p.z + r); ++z) {
       for (std::int64_t y = cell_coordinate(p.y - r); y <= cell_coordinate(p.y + r); ++y) {
         for (std::int64_t x = cell_coordinate(p.x - r); x <= cell_coordinate(p.x + r); ++x) {
           const std::uint64_t key = cell({x, y, z});
-          occupied_[key % kFilterBits / 64] |= std::uint64_t{1} << (key % 64);
-          std::vector<std::uint32_t>& list = cells_[key];
+          occupied_cell_filter_[key % kBloomFilterBits / 64] |= std::uint64_t{1} << (key % 64);
+          std::vector<std::uint32_t>& list = places_in_cell_[key];
           if (list.empty() || list.back() != i) list.push_back(i);
         }
       }
@@ -382,36 +385,39 @@ void HighCoverage::find_triangles(const Source::Impl& high) {
   std::vector<std::uint32_t> visible_places;
   std::vector<Vec3> points(places_.size());
   double farthest = 0;
-  Box<Vec3d> occupied;  // of the places that count
+  Box<Vec3d> box_of_near_places;  // Bounding box of the places near the low poly
   for (std::uint32_t i = 0; i < places_.size(); ++i) {
     points[i] = places_[i].position;
-    if (!(visibility_[i] > 0)) continue;
+    if (!(cosine_sums_[i] > 0)) continue;
     visible_places.push_back(i);
-    farthest = std::max(farthest, double{radius_[i]} * kRadiusSlack);
-    occupied.add(to_double(points[i]));
+    farthest = std::max(farthest, double{place_radii_[i]} * kRadiusWidening);
+    box_of_near_places.add(to_double(points[i]));
   }
-  const CoverageSlabs slabs(points, std::move(visible_places));
-  struct Found {
+  const CoverageSlabs coverage_slabs(points, std::move(visible_places));
+  struct NearCopy {
     std::vector<std::uint32_t> triangles, ends, places;
   };
   const std::size_t count = high.triangles.size();
-  std::vector<Found> found((count + kPlacesPerTask - 1) / kPlacesPerTask);
+  std::vector<NearCopy> found((count + kPlacesPerTask - 1) / kPlacesPerTask);
   parallel_for(count, kPlacesPerTask, [&](std::size_t begin, std::size_t end) {
     // Structured bindings cannot be captured by the lambda below, so the elements get names.
     std::vector<std::uint32_t>& triangles = found[begin / kPlacesPerTask].triangles;
     std::vector<std::uint32_t>& ends = found[begin / kPlacesPerTask].ends;
     std::vector<std::uint32_t>& places = found[begin / kPlacesPerTask].places;
     for (std::size_t t = begin; t < end; ++t) {
-      const Box<Vec3d> box = box_of(high, high.triangles[t]);
+      const Box<Vec3d> box = triangle_box(high, high.triangles[t]);
       const Vec3d &low = box.low, &top = box.high;
       const double slack = kTriangleSlack * 4 * length(top - low);
       const std::size_t size_before = places.size();
       const Vec3d reach = Vec3d{1, 1, 1} * (slack + farthest);
-      const Vec3d under = top + reach - occupied.low, over = occupied.high + reach - low;
-      if (std::min({under.x, under.y, under.z, over.x, over.y, over.z}) < 0) continue;
-      slabs.around(low - reach, top + reach, [&](std::uint32_t i) {
+      const Vec3d distance_inside_below = top + reach - box_of_near_places.low,
+                  distance_inside_above = box_of_near_places.high + reach - low;
+      if (std::min({distance_inside_below.x, distance_inside_below.y, distance_inside_below.z,
+                    distance_inside_above.x, distance_inside_above.y, distance_inside_above.z}) < 0)
+        continue;
+      coverage_slabs.for_each_in_box(low - reach, top + reach, [&](std::uint32_t i) {
         const Vec3d p = to_double(points[i]);
-        const double r = slack + double{radius_[i]} * kRadiusSlack;
+        const double r = slack + double{place_radii_[i]} * kRadiusWidening;
         const bool is_within = p.x > low.x - r && p.x < top.x + r && p.y > low.y - r &&
                                p.y < top.y + r && p.z > low.z - r && p.z < top.z + r;
         if (is_within) places.push_back(i);
@@ -424,7 +430,7 @@ void HighCoverage::find_triangles(const Source::Impl& high) {
       ends.push_back(static_cast<std::uint32_t>(places.size()));
     }
   });
-  triangle_state_.assign(count, kNoPlaces);
+  triangle_state_.assign(count, kNoPlacesState);
   list_first_ = {0};
   for (const auto& [triangles, ends, places] : found) {
     const auto base = static_cast<std::uint32_t>(lists_.size());
@@ -432,18 +438,19 @@ void HighCoverage::find_triangles(const Source::Impl& high) {
     for (std::size_t k = 0; k < triangles.size(); ++k) {
       const bool many = ends[k] == (k == 0 ? 0 : ends[k - 1]);
       triangle_state_[triangles[k]] =
-          many ? kSearchGrid : kFirstList + static_cast<std::uint32_t>(list_first_.size()) - 1;
+          many ? kSearchGridState
+               : kFirstListState + static_cast<std::uint32_t>(list_first_.size()) - 1;
       if (!many) list_first_.push_back(base + ends[k]);
     }
   }
 }
 
-/// Marks a place if this sample covers it. \returns whether this or an earlier sample covers it
-bool HighCoverage::cover(std::uint32_t i, const Sample& sample) {
-  std::atomic_ref<std::uint8_t> covered(covered_[i]);
+/// Marks a place as covered if this sample covers it. \returns whether this sample or an earlier one covers it
+bool HighCoverage::cover_place(std::uint32_t i, const Sample& sample) {
+  std::atomic_ref<std::uint8_t> covered(is_covered_[i]);
   if (covered.load(std::memory_order_relaxed) != 0) return true;
   const Vec3d direction = to_double(places_[i].position) - sample.point;
-  if (dot(direction, direction) > double{radius_[i]} * radius_[i]) return false;
+  if (dot(direction, direction) > double{place_radii_[i]} * place_radii_[i]) return false;
   if (!(dot(cross(sample.ab, sample.ac), to_double(places_[i].normal)) > 0)) return false;
   covered.store(1, std::memory_order_relaxed);
   return true;
@@ -453,24 +460,24 @@ void HighCoverage::mark(const Sample& sample) {
   const Vec3d& p = sample.point;
   const std::uint64_t key =
       cell({cell_coordinate(p.x), cell_coordinate(p.y), cell_coordinate(p.z)});
-  if ((occupied_[key % kFilterBits / 64] >> (key % 64) & 1) == 0) return;
-  const auto found = cells_.find(key);
-  if (found == cells_.end()) return;
-  for (const std::uint32_t i : found->second) cover(i, sample);
+  if ((occupied_cell_filter_[key % kBloomFilterBits / 64] >> (key % 64) & 1) == 0) return;
+  const auto found = places_in_cell_.find(key);
+  if (found == places_in_cell_.end()) return;
+  for (const std::uint32_t i : found->second) cover_place(i, sample);
 }
 
 bool HighCoverage::mark_listed(std::uint32_t list_index, const Sample& sample) {
-  bool all_covered = true;
+  bool all_listed_covered = true;
   for (std::uint32_t k = list_first_[list_index]; k < list_first_[list_index + std::size_t{1}];
        ++k) {
-    if (!cover(lists_[k], sample)) all_covered = false;
+    if (!cover_place(lists_[k], sample)) all_listed_covered = false;
   }
-  return all_covered;
+  return all_listed_covered;
 }
 
 void HighCoverage::store(const Source::Impl& high, BandReads& reads,
                          const DeviceCorrespondence& match) {
-  if (cells_.empty() || match.count == 0) return;
+  if (places_in_cell_.empty() || match.count == 0) return;
   const std::vector<std::uint32_t>& triangle = reads.read(match.triangle, match.count);
   const std::vector<float>& u = reads.read(match.barycentric, match.count);
   const std::vector<float>& v = reads.read(match.barycentric, match.count, match.capacity);
@@ -480,34 +487,34 @@ void HighCoverage::store(const Source::Impl& high, BandReads& reads,
       if (triangle_index == KILN_NO_TRIANGLE) continue;
       const bool inside =
           u[i] >= -kTriangleSlack && v[i] >= -kTriangleSlack && u[i] + v[i] <= 1 + kTriangleSlack;
-      std::uint32_t triangle_state = kSearchGrid;
+      std::uint32_t triangle_state = kSearchGridState;
       if (!triangle_state_.empty() && inside) {
         triangle_state = std::atomic_ref<std::uint32_t>(triangle_state_[triangle_index])
                              .load(std::memory_order_relaxed);
-        if (triangle_state == kNoPlaces) continue;
+        if (triangle_state == kNoPlacesState) continue;
       }
       const Triangle& t = high.triangles[triangle_index];
       const Vec3d a = to_double(high.positions[t[0]]), b = to_double(high.positions[t[1]]),
                   c = to_double(high.positions[t[2]]);
       const Vec3d ab = b - a, ac = c - a;
       const Sample sample{a + ab * double{u[i]} + ac * double{v[i]}, ab, ac};
-      if (triangle_state == kSearchGrid) {
+      if (triangle_state == kSearchGridState) {
         mark(sample);
-      } else if (mark_listed(triangle_state - kFirstList, sample)) {
+      } else if (mark_listed(triangle_state - kFirstListState, sample)) {
         // All places of this triangle are covered, so that its further samples can be skipped.
         std::atomic_ref<std::uint32_t>(triangle_state_[triangle_index])
-            .store(kNoPlaces, std::memory_order_relaxed);
+            .store(kNoPlacesState, std::memory_order_relaxed);
       }
     }
   });
 }
 
-std::vector<VertexCoverage> HighCoverage::marks() const {
+std::vector<VertexCoverage> HighCoverage::vertex_coverage() const {
   std::vector<VertexCoverage> result;
   for (std::size_t i = 0; i < places_.size(); ++i) {
-    result.push_back(!(visibility_[i] > 0) ? VertexCoverage::beside
-                     : covered_[i] != 0    ? VertexCoverage::held
-                                           : VertexCoverage::lost);
+    result.push_back(!(cosine_sums_[i] > 0) ? VertexCoverage::beside
+                     : is_covered_[i] != 0  ? VertexCoverage::held
+                                            : VertexCoverage::lost);
   }
   return result;
 }

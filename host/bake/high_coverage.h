@@ -34,8 +34,8 @@ class HighCoverage {
   /// Uses the vertices as places, with the mean normals of their faces.
   static Places vertices(const Source::Impl& high);
 
-  /// Determines which places count: those that views show near the low poly. \param request gives the map's size and
-  /// the search distance
+  /// Selects the places that are measured: those that views show near the low poly. \param request gives the map's size
+  /// and the search distance
   /// \param copies compares triangles that share texels; null if there are none
   HighCoverage(const MatchRequest& request, Places places, CopyCheck* copies);
 
@@ -44,13 +44,13 @@ class HighCoverage {
 
   /// Computes the share of detail that is lost, and locates the largest lost part.
   HighCoverageReport report(const Frame& frame) const;
-  /// For each place: whether a sample represents it.
-  std::vector<VertexCoverage> marks() const;
+  /// Returns, for each place, whether a sample represents it.
+  std::vector<VertexCoverage> vertex_coverage() const;
 
  private:
   static Places spread_places(const Source::Impl& high, std::uint32_t count);
-  void find_near(const MatchRequest& request, CopyCheck* copies);
-  void find_seen(const MatchRequest& request);
+  void select_near_places(const MatchRequest& request, CopyCheck* copies);
+  void select_seen_places(const MatchRequest& request);
   /// Indices of the places near the low poly, in the order of a Morton curve. With many texture sets, each
   /// has few places.
   std::vector<std::uint32_t> near_places_along_curve() const;
@@ -64,7 +64,7 @@ class HighCoverage {
   struct Sample {
     Vec3d point{}, ab{}, ac{};
   };
-  bool cover(std::uint32_t place, const Sample& sample);
+  bool cover_place(std::uint32_t place, const Sample& sample);
   /// Marks all places that a sample represents, found by the grid.
   void mark(const Sample& sample);
   /// Marks the places that a sample represents among those listed for its triangle. \returns whether all
@@ -72,20 +72,22 @@ class HighCoverage {
   bool mark_listed(std::uint32_t list_index, const Sample& sample);
 
   std::vector<Place> places_;
-  double spacing_ = 0;
-  /// Radius within which a sample represents the place; 0 if the place does not count
-  std::vector<float> radius_;
+  double place_spacing_ = 0;
+  /// Radius within which a sample represents the place; 0 if the place is not measured
+  std::vector<float> place_radii_;
   /// Sum of cosines between the normal and the directions that see the place
-  std::vector<float> visibility_;
-  std::vector<std::uint8_t> covered_;
-  std::vector<std::uint8_t> by_copies_;  ///< 1 if the place is lost because charts share texels
+  std::vector<float> cosine_sums_;
+  std::vector<std::uint8_t> is_covered_;
+  /// 1 if the place is lost because charts share texels
+  std::vector<std::uint8_t> is_lost_by_copies_;
   /// State of each triangle (find_triangles()); empty: not computed.
   std::vector<std::uint32_t> triangle_state_;
-  /// Lists of the places of triangles, and the index at which each list begins
+  /// Indices of the places within reach of a triangle, list after list, and the index at which each triangle's list
+  /// begins
   std::vector<std::uint32_t> lists_, list_first_;
-  double cells_per_unit_ = 0;            ///< Cells of the grid per frame unit
-  std::vector<std::uint64_t> occupied_;  ///< Bloom filter of occupied grid cells
-  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cells_;
+  double cells_per_unit_ = 0;                        ///< Cells of the grid per frame unit
+  std::vector<std::uint64_t> occupied_cell_filter_;  ///< Bloom filter of occupied grid cells
+  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> places_in_cell_;
 };
 
 /// Adds a warning if more than 1% of the detail is lost. \param options  the bake's options

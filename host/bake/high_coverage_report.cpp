@@ -11,12 +11,13 @@
 namespace kiln {
 namespace {
 
-constexpr double kLinkDistance = 2.5;  // lost places within this many spacings are connected
+// Lost places are connected if their distance is at most this many place spacings
+constexpr double kLinkDistance = 2.5;
 constexpr double kMinLossToWarn = 0.01;
 
-/// Connected components of places, each given by a representative: places within `link` of each other are
+/// Connected components of places, each given by a representative: places within `max_distance` of each other are
 /// connected.
-std::vector<std::uint32_t> parts_of(const std::vector<Vec3d>& places, double link) {
+std::vector<std::uint32_t> connected_parts(const std::vector<Vec3d>& places, double max_distance) {
   std::vector<std::uint32_t> order(places.size()), part(places.size());
   std::iota(order.begin(), order.end(), 0U);
   std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
@@ -25,20 +26,20 @@ std::vector<std::uint32_t> parts_of(const std::vector<Vec3d>& places, double lin
   DisjointSets sets(places.size());
   for (std::size_t i = 0; i < order.size(); ++i) {
     const Vec3d& a = places[order[i]];
-    for (std::size_t j = i + 1; j < order.size() && places[order[j]].x - a.x <= link; ++j) {
+    for (std::size_t j = i + 1; j < order.size() && places[order[j]].x - a.x <= max_distance; ++j) {
       const Vec3d offset = places[order[j]] - a;
-      if (dot(offset, offset) <= link * link) sets.join(order[i], order[j]);
+      if (dot(offset, offset) <= max_distance * max_distance) sets.join(order[i], order[j]);
     }
   }
   for (std::uint32_t i = 0; i < part.size(); ++i) part[i] = sets.find(i);
   return part;
 }
 
-std::string to_text(const std::array<double, 3>& p) {
+std::string point_text(const std::array<double, 3>& p) {
   return formatted("%.4g, %.4g, %.4g", p[0], p[1], p[2]);
 }
 
-Message advice(const BakeOptions& options) {
+Message remedy(const BakeOptions& options) {
   const auto takes_cage = [](const MatchRow& row) { return obeys(row.info, "match.cage"); };
   if (!takes_cage(match_row(options.match.method))) {
     return "other matches may find these parts: try " + option("match.method") + " " +
@@ -58,29 +59,29 @@ Message advice(const BakeOptions& options) {
 
 HighCoverageReport HighCoverage::report(const Frame& frame) const {
   HighCoverageReport result;
-  double total = 0, lost_weight = 0, by_copies = 0;
+  double total_weight = 0, lost_weight = 0, by_copies = 0;
   std::vector<Vec3d> places;
   std::vector<double> weight;
   for (std::size_t i = 0; i < places_.size(); ++i) {
-    if (!(visibility_[i] > 0)) continue;
+    if (!(cosine_sums_[i] > 0)) continue;
     ++result.places;
-    total += double{visibility_[i]};
-    if (covered_[i] != 0) continue;
-    lost_weight += double{visibility_[i]};
-    if (by_copies_[i] != 0) by_copies += double{visibility_[i]};
+    total_weight += double{cosine_sums_[i]};
+    if (is_covered_[i] != 0) continue;
+    lost_weight += double{cosine_sums_[i]};
+    if (is_lost_by_copies_[i] != 0) by_copies += double{cosine_sums_[i]};
     places.push_back(to_double(places_[i].position));
-    weight.push_back(double{visibility_[i]});
+    weight.push_back(double{cosine_sums_[i]});
   }
-  result.weight = total;
+  result.weight = total_weight;
   if (places.empty()) return result;
-  result.lost = lost_weight / total;
-  result.by_copies = by_copies / total;
-  const std::vector<std::uint32_t> part = parts_of(places, kLinkDistance * spacing_);
+  result.lost = lost_weight / total_weight;
+  result.by_copies = by_copies / total_weight;
+  const std::vector<std::uint32_t> part = connected_parts(places, kLinkDistance * place_spacing_);
   std::vector<double> size(places.size());
   for (std::size_t i = 0; i < places.size(); ++i) size[part[i]] += weight[i];
   const auto largest_part =
       static_cast<std::uint32_t>(std::max_element(size.begin(), size.end()) - size.begin());
-  result.largest = size[largest_part] / total;
+  result.largest = size[largest_part] / total_weight;
   Vec3d centre{};
   for (std::size_t i = 0; i < places.size(); ++i) {
     if (part[i] == largest_part) centre = centre + places[i] * (weight[i] / size[largest_part]);
@@ -101,7 +102,7 @@ HighCoverageReport HighCoverage::report(const Frame& frame) const {
 
 void warn_about_loss(const HighCoverageReport& recall, const BakeOptions& options,
                      std::vector<Warning>& warnings) {
-  // Losses by shared texels may be reported already.
+  // Losses by shared texels may have been reported already, by the check of UV copies.
   const bool is_reported =
       std::any_of(warnings.begin(), warnings.end(),
                   [](const Warning& warning) { return warning.code == CopyCheck::kWarning; });
@@ -111,7 +112,7 @@ void warn_about_loss(const HighCoverageReport& recall, const BakeOptions& option
       "of it (%.1f%%) around ",
       100 * recall.lost, 100 * recall.largest);
   warnings.push_back(
-      {"lost-surface", lost_text + to_text(recall.where) + ": " + advice(options), 1});
+      {"lost-surface", lost_text + point_text(recall.where) + ": " + remedy(options), 1});
 }
 
 }  // namespace kiln

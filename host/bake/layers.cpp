@@ -16,7 +16,7 @@ constexpr std::int32_t kUnlimitedPadding = 16384;
 
 bool is_averaged(MapType type) { return type != MapType::id && type != MapType::coverage; }
 
-GutterOptions gutter_of(const MapInfo& map, const BakeOptions& options, std::int32_t texels) {
+GutterOptions padding_rules(const MapInfo& map, const BakeOptions& options, std::int32_t texels) {
   const bool fill = leaves_out_misses(map, options.encoding.miss);
   return {texels, fill, map.type == MapType::unit_vector};
 }
@@ -24,9 +24,10 @@ GutterOptions gutter_of(const MapInfo& map, const BakeOptions& options, std::int
 /// Fills empty texels around charts. \returns number of padding texels
 std::uint64_t pad(cl::Context& context, const MapInfo& map, const BakeOptions& options,
                   std::int32_t texels, Image& image, std::vector<std::uint8_t>& coverage) {
-  GutterOptions gutter = gutter_of(map, options, texels);
+  GutterOptions gutter = padding_rules(map, options, texels);
   if (map.type != MapType::id) return fill_gutter(context, image, coverage, gutter);
-  // Ids cannot be averaged, so push-pull is replaced by a copy of the nearest id, which also fills missed texels.
+  // Ids cannot be averaged. So empty texels get the nearest id instead of the averages of push-pull, and so do missed
+  // texels.
   if (texels < 0) gutter.texels = kUnlimitedPadding;
   gutter.fill_missed = false;
   std::vector<std::uint8_t> named = coverage;
@@ -43,67 +44,67 @@ std::uint64_t pad(cl::Context& context, const MapInfo& map, const BakeOptions& o
 
 /// Adds weights for colours: transparent texels get the lowest weight, so they count only where all texels
 /// are transparent.
-ChartMap weighted_by(const Image& opacity, ChartMap charts) {
-  constexpr float kMaxWeight = 255;  // sums of 256 weights fit 16 bits
+ChartMap weigh_by_opacity(const Image& opacity, ChartMap charts) {
+  constexpr float kMaxOpacityWeight = 255;  // At this limit, the sum of 256 weights fits in 16 bits
   if (charts.weight.empty()) charts.weight.assign(charts.chart.size(), 1);
   for (std::size_t i = 0; i < charts.weight.size(); ++i) {
     const float share = std::clamp(opacity.pixels[i], 0.0F, 1.0F);
-    const float weight = static_cast<float>(charts.weight[i]) * kMaxWeight * share;
+    const float weight = static_cast<float>(charts.weight[i]) * kMaxOpacityWeight * share;
     charts.weight[i] = static_cast<std::uint16_t>(std::max(1.0F, weight));
   }
   return charts;
 }
 
 /// Fills texels beyond the padding with the background, and encodes the values of all texels.
-void encode(const MapInfo& map, const BakeOptions& options,
-            const std::vector<std::uint8_t>& coverage, Image& image) {
+void encode_texels(const MapInfo& map, const BakeOptions& options,
+                   const std::vector<std::uint8_t>& coverage, Image& image) {
   const std::array<float, 4> empty = map_background(map, options);
   const std::size_t channels = image.channels;
   const bool marks = options.encoding.miss == MissPolicy::mark;
   const bool copies_values = map.type != MapType::unit_vector && !marks;
-  const bool halves = map.type == MapType::unit_vector && !marks && !options.encoding.raw &&
-                      !options.encoding.two_component;
+  const bool is_halved = map.type == MapType::unit_vector && !marks && !options.encoding.raw &&
+                         !options.encoding.two_component;
   parallel_for(coverage.size(), kTexelsPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (coverage[i] == kCoverageEmpty) {
         std::copy_n(empty.begin(), channels, &image.pixels[i * channels]);
       }
-      if (!copies_values && !halves) {
+      if (!copies_values && !is_halved) {
         encode_texel(map, options, coverage[i], &image.pixels[i * channels]);
       }
     }
-    if (!halves) return;
+    if (!is_halved) return;
     // A vectorizable version of encode_texel().
     float* const pixels = image.pixels.data();
     for (std::size_t i = begin * 3; i < end * 3; ++i) pixels[i] = pixels[i] * 0.5F + 0.5F;
   });
 }
 
-/// Converts normals to the form that renderers read, independent of the encoding: three channels in [0, 1].
-Image as_drawn(const MapInfo& map, const BakeOptions& options,
-               const std::vector<std::uint8_t>& coverage, Image image) {
-  BakeOptions plain_options;
-  plain_options.encoding.space = options.encoding.space;
-  plain_options.encoding.miss = options.encoding.miss;
-  encode(map, plain_options, coverage, image);
+/// Converts normals to three channels in [0, 1], which renderers read, whatever the map's encoding is.
+Image normals_as_rendered(const MapInfo& map, const BakeOptions& options,
+                          const std::vector<std::uint8_t>& coverage, Image image) {
+  BakeOptions raw_options;
+  raw_options.encoding.space = options.encoding.space;
+  raw_options.encoding.miss = options.encoding.miss;
+  encode_texels(map, raw_options, coverage, image);
   return image;
 }
 
 /// Memory in bytes that grows with the map: maps, temporary arrays of padding, mip levels, a band, and a stored
 /// match. It is checked before the bake, so that the bake does not fail halfway.
-std::uint64_t bytes_of_maps(const BakeOptions& options, std::span<const MapRow> rows,
-                            std::uint32_t band) {
-  std::uint64_t channels = 1;  // channels of the maps; 1 for coverage and charts
+std::uint64_t peak_bytes(const BakeOptions& options, std::span<const MapRow> rows,
+                         std::uint32_t band) {
+  std::uint64_t channels = 1;  // Number of channels of the maps, and 1 for coverage and charts
   for (const MapKind kind : options.maps) channels += map_row(kind).info.channels;
   for (const MapRow& row : rows) channels += row.info.channels;
   const std::uint64_t texels = std::uint64_t{options.width} * options.height;
   const std::uint64_t level = texels * channels * sizeof(float);
   const std::uint64_t samples = texels * options.samples * options.samples;
-  // bytes of a band per sample: 80 were measured, including the arrays above
+  // Bytes of a band per sample; 80 were measured, including the arrays of the lines above
   constexpr std::uint64_t kBytesPerBandSample = 64;
   constexpr std::uint64_t kBytesPerKeptSample = 4 * sizeof(float) + 1;
-  // Memory for mip levels: a third of the maps; and per texel 8 bytes, for a copy of the largest map's levels and
-  // the texel's chart index.
+  // Memory for mip levels: a third of that for the maps, and 8 bytes per texel for a copy of the largest map's levels
+  // and for the texel's chart index.
   return level + (options.encoding.mips ? level / 3 + texels * 2 * sizeof(float) : 0) +
          kBytesPerBandSample * std::min<std::uint64_t>(samples, band) +
          (options.report.keep_match ? kBytesPerKeptSample * samples : 0);
@@ -115,11 +116,11 @@ Layers::Layers(const Source::Impl& source, const LowSurface& surface, const Bake
                bool with_images, std::uint32_t finer, bool checks) {
   own_rows_ = own_rows(options);
   if (with_images) {
-    require_memory("The maps", bytes_of_maps(options, own_rows_, band_samples(source)));
+    require_memory("The maps", peak_bytes(options, own_rows_, band_samples(source)));
     coverage_.resize(std::size_t{options.width} * options.height);
   }
-  const MapRequest request{source, surface, options, shared_, finer, checks};
-  reads_ = request.reads();
+  const MapRequest request{source, surface, options, shared_results_, finer, checks};
+  band_reads_ = request.reads();
   const auto add = [&](const MapRow& row) {
     if (std::any_of(layers_.begin(), layers_.end(),
                     [&](const Layer& layer) { return layer.row == &row; })) {
@@ -153,19 +154,20 @@ void Layers::run(const TexelBand& band, const DeviceCorrespondence& match) {
 
 void Layers::run_blended(const TexelBand& band, const DeviceCorrespondence& match,
                          const DeviceCorrespondence& other, const cl::Array<float>& shares) {
-  shared_.next_band();
+  shared_results_.next_band();
   for (Layer& layer : layers_) {
     layer.maker->run_blended(band, match, other, shares, pixels(layer, band));
   }
 }
 
-void Layers::run_some(const TexelBand& part, const DeviceCorrespondence& match,
-                      std::span<const std::size_t> places) {
-  shared_.next_band();
+void Layers::recompute_texels(const TexelBand& part, const DeviceCorrespondence& match,
+                              std::span<const std::size_t> places) {
+  shared_results_.next_band();
   std::vector<float> values;
   std::vector<std::uint8_t> coverage(places.size());
   for (Layer& layer : layers_) {
-    if (layer.row->follows_positions) continue;  // maps of positions change in every texel
+    // Maps that depend on positions change in every texel, so they are not recomputed in part
+    if (layer.row->follows_positions) continue;
     const std::size_t channels = layer.image.channels;
     values.resize(channels * places.size());
     layer.maker->run(part, match, {values, coverage});
@@ -182,17 +184,17 @@ const Image* Layers::unit_vectors() const {
   return nullptr;
 }
 
-bool Layers::follow_positions() const {
+bool Layers::any_follows_positions() const {
   return std::any_of(layers_.begin(), layers_.end(),
                      [](const Layer& layer) { return layer.row->follows_positions; });
 }
 
-bool Layers::read_around() const {
+bool Layers::any_reads_around() const {
   return std::any_of(layers_.begin(), layers_.end(),
                      [](const Layer& layer) { return layer.row->reads_around; });
 }
 
-bool Layers::obey_max_error(const BakeOptions& options) const {
+bool Layers::any_obeys_max_error(const BakeOptions& options) const {
   const auto obeys = [&](MapKind kind, const BakeOptions& variant_options) {
     // Errors are at most 1, so a maximum error of 1 or more is always met.
     const double max_error = variant_options.occlusion.max_error;
@@ -205,20 +207,20 @@ bool Layers::obey_max_error(const BakeOptions& options) const {
          });
 }
 
-bool Layers::fill_misses() const {
+bool Layers::any_fills_misses() const {
   return std::any_of(layers_.begin(), layers_.end(), [](const Layer& layer) {
     return layer.row->info.missed == MissedTexels::neighbours;
   });
 }
 
-bool Layers::need_visibility() const {
+bool Layers::any_needs_visibility() const {
   return std::any_of(layers_.begin(), layers_.end(),
                      [](const Layer& layer) { return obeys(layer.row->info, "match.visibility"); });
 }
 
 std::vector<std::vector<Image>> Layers::mips(cl::Context& context, const BakeOptions& options,
                                              const ChartMap& charts) const {
-  std::vector<std::vector<Image>> levels_of_maps(layers_.size());
+  std::vector<std::vector<Image>> mip_levels_of_maps(layers_.size());
   const auto opacity = std::find_if(layers_.begin(), layers_.end(),
                                     [](const Layer& layer) { return layer.row->weights; });
   for (std::size_t l = 0; l < layers_.size(); ++l) {
@@ -226,25 +228,26 @@ std::vector<std::vector<Image>> Layers::mips(cl::Context& context, const BakeOpt
     if (!is_averaged(map.type)) continue;
     MipOptions mip_options;
     mip_options.unit_vectors = map.type == MapType::unit_vector;
-    mip_options.missed_have_values = !gutter_of(map, options, options.encoding.gutter).fill_missed;
+    mip_options.missed_have_values =
+        !padding_rules(map, options, options.encoding.gutter).fill_missed;
     if (options.encoding.miss == MissPolicy::mark && mip_options.unit_vectors) {
       mip_options.missed = {1, -1, 1, 0};
     }
     std::int32_t gutter = options.encoding.gutter;
     const bool by_opacity = layers_[l].row->weighted && opacity != layers_.end();
-    const ChartMap weighted = by_opacity ? weighted_by(opacity->image, charts) : ChartMap();
+    const ChartMap weighted = by_opacity ? weigh_by_opacity(opacity->image, charts) : ChartMap();
     for (MipLevel& level :
          make_mips(layers_[l].image, coverage_, by_opacity ? weighted : charts, mip_options)) {
       if (gutter > 0) gutter = std::max(2, gutter / 2);
       pad(context, map, options, gutter, level.image, level.coverage);
-      encode(map, options, level.coverage, level.image);
-      levels_of_maps[l].push_back(std::move(level.image));
+      encode_texels(map, options, level.coverage, level.image);
+      mip_levels_of_maps[l].push_back(std::move(level.image));
     }
   }
-  return levels_of_maps;
+  return mip_levels_of_maps;
 }
 
-/// Pads a map, and all other maps with the same charts and rules. \returns the indices of these maps
+/// Pads a map, and all other maps with the same charts and padding rules. \returns the indices of the padded maps
 std::vector<std::size_t> Layers::pad_with(cl::Context& context, const BakeOptions& options,
                                           std::size_t first, std::vector<Image>& images,
                                           std::vector<std::uint8_t>& coverage,
@@ -261,19 +264,19 @@ std::vector<std::size_t> Layers::pad_with(cl::Context& context, const BakeOption
     padded = pad(context, map, options, options.encoding.gutter, images[first], coverage);
     return {first};
   }
-  const GutterOptions gutter = gutter_of(map, options, options.encoding.gutter);
-  std::vector<std::size_t> numbers;
+  const GutterOptions gutter = padding_rules(map, options, options.encoding.gutter);
+  std::vector<std::size_t> same_rule_maps;
   std::vector<GutterImage> gutter_images;
   for (std::size_t l = first; l < images.size(); ++l) {
     const MapInfo& other = layers_[l].row->info;
-    const GutterOptions max_error = gutter_of(other, options, options.encoding.gutter);
+    const GutterOptions other_gutter = padding_rules(other, options, options.encoding.gutter);
     if (other.type == MapType::coverage || needs_own_rules(other)) continue;
-    if (missed && max_error.fill_missed != gutter.fill_missed) continue;
-    numbers.push_back(l);
-    gutter_images.push_back({&images[l], max_error.unit_vectors});
+    if (missed && other_gutter.fill_missed != gutter.fill_missed) continue;
+    same_rule_maps.push_back(l);
+    gutter_images.push_back({&images[l], other_gutter.unit_vectors});
   }
   padded = fill_gutters(context, gutter_images, coverage, gutter);
-  return numbers;
+  return same_rule_maps;
 }
 
 std::vector<Image> Layers::finish(cl::Context& context, const BakeOptions& options, bool keep,
@@ -281,28 +284,28 @@ std::vector<Image> Layers::finish(cl::Context& context, const BakeOptions& optio
                                   Image* drawn) {
   std::vector<Image> images;
   for (Layer& layer : layers_) images.push_back(keep ? layer.image : std::move(layer.image));
-  std::vector<std::uint8_t> is_padded(images.size());
+  std::vector<std::uint8_t> is_map_padded(images.size());
   std::size_t last = 0;  // index of the last padded map
   coverage.clear();
   for (std::size_t first = 0; first < images.size(); ++first) {
-    if (is_padded[first] != 0 || layers_[first].row->info.type == MapType::coverage) continue;
-    std::vector<std::uint8_t> own_coverage;
+    if (is_map_padded[first] != 0 || layers_[first].row->info.type == MapType::coverage) continue;
+    std::vector<std::uint8_t> full_coverage;
     std::uint64_t count = 0;
-    const std::vector<std::size_t> numbers =
-        pad_with(context, options, first, images, own_coverage, count);
-    for (const std::size_t l : numbers) {
+    const std::vector<std::size_t> same_rule_maps =
+        pad_with(context, options, first, images, full_coverage, count);
+    for (const std::size_t l : same_rule_maps) {
       const MapInfo& map = layers_[l].row->info;
       if (drawn != nullptr && layers_[l].row->shades) {
-        *drawn = as_drawn(map, options, own_coverage, images[l]);
+        *drawn = normals_as_rendered(map, options, full_coverage, images[l]);
       }
-      encode(map, options, own_coverage, images[l]);
-      is_padded[l] = 1;
+      encode_texels(map, options, full_coverage, images[l]);
+      is_map_padded[l] = 1;
     }
-    if (numbers.back() >= last) {
-      last = numbers.back();
+    if (same_rule_maps.back() >= last) {
+      last = same_rule_maps.back();
       padded = count;
     }
-    if (coverage.empty()) coverage = std::move(own_coverage);
+    if (coverage.empty()) coverage = std::move(full_coverage);
   }
   if (coverage.empty()) {
     // The coverage includes padding, even if there is no map to pad.
@@ -339,7 +342,7 @@ void Layers::finish_texels(const BakeOptions& options, std::span<const std::size
   }
 }
 
-Adjacency Layers::padding_of(cl::Context& context, std::int32_t texels) const {
+Adjacency Layers::padding_copies(cl::Context& context, std::int32_t texels) const {
   const std::uint32_t width = layers_.front().image.width;
   Image places{width, layers_.front().image.height, 2, {}};
   places.pixels.resize(coverage_.size() * 2);

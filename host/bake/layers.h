@@ -29,9 +29,9 @@ class Layers {
          bool with_images = true, std::uint32_t finer = 1, bool checks = false);
 
   /// Invalidates cached results of the last band or match.
-  void next_band() { shared_.next_band(); }
+  void next_band() { shared_results_.next_band(); }
   /// Invalidates cached results of the high poly.
-  void next_source() { shared_.next_source(); }
+  void next_source() { shared_results_.next_source(); }
   /// Computes a band's texels in all maps and sets their coverage.
   void run(const TexelBand& band, const DeviceCorrespondence& match);
   void run_blended(const TexelBand& band, const DeviceCorrespondence& match,
@@ -40,25 +40,25 @@ class Layers {
   /// Recomputes some texels of the maps that do not depend on positions.
   /// \param part a band of these texels only; `match` is the correspondence of its samples
   /// \param places indices of these texels in the map
-  void run_some(const TexelBand& part, const DeviceCorrespondence& match,
-                std::span<const std::size_t> places);
+  void recompute_texels(const TexelBand& part, const DeviceCorrespondence& match,
+                        std::span<const std::size_t> places);
 
   std::vector<Layer>& all() { return layers_; }
   const std::vector<Layer>& all() const { return layers_; }
   /// Host copies of the band's arrays, shared by all readers.
-  BandReads& reads() { return *reads_; }
+  BandReads& reads() { return *band_reads_; }
   /// The first map of unit vectors; null if there is none.
   const Image* unit_vectors() const;
   /// True if any map has MapRow::follows_positions.
-  bool follow_positions() const;
+  bool any_follows_positions() const;
   /// True if any map has MapRow::reads_around.
-  bool read_around() const;
+  bool any_reads_around() const;
   /// True if any map holds directions of a match by visibility.
-  bool need_visibility() const;
+  bool any_needs_visibility() const;
   /// True if any map is computed to a given error.
-  bool obey_max_error(const BakeOptions& options) const;
+  bool any_obeys_max_error(const BakeOptions& options) const;
   /// True if any map fills missed texels regardless of MissPolicy.
-  bool fill_misses() const;
+  bool any_fills_misses() const;
   /// Per texel: empty, baked or missed (image/gutter.h).
   const std::vector<std::uint8_t>& coverage() const { return coverage_; }
 
@@ -66,7 +66,7 @@ class Layers {
   std::vector<std::vector<Image>> mips(cl::Context& context, const BakeOptions& options,
                                        const ChartMap& charts) const;
 
-  /// Fills background and padding, and encodes. \param keep leaves the layers unchanged, for a further bake
+  /// Fills background and padding, and encodes all maps. \param keep leaves the layers unchanged, for a further bake
   /// \param coverage  out: includes padding
   /// \param padded out: number of padding texels
   /// \param drawn out: the normals as renderers read them, independent of the encoding; null: not computed
@@ -75,9 +75,9 @@ class Layers {
                             Image* drawn = nullptr);
 
   /// The padding texels that copy each texel. Requires finite padding that fills no missed texels.
-  Adjacency padding_of(cl::Context& context, std::int32_t texels) const;
-  /// Does the work of finish() for some texels and the padding that copies them; the other texels must be
-  /// finished.
+  Adjacency padding_copies(cl::Context& context, std::int32_t texels) const;
+  /// Does the work of finish() for some texels and for the padding that copies them. All other texels must be finished
+  /// already.
   void finish_texels(const BakeOptions& options, std::span<const std::size_t> places,
                      const Adjacency& padding, std::vector<BakedMap>& maps) const;
 
@@ -88,9 +88,9 @@ class Layers {
                                     std::vector<std::uint8_t>& coverage,
                                     std::uint64_t& padded) const;
 
-  SharedWorks shared_;  // intermediate results that several maps share
-  std::shared_ptr<BandReads> reads_;
-  std::vector<MapRow> own_rows_;  // rows of transfers, variants and custom maps
+  SharedWorks shared_results_;  // Intermediate results of one band that several maps share
+  std::shared_ptr<BandReads> band_reads_;
+  std::vector<MapRow> own_rows_;  // Registry rows of transfers, variants and custom maps
   std::vector<Layer> layers_;
   std::vector<std::uint8_t> coverage_;
 };

@@ -17,10 +17,10 @@ Vec3d lab(const float* rgb) {
                                   0.2126 * r + 0.7152 * g + 0.0722 * b,
                                   (0.0193 * r + 0.1192 * g + 0.9505 * b) / 1.089};
   const auto root = [](double t) {
-    constexpr double kLinearLimit = 6.0 / 29;
-    return t > kLinearLimit * kLinearLimit * kLinearLimit
+    constexpr double kLabLinearLimit = 6.0 / 29;
+    return t > kLabLinearLimit * kLabLinearLimit * kLabLinearLimit
                ? cube_root(t)
-               : t / (3 * kLinearLimit * kLinearLimit) + 4.0 / 29;
+               : t / (3 * kLabLinearLimit * kLabLinearLimit) + 4.0 / 29;
   };
   const double x = root(xyz[0]), y = root(xyz[1]), z = root(xyz[2]);
   return {116 * y - 16, 500 * (x - y), 200 * (y - z)};
@@ -45,13 +45,13 @@ double map_difference(const MapRow& row, const float* a, const float* b) {
     const double alpha = map.channels > 3 ? 100 * (double{a[3]} - b[3]) : 0;
     return std::hypot(length(lab(a) - lab(b)), alpha);
   }
-  double squares = 0;
-  const std::uint32_t compared = row.compared_channels;
-  for (std::uint32_t c = 0; c < (compared != 0 ? compared : map.channels); ++c) {
-    const double apart = double{a[c]} - b[c];
-    squares += apart * apart;
+  double squared_sum = 0;
+  const std::uint32_t compared_channels = row.compared_channels;
+  for (std::uint32_t c = 0; c < (compared_channels != 0 ? compared_channels : map.channels); ++c) {
+    const double difference = double{a[c]} - b[c];
+    squared_sum += difference * difference;
   }
-  return std::sqrt(squares) * unit_of(row).scale;
+  return std::sqrt(squared_sum) * unit_of(row).scale;
 }
 
 }  // namespace kiln

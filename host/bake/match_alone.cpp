@@ -30,7 +30,7 @@ MatchResult match_alone(const Source::Impl& high, const Mesh& low, BakeOptions o
   Clusters clusters;
   Pipeline pipeline({high, low, options}, Bands::pass, progress);
   pipeline.prepare_match(clusters);
-  pipeline.over_bands({.match = true, .measure = false, .read = false});
+  pipeline.run_over_bands({.match = true, .measure = false, .read = false});
   pipeline.finish_match(true);
   pipeline.finish_report();
   progress.report(1, "done");

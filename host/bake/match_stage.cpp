@@ -16,7 +16,7 @@ namespace {
 
 /// The search distance in frame units. MatchOptions::max_distance describes the default.
 double match_distance(const BakeOptions& options, const LowSurface& surface, const Frame& frame) {
-  // Larger distances have no effect.
+  // A larger distance would find nothing more.
   constexpr double kMaxSearchDistance = 1048576;
   if (options.match.max_distance)
     return std::min(to_frame(*options.match.max_distance, frame), kMaxSearchDistance);
@@ -111,8 +111,8 @@ EdgeTurn edge_turn(const BakeOptions& options, const Source::Impl& source,
       return CachedBevels{distance,
                           find_bevels(source, surface, hard_edges, distance, options.match.parts)};
     };
-    const bool all_alike = options.match.parts == nullptr && !source.will_move;
-    const auto cached = all_alike ? surface.made->get<CachedBevels>(find) : nullptr;
+    const bool is_cacheable = options.match.parts == nullptr && !source.will_move;
+    const auto cached = is_cacheable ? surface.made->get<CachedBevels>(find) : nullptr;
     bevels = cached != nullptr && cached->distance == distance ? cached->bevels : find().bevels;
   }
   if (report != nullptr) *report = edge_report(bevels, 1 / source.frame.scale);
@@ -140,7 +140,7 @@ void add_notes(MatchNotes notes, BakeReport& report) {
   report.warnings.insert(report.warnings.end(), notes.warnings.begin(), notes.warnings.end());
 }
 
-// The warning depends only on the options, not on structures that another bake of the same source has already built.
+// The warning must depend only on the options, not on structures of the source that an earlier bake has built.
 void warn_about_duplicates(const Source::Impl& source, const BakeOptions& options,
                            BakeReport& report) {
   const bool walks = any_in_chain(options, [](const MatchRow& row) { return row.is_refittable; }) &&
@@ -163,7 +163,7 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
   MatchRequest request = match_request(options, source, surface);
   request.cluster = clusters.cluster;
   request.field = &clusters.field;
-  request.sheet_reach = double{sheet_reach(options, surface).farthest()};
+  request.sheet_reach = double{sheet_reach(options, surface).max_search_distance()};
   if (progress) {
     request.progress = [preparing = progress.part(0, kPreparingShare)](double done,
                                                                        std::string_view doing) {

@@ -21,7 +21,7 @@ void check_options(const BakeOptions& options);
 MatchRequest match_request(const BakeOptions& options, const Source::Impl& source,
                            const LowSurface& surface);
 
-/// The baked cluster of visibility directions, and data that all clusters share.
+/// The cluster of visibility directions that is baked, and data that all clusters share.
 struct Clusters {
   std::uint32_t cluster = 0;
   /// The visibility field: computed for the first cluster, and kept for later bakes if there is one cluster

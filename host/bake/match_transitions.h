@@ -13,17 +13,18 @@
 namespace kiln {
 
 /// Collects the deciding method of each texel, band by band.
-class MatchTransitions {
+class MethodTransitions {
  public:
   /// Creates an empty collection.
   /// \param low       the low poly, with UVs
   /// \param with_uvs  LowSurface::with_uvs
-  MatchTransitions(const Mesh& low, std::span<const std::uint32_t> with_uvs, std::uint32_t width,
-                   std::uint32_t height);
+  MethodTransitions(const Mesh& low, std::span<const std::uint32_t> with_uvs, std::uint32_t width,
+                    std::uint32_t height);
 
   /// Records the method of each texel's first sample.
-  /// \param deciders  for each sample of the band, the method that decided it
-  void store(BandReads& reads, const TexelBand& band, std::span<const Decider> deciders);
+  /// \param deciding_methods  for each sample of the band, the method that decided it
+  void store(BandReads& reads, const TexelBand& band,
+             std::span<const DecidingMethod> deciding_methods);
 
   /// Compares the map's unit vectors between neighbouring texels of one chart. Neighbours of different charts, and
   /// texels across a seam, are not compared.
@@ -32,9 +33,9 @@ class MatchTransitions {
  private:
   std::uint32_t width_;
   std::vector<std::uint32_t> chart_of_triangle_;
-  // Deciding method of each texel as 1 + Decider; 0 if not covered
-  std::vector<std::uint8_t> method_;
-  std::vector<std::uint32_t> chart_;  // chart of each texel
+  // Deciding method of each texel as 1 + DecidingMethod; 0 if not covered
+  std::vector<std::uint8_t> texel_methods_;
+  std::vector<std::uint32_t> texel_charts_;  // Chart of each texel
 };
 
 }  // namespace kiln

@@ -23,12 +23,12 @@ constexpr double kBlendProgress = 0.97, kMipsProgress = 0.97, kPaddingProgress =
 
 /// Cached advice about the low poly's coordinates, see coarse_steps().
 struct CoarseAdvice {
-  std::string words;
+  std::string advice;
 };
 
 /// Cached hash_source(), for the matches of all texture sets.
 struct SourceHash {
-  std::uint64_t value;
+  std::uint64_t hash;
 };
 
 }  // namespace
@@ -36,21 +36,21 @@ struct SourceHash {
 Pipeline::Pipeline(const Scene& scene, Bands bands, BakeProgress progress)
     : scene_(scene),
       context_(context_of(scene.high.device)),
-      bands_stay_(bands),
+      band_storage_(bands),
       progress_(std::move(progress)),
       unit_(1 / scene.high.frame.scale),
       low_(scene.high.low_surface(scene.low, scene.options.match.cage_mesh,
                                   scene.options.match.uv_copies)),
       surface_(*low_),
       cage_(context_, scene.high.frame, surface_),
-      matched_(scene.high.is_streamed() ? scene.high.matched_part() : nullptr),
+      streamed_part_(scene.high.is_streamed() ? scene.high.matched_part() : nullptr),
       sampler_(context_, surface_,
                {scene.options.width, scene.options.height, scene.options.samples,
                 band_samples(scene.high)}),
-      turn_(find_turn()),
-      sheets_(sheet_reach(scene.options, surface_)),
-      layers_(matched_ != nullptr ? *matched_ : scene.high, surface_, scene.options, true,
-              scene.finer) {
+      edge_turn_(make_edge_turn()),
+      sheet_reach_(sheet_reach(scene.options, surface_)),
+      layers_(streamed_part_ != nullptr ? *streamed_part_ : scene.high, surface_, scene.options,
+              true, scene.finer) {
   const BakeOptions& options = scene_.options;
   if (scene_.high.is_streamed()) refuse_streaming(options);
   if (options.match.saved == nullptr) result_.report.cage_mesh = cage_.report(surface_);
@@ -60,17 +60,17 @@ Pipeline::Pipeline(const Scene& scene, Bands bands, BakeProgress progress)
           std::count(surface_.copy_of.begin(), surface_.copy_of.end(), LowSurface::kNoCopy));
   result_.report.small_triangles = sampler_.small_charts().triangles.size();
   result_.report.small_without_texel = sampler_.small_charts().triangles_without_texel.size();
-  result_.report.seconds_texels = watch_.lap() - result_.report.seconds_build;
+  result_.report.seconds_texels = stopwatch_.lap() - result_.report.seconds_build;
   if (options.encoding.mips) {
     chart_of_triangle_ = uv_charts(scene_.low, surface_.with_uvs);
     charts_ = ChartMap(std::size_t{options.width} * options.height, options.samples);
   }
-  bands_.resize(bands_stay_ == Bands::stay ? sampler_.band_count() : 1);
-  result_.report.seconds_mips = watch_.lap();
+  bands_.resize(band_storage_ == Bands::stay ? sampler_.band_count() : 1);
+  result_.report.seconds_mips = stopwatch_.lap();
 }
 
 /// Determines how directions are blended at hard edges, which may build the high poly's BVH.
-EdgeTurn Pipeline::find_turn() {
+EdgeTurn Pipeline::make_edge_turn() {
   const BakeOptions& options = scene_.options;
   if (options.match.saved == nullptr && options.match.ray.direction == RayDirection::painted &&
       obeys(match_row(options.match.method).info, "match.ray.direction") &&
@@ -86,43 +86,44 @@ EdgeTurn Pipeline::find_turn() {
   return turn;
 }
 
-void Pipeline::start_watch() {
+void Pipeline::restart_stopwatch() {
   BakeReport& report = result_.report;
-  watch_.lap();
+  stopwatch_.lap();
   report.seconds_texels = report.seconds_build = report.seconds_match = report.seconds_detail =
       report.seconds_image = report.seconds_mips = 0;
 }
 
 void Pipeline::sample() {
   for (std::uint32_t b = 0; b < bands_.size(); ++b) load_band(b);
-  sampled_ = bands_stay_ == Bands::stay;
+  has_stored_bands_ = band_storage_ == Bands::stay;
 }
 
 /// Samples a band and allocates its correspondence.
 PipelineBand& Pipeline::sample_band(std::uint32_t number) {
-  PipelineBand& band = bands_[bands_stay_ == Bands::stay ? number : 0];
+  PipelineBand& band = bands_[band_storage_ == Bands::stay ? number : 0];
   band.texels = sampler_.sample(number, std::move(band.texels));
-  turn_.apply(context_, band.texels);
-  sheets_.apply(context_, band.texels);
-  cage_.apply(context_, band.texels);
+  edge_turn_.set_directions(context_, band.texels);
+  sheet_reach_.write_search_distances(context_, band.texels);
+  cage_.write_sample_reach(context_, band.texels);
   if (band.match.capacity < band.texels.capacity) {
     band.match = DeviceCorrespondence();
-    band.match = DeviceCorrespondence(context_, band.texels.capacity, layers_.need_visibility());
+    band.match =
+        DeviceCorrespondence(context_, band.texels.capacity, layers_.any_needs_visibility());
   }
   band.match.count = band.texels.sample_count;
   return band;
 }
 
-/// Returns a stored band, or samples it and records its texels' charts.
+/// Returns a band that is stored, or samples it and records the charts of its texels.
 PipelineBand& Pipeline::load_band(std::uint32_t number) {
-  if (sampled_) return bands_[number];
+  if (has_stored_bands_) return bands_[number];
   PipelineBand& band = sample_band(number);
   context_.finish();
-  result_.report.seconds_texels += watch_.lap();
+  result_.report.seconds_texels += stopwatch_.lap();
   if (scene_.options.encoding.mips) {
     charts_.store(context_, band.texels, scene_.options.width, chart_of_triangle_);
   }
-  result_.report.seconds_mips += watch_.lap();
+  result_.report.seconds_mips += stopwatch_.lap();
   return band;
 }
 
@@ -139,46 +140,47 @@ void Pipeline::prepare_match(Clusters& clusters) {
   cluster_ = clusters.cluster;
   report.views.reset();
   report.warnings.clear();
-  matcher_ = nullptr;  // the former matcher's memory is freed first
+  matcher_ = nullptr;  // Frees the former matcher's memory first
   matcher_ = make_matcher(scene_.high, surface_, scene_.options, report, clusters, progress_,
-                          turn_.turns());
-  made_warnings_ = std::exchange(report.warnings, {});
+                          edge_turn_.blends_directions());
+  matcher_warnings_ = std::exchange(report.warnings, {});
   prepare_copies();
   context_.finish();
-  report.seconds_match += watch_.lap() - (report.seconds_build - built);
+  report.seconds_match += stopwatch_.lap() - (report.seconds_build - built);
 }
 
 /// Prepares the check of triangles that share texels. It is skipped for matches by UVs, which find the same point for
 /// both triangles, and for saved matches, which have no other points.
 void Pipeline::prepare_copies() {
   const BakeOptions& options = scene_.options;
-  copies_.reset();
-  if (bands_stay_ == Bands::stay || surface_.copy_of.empty() || options.match.saved != nullptr ||
+  copy_check_.reset();
+  if (band_storage_ == Bands::stay || surface_.copy_of.empty() || options.match.saved != nullptr ||
       match_row(options.match.method).at_uvs != nullptr)
     return;
   if (scene_.high.is_streamed()) {
-    made_warnings_.push_back({"copies-unchecked",
-                              "Triangles of '" + scene_.low.name +
-                                  "' share their texels with others. Whether these show the same "
-                                  "surface was not checked, "
-                                  "since the high poly is larger than memory.",
-                              1});
+    matcher_warnings_.push_back(
+        {"copies-unchecked",
+         "Triangles of '" + scene_.low.name +
+             "' share their texels with others. Whether these show the same "
+             "surface was not checked, "
+             "since the high poly is larger than memory.",
+         1});
     return;
   }
-  copies_.emplace(match_request(options, scene_.high, surface_), options, *matcher_,
-                  [this](TexelBand& band) {
-                    turn_.apply(context_, band);
-                    sheets_.apply(context_, band);
-                    cage_.apply(context_, band);
-                  });
+  copy_check_.emplace(match_request(options, scene_.high, surface_), options, *matcher_,
+                      [this](TexelBand& band) {
+                        edge_turn_.set_directions(context_, band);
+                        sheet_reach_.write_search_distances(context_, band);
+                        cage_.write_sample_reach(context_, band);
+                      });
 }
 
 void Pipeline::move(std::uint32_t first, std::span<const Vec3> positions) {
   source_hash_.reset();
-  if (points_stay()) matcher_->move(first, positions);
-  if (!turn_.turns() || !turns_by_source(scene_.options)) return;
-  turn_ = find_turn();
-  if (!std::exchange(sampled_, false)) return;
+  if (keeps_surface_points()) matcher_->move(first, positions);
+  if (!edge_turn_.blends_directions() || !turns_by_source(scene_.options)) return;
+  edge_turn_ = make_edge_turn();
+  if (!std::exchange(has_stored_bands_, false)) return;
   sample();
 }
 
@@ -186,28 +188,28 @@ void Pipeline::move(std::uint32_t first, std::span<const Vec3> positions) {
 void Pipeline::make_collectors() {
   const BakeOptions& options = scene_.options;
   if (!options.match.fallback.empty() && layers_.unit_vectors() != nullptr) {
-    transitions_.emplace(scene_.low, surface_.with_uvs, options.width, options.height);
+    method_transitions_.emplace(scene_.low, surface_.with_uvs, options.width, options.height);
   }
   if (options.match.fallback_blend > 0) {
-    blend_.emplace(options.width, options.height, options.match.fallback_blend);
+    fallback_blend_.emplace(options.width, options.height, options.match.fallback_blend);
   }
-  // Matches that need no BVH skip this measurement, since building a BVH would take longer than the bake. So do high
-  // polys that are larger than memory.
+  // Lost detail is not measured for matches that need no BVH, since building one would take longer than the bake, nor
+  // for high polys that are larger than memory.
   if (scene_.high.is_streamed() || options.match.saved != nullptr ||
       !obeys(match_row(options.match.method).info, "report.recall"))
     return;
   const MatchRequest request = match_request(options, scene_.high, surface_);
-  CopyCheck* const copies = copies_ ? &*copies_ : nullptr;
+  CopyCheck* const copies = copy_check_ ? &*copy_check_ : nullptr;
   if (options.report.recall > 0)
     coverage_.emplace(request, HighCoverage::spread(scene_.high, options.report.recall), copies);
   if (options.report.vertex_coverage) {
     vertex_coverage_.emplace(request, HighCoverage::vertices(scene_.high), copies);
   }
-  result_.report.seconds_recall += watch_.lap();
+  result_.report.seconds_recall += stopwatch_.lap();
 }
 
 /// Makes a match without samples, with the hashes of its meshes.
-Match Pipeline::empty_match() {
+Match Pipeline::make_empty_match() {
   const BakeOptions& options = scene_.options;
   Match match =
       make_match(options.width, options.height, options.samples, scene_.high.triangles.size());
@@ -217,7 +219,7 @@ Match Pipeline::empty_match() {
             ->get<SourceHash>([&] {
               return SourceHash{hash_source(scene_.high.positions, scene_.high.triangles)};
             })
-            ->value;
+            ->hash;
   }
   if (!low_hash_) low_hash_ = hash_low(scene_.low);
   match.source_hash = *source_hash_;
@@ -225,16 +227,16 @@ Match Pipeline::empty_match() {
   return match;
 }
 
-void Pipeline::over_bands(const Pass& pass) {
+void Pipeline::run_over_bands(const Pass& pass) {
   BakeReport& report = result_.report;
   if (pass.match) {
     distance_sum_ = 0;
     clear_counts(report);
   }
   if (scene_.options.report.keep_match && (pass.match || pass.measure)) {
-    result_.match = empty_match();
+    result_.match = make_empty_match();
   }
-  report.seconds_image += watch_.lap();
+  report.seconds_image += stopwatch_.lap();
   // Matches with a long preparation have reported their own progress.
   const double preparing_share = report.visibility ? kPreparingShare : 0;
   const std::uint32_t count = sampler_.band_count();
@@ -243,8 +245,8 @@ void Pipeline::over_bands(const Pass& pass) {
     PipelineBand& band = load_band(b);
     find(band, pass);
     if (pass.read) layers_.run(band.texels, band.match);
-    report.seconds_detail += watch_.lap();
-    record(band, pass);
+    report.seconds_detail += stopwatch_.lap();
+    record_samples(band, pass);
   }
 }
 
@@ -260,22 +262,24 @@ void Pipeline::find(PipelineBand& band, const Pass& pass) {
   context_.finish();
   const double building = scene_.high.stats().build_seconds - built;  // of chunks
   result_.report.seconds_build += building;
-  result_.report.seconds_match += watch_.lap() - building;
-  if (matched_ == nullptr) return;
-  matched_->read_matched(band.match);
+  result_.report.seconds_match += stopwatch_.lap() - building;
+  if (streamed_part_ == nullptr) return;
+  streamed_part_->read_matched(band.match);
   layers_.next_source();
-  result_.report.seconds_detail += watch_.lap();
+  result_.report.seconds_detail += stopwatch_.lap();
 }
 
 /// Counts a band's samples, and passes the band to the collectors.
-void Pipeline::record(const PipelineBand& band, const Pass& pass) {
+void Pipeline::record_samples(const PipelineBand& band, const Pass& pass) {
   BakeReport& report = result_.report;
-  if (transitions_) transitions_->store(layers_.reads(), band.texels, matcher_->deciders());
-  if (blend_) blend_->store(layers_.reads(), band.texels, matcher_->deciders());
-  report.seconds_image += watch_.lap();
+  if (method_transitions_)
+    method_transitions_->store(layers_.reads(), band.texels, matcher_->deciding_methods());
+  if (fallback_blend_)
+    fallback_blend_->store(layers_.reads(), band.texels, matcher_->deciding_methods());
+  report.seconds_image += stopwatch_.lap();
   if (coverage_) coverage_->store(scene_.high, layers_.reads(), band.match);
   if (vertex_coverage_) vertex_coverage_->store(scene_.high, layers_.reads(), band.match);
-  report.seconds_recall += watch_.lap();
+  report.seconds_recall += stopwatch_.lap();
   if (result_.match && (pass.match || pass.measure)) {
     store_band(context_, band.texels, band.match, unit_, *result_.match);
   }
@@ -284,14 +288,14 @@ void Pipeline::record(const PipelineBand& band, const Pass& pass) {
     report.texels += band.texels.texel_count;
     report.samples += band.texels.sample_count;
   }
-  report.seconds_image += watch_.lap();
+  report.seconds_image += stopwatch_.lap();
 }
 
 void Pipeline::finish_match(bool first_time) {
   BakeReport& report = result_.report;
   const std::uint64_t hits = report.samples - report.missed;
   report.mean_abs_distance = hits != 0 ? distance_sum_ / static_cast<double>(hits) : 0;
-  report.warnings = made_warnings_;
+  report.warnings = matcher_warnings_;
   MatchNotes notes;
   if (first_time) matcher_->finish(notes);
   add_notes(std::move(notes), report);
@@ -300,8 +304,8 @@ void Pipeline::finish_match(bool first_time) {
   warn_of_normals(scene_.low, report.warnings);
   const auto coarse = surface_.made->get<CoarseAdvice>(
       [&] { return CoarseAdvice{coarse_steps(scene_.low, scene_.high.frame)}; });
-  if (!coarse->words.empty()) {
-    report.warnings.push_back({"coarse-low", "'" + scene_.low.name + "': " + coarse->words, 1});
+  if (!coarse->advice.empty()) {
+    report.warnings.push_back({"coarse-low", "'" + scene_.low.name + "': " + coarse->advice, 1});
   }
   if (report.cage_mesh && surface_.cage_hull != nullptr && !surface_.cage_hull->misfit.empty()) {
     report.warnings.push_back({"cage-no-copy",
@@ -311,16 +315,16 @@ void Pipeline::finish_match(bool first_time) {
                                1});
   }
   warn_about_small_charts(sampler_.small_charts(), scene_.low, report.warnings);
-  if (copies_ && first_time) {
-    report.uv_copies_differ = copies_->check_copies(scene_.low, report.warnings);
+  if (copy_check_ && first_time) {
+    report.uv_copies_differ = copy_check_->check_copies(scene_.low, report.warnings);
   }
   warn_about_coverage(std::uint64_t{scene_.options.width} * scene_.options.height, report);
   warn_about_misses(report);
-  warn_about_pixels();
+  warn_about_coarse_views();
 }
 
 /// Warns if the high poly is so much larger than the low poly that views hardly resolve the low poly.
-void Pipeline::warn_about_pixels() {
+void Pipeline::warn_about_coarse_views() {
   BakeReport& report = result_.report;
   if (!report.views) return;
   const ViewArea area = view_area(surface_, 0, 1e300);
@@ -344,33 +348,34 @@ void Pipeline::report_coverage() {
   if (report.recall && report.missed * 50 <= report.samples) {
     warn_about_loss(*report.recall, scene_.options, report.warnings);
   }
-  if (vertex_coverage_) result_.recalled = vertex_coverage_->marks();
-  report.seconds_recall += watch_.lap();
+  if (vertex_coverage_) result_.recalled = vertex_coverage_->vertex_coverage();
+  report.seconds_recall += stopwatch_.lap();
 }
 
 void Pipeline::blend() {
-  if (!blend_) return;
+  if (!fallback_blend_) return;
   BakeReport& report = result_.report;
-  blend_->plan(surface_);
+  fallback_blend_->plan(surface_);
   for (std::uint32_t b = 0; b < sampler_.band_count(); ++b) {
     progress_.at(kBlendProgress, "blending");
     PipelineBand& band = sample_band(b);
-    if (!blend_->touches(band.texels)) continue;
+    if (!fallback_blend_->has_blended_texels(band.texels)) continue;
     matcher_->run(band.texels, band.match);
-    report.blended_texels +=
-        blend_->run(context_, band.texels, *matcher_,
-                    [&](const DeviceCorrespondence& other, const cl::Array<float>& shares) {
-                      layers_.run_blended(band.texels, band.match, other, shares);
-                    });
+    report.blended_texels += fallback_blend_->run(
+        context_, band.texels, *matcher_,
+        [&](const DeviceCorrespondence& other, const cl::Array<float>& shares) {
+          layers_.run_blended(band.texels, band.match, other, shares);
+        });
   }
-  if (transitions_) report.transitions_blended = transitions_->measure(*layers_.unit_vectors());
-  report.seconds_match += watch_.lap();
+  if (method_transitions_)
+    report.transitions_blended = method_transitions_->measure(*layers_.unit_vectors());
+  report.seconds_match += stopwatch_.lap();
 }
 
 /// The last stages: mip chain, padding, encoding.
 void Pipeline::finish_maps(Image* drawn) {
-  // frees the memory of bands for the following stages
-  if (bands_stay_ == Bands::pass) bands_.clear();
+  // Frees the memory of bands, which the following stages need
+  if (band_storage_ == Bands::pass) bands_.clear();
   const BakeOptions& options = scene_.options;
   BakeReport& report = result_.report;
   if (options.encoding.two_component) {
@@ -383,11 +388,11 @@ void Pipeline::finish_maps(Image* drawn) {
   if (options.encoding.mips) {
     progress_.at(kMipsProgress, "mip-maps");
     mips = layers_.mips(context_, options, charts_);
-    if (bands_stay_ == Bands::pass) charts_ = {};
-    report.seconds_mips += watch_.lap();
+    if (band_storage_ == Bands::pass) charts_ = {};
+    report.seconds_mips += stopwatch_.lap();
   }
   progress_.at(kPaddingProgress, "gutter");
-  std::vector<Image> images = layers_.finish(context_, options, bands_stay_ == Bands::stay,
+  std::vector<Image> images = layers_.finish(context_, options, band_storage_ == Bands::stay,
                                              result_.coverage, report.gutter_texels, drawn);
   result_.maps.clear();
   for (std::size_t l = 0; l < images.size(); ++l) {
@@ -396,21 +401,21 @@ void Pipeline::finish_maps(Image* drawn) {
     if (obeys(info, "encoding.origin")) map.origin = map_origin(options, scene_.high.frame);
     result_.maps.push_back(std::move(map));
   }
-  report.seconds_image += watch_.lap();
+  report.seconds_image += stopwatch_.lap();
 }
 
 void Pipeline::measure_errors(Clusters& clusters) {
   BakeReport& report = result_.report;
-  report.seconds_image += watch_.lap();
+  report.seconds_image += stopwatch_.lap();
   const auto make = [&](const BakeOptions& options) {
-    BakeReport discarded_report;  // receives notes that would repeat those of the bake
+    BakeReport discarded_report;  // Receives notes of the match that would repeat the bake's own
     return make_matcher(scene_.high, surface_, options, discarded_report, clusters, BakeProgress(),
-                        turn_.turns());
+                        edge_turn_.blends_directions());
   };
-  kiln::measure_errors({scene_.high, surface_, scene_.options, turn_, sheets_, cage_, *matcher_,
-                        make, blend_ ? &*blend_ : nullptr, layers_},
+  kiln::measure_errors({scene_.high, surface_, scene_.options, edge_turn_, sheet_reach_, cage_,
+                        *matcher_, make, fallback_blend_ ? &*fallback_blend_ : nullptr, layers_},
                        progress_.part(kBlendProgress, kMipsProgress), report);
-  report.seconds_errors += watch_.lap();
+  report.seconds_errors += stopwatch_.lap();
 }
 
 /// Maximum distance of points from the low poly, world units.
@@ -450,12 +455,13 @@ void Pipeline::finish_report() {
 BakeResult Pipeline::run(Clusters& clusters, Image* drawn) {
   prepare_match(clusters);
   make_collectors();
-  over_bands({});
+  run_over_bands({});
   finish_match(true);
   report_coverage();
-  if (transitions_) result_.report.transitions = transitions_->measure(*layers_.unit_vectors());
+  if (method_transitions_)
+    result_.report.transitions = method_transitions_->measure(*layers_.unit_vectors());
   blend();
-  if (scene_.options.report.errors || layers_.obey_max_error(scene_.options)) {
+  if (scene_.options.report.errors || layers_.any_obeys_max_error(scene_.options)) {
     measure_errors(clusters);
   }
   finish_maps(drawn);
@@ -464,8 +470,8 @@ BakeResult Pipeline::run(Clusters& clusters, Image* drawn) {
   return std::move(result_);
 }
 
-Match Pipeline::whole_match() {
-  Match match = empty_match();
+Match Pipeline::stored_match() {
+  Match match = make_empty_match();
   for (const PipelineBand& band : bands_) {
     store_band(context_, band.texels, band.match, unit_, match);
   }

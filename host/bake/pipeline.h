@@ -25,14 +25,13 @@ struct PipelineBand {
   DeviceCorrespondence match;
 };
 
-/// Whether each band reuses the memory of the last one (pass), or all bands stay on the device for further
-/// bakes (stay).
+/// Whether bands pass, so that each reuses the memory of the one before, or stay on the device for further bakes.
 enum class Bands { pass, stay };
 
 /// Which steps a pass over the bands runs.
 struct Pass {
   bool match = true;     ///< Match the samples again
-  bool measure = false;  ///< Keep the points, but update their distances
+  bool measure = false;  ///< Keep the matched points, but update their distances
   bool read = true;      ///< Compute all maps
 };
 
@@ -56,14 +55,16 @@ class Pipeline {
 
   /// Samples all bands and keeps them. Requires Bands::stay.
   void sample();
-  /// Makes the matcher, unless the existing one follows the high poly's changes.
+  /// Makes the matcher, unless there is one that is updated when the high poly changes.
   void prepare_match(Clusters& clusters);
   /// True if points stay valid as the high poly moves, and only distances change.
-  bool points_stay() const { return matcher_ != nullptr && matcher_->points_stay(); }
+  bool keeps_surface_points() const {
+    return matcher_ != nullptr && matcher_->keeps_surface_points();
+  }
   /// Moves the high poly's vertices [first, first + positions.size()). Frame units
   void move(std::uint32_t first, std::span<const Vec3> positions);
   /// Runs a pass over all bands.
-  void over_bands(const Pass& pass);
+  void run_over_bands(const Pass& pass);
   /// Completes the report about the match of a pass. \param first_time true: the match checks its conditions,
   /// and may throw
   void finish_match(bool first_time);
@@ -72,9 +73,9 @@ class Pipeline {
   /// Completes the report.
   void finish_report();
   /// Resets the report's seconds to 0.
-  void start_watch();
+  void restart_stopwatch();
   /// Seconds since the last stage, for stages of the caller.
-  double lap() { return watch_.lap(); }
+  double lap() { return stopwatch_.lap(); }
 
   cl::Context& context() const { return context_; }
   const LowSurface& surface() const { return surface_; }
@@ -83,7 +84,7 @@ class Pipeline {
   const std::vector<PipelineBand>& bands() const { return bands_; }
   BakeResult& result() { return result_; }
   /// Correspondence of all stored bands, in host memory.
-  Match whole_match();
+  Match stored_match();
 
  private:
   double reach() const;
@@ -92,40 +93,40 @@ class Pipeline {
   PipelineBand& sample_band(std::uint32_t number);
   PipelineBand& load_band(std::uint32_t number);
   void find(PipelineBand& band, const Pass& pass);
-  void record(const PipelineBand& band, const Pass& pass);
-  EdgeTurn find_turn();
-  Match empty_match();
+  void record_samples(const PipelineBand& band, const Pass& pass);
+  EdgeTurn make_edge_turn();
+  Match make_empty_match();
   void make_collectors();
   void report_coverage();
   void blend();
   void measure_errors(Clusters& clusters);
-  void warn_about_pixels();
+  void warn_about_coarse_views();
 
   Scene scene_;
   cl::Context& context_;
-  Bands bands_stay_;
+  Bands band_storage_;
   BakeProgress progress_;
   double unit_;  // world units per frame unit
-  Stopwatch watch_;
+  Stopwatch stopwatch_;
   BakeResult result_;
   std::shared_ptr<LowSurface> low_;
   LowSurface& surface_;
   CageReach cage_;
-  std::unique_ptr<Source::Impl>
-      matched_;  // what maps read of a high poly larger than memory; null: all is there
+  // The part of a high poly larger than memory that maps read; null if the whole high poly is in memory
+  std::unique_ptr<Source::Impl> streamed_part_;
   TexelSampler sampler_;
-  EdgeTurn turn_;
-  SheetReach sheets_;
+  EdgeTurn edge_turn_;
+  SheetReach sheet_reach_;
   Layers layers_;
-  std::vector<PipelineBand> bands_;  // the current band; all bands with Bands::stay
-  bool sampled_ = false;             // true once all bands are sampled and stored
+  std::vector<PipelineBand> bands_;  // The current band; with Bands::stay, all bands
+  bool has_stored_bands_ = false;    // true once all bands are sampled and stored
   std::unique_ptr<Matcher> matcher_;
-  std::optional<CopyCheck> copies_;     // set if triangles share texels
-  std::vector<Warning> made_warnings_;  // warnings of the matcher's construction
+  std::optional<CopyCheck> copy_check_;    // set if triangles share texels
+  std::vector<Warning> matcher_warnings_;  // warnings of the matcher's construction
   std::vector<std::uint32_t> chart_of_triangle_;
   ChartMap charts_;
-  std::optional<MatchTransitions> transitions_;
-  std::optional<FallbackBlend> blend_;
+  std::optional<MethodTransitions> method_transitions_;
+  std::optional<FallbackBlend> fallback_blend_;
   std::optional<HighCoverage> coverage_, vertex_coverage_;
   double distance_sum_ = 0;
   std::uint32_t cluster_ = 0;

@@ -9,7 +9,7 @@
 
 namespace kiln {
 
-/// Reports the progress of a part of a bake to the caller's callback.
+/// Reports the progress of one part of a bake to the caller's callback.
 class BakeProgress {
  public:
   explicit BakeProgress(Progress callback = {}, double from = 0, double to = 1)
@@ -17,13 +17,13 @@ class BakeProgress {
 
   /// Returns the progress of a sub-part, from and to shares of this part.
   BakeProgress part(double from, double to) const {
-    return BakeProgress(callback_, whole(from), whole(to));
+    return BakeProgress(callback_, share_of_whole(from), share_of_whole(to));
   }
 
   explicit operator bool() const { return static_cast<bool>(callback_); }
   /// Reports the completed share of this part, [0, 1]. \returns false to cancel
   bool report(double done, std::string_view stage) const {
-    return !callback_ || callback_(whole(done), stage);
+    return !callback_ || callback_(share_of_whole(done), stage);
   }
   /// Reports progress. \throws Cancelled if the callback returns false
   void at(double done, std::string_view stage) const {
@@ -31,7 +31,7 @@ class BakeProgress {
   }
 
  private:
-  double whole(double done) const { return from_ + (to_ - from_) * done; }
+  double share_of_whole(double done) const { return from_ + (to_ - from_) * done; }
 
   Progress callback_;
   double from_, to_;

@@ -18,10 +18,10 @@ namespace {
 
 constexpr float kMaxRayLength = 4;  // ray length in frame units, longer than any mesh
 
-class Explainer {
+class ReasonFinder {
  public:
-  Explainer(const Match& match, const Source::Impl& high, const Mesh& low,
-            const BakeOptions& options)
+  ReasonFinder(const Match& match, const Source::Impl& high, const Mesh& low,
+               const BakeOptions& options)
       : match_(match),
         high_(high),
         options_(options),
@@ -29,12 +29,13 @@ class Explainer {
         low_(high.low_surface(low, options.match.cage_mesh, options.match.uv_copies)),
         surface_(*low_),
         cage_(context_, high.frame, surface_),
-        turn_(edge_turn(options, high, surface_)),
+        edge_turn_(edge_turn(options, high, surface_)),
         query_(ray_query(match_request(options, high, surface_), true)) {
     result_.width = options.width;
     result_.height = options.height;
     result_.texels.assign(std::size_t{options.width} * options.height, Reason::empty);
-    for (const ReasonInfo& info : reason_infos()) counts_[index(info.reason)].reason = info.reason;
+    for (const ReasonInfo& info : reason_infos())
+      reason_counts_[index(info.reason)].reason = info.reason;
   }
 
   Reasons run() {
@@ -43,11 +44,11 @@ class Explainer {
     for (std::uint32_t b = 0; b < sampler.band_count(); ++b) {
       TexelBand band = sampler.sample(b);
       if (band.sample_count == 0) continue;
-      turn_.apply(context_, band);
-      cage_.apply(context_, band);
+      edge_turn_.set_directions(context_, band);
+      cage_.write_sample_reach(context_, band);
       explain(band);
     }
-    for (const ReasonCount& count : counts_) {
+    for (const ReasonCount& count : reason_counts_) {
       if (count.samples > 0 && count.reason != Reason::empty) result_.counts.push_back(count);
     }
     return std::move(result_);
@@ -84,10 +85,10 @@ class Explainer {
     for (std::uint32_t k = 0; k < count; ++k) {
       const std::uint32_t i = missed[k];
       Reason reason = Reason::nothing;
-      if (is_folded(triangle[i], points, band.capacity, i)) {
+      if (hits_own_back(triangle[i], points, band.capacity, i)) {
         reason = Reason::folded;
       } else if (repeated.triangle[k] != KILN_NO_TRIANGLE) {
-        reason = ends_at_shell() ? Reason::far : Reason::other_part;
+        reason = is_beyond_inner_shell() ? Reason::far : Reason::other_part;
       } else if (back.triangle[k] != KILN_NO_TRIANGLE) {
         reason = Reason::back_face;
       } else if (farther.triangle[k] != KILN_NO_TRIANGLE) {
@@ -95,7 +96,7 @@ class Explainer {
       }
       note(reason, elements[i], points, band.capacity, i,
            reason == Reason::far
-               ? std::abs(double{ends_at_shell() && repeated.triangle[k] != KILN_NO_TRIANGLE
+               ? std::abs(double{is_beyond_inner_shell() && repeated.triangle[k] != KILN_NO_TRIANGLE
                                      ? repeated.distance[k]
                                      : farther.distance[k]})
                : 0);
@@ -110,13 +111,13 @@ class Explainer {
   }
 
   /// True if a hit was rejected because it lies beyond an inner shell, not because it is on another part.
-  bool ends_at_shell() const {
+  bool is_beyond_inner_shell() const {
     return surface_.has_cage_mesh && surface_.cage_kind == CageKind::shells &&
            options_.match.parts == nullptr;
   }
 
-  bool is_folded(std::uint32_t triangle, const std::vector<float>& points, std::size_t plane,
-                 std::size_t i) const {
+  bool hits_own_back(std::uint32_t triangle, const std::vector<float>& points, std::size_t plane,
+                     std::size_t i) const {
     const auto& [a, b, c] = surface_.triangles[triangle];
     const Vec3d normal = cross(to_double(b.position) - to_double(a.position),
                                to_double(c.position) - to_double(a.position));
@@ -130,10 +131,10 @@ class Explainer {
     const auto row = static_cast<std::uint32_t>(element / match_.width / match_.samples);
     Reason& texel = result_.texels[std::size_t{row} * options_.width + column];
     texel = std::max(texel, reason);
-    ReasonCount& count = counts_[index(reason)];
-    const bool nearer = count.samples == 0 || distance / high_.frame.scale < count.distance;
+    ReasonCount& count = reason_counts_[index(reason)];
+    const bool nearer_hits = count.samples == 0 || distance / high_.frame.scale < count.distance;
     ++count.samples;
-    if (!nearer) return;
+    if (!nearer_hits) return;
     count.column = column;
     count.row = row;
     count.distance = distance / high_.frame.scale;
@@ -149,10 +150,10 @@ class Explainer {
   std::shared_ptr<LowSurface> low_;
   LowSurface& surface_;
   CageReach cage_;
-  EdgeTurn turn_;
+  EdgeTurn edge_turn_;
   RayQuery query_;
   Reasons result_;
-  std::array<ReasonCount, 8> counts_;
+  std::array<ReasonCount, 8> reason_counts_;
 };
 
 }  // namespace
@@ -203,7 +204,7 @@ Reasons explain(const Match& match, const Source& source, const Mesh& low,
   check_match(match, options, high.triangles.size());
   check_meshes(match, match.source_hash != 0 ? hash_source(high.positions, high.triangles) : 0,
                hash_low(low));
-  return Explainer(match, high, low, options).run();
+  return ReasonFinder(match, high, low, options).run();
 }
 
 }  // namespace kiln

@@ -16,9 +16,9 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kMaxNamed = 5;
+constexpr std::size_t kMaxNamedTriangles = 5;
 
-std::string finders() {
+std::string good_fallback_names() {
   return match_names([](const MatchRow& row) { return row.is_good_fallback; });
 }
 
@@ -27,14 +27,14 @@ Message miss_advice(const BakeReport& report) {
   if (report.uv) {
     return "no UVs of the high poly cover them. Give both meshes the same UV layout, or find the "
            "rest by rays or nearest points (" +
-           option("match.fallback") + " " + finders() + ").";
+           option("match.fallback") + " " + good_fallback_names() + ").";
   }
   if (!report.views) {
     return "check that both meshes coincide. Raise " + option("match.max_distance") + ", or add " +
            option("match.two_sided") + " if faces of the high poly point inward.";
   }
-  Message advice =
-      "find them by rays or nearest points (" + option("match.fallback") + " " + finders() + "), ";
+  Message advice = "find them by rays or nearest points (" + option("match.fallback") + " " +
+                   good_fallback_names() + "), ";
   advice += report.views->undersampled > 0.5
                 ? "raise " + option("match.views.size") +
                       ", since most triangles are smaller "
@@ -63,20 +63,20 @@ void count_samples(BandReads& reads, const DeviceCorrespondence& match, double u
   constexpr std::size_t kSamplesPerBlock = 1 << 16;
   std::vector<Sums> blocks((match.count + kSamplesPerBlock - 1) / kSamplesPerBlock);
   parallel_for(match.count, kSamplesPerBlock, [&](std::size_t begin, std::size_t end) {
-    // Several independent sums hide the latency of additions; they are combined in a fixed order.
+    // Sums in several independent variables, which hides the latency of additions, and combines them in a fixed order.
     constexpr std::size_t kParallelSums = 4;
-    std::array<Sums, kParallelSums> lanes;
+    std::array<Sums, kParallelSums> parallel_sums;
     const auto add = [&](std::size_t i, Sums& sums) {
       ++sums.counts[std::min<std::size_t>(status[i], KILN_STATUS_COUNT - 1)];
       sums.distance += status[i] != KILN_STATUS_MISS ? double{std::abs(distance[i])} : 0.0;
     };
     std::size_t i = begin;
     for (; i + kParallelSums <= end; i += kParallelSums) {
-      for (std::size_t k = 0; k < kParallelSums; ++k) add(i + k, lanes[k]);
+      for (std::size_t k = 0; k < kParallelSums; ++k) add(i + k, parallel_sums[k]);
     }
-    for (; i < end; ++i) add(i, lanes[0]);
+    for (; i < end; ++i) add(i, parallel_sums[0]);
     Sums& sums = blocks[begin / kSamplesPerBlock];
-    for (const Sums& lane : lanes) {
+    for (const Sums& lane : parallel_sums) {
       for (std::size_t s = 0; s < sums.counts.size(); ++s) sums.counts[s] += lane.counts[s];
       sums.distance += lane.distance;
     }
@@ -107,7 +107,7 @@ void flatten_below_surface(std::string_view map, Image& image,
     const float size = std::sqrt(normal[0] * normal[0] + normal[1] * normal[1]);
     normal[0] = size > 0 ? normal[0] / size : 1;
     normal[1] = size > 0 ? normal[1] / size : 0;
-    normal[2] = -0.0F;  // the value -0 marks texels whose normal was raised
+    normal[2] = -0.0F;  // -0 marks a texel whose normal was raised
   }
   if (below_surface == 0) return;
   const std::string share =
@@ -151,7 +151,7 @@ void warn_about_misses(BakeReport& report) {
   }
 }
 
-std::string names_of(const Mesh& mesh, std::uint32_t triangle) {
+std::string triangle_names(const Mesh& mesh, std::uint32_t triangle) {
   std::string names;
   const auto add = [&](const char* what, const std::vector<std::uint32_t>& of,
                        const std::vector<std::string>& list) {
@@ -167,8 +167,8 @@ std::string names_of(const Mesh& mesh, std::uint32_t triangle) {
   return names;
 }
 
-std::string name_of(const Mesh& mesh, std::uint32_t triangle) {
-  const std::string names = names_of(mesh, triangle);
+std::string describe_triangle(const Mesh& mesh, std::uint32_t triangle) {
+  const std::string names = triangle_names(mesh, triangle);
   return "triangle " + std::to_string(triangle) + (names.empty() ? "" : " (" + names + ")");
 }
 
@@ -183,21 +183,21 @@ void warn_about_small_charts(const SmallCharts& small, const Mesh& low,
     message += "Of these, " +
                to_text(small.triangles.size() - small.triangles_without_texel.size()) +
                " use free texels nearby (" + to_text(small.texels.size()) + "), for example " +
-               name_of(low, texel.triangle) + " that of column " + to_text(texel.column) +
+               describe_triangle(low, texel.triangle) + " that of column " + to_text(texel.column) +
                ", row " + to_text(texel.row) + ". ";
   }
   if (!small.triangles_without_texel.empty()) {
     message += to_text(small.triangles_without_texel.size()) +
                " have no free texel within 8 texels and are not baked: " +
-               name_of(low, small.triangles_without_texel.front());
+               describe_triangle(low, small.triangles_without_texel.front());
     // Further triangles with the same names would add no information.
     std::set<std::string> seen_names;
-    seen_names.insert(names_of(low, small.triangles_without_texel.front()));
+    seen_names.insert(triangle_names(low, small.triangles_without_texel.front()));
     std::size_t remaining_count = 0;
     for (const std::uint32_t t : small.triangles_without_texel) {
-      if (!seen_names.insert(names_of(low, t)).second) continue;
-      if (seen_names.size() <= kMaxNamed) {
-        message += ", " + name_of(low, t);
+      if (!seen_names.insert(triangle_names(low, t)).second) continue;
+      if (seen_names.size() <= kMaxNamedTriangles) {
+        message += ", " + describe_triangle(low, t);
       } else {
         ++remaining_count;
       }

@@ -18,7 +18,7 @@ namespace kiln {
 /// Maximum number of samples in a band, which limits device memory.
 constexpr std::uint32_t kBandSamples = 1U << 20;
 
-/// The same for a high poly larger than memory, all of which each band reads.
+/// The same if the high poly is larger than memory: each band reads all of it, so fewer and larger bands are faster.
 constexpr std::uint32_t kStreamedBandSamples = 1U << 22;
 inline std::uint32_t band_samples(const Source::Impl& high) {
   return high.is_streamed() ? kStreamedBandSamples : kBandSamples;
@@ -48,9 +48,9 @@ void warn_about_coverage(std::uint64_t size, BakeReport& report);
 void warn_about_misses(BakeReport& report);
 
 /// Object, group and material of a triangle, such as "object 'bolt', material 'steel'"; empty without names.
-std::string names_of(const Mesh& mesh, std::uint32_t triangle);
+std::string triangle_names(const Mesh& mesh, std::uint32_t triangle);
 /// A triangle's name in messages: "triangle 5 (object 'bolt')".
-std::string name_of(const Mesh& mesh, std::uint32_t triangle);
+std::string describe_triangle(const Mesh& mesh, std::uint32_t triangle);
 
 /// Adds a warning if charts of the low poly contain no texel's centre.
 void warn_about_small_charts(const SmallCharts& small, const Mesh& low,

@@ -11,7 +11,7 @@
 namespace kiln {
 namespace {
 
-const Mesh& checked(const Mesh& high) {
+const Mesh& check_vertices(const Mesh& high) {
   validate(high);
   if (high.triangles.empty()) {
     throw Error(ErrorCode::input,
@@ -27,7 +27,7 @@ const Mesh& checked(const Mesh& high) {
 }
 
 /// Rejects options that sessions do not support.
-const BakeOptions& checked(const BakeOptions& options) {
+const BakeOptions& check_vertices(const BakeOptions& options) {
   if (options.match.saved != nullptr || options.progress) {
     throw Error(
         ErrorCode::usage,
@@ -47,7 +47,7 @@ const BakeOptions& checked(const BakeOptions& options) {
 }
 
 /// Marks the source as moving. The pipeline must be constructed afterwards.
-Source::Impl& moving(Source::Impl& source) {
+Source::Impl& mark_as_moving(Source::Impl& source) {
   source.will_move = true;
   return source;
 }
@@ -59,20 +59,22 @@ BakeSession::Impl::Impl(const Device& device, Mesh&& dense, Mesh&& low_mesh,
     : high(std::move(dense)),
       low(std::move(low_mesh)),
       options(wanted),
-      settings{session.bounds ? *session.bounds : Bounds::of(checked(high)), session.traversal},
-      source(device, checked(high), traversal_of(session.traversal), settings.bounds),
+      session_options{session.bounds ? *session.bounds : Bounds::of(check_vertices(high)),
+                      session.traversal},
+      source(device, check_vertices(high), traversal_of(session.traversal), session_options.bounds),
       normals(high, source.positions),
-      pipeline({moving(source), low, checked(options)}, Bands::stay),
+      pipeline({mark_as_moving(source), low, check_vertices(options)}, Bands::stay),
       texels((pipeline.sample(), pipeline), high.triangles.size(), options.width),
-      users(Adjacency::make(high.positions.size(), high.triangles.size() * 3,
-                            [&](std::size_t i) { return high.triangles[i / 3][i % 3]; })),
+      corners_of_vertex(
+          Adjacency::make(high.positions.size(), high.triangles.size() * 3,
+                          [&](std::size_t i) { return high.triangles[i / 3][i % 3]; })),
       moved(high.positions.size()),
       set(high.normals.size()) {}
 
 /// True if padding texels are copies of baked texels, so that a partial update can copy them again.
 bool BakeSession::Impl::padding_is_copied() {
   return options.encoding.gutter >= 0 && !options.encoding.mips &&
-         ((options.encoding.miss == MissPolicy::keep && !pipeline.layers().fill_misses()) ||
+         ((options.encoding.miss == MissPolicy::keep && !pipeline.layers().any_fills_misses()) ||
           pipeline.result().report.missed == 0);
 }
 
@@ -80,28 +82,28 @@ bool BakeSession::Impl::padding_is_copied() {
 void BakeSession::Impl::bake_maps(const HighPolyNormals::Change& change, bool any_moved) {
   Layers& layers = pipeline.layers();
   Pass pass;
-  pass.match = !baked || (any_moved && !pipeline.points_stay());
+  pass.match = !baked || (any_moved && !pipeline.keeps_surface_points());
   pass.measure =
-      !pass.match && any_moved && (options.report.keep_match || layers.follow_positions());
-  pass.read = pass.match || change.rebuilt || layers.read_around() ||
-              (any_moved && layers.follow_positions());
+      !pass.match && any_moved && (options.report.keep_match || layers.any_follows_positions());
+  pass.read = pass.match || change.rebuilt || layers.any_reads_around() ||
+              (any_moved && layers.any_follows_positions());
   if (pass.match) {
     pipeline.prepare_match(visibility);
     texels.invalidate();
   }
   update.matched = pass.match;
   pass.read = pass.read || !texels.choose(normals, change);
-  if (pass.match || pass.measure || pass.read) pipeline.over_bands(pass);
-  // the match checks its conditions at the first bake only
+  if (pass.match || pass.measure || pass.read) pipeline.run_over_bands(pass);
+  // Only at the first bake, the match checks its conditions
   if (pass.match) pipeline.finish_match(!baked);
   if (!pass.read) texels.read();
-  update.texels = pass.read ? texels.count() : texels.chosen();
+  update.texels = pass.read ? texels.count() : texels.chosen_count();
   update.seconds_detail = pipeline.lap();
   // With two_component, finish_maps() is required, since only it raises normals below the surface and warns
   // about them.
   const bool is_partial = padding_is_copied() && !options.encoding.two_component;
   if (pass.read && baked && is_partial && texels.coverage_stays()) {
-    texels.finish_all(options);
+    texels.finish_all_texels(options);
     update.dirty = {0, 0, options.width, options.height};
   } else if (pass.read || !is_partial) {
     pipeline.finish_maps();
@@ -116,7 +118,7 @@ const BakeResult& BakeSession::Impl::bake() {
   update = {};
   const bool any_moved = !moved.items().empty();
   if (baked && !any_moved && set.items().empty()) return pipeline.result();
-  pipeline.start_watch();
+  pipeline.restart_stopwatch();
   const HighPolyNormals::Change change = update_source();
   pipeline.layers().next_source();
   pipeline.context().finish();
@@ -144,18 +146,18 @@ BakeSession& BakeSession::operator=(BakeSession&& other) noexcept {
 }
 
 const BakeResult& BakeSession::bake() {
-  if (impl_->failed) {
+  if (impl_->has_failed) {
     delete std::exchange(impl_, new Impl(impl_->source.device, Mesh(impl_->high), Mesh(impl_->low),
-                                         impl_->options, impl_->settings));
+                                         impl_->options, impl_->session_options));
   }
-  impl_->failed = true;
+  impl_->has_failed = true;
   const BakeResult& result = impl_->bake();
-  impl_->failed = false;
+  impl_->has_failed = false;
   return result;
 }
 
 const Mesh& BakeSession::high() const { return impl_->high; }
-const Bounds& BakeSession::bounds() const { return *impl_->settings.bounds; }
+const Bounds& BakeSession::bounds() const { return *impl_->session_options.bounds; }
 const std::vector<Warning>& BakeSession::warnings() const { return impl_->source.warnings; }
 const BakeSession::Update& BakeSession::last_update() const { return impl_->update; }
 

@@ -13,25 +13,25 @@
 
 namespace kiln {
 
-/// A set of indices in the order of insertion.
+/// A set of indices, which keeps them in the order of their insertion.
 class IndexSet {
  public:
-  explicit IndexSet(std::size_t size = 0) : is_member_(size, 0) {}
+  explicit IndexSet(std::size_t size = 0) : is_contained_(size, 0) {}
   void add(std::uint32_t item) {
-    if (is_member_[item] != 0) return;
-    is_member_[item] = 1;
-    items_.push_back(item);
+    if (is_contained_[item] != 0) return;
+    is_contained_[item] = 1;
+    inserted_.push_back(item);
   }
-  void sort() { std::sort(items_.begin(), items_.end()); }
+  void sort() { std::sort(inserted_.begin(), inserted_.end()); }
   void clear() {
-    for (const std::uint32_t item : items_) is_member_[item] = 0;
-    items_.clear();
+    for (const std::uint32_t item : inserted_) is_contained_[item] = 0;
+    inserted_.clear();
   }
-  const std::vector<std::uint32_t>& items() const { return items_; }
+  const std::vector<std::uint32_t>& items() const { return inserted_; }
 
  private:
-  std::vector<std::uint8_t> is_member_;
-  std::vector<std::uint32_t> items_;
+  std::vector<std::uint8_t> is_contained_;
+  std::vector<std::uint32_t> inserted_;
 };
 
 /// Texels affected by changed normals, and the padding that copies them. Texels of all bands are numbered
@@ -41,7 +41,7 @@ class SessionTexels {
   /// Prepares the selection of texels. \param pipeline  with all bands sampled; must outlive this
   SessionTexels(Pipeline& pipeline, std::size_t triangles, std::uint32_t width);
 
-  /// Invalidates all data that was computed from points.
+  /// Discards all data that was computed from matched points.
   void invalidate();
   /// Precomputes all data that partial updates need, so that the first one is as fast as later ones.
   /// \param copied true: padding texels are copies of baked texels
@@ -57,10 +57,10 @@ class SessionTexels {
   bool coverage_stays() const;
   /// Finishes all texels of all maps with the stored padding, which is cheaper than computing padding again;
   /// requires coverage_stays().
-  void finish_all(const BakeOptions& options);
+  void finish_all_texels(const BakeOptions& options);
 
   std::size_t count() const { return count_; }
-  std::size_t chosen() const { return chosen_.items().size(); }
+  std::size_t chosen_count() const { return chosen_texels_.items().size(); }
 
  private:
   /// A band's texels in host memory.
@@ -70,11 +70,11 @@ class SessionTexels {
   };
 
   void index();
-  void warm_up();
-  void find_padding(const BakeOptions& options);
+  void run_kernels_once();
+  void record_padding(const BakeOptions& options);
   Rectangle box() const;
   void read_band(std::size_t number, std::span<const std::uint32_t> texels);
-  std::size_t place_of(std::size_t band, std::uint32_t texel) const;
+  std::size_t map_index(std::size_t band, std::uint32_t texel) const;
 
   Pipeline& pipeline_;
   std::size_t triangles_;
@@ -85,9 +85,9 @@ class SessionTexels {
   Adjacency texels_of_triangle_;
   Adjacency padding_;  // padding texels that copy each texel; empty: unknown
   std::vector<std::uint8_t> padded_coverage_;  // coverage for which padding_ was computed
-  IndexSet chosen_;
-  std::vector<std::size_t> places_;  // indices of the chosen texels in the map
-  std::vector<std::size_t> all_places_;
+  IndexSet chosen_texels_;
+  std::vector<std::size_t> places_;  // Indices in the map of the chosen texels
+  std::vector<std::size_t> all_map_indices_;
 };
 
 struct KILN_HIDDEN BakeSession::Impl {
@@ -101,17 +101,17 @@ struct KILN_HIDDEN BakeSession::Impl {
 
   Mesh high, low;
   BakeOptions options;
-  SessionOptions settings;  // including the session's bounds
+  SessionOptions session_options;  // The caller's options, completed by the session's bounds
   Source::Impl source;
   HighPolyNormals normals;
   Pipeline pipeline;
   SessionTexels texels;
-  Clusters visibility;  // clusters of the low poly, which does not change
-  Adjacency users;      // corners that use each vertex
+  Clusters visibility;          // clusters of the low poly, which does not change
+  Adjacency corners_of_vertex;  // corners that use each vertex
   IndexSet moved, set;  // moved vertices, and vertices with new normals, since the last bake
   bool baked = false;
-  // true after a bake threw an exception, since the session's data is invalid then
-  bool failed = false;
+  // True after a bake threw an exception, which leaves the session's data invalid
+  bool has_failed = false;
   Update update;
 
  private:

@@ -9,7 +9,7 @@ void BakeSession::Impl::move_vertices(IndexSet& triangles, HighPolyNormals::Chan
   if (moved.items().empty()) return;
   moved.sort();
   for (const std::uint32_t vertex : moved.items()) {
-    for (const std::uint32_t corner : users.of(vertex)) triangles.add(corner / 3);
+    for (const std::uint32_t corner : corners_of_vertex.of(vertex)) triangles.add(corner / 3);
   }
   triangles.sort();
   const std::uint32_t first = moved.items().front();

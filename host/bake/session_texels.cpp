@@ -18,42 +18,43 @@ SessionTexels::SessionTexels(Pipeline& pipeline, std::size_t triangles, std::uin
     count_ += texels;
     bands_.push_back(std::move(band));
   }
-  chosen_ = IndexSet(count_);
+  chosen_texels_ = IndexSet(count_);
 }
 
 void SessionTexels::invalidate() { texels_of_triangle_ = {}; }
 
 void SessionTexels::prepare(const BakeOptions& options, bool copied) {
   if (texels_of_triangle_.first.empty()) index();
-  if (copied) find_padding(options);
-  warm_up();
+  if (copied) record_padding(options);
+  run_kernels_once();
 }
 
 /// Recomputes some texels without a change, so that kernels are compiled before the first update: drivers compile a
 /// kernel at its first launch, PoCL once for grids below 2^16 and once for larger ones.
-void SessionTexels::warm_up() {
-  if (pipeline_.layers().read_around()) return;
+void SessionTexels::run_kernels_once() {
+  if (pipeline_.layers().any_reads_around()) return;
   for (const std::size_t some : {std::size_t{1}, std::size_t{1} << 16}) {
     if (some > count_) continue;
-    chosen_.clear();
-    for (std::size_t t = 0; t < some; ++t) chosen_.add(static_cast<std::uint32_t>(t));
+    chosen_texels_.clear();
+    for (std::size_t t = 0; t < some; ++t) chosen_texels_.add(static_cast<std::uint32_t>(t));
     read();
   }
-  chosen_.clear();
+  chosen_texels_.clear();
   places_.clear();
 }
 
 /// The padding stays valid as long as the coverage does not change.
-void SessionTexels::find_padding(const BakeOptions& options) {
+void SessionTexels::record_padding(const BakeOptions& options) {
   const Layers& layers = pipeline_.layers();
   if (coverage_stays()) return;
-  padding_ = layers.padding_of(pipeline_.context(), options.encoding.gutter);
+  padding_ = layers.padding_copies(pipeline_.context(), options.encoding.gutter);
   padded_coverage_ = layers.coverage();
 }
 
 /// Builds an index from each triangle of the high poly to the texels matched to it.
 void SessionTexels::index() {
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;  // pairs of triangle and texel
+  // Pairs of a triangle of the high poly and a texel that is matched to it
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
   for (std::size_t b = 0; b < bands_.size(); ++b) {
     const Band& band = bands_[b];
     const PipelineBand& on_device = pipeline_.bands()[b];
@@ -74,28 +75,29 @@ void SessionTexels::index() {
 }
 
 bool SessionTexels::choose(const HighPolyNormals& normals, const HighPolyNormals::Change& change) {
-  chosen_.clear();
+  chosen_texels_.clear();
   // If most normals changed, most texels changed, too, and the lookup is skipped.
   if (change.entries.size() > normals.corners().normals.size() / 2) return false;
   if (texels_of_triangle_.first.empty()) index();
   for (const std::uint32_t entry : change.entries) {
     for (const std::uint32_t corner : normals.corners_of(entry)) {
-      for (const std::uint32_t texel : texels_of_triangle_.of(corner / 3)) chosen_.add(texel);
+      for (const std::uint32_t texel : texels_of_triangle_.of(corner / 3))
+        chosen_texels_.add(texel);
     }
-    if (chosen_.items().size() > count_ / 2) return false;
+    if (chosen_texels_.items().size() > count_ / 2) return false;
   }
-  return chosen_.items().size() <= count_ / 2;
+  return chosen_texels_.items().size() <= count_ / 2;
 }
 
-std::size_t SessionTexels::place_of(std::size_t band, std::uint32_t texel) const {
+std::size_t SessionTexels::map_index(std::size_t band, std::uint32_t texel) const {
   return std::size_t{pipeline_.bands()[band].texels.first_row} * width_ +
          bands_[band].index[texel - bands_[band].first_texel];
 }
 
 void SessionTexels::read() {
-  chosen_.sort();
+  chosen_texels_.sort();
   places_.clear();
-  const std::vector<std::uint32_t>& texels = chosen_.items();
+  const std::vector<std::uint32_t>& texels = chosen_texels_.items();
   std::size_t begin = 0;
   for (std::size_t b = 0; b < bands_.size(); ++b) {
     const std::size_t end_texel = bands_[b].first_texel + bands_[b].index.size();
@@ -116,7 +118,7 @@ void SessionTexels::read_band(std::size_t number, std::span<const std::uint32_t>
   for (std::size_t i = 0; i < count; ++i) {
     texel_indices[i] = texels[i] - band.first_texel;
     first[i + 1] = first[i] + band.first[texel_indices[i] + 1] - band.first[texel_indices[i]];
-    places_.push_back(place_of(number, texels[i]));
+    places_.push_back(map_index(number, texels[i]));
   }
   std::iota(places.begin(), places.end(), 0U);
   const std::uint32_t samples = first.back();
@@ -138,7 +140,7 @@ void SessionTexels::read_band(std::size_t number, std::span<const std::uint32_t>
                  whole_band.texels.barycentric, whole_band.match.triangle,
                  whole_band.match.barycentric, part.triangle, part.barycentric, match.triangle,
                  match.barycentric);
-  pipeline_.layers().run_some(part, match, std::span(places_).last(count));
+  pipeline_.layers().recompute_texels(part, match, std::span(places_).last(count));
 }
 
 /// Bounds of the chosen texels and of the padding that copies them.
@@ -164,18 +166,18 @@ bool SessionTexels::coverage_stays() const {
   return !padding_.first.empty() && padded_coverage_ == pipeline_.layers().coverage();
 }
 
-void SessionTexels::finish_all(const BakeOptions& options) {
-  if (all_places_.empty()) {
-    all_places_.reserve(count_);
+void SessionTexels::finish_all_texels(const BakeOptions& options) {
+  if (all_map_indices_.empty()) {
+    all_map_indices_.reserve(count_);
     for (std::size_t b = 0; b < bands_.size(); ++b) {
       for (std::uint32_t t = 0; t < bands_[b].index.size(); ++t) {
-        all_places_.push_back(place_of(b, bands_[b].first_texel + t));
+        all_map_indices_.push_back(map_index(b, bands_[b].first_texel + t));
       }
     }
   }
   std::vector<BakedMap>& maps = pipeline_.result().maps;
   Layers& layers = pipeline_.layers();
-  layers.finish_texels(options, all_places_, padding_, maps);
+  layers.finish_texels(options, all_map_indices_, padding_, maps);
   for (std::size_t l = 0; l < maps.size(); ++l) {
     const Layer& layer = layers.all()[l];
     if (layer.row->info.type == MapType::coverage) maps[l].image = layer.image;
@@ -183,7 +185,7 @@ void SessionTexels::finish_all(const BakeOptions& options) {
 }
 
 Rectangle SessionTexels::finish(const BakeOptions& options) {
-  find_padding(options);
+  record_padding(options);
   pipeline_.layers().finish_texels(options, places_, padding_, pipeline_.result().maps);
   return box();
 }

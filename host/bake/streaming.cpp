@@ -13,7 +13,7 @@ namespace kiln {
 namespace {
 
 /// Joins names: "A", "A and B", "A, B and C".
-std::string list_of(const std::vector<std::string_view>& names) {
+std::string join_names(const std::vector<std::string_view>& names) {
   std::string text;
   for (std::size_t i = 0; i < names.size(); ++i) {
     text += i == 0 ? "" : i + 1 == names.size() ? " and " : ", ";
@@ -27,7 +27,7 @@ std::string streaming_maps() {
   for (const MapRow& row : map_rows()) {
     if (row.streams) names.push_back(row.info.kind.name);
   }
-  return list_of(names);
+  return join_names(names);
 }
 
 }  // namespace
@@ -40,14 +40,14 @@ Message streaming_obstacle(const BakeOptions& options) {
   for (const auto& map : options.transfers) maps.push_back(map.name);
   for (const auto& map : options.own_maps) maps.push_back(map.name);
   if (!maps.empty()) {
-    return Message(maps.size() == 1 ? "the map " : "the maps ") + list_of(maps) +
+    return Message(maps.size() == 1 ? "the map " : "the maps ") + join_names(maps) +
            (maps.size() == 1 ? " needs" : " need") + " all of it at once: bake " +
            streaming_maps() + " alone.";
   }
-  const auto stays = [](const MatchRow& row) { return !row.streams; };
+  const auto stays = [](const MatchRow& row) { return !row.supports_large_high_poly; };
   if (options.match.saved == nullptr && any_in_chain(options, stays)) {
     return Message("the match needs all of it at once: match by ") +
-           match_names([](const MatchRow& row) { return row.streams; }) + ".";
+           match_names([](const MatchRow& row) { return row.supports_large_high_poly; }) + ".";
   }
   const auto needs = [](const Message& what) {
     return what + " needs all of it at once: leave it out.";

@@ -6,7 +6,8 @@
 
 namespace kiln {
 
-/// What a bake asks for that needs the whole high poly in memory, as a sentence with its remedy; empty: nothing.
+/// Names the first requested feature that needs the whole high poly in memory, in a sentence with its remedy; empty if
+/// there is none.
 Message streaming_obstacle(const BakeOptions& options);
 
 /// \throws Error(usage) if there is an obstacle

@@ -36,12 +36,12 @@ struct KILN_HIDDEN ViewSession::Impl {
                ? options.match.views.size
                : choose_view_size(high.positions, high.triangles, query.area.radius, kLargestView)
                      .size;
-    widen(query.area, raster.radius(), size);
+    widen_view_area(query.area, raster.radius(), size);
     pipeline.sample();
     for (PipelineBand& band : pipeline.bands()) {
       const std::uint32_t count = band.texels.sample_count;
-      scores.emplace_back(pipeline.context(), count);
-      if (count != 0) DepthViews::reset(pipeline.context(), count, scores.back(), band.match);
+      band_scores.emplace_back(pipeline.context(), count);
+      if (count != 0) DepthViews::reset(pipeline.context(), count, band_scores.back(), band.match);
       samples += count;
     }
   }
@@ -53,7 +53,7 @@ struct KILN_HIDDEN ViewSession::Impl {
   ViewQuery query;
   std::uint32_t size = 0;
   std::uint64_t samples = 0;
-  std::vector<cl::Array<float>> scores;  // scores of the samples, per band
+  std::vector<cl::Array<float>> band_scores;  // For each band, the best score of each sample so far
 };
 
 ViewSession::ViewSession(const Source& source, const Mesh& low, const BakeOptions& options)
@@ -73,14 +73,14 @@ ViewSession::Step ViewSession::add(const Vec3& toward) {
                         impl.query.two_sided, impl.query.area);
   Step step;
   step.samples = impl.samples;
-  for (std::size_t b = 0; b < impl.scores.size(); ++b) {
+  for (std::size_t b = 0; b < impl.band_scores.size(); ++b) {
     PipelineBand& band = impl.pipeline.bands()[b];
     const std::uint32_t count = band.texels.sample_count;
     if (count == 0) continue;
-    const std::vector<float> old_scores = impl.scores[b].download(context);
-    view.match(band.texels.points, count, band.texels.capacity, impl.query, impl.scores[b],
+    const std::vector<float> old_scores = impl.band_scores[b].download(context);
+    view.match(band.texels.points, count, band.texels.capacity, impl.query, impl.band_scores[b],
                band.match);
-    const std::vector<float> new_scores = impl.scores[b].download(context);
+    const std::vector<float> new_scores = impl.band_scores[b].download(context);
     for (std::uint32_t i = 0; i < count; ++i) {
       step.changed += new_scores[i] < old_scores[i] ? 1 : 0;
       step.decided += new_scores[i] < std::numeric_limits<float>::infinity() ? 1 : 0;
@@ -89,6 +89,6 @@ ViewSession::Step ViewSession::add(const Vec3& toward) {
   return step;
 }
 
-Match ViewSession::match() const { return impl_->pipeline.whole_match(); }
+Match ViewSession::match() const { return impl_->pipeline.stored_match(); }
 
 }  // namespace kiln

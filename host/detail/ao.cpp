@@ -9,7 +9,7 @@ MapRow ao_map() {
       MapKind{"ao"},
       1,
       MapType::scalar,
-      "ambient occlusion of the high poly by itself: 1 in the open, 0 in the deepest corner",
+      "ambient occlusion of the high poly by itself: 1 in the open, 0 where everything is hidden",
       0,
       1};
   row.info.options = "occlusion";

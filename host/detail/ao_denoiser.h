@@ -34,7 +34,7 @@ class AoDenoiser {
     std::uint32_t points_plane = 0;
   };
   void prepare(const Texels& texels);
-  /// Host memory of run() and its result, in bytes a texel.
+  /// Host memory in bytes a texel that run() and its result take.
   static constexpr std::uint64_t kBytesPerTexel = (4 * 2 + 2) * sizeof(float);
   /// Additional memory, in bytes a texel, of spread() and of run() with a search for unsure texels.
   static constexpr std::uint64_t kBytesPerTexelToFindUnsure =
@@ -44,9 +44,9 @@ class AoDenoiser {
     std::vector<float> shares;  ///< Smoothed share of each texel
     /// Expected root mean square error around the texel, over about 2,000 texels
     std::vector<float> errors;
-    /// Per texel: 1 if plain rays may have a smaller error; see run()
+    /// For each texel, 1 if plain rays may have a smaller error; see run()
     std::vector<std::uint8_t> unsure;
-    /// Per texel: variance of plain rays' shares, measured over the texels within two steps; see run()
+    /// For each texel, the variance of plain rays' shares, measured over the texels within two steps; see run()
     std::vector<float> plain_variance;
   };
   /// \param estimates two of each texel, interleaved: a, b, a, b...
@@ -68,7 +68,7 @@ class AoDenoiser {
  private:
   // Numbers of smoothing steps of the levels. Standard deviations of their kernels: 0 to 2.3 texels.
   static constexpr std::array<std::uint32_t, 5> kSteps{0, 1, 2, 4, 8};
-  static constexpr std::uint32_t kTile = 16;  // texels a side
+  static constexpr std::uint32_t kTile = 16;  // Side of a tile in texels
   /// Both estimates of each texel, for each level of smoothing. Level 0 refers to the caller's array.
   struct Levels {
     std::array<std::span<const float>, kSteps.size()> of;
@@ -88,9 +88,9 @@ class AoDenoiser {
     void add(const Tile& other);
   };
   struct Choice {
-    std::int32_t level = -1;  // -1: the tile has no texels
+    std::int32_t level = -1;  // Index of the level that is used; -1 if the tile has no texels
     float error = 0;
-    bool is_unsure = false;  // plain rays are expected to have less error than any level
+    bool is_unsure = false;  // True if plain rays are expected to have less error than every level
   };
 
   std::uint32_t tile_of(std::uint32_t place) const {
@@ -113,10 +113,11 @@ class AoDenoiser {
   const LowSurface& surface_;
   SurfaceTopology topology_;
   std::uint32_t width_, height_, tiles_across_, tiles_down_ = 0, count_ = 0;
-  std::vector<std::uint32_t> place_;       // position of each texel in the band
-  std::vector<std::uint32_t> tile_first_;  // [tiles + 1] first entry of each tile in by_tile_
-  std::vector<std::uint32_t> by_tile_;     // texels sorted by tile
-  cl::Array<std::uint32_t> neighbours_;    // neighbours of each texel, with their weights
+  std::vector<std::uint32_t> place_;  // Position of each texel in the band
+  // [tiles + 1] Index of each tile's first entry in by_tile_
+  std::vector<std::uint32_t> tile_first_;
+  std::vector<std::uint32_t> by_tile_;   // Indices of the texels, sorted by tile
+  cl::Array<std::uint32_t> neighbours_;  // Neighbours of each texel, with their weights
   // copy of neighbours_, downloaded by the first spread()
   std::vector<std::uint32_t> host_neighbours_;
   cl::Array<float> from_, to_;

@@ -1,4 +1,4 @@
-// Downloads of device arrays that the maps of a bake share: of the band's arrays once a band, of the high
+// DownloadsByArray of device arrays that the maps of a bake share: of the band's arrays once a band, of the high
 // poly's once a bake.
 #pragma once
 
@@ -18,39 +18,40 @@ class BandReads : public SharedWork {
  public:
   explicit BandReads(cl::Context& context) : context_(context) {}
 
-  /// Discards the results of read().
+  /// Discards what read() has downloaded.
   void next_band() override { band_ = {}; }
-  /// Discards the results of read_source(), too.
+  /// Discards what read_source() has downloaded, too.
   void next_source() override {
     next_band();
     source_ = {};
     ++source_version_;
   }
-  /// Changes with each next_source(). Caches of data about the high poly compare it.
+  /// A number that changes with each next_source(). Caches of data about the high poly compare it to find out whether
+  /// they are valid.
   std::uint64_t source_version() const { return source_version_; }
 
   /// Elements [offset, offset + count) of an array of the band; downloaded by the first call.
   template <typename T>
   const std::vector<T>& read(const cl::Array<T>& array, std::size_t count, std::size_t offset = 0) {
-    return cached(band_, array, count, offset);
+    return cached_download(band_, array, count, offset);
   }
   /// All elements of an array of the high poly; downloaded by the first call.
   template <typename T>
   const std::vector<T>& read_source(const cl::Array<T>& array) {
-    return cached(source_, array, array.size(), 0);
+    return cached_download(source_, array, array.size(), 0);
   }
 
  private:
   /// Downloaded arrays, by device array and offset.
   template <typename T>
-  using Downloads = std::map<std::pair<const void*, std::size_t>, std::vector<T>>;
-  using DownloadCache =
-      std::tuple<Downloads<std::uint32_t>, Downloads<float>, Downloads<std::uint8_t>>;
+  using DownloadsByArray = std::map<std::pair<const void*, std::size_t>, std::vector<T>>;
+  using DownloadCache = std::tuple<DownloadsByArray<std::uint32_t>, DownloadsByArray<float>,
+                                   DownloadsByArray<std::uint8_t>>;
 
   template <typename T>
-  const std::vector<T>& cached(DownloadCache& cache, const cl::Array<T>& array, std::size_t count,
-                               std::size_t offset) {
-    std::vector<T>& values = std::get<Downloads<T>>(cache)[{&array, offset}];
+  const std::vector<T>& cached_download(DownloadCache& cache, const cl::Array<T>& array,
+                                        std::size_t count, std::size_t offset) {
+    std::vector<T>& values = std::get<DownloadsByArray<T>>(cache)[{&array, offset}];
     if (values.size() < count) {
       values.resize(count);
       array.read(context_, values, offset);

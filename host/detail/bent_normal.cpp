@@ -10,8 +10,8 @@ class BentNormal : public MapMaker {
   explicit BentNormal(const MapRequest& request)
       : context_(context_of(request.source.device)),
         source_(request.source),
-        reads_(request.reads()),
-        miss_(request.options.encoding.miss),
+        band_reads_(request.reads()),
+        miss_policy_(request.options.encoding.miss),
         detail_(detail_params(request.options)),
         rays_(request.shared.of<Hemispheres>(request)) {
     rays_->request_bent_sum();
@@ -52,13 +52,13 @@ class BentNormal : public MapMaker {
                     rays_->shading(), match.triangle, match.barycentric, bent_sum, other.triangle,
                     other.barycentric, other_bent_sum, shares, source_.attributes.normal_indices,
                     source_.attributes.normals, values);
-    average_samples(*reads_, band, match, miss_, values.download(context_), plane, out);
+    average_samples(*band_reads_, band, match, miss_policy_, values.download(context_), plane, out);
   }
 
   cl::Context& context_;
   const Source::Impl& source_;
-  std::shared_ptr<BandReads> reads_;
-  MissPolicy miss_;
+  std::shared_ptr<BandReads> band_reads_;
+  MissPolicy miss_policy_;
   kiln_detail_params detail_;
   std::shared_ptr<Hemispheres> rays_;
   const cl::Array<float> no_bent_sum_;
@@ -71,7 +71,7 @@ MapRow bent_normal_map() {
   row.info = {MapKind{"bent_normal"},
               3,
               MapType::unit_vector,
-              "bent normal: the mean direction that is open, in the requested space",
+              "bent normal: the mean unoccluded direction, in the requested space",
               0,
               1};
   row.info.options =

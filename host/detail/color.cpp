@@ -83,8 +83,8 @@ MapRow color_map() {
   row.info = {MapKind{"color"},
               3,
               MapType::color,
-              "colour of the high poly: its textures, filtered over each texel's footprint, or "
-              "else its vertex colours",
+              "colour of the high poly: its textures, filtered over each texel's footprint, or its "
+              "vertex colours if it has no texture",
               0,
               1};
   row.info.options = "color";
@@ -105,8 +105,8 @@ MapRow opacity_map() {
   row.info = {MapKind{"opacity"},
               1,
               MapType::scalar,
-              "how opaque the high poly is, 0 to 1: its texture's alpha, or else its vertices'; 0 "
-              "where nothing was found",
+              "opacity of the high poly, 0 to 1: the alpha of its texture, or of its vertices if "
+              "it has no texture; 0 where no point was found",
               0,
               1};
   row.info.options = "opacity";

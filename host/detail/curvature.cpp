@@ -24,15 +24,15 @@ class SharedCurvature : public SharedWork {
   explicit SharedCurvature(const MapRequest& request)
       : source_(request.source),
         radius_option_(request.options.curvature_radius),
-        checks_(request.checks) {}
+        uses_independent_check_(request.checks) {}
 
   void next_band() override {}
   void next_source() override { source_version_.reset(); }
   void find(std::uint64_t source_version) {
     if (source_version_ == source_version) return;
     radius_ = curvature_radius(radius_option_, source_);
-    if (checks_) {
-      check_.emplace(source_.positions, source_.triangles, radius_);
+    if (uses_independent_check_) {
+      independent_check_.emplace(source_.positions, source_.triangles, radius_);
     } else {
       curvature_.emplace(source_.positions, source_.triangles, radius_);
     }
@@ -44,9 +44,10 @@ class SharedCurvature : public SharedWork {
   /// Mean curvature in 1 / world unit.
   double at(const HighPoint& point) const {
     auto& scratch = static_cast<Scratch&>(*point.scratch);
-    const double bend = checks_
-                            ? check_->at(frame_position_of(point), point.triangle, scratch.check)
-                            : curvature_->on(point.triangle, point.u, point.v, scratch.curvature);
+    const double bend =
+        uses_independent_check_
+            ? independent_check_->at(frame_position_of(point), point.triangle, scratch.check)
+            : curvature_->on(point.triangle, point.u, point.v, scratch.curvature);
     return bend * source_.frame.scale;
   }
 
@@ -61,9 +62,10 @@ class SharedCurvature : public SharedWork {
 
   const Source::Impl& source_;
   std::optional<Length> radius_option_;
-  double radius_ = 0;  // radius of the averaging ball, frame units
-  bool checks_;
-  std::optional<CurvatureCheck> check_;     // exactly one of check_ and curvature_ is set
+  double radius_ = 0;  // Radius of the averaging ball, in frame units
+  bool uses_independent_check_;
+  std::optional<CurvatureCheck>
+      independent_check_;  // exactly one of independent_check_ and curvature_ is set
   std::optional<MeanCurvature> curvature_;  // in frame units
   std::optional<std::uint64_t> source_version_;
 };
@@ -72,9 +74,10 @@ class Curvature : public PointFunction {
  public:
   /// \param separates_signs stores convex and concave curvature in separate channels
   Curvature(const MapRequest& request, bool separates_signs)
-      : shared_(request.shared.of<SharedCurvature>(request)), separates_signs_(separates_signs) {}
+      : shared_curvature_(request.shared.of<SharedCurvature>(request)),
+        separates_signs_(separates_signs) {}
 
-  void prepare(std::uint64_t source_version) override { shared_->find(source_version); }
+  void prepare(std::uint64_t source_version) override { shared_curvature_->find(source_version); }
   PointNeeds needs() const override {
     return {.position = false, .normal = false, .distance = false};
   }
@@ -82,11 +85,11 @@ class Curvature : public PointFunction {
     return std::make_unique<SharedCurvature::Scratch>();
   }
   void report(BakedMap& map, std::vector<Warning>&) const override {
-    map.curvature_radius = shared_->radius();
+    map.curvature_radius = shared_curvature_->radius();
   }
   void operator()(const HighPoint& point, float* value) const override {
-    if (!point.found) return;  // misses keep the value 0
-    const auto bend = static_cast<float>(shared_->at(point));
+    if (!point.found) return;  // A missed sample keeps the value 0
+    const auto bend = static_cast<float>(shared_curvature_->at(point));
     if (!separates_signs_) {
       value[0] = bend;
       return;
@@ -97,7 +100,7 @@ class Curvature : public PointFunction {
   }
 
  private:
-  std::shared_ptr<SharedCurvature> shared_;
+  std::shared_ptr<SharedCurvature> shared_curvature_;
   bool separates_signs_;
 };
 
@@ -130,12 +133,11 @@ MapRow curvature_map() {
 }
 
 MapRow convexity_map() {
-  MapRow row = curvature_row(
-      {MapKind{"convexity"}, 3, MapType::vector,
-       "magnitude of that curvature: red where convex, green where concave, blue both, "
-       "1 / world unit",
-       0, 0},
-      true);
+  MapRow row = curvature_row({MapKind{"convexity"}, 3, MapType::vector,
+                              "magnitude of the mean curvature: red where convex, green where "
+                              "concave, blue both, 1 / world unit",
+                              0, 0},
+                             true);
   row.range = range_of_curvature;
   row.compared_channels = 2;  // the third channel repeats the first two
   row.info.other_names = "concavity";

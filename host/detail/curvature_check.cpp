@@ -11,10 +11,10 @@
 namespace kiln {
 namespace {
 
-constexpr double kGatherSlack =
-    0.25;  // share of the radius: a gathered list serves points up to this far from its centre
+// A gathered list of pieces serves points up to this far from its centre, as a share of the radius
+constexpr double kGatherSlack = 0.25;
 constexpr int kStrips = 64;
-// faces whose normals have a cosine below this are opposed
+// Two faces count as opposed if the cosine between their normals is below this
 constexpr double kMaxOpposedCosine = -0.6;
 constexpr std::uint32_t kNoPiece = std::numeric_limits<std::uint32_t>::max();
 
@@ -77,7 +77,7 @@ void CurvatureCheck::find_angles() {
   using Position = std::tuple<double, double, double>;
   struct Side {
     Position low, high;
-    bool upward;
+    bool is_upward;
     std::uint32_t piece, k;
   };
   std::vector<Side> sides;
@@ -90,7 +90,8 @@ void CurvatureCheck::find_angles() {
     }
   }
   std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
-    return std::tie(a.low, a.high, a.upward, a.piece) < std::tie(b.low, b.high, b.upward, b.piece);
+    return std::tie(a.low, a.high, a.is_upward, a.piece) <
+           std::tie(b.low, b.high, b.is_upward, b.piece);
   });
   for (std::size_t i = 0, next = 0; i < sides.size(); i = next) {
     while (next < sides.size() && sides[next].low == sides[i].low &&
@@ -101,7 +102,7 @@ void CurvatureCheck::find_angles() {
       const Side& after = sides[s + 1 < next ? s + 1 : i];
       pieces_[sides[s].piece].next_side[sides[s].k] = 3 * after.piece + after.k;
     }
-    if (next - i != 2 || sides[i].upward == sides[i + 1].upward) continue;
+    if (next - i != 2 || sides[i].is_upward == sides[i + 1].is_upward) continue;
     Piece &one = pieces_[sides[i].piece], &other = pieces_[sides[i + 1].piece];
     const Vec3d &n = one.normal, &m = other.normal;
     const double angle = std::acos(std::clamp(dot(n, m), -1.0, 1.0));
@@ -112,35 +113,36 @@ void CurvatureCheck::find_angles() {
 }
 
 /// Gathers all pieces that overlap the balls around points near the centre.
-void CurvatureCheck::gather(const Vec3d& centre, Scratch& scratch) const {
+void CurvatureCheck::gather_pieces(const Vec3d& centre, Scratch& scratch) const {
   scratch.is_gathered = true;
   scratch.centre = centre;
   scratch.nearby_pieces.clear();
   const double reach = radius_ * (1 + kGatherSlack);
   auto piece = pieces_.begin();
-  const auto skip_to = [&](int order, double x) {
+  const auto skip_to = [&](int width_exponent, double x) {
     piece = std::partition_point(piece, pieces_.end(), [&](const Piece& other) {
-      return std::tie(other.size_exponent, other.x) < std::tie(order, x);
+      return std::tie(other.size_exponent, other.x) < std::tie(width_exponent, x);
     });
   };
   while (piece != pieces_.end()) {
-    const int order = piece->size_exponent;
-    skip_to(order, centre.x - reach - std::ldexp(2.0, order));
-    for (; piece != pieces_.end() && piece->size_exponent == order && piece->x <= centre.x + reach;
+    const int width_exponent = piece->size_exponent;
+    skip_to(width_exponent, centre.x - reach - std::ldexp(2.0, width_exponent));
+    for (; piece != pieces_.end() && piece->size_exponent == width_exponent &&
+           piece->x <= centre.x + reach;
          ++piece) {
       if (are_disjoint(piece->corner, centre, reach)) continue;
       scratch.nearby_pieces.push_back(static_cast<std::uint32_t>(piece - pieces_.begin()));
     }
-    skip_to(order + 1, -std::numeric_limits<double>::infinity());
+    skip_to(width_exponent + 1, -std::numeric_limits<double>::infinity());
   }
 }
 
 /// Marks the pieces within the ball that are connected with the point's own piece.
 void CurvatureCheck::find_connected(const Vec3d& point, std::uint32_t seed,
                                     Scratch& scratch) const {
-  scratch.connected.resize(pieces_.size());
+  scratch.is_connected.resize(pieces_.size());
   scratch.visited_pieces.assign(1, seed);
-  scratch.connected[seed] = 1;
+  scratch.is_connected[seed] = 1;
   for (std::size_t i = 0; i < scratch.visited_pieces.size(); ++i) {
     const Piece& piece = pieces_[scratch.visited_pieces[i]];
     for (std::uint32_t k = 0; k < 3; ++k) {
@@ -149,7 +151,7 @@ void CurvatureCheck::find_connected(const Vec3d& point, std::uint32_t seed,
       const std::uint32_t start = 3 * scratch.visited_pieces[i] + k;
       for (std::uint32_t side = piece.next_side[k]; side != start;
            side = pieces_[side / 3].next_side[side % 3]) {
-        if (std::exchange(scratch.connected[side / 3], std::uint8_t{1}) == 0) {
+        if (std::exchange(scratch.is_connected[side / 3], std::uint8_t{1}) == 0) {
           scratch.visited_pieces.push_back(side / 3);
         }
       }
@@ -164,10 +166,10 @@ double CurvatureCheck::at(const Vec3d& point, std::uint32_t triangle, Scratch& s
     if (seed == kNoPiece || dot(pieces_[i].normal, pieces_[seed].normal) >= kMaxOpposedCosine)
       return true;
     if (!std::exchange(is_walked, true)) find_connected(point, seed, scratch);
-    return scratch.connected[i] != 0;
+    return scratch.is_connected[i] != 0;
   };
   if (!scratch.is_gathered || length(point - scratch.centre) > radius_ * kGatherSlack)
-    gather(point, scratch);
+    gather_pieces(point, scratch);
   double area = 0, bend = 0;
   for (const std::uint32_t i : scratch.nearby_pieces) {
     const Piece& piece = pieces_[i];
@@ -205,7 +207,7 @@ double CurvatureCheck::at(const Vec3d& point, std::uint32_t triangle, Scratch& s
     }
   }
   if (is_walked) {
-    for (const std::uint32_t i : scratch.visited_pieces) scratch.connected[i] = 0;
+    for (const std::uint32_t i : scratch.visited_pieces) scratch.is_connected[i] = 0;
   }
   return area > 0 ? bend / area : 0;
 }

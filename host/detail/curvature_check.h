@@ -22,8 +22,8 @@ class CurvatureCheck {
     Vec3d centre{};
     std::vector<std::uint32_t> nearby_pieces;
     bool is_gathered = false;
-    /// Per triangle: 1 if it is connected with the last point
-    std::vector<std::uint8_t> connected;
+    /// For each triangle, 1 if it is connected with the last point
+    std::vector<std::uint8_t> is_connected;
     std::vector<std::uint32_t> visited_pieces;
   };
 
@@ -38,20 +38,20 @@ class CurvatureCheck {
   struct Piece {
     std::array<Vec3d, 3> corner{};
     std::array<double, 3> angle{};  ///< Angle of edge k, from corner k; signed
-    std::array<std::uint32_t, 3>
-        next_side{};  ///< Links the pieces around edge k in a ring: 3 * (next piece) + its edge
-    Vec3d normal{};   ///< Unit normal of the triangle
+    /// Links the pieces around edge k in a ring: 3 * (next piece) + the edge's number there
+    std::array<std::uint32_t, 3> next_side{};
+    Vec3d normal{};  ///< Unit normal of the triangle
     std::uint32_t triangle = 0;
     int size_exponent = 0;  ///< Binary exponent of the triangle's size along x
     double x = 0;           ///< Smallest x of its corners
   };
 
   void find_angles();
-  void gather(const Vec3d& centre, Scratch& scratch) const;
+  void gather_pieces(const Vec3d& centre, Scratch& scratch) const;
   void find_connected(const Vec3d& point, std::uint32_t seed, Scratch& scratch) const;
 
   double radius_;
-  std::vector<std::uint32_t> piece_of_;  // index of each triangle's piece
+  std::vector<std::uint32_t> piece_of_;  // For each triangle, the index of its piece
   std::vector<Piece> pieces_;            // sorted by `order`, then by `x`, for range queries
 };
 

@@ -22,13 +22,13 @@ namespace kiln {
 namespace {
 
 using Weights = std::array<double, 3>;  // barycentric weights of a triangle's three corners
-// a triangle within a triangle: the weights of each of its corners
+// A part of a triangle: the barycentric weights of each of its corners
 using Part = std::array<Weights, 3>;
 
 // Maximum number of subdivisions into quarters: resolves textures of 65,536 texels across one triangle.
 constexpr int kMaxDepth = 16;
 
-Weights interpolated(const Weights& a, const Weights& b, double share) {
+Weights interpolate_weights(const Weights& a, const Weights& b, double share) {
   Weights result{};
   for (std::size_t k = 0; k < 3; ++k) result[k] = a[k] + (b[k] - a[k]) * share;
   return result;
@@ -70,7 +70,7 @@ class Cutter {
     const std::vector<Vec3> positions = frame.to_frame(result_);
     std::size_t kept_count = 0;
     for (std::size_t t = 0; t < result_.triangles.size(); ++t) {
-      if (is_part_[t] && !has_area(positions, result_.triangles[t])) continue;
+      if (is_clipped_part_[t] && !has_area(positions, result_.triangles[t])) continue;
       for (auto* list : {&result_.triangles, &result_.uv_triangles, &result_.normal_triangles}) {
         (*list)[kept_count] = (*list)[t];
       }
@@ -88,8 +88,8 @@ class Cutter {
   }
 
   void cut_triangle(std::size_t triangle) {
-    triangle_ = triangle;
-    parts_.clear();
+    current_triangle_ = triangle;
+    clipped_parts_.clear();
     const Triangle& uv = mesh_.uv_triangles[triangle];
     bool is_finite_uv = true;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -101,16 +101,16 @@ class Cutter {
     tile_corner_ = {};
     double constant_opacity = 1;
     transform_ = {1, 0, 0, 0, 1, 0};
-    wraps_ = {};
+    picture_wraps_ = {};
     opacity_scale_ = 1, opacity_offset_ = 0;
-    alpha_ = {1, 1, 1};
+    corner_alphas_ = {1, 1, 1};
     if (opacity_.image_of.empty()) {
       select_picture(0);
     } else {
       const std::uint32_t material = mesh_.materials[triangle];
       const std::uint32_t picture = opacity_.image_of[material];
       if (!opacity_.uv_transforms.empty()) transform_ = opacity_.uv_transforms[material];
-      if (!opacity_.wraps.empty()) wraps_ = opacity_.wraps[material];
+      if (!opacity_.wraps.empty()) picture_wraps_ = opacity_.wraps[material];
       if (!opacity_.factors.empty()) {
         opacity_scale_ = double{opacity_.factors[material].times[opacity_.channel]};
         opacity_offset_ = opacity_.channel < 3 ? double{opacity_.factors[material].plus} : 0;
@@ -118,7 +118,7 @@ class Cutter {
       if (!opacity_.times_vertex_colors.empty() && opacity_.times_vertex_colors[material] &&
           !mesh_.colors.empty()) {
         for (std::size_t k = 0; k < 3; ++k) {
-          alpha_[k] = mesh_.colors[mesh_.triangles[triangle][k]][3] / 255.0;
+          corner_alphas_[k] = mesh_.colors[mesh_.triangles[triangle][k]][3] / 255.0;
         }
       }
       if (picture != Texture::kNone) select_picture(picture);
@@ -127,27 +127,28 @@ class Cutter {
       }
     }
     const Part whole_triangle{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-    const bool has_equal_alpha = alpha_[0] == alpha_[1] && alpha_[1] == alpha_[2];
+    const bool has_equal_alpha =
+        corner_alphas_[0] == corner_alphas_[1] && corner_alphas_[1] == corner_alphas_[2];
     if (!is_finite_uv || (picture_ == nullptr && !has_udim_set() && has_equal_alpha)) {
-      if (constant_opacity * alpha_[0] >= threshold_ || !is_finite_uv)
-        parts_.push_back(whole_triangle);
+      if (constant_opacity * corner_alphas_[0] >= threshold_ || !is_finite_uv)
+        clipped_parts_.push_back(whole_triangle);
     } else {
       constant_opacity_ = constant_opacity;
       cut(whole_triangle, 0);
     }
-    if (parts_.empty()) {
+    if (clipped_parts_.empty()) {
       ++report_.gone;
-    } else if (parts_.size() == 1 && parts_[0] == whole_triangle) {
+    } else if (clipped_parts_.size() == 1 && clipped_parts_[0] == whole_triangle) {
       ++report_.whole;
       add_names();
       result_.triangles.push_back(mesh_.triangles[triangle]);
       result_.uv_triangles.push_back(uv);
       result_.normal_triangles.push_back(normal_triangles_[triangle]);
-      is_part_.push_back(false);
+      is_clipped_part_.push_back(false);
     } else {
       ++report_.cut;
       vertices_.clear();
-      for (const Part& part : parts_) add(part);
+      for (const Part& part : clipped_parts_) add(part);
     }
   }
 
@@ -158,7 +159,7 @@ class Cutter {
                     [&](const TextureTile& tile) { return tile.set == picture; });
     if (is_of_set) {
       udim_set_ = picture;
-      wraps_ = {TextureWrap::clamp, TextureWrap::clamp};
+      picture_wraps_ = {TextureWrap::clamp, TextureWrap::clamp};
     } else {
       picture_ = pictures_[picture].get();
     }
@@ -188,20 +189,20 @@ class Cutter {
         ->uvs;
   }
 
-  static std::array<double, 2> between_uvs(const std::array<Vec2, 3>& uv, const Weights& w) {
+  static std::array<double, 2> interpolate_uv(const std::array<Vec2, 3>& uv, const Weights& w) {
     return {w[0] * uv[0].x + w[1] * uv[1].x + w[2] * uv[2].x,
             w[0] * uv[0].y + w[1] * uv[1].y + w[2] * uv[2].y};
   }
-  std::array<double, 2> uv_at(const Weights& w) const { return between_uvs(uv_, w); }
+  std::array<double, 2> uv_at(const Weights& w) const { return interpolate_uv(uv_, w); }
 
   /// Adds the UV of a point of the triangle to a pool.
   void add_uv(const std::vector<Vec2>& from, const Weights& w, std::vector<Vec2>& to) const {
-    const auto& [a, b, c] = mesh_.uv_triangles[triangle_];
-    const std::array<double, 2> uv = between_uvs({from[a], from[b], from[c]}, w);
+    const auto& [a, b, c] = mesh_.uv_triangles[current_triangle_];
+    const std::array<double, 2> uv = interpolate_uv({from[a], from[b], from[c]}, w);
     to.push_back({static_cast<float>(uv[0]), static_cast<float>(uv[1])});
   }
 
-  std::array<double, 2> in_picture(const std::array<double, 2>& uv) const {
+  std::array<double, 2> to_picture_uv(const std::array<double, 2>& uv) const {
     const auto& m = transform_;
     return {m[0] * uv[0] + m[1] * uv[1] + m[2], m[3] * uv[0] + m[4] * uv[1] + m[5]};
   }
@@ -217,28 +218,29 @@ class Cutter {
   }
 
   double alpha_at(const Weights& w) const {
-    return w[0] * alpha_[0] + w[1] * alpha_[1] + w[2] * alpha_[2];
+    return w[0] * corner_alphas_[0] + w[1] * corner_alphas_[1] + w[2] * corner_alphas_[2];
   }
 
   double opacity_at(const Weights& w, const std::array<double, 2>& uv) const {
     const double picture =
-        picture_ == nullptr ? constant_opacity_
-                            : picture_->at(uv[0], uv[1], wraps_) * opacity_scale_ + opacity_offset_;
-    return alpha_ == Weights{1, 1, 1} ? picture : picture * alpha_at(w);
+        picture_ == nullptr
+            ? constant_opacity_
+            : picture_->at(uv[0], uv[1], picture_wraps_) * opacity_scale_ + opacity_offset_;
+    return corner_alphas_ == Weights{1, 1, 1} ? picture : picture * alpha_at(w);
   }
 
   BoundedChannel::Range over(const Part& part, double u0, double v0, double u1, double v1) const {
     BoundedChannel::Range range{static_cast<float>(constant_opacity_),
                                 static_cast<float>(constant_opacity_)};
     if (picture_ != nullptr) {
-      range = picture_->over(u0, v0, u1, v1, wraps_);
+      range = picture_->over(u0, v0, u1, v1, picture_wraps_);
       const auto scaled = [&](float value) {
         return static_cast<float>(value * opacity_scale_ + opacity_offset_);
       };
       range = {scaled(opacity_scale_ < 0 ? range.most : range.least),
                scaled(opacity_scale_ < 0 ? range.least : range.most)};
     }
-    if (alpha_ == Weights{1, 1, 1}) return range;
+    if (corner_alphas_ == Weights{1, 1, 1}) return range;
     const auto [least, most] =
         std::minmax({alpha_at(part[0]), alpha_at(part[1]), alpha_at(part[2])});
     return {range.least * static_cast<float>(least), range.most * static_cast<float>(most)};
@@ -246,7 +248,7 @@ class Cutter {
 
   void cut(const Part& part, int depth) {
     std::array<std::array<double, 2>, 3> uv{};
-    for (std::size_t k = 0; k < 3; ++k) uv[k] = in_picture(uv_at(part[k]));
+    for (std::size_t k = 0; k < 3; ++k) uv[k] = to_picture_uv(uv_at(part[k]));
     auto [u0, u1] = std::minmax({uv[0][0], uv[1][0], uv[2][0]});
     auto [v0, v1] = std::minmax({uv[0][1], uv[1][1], uv[2][1]});
     if (depth < kMaxDepth && spans_tiles(u0, u1, v0, v1)) return split_into_quarters(part, depth);
@@ -258,7 +260,7 @@ class Cutter {
     const BoundedChannel::Range range = over(part, u0, v0, u1, v1);
     if (range.most < threshold_) return;
     if (range.least >= threshold_) {
-      parts_.push_back(part);
+      clipped_parts_.push_back(part);
       return;
     }
     const bool is_below_a_texel =
@@ -269,47 +271,49 @@ class Cutter {
   }
 
   void split_into_quarters(const Part& part, int depth) {
-    const Weights ab = interpolated(part[0], part[1], 0.5),
-                  bc = interpolated(part[1], part[2], 0.5);
-    const Weights ca = interpolated(part[2], part[0], 0.5);
-    const std::size_t first_part = parts_.size();
+    const Weights ab = interpolate_weights(part[0], part[1], 0.5),
+                  bc = interpolate_weights(part[1], part[2], 0.5);
+    const Weights ca = interpolate_weights(part[2], part[0], 0.5);
+    const std::size_t first_part = clipped_parts_.size();
     cut({part[0], ab, ca}, depth + 1);
     cut({ab, part[1], bc}, depth + 1);
     cut({ca, bc, part[2]}, depth + 1);
     cut({ab, bc, ca}, depth + 1);
-    // If no quarter was cut, they are replaced by the undivided part.
-    if (parts_.size() == first_part + 4 && parts_[first_part] == Part{part[0], ab, ca} &&
-        parts_[first_part + 1] == Part{ab, part[1], bc} &&
-        parts_[first_part + 2] == Part{ca, bc, part[2]} &&
-        parts_[first_part + 3] == Part{ab, bc, ca}) {
-      parts_.resize(first_part);
-      parts_.push_back(part);
+    // If no quarter was cut, the quarters are replaced by the undivided part.
+    if (clipped_parts_.size() == first_part + 4 &&
+        clipped_parts_[first_part] == Part{part[0], ab, ca} &&
+        clipped_parts_[first_part + 1] == Part{ab, part[1], bc} &&
+        clipped_parts_[first_part + 2] == Part{ca, bc, part[2]} &&
+        clipped_parts_[first_part + 3] == Part{ab, bc, ca}) {
+      clipped_parts_.resize(first_part);
+      clipped_parts_.push_back(part);
     }
   }
 
   /// Clips a part to where the opacity, interpolated linearly, exceeds the threshold.
   void clip(const Part& part, const std::array<std::array<double, 2>, 3>& uv) {
-    std::array<double, 3> excess{};
-    for (std::size_t k = 0; k < 3; ++k) excess[k] = opacity_at(part[k], uv[k]) - threshold_;
+    std::array<double, 3> opacity_excess{};
+    for (std::size_t k = 0; k < 3; ++k) opacity_excess[k] = opacity_at(part[k], uv[k]) - threshold_;
     std::vector<Weights> polygon;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::size_t next = (k + 1) % 3;
-      if (excess[k] >= 0) polygon.push_back(part[k]);
-      if ((excess[k] >= 0) == (excess[next] >= 0)) continue;
-      // Both triangles at an edge interpolate from the same end, so that they compute the same point.
-      const bool starts_at_k = excess[k] >= 0;
+      if (opacity_excess[k] >= 0) polygon.push_back(part[k]);
+      if ((opacity_excess[k] >= 0) == (opacity_excess[next] >= 0)) continue;
+      // The two triangles at an edge interpolate from the same end of it, so that they compute the same point.
+      const bool starts_at_k = opacity_excess[k] >= 0;
       const std::size_t a = starts_at_k ? k : next, b = starts_at_k ? next : k;
-      polygon.push_back(interpolated(part[a], part[b], excess[a] / (excess[a] - excess[b])));
+      polygon.push_back(interpolate_weights(
+          part[a], part[b], opacity_excess[a] / (opacity_excess[a] - opacity_excess[b])));
     }
     for (std::size_t k = 2; k < polygon.size(); ++k) {
-      parts_.push_back({polygon[0], polygon[k - 1], polygon[k]});
+      clipped_parts_.push_back({polygon[0], polygon[k - 1], polygon[k]});
     }
   }
 
   void add_names() {
-    if (!mesh_.groups.empty()) result_.groups.push_back(mesh_.groups[triangle_]);
-    if (!mesh_.objects.empty()) result_.objects.push_back(mesh_.objects[triangle_]);
-    if (!mesh_.materials.empty()) result_.materials.push_back(mesh_.materials[triangle_]);
+    if (!mesh_.groups.empty()) result_.groups.push_back(mesh_.groups[current_triangle_]);
+    if (!mesh_.objects.empty()) result_.objects.push_back(mesh_.objects[current_triangle_]);
+    if (!mesh_.materials.empty()) result_.materials.push_back(mesh_.materials[current_triangle_]);
   }
 
   void add(const Part& part) {
@@ -324,15 +328,16 @@ class Cutter {
     result_.triangles.push_back(at);
     result_.uv_triangles.push_back(uv);
     result_.normal_triangles.push_back(normal);
-    is_part_.push_back(true);
+    is_clipped_part_.push_back(true);
   }
 
   /// Indices of a point's position, UV and normal in the pools; adds the ones that the pools lack.
   std::array<std::uint32_t, 3> vertex_of(const Weights& w) {
-    const Triangle& corners = mesh_.triangles[triangle_];
+    const Triangle& corners = mesh_.triangles[current_triangle_];
     for (std::size_t k = 0; k < 3; ++k) {
       if (w[k] == 1) {
-        return {corners[k], mesh_.uv_triangles[triangle_][k], normal_triangles_[triangle_][k]};
+        return {corners[k], mesh_.uv_triangles[current_triangle_][k],
+                normal_triangles_[current_triangle_][k]};
       }
     }
     const auto [entry, added] = vertices_.emplace(w, std::array<std::uint32_t, 3>{});
@@ -340,7 +345,7 @@ class Cutter {
     Vec3d position{}, normal{};
     for (std::size_t k = 0; k < 3; ++k) {
       position += to_double(mesh_.positions[corners[k]]) * w[k];
-      normal += to_double(result_.normals[normal_triangles_[triangle_][k]]) * w[k];
+      normal += to_double(result_.normals[normal_triangles_[current_triangle_][k]]) * w[k];
     }
     const double size = length(normal);
     entry->second = {static_cast<std::uint32_t>(result_.positions.size()),
@@ -373,9 +378,9 @@ class Cutter {
   std::vector<std::unique_ptr<BoundedChannel>> pictures_;
   std::vector<Triangle> normal_triangles_;
   Mesh result_;
-  std::vector<bool> is_part_;  // per triangle of the result: true if it was clipped
+  std::vector<bool> is_clipped_part_;  // For each triangle of the result, true if it was clipped
 
-  std::size_t triangle_ = 0;  // the triangle that is being cut
+  std::size_t current_triangle_ = 0;  // the triangle that is being cut
   std::array<Vec2, 3> uv_;
   const BoundedChannel* picture_ = nullptr;
   // transform from the mesh's UVs to the picture's
@@ -383,12 +388,12 @@ class Cutter {
   // set of UDIM tiles that picture_ belongs to
   std::uint32_t udim_set_ = Texture::kNone;
   std::array<double, 2> tile_corner_{};  // lower left corner of the tile in UV space
-  BoundedChannel::Wraps wraps_{};
+  BoundedChannel::Wraps picture_wraps_{};
   // opacity = opacity_scale_ * texture + opacity_offset_
   double opacity_scale_ = 1, opacity_offset_ = 0;
-  Weights alpha_{1, 1, 1};       // vertex alpha at the triangle's corners
-  double constant_opacity_ = 1;  // opacity of a material without a picture
-  std::vector<Part> parts_;
+  Weights corner_alphas_{1, 1, 1};  // vertex alpha at the triangle's corners
+  double constant_opacity_ = 1;     // opacity of a material without a picture
+  std::vector<Part> clipped_parts_;
   std::map<Weights, std::array<std::uint32_t, 3>> vertices_;
 };
 
@@ -399,7 +404,7 @@ void check(const Mesh& mesh, const Texture& opacity, double threshold) {
   }
   if (mesh.uv_triangles.size() != mesh.triangles.size() || mesh.uvs.empty()) {
     throw Error(ErrorCode::input, "'" + mesh.name +
-                                      "' has no UVs, over which its opacity would lie: give it a "
+                                      "' has no UVs, which its texture of opacity needs: give it a "
                                       "layout.");
   }
   const bool by_material = !opacity.image_of.empty();

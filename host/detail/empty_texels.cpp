@@ -49,7 +49,7 @@ bool are_near(const Image& image, std::uint32_t a, std::uint32_t b) {
 std::optional<std::uint32_t> background_of(const Image& image, const TexelBits& charts) {
   const std::size_t texels = std::size_t{image.width} * image.height;
   const std::size_t sample_count = std::min(texels, 4 * kBackgroundBounds.samples);
-  std::unordered_map<std::uint32_t, std::size_t> counts;
+  std::unordered_map<std::uint32_t, std::size_t> color_counts;
   std::size_t outside_count = 0;
   for (std::size_t k = 0; k < sample_count; ++k) {
     const std::size_t i = sample_count == texels
@@ -57,16 +57,17 @@ std::optional<std::uint32_t> background_of(const Image& image, const TexelBits& 
                               : static_cast<std::size_t>((k * 0x9E3779B97F4A7C15U >> 11U) % texels);
     if (charts.has(i)) continue;
     ++outside_count;
-    ++counts[key_of(image, &image.pixels[i * image.channels])];
+    ++color_counts[key_of(image, &image.pixels[i * image.channels])];
   }
   if (outside_count == 0) return std::nullopt;
-  // The smallest key wins ties, so that the result does not depend on the map's order.
+  // Of equally frequent colours, the smallest key is used, so that the result does not depend on the hash table's
+  // order.
   const auto most_frequent =
-      std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) {
+      std::max_element(color_counts.begin(), color_counts.end(), [](const auto& a, const auto& b) {
         return a.second != b.second ? a.second < b.second : a.first > b.first;
       });
   std::size_t near_count = 0;
-  for (const auto& [key, count] : counts)
+  for (const auto& [key, count] : color_counts)
     near_count += are_near(image, key, most_frequent->first) ? count : 0;
   if (static_cast<double>(near_count) <
       kBackgroundBounds.share * static_cast<double>(outside_count))
@@ -74,7 +75,7 @@ std::optional<std::uint32_t> background_of(const Image& image, const TexelBits& 
   return most_frequent->first;
 }
 
-bool is_near(const Image& image, const float* texel, std::uint32_t key) {
+bool is_near_background(const Image& image, const float* texel, std::uint32_t key) {
   if (has_alpha(image) && key == 0) {
     return !(texel[image.channels - 1] > kBackgroundBounds.near);
   }
@@ -93,11 +94,11 @@ void for_each_word(const TexelBits& bits, const Word& word) {
 }
 
 bool intersects(const TexelBits& a, const TexelBits& b) {
-  bool has_any = false;
+  bool is_any_added = false;
   for_each_word(a, [&](std::size_t y, std::size_t w) {
-    has_any = has_any || (a.row(y)[w] & b.row(y)[w]) != 0;
+    is_any_added = is_any_added || (a.row(y)[w] & b.row(y)[w]) != 0;
   });
-  return has_any;
+  return is_any_added;
 }
 
 bool is_full(const TexelBits& bits) {
@@ -119,7 +120,7 @@ void ChartTexels::add_touched(const Corners& uvs, const Wraps& wraps) { add_rows
 /// \param reach half the side of the square around a texel's centre that the triangle must overlap
 bool ChartTexels::add_rows(const Corners& uvs, const Wraps& wraps, double reach) {
   constexpr double kCentreTolerance = 1e-4, kMaxTexel = 1e9;
-  const double width = bits_.width(), height = bits_.height();
+  const double width = chart_bits_.width(), height = chart_bits_.height();
   std::array<std::array<double, 2>, 3> at{};
   double top = std::numeric_limits<double>::infinity(), bottom = -top, least = top,
          most_frequent = -top;
@@ -136,21 +137,24 @@ bool ChartTexels::add_rows(const Corners& uvs, const Wraps& wraps, double reach)
   constexpr double kMaxRepetitions = 4;
   const bool is_clamped = !wraps || (*wraps)[1] == TextureWrap::clamp;
   if (!is_clamped && bottom - top > kMaxRepetitions * height) {
-    for (std::size_t y = 0; y < bits_.height(); ++y) bits_.add(y, 0, bits_.width());
+    for (std::size_t y = 0; y < chart_bits_.height(); ++y)
+      chart_bits_.add(y, 0, chart_bits_.width());
     return true;
   }
   auto first = static_cast<std::int64_t>(std::ceil(top - slack));
   auto last = static_cast<std::int64_t>(std::floor(bottom + slack));
   if (is_clamped) {
     // Rows outside the picture repeat its outermost row, so they need no scan of their own.
-    if (wraps && top < 0) bits_.add(0, 0, bits_.width());
-    if (wraps && bottom > height - 1) bits_.add(bits_.height() - 1, 0, bits_.width());
+    if (wraps && top < 0) chart_bits_.add(0, 0, chart_bits_.width());
+    if (wraps && bottom > height - 1)
+      chart_bits_.add(chart_bits_.height() - 1, 0, chart_bits_.width());
     first = std::max<std::int64_t>(first, 0);
-    last = std::min<std::int64_t>(last, std::int64_t{bits_.height()} - 1);
+    last = std::min<std::int64_t>(last, std::int64_t{chart_bits_.height()} - 1);
   }
-  bool has_any = false;
+  bool is_any_added = false;
   for (std::int64_t y = first; y <= last; ++y) {
-    // Only the part of the triangle between these two lines counts; with reach 0 both lines are the same.
+    // Only the part of the triangle between the lines `reach` above and below the row's centre counts; with reach 0
+    // both lines are the same.
     const double from_y = std::clamp(static_cast<double>(y) - reach, top, bottom);
     const double to = std::clamp(static_cast<double>(y) + reach, top, bottom);
     double left = std::numeric_limits<double>::infinity(), right = -left;
@@ -167,18 +171,18 @@ bool ChartTexels::add_rows(const Corners& uvs, const Wraps& wraps, double reach)
       }
     }
     if (left <= right) {
-      has_any = add_row(y, std::max(left, least) - slack, std::min(right, most_frequent) + slack,
-                        wraps) ||
-                has_any;
+      is_any_added = add_row(y, std::max(left, least) - slack,
+                             std::min(right, most_frequent) + slack, wraps) ||
+                     is_any_added;
     }
   }
-  return has_any;
+  return is_any_added;
 }
 
 /// \returns true if any texel was added
 bool ChartTexels::add_row(std::int64_t y, double left, double right, const Wraps& wraps) {
-  const auto width = static_cast<std::int64_t>(bits_.width());
-  const auto height = static_cast<std::int64_t>(bits_.height());
+  const auto width = static_cast<std::int64_t>(chart_bits_.width());
+  const auto height = static_cast<std::int64_t>(chart_bits_.height());
   auto begin = static_cast<std::int64_t>(std::ceil(left));
   auto end = static_cast<std::int64_t>(std::floor(right)) + 1;
   if (begin >= end) return false;
@@ -199,13 +203,13 @@ bool ChartTexels::add_row(std::int64_t y, double left, double right, const Wraps
       begin = wrapped_texel(begin, width, wrap);
       end = begin + length;
       if (end > width) {
-        bits_.add(static_cast<std::size_t>(y), 0, static_cast<std::size_t>(end - width));
+        chart_bits_.add(static_cast<std::size_t>(y), 0, static_cast<std::size_t>(end - width));
         end = width;
       }
     }
   }
-  bits_.add(static_cast<std::size_t>(y), static_cast<std::size_t>(begin),
-            static_cast<std::size_t>(end));
+  chart_bits_.add(static_cast<std::size_t>(y), static_cast<std::size_t>(begin),
+                  static_cast<std::size_t>(end));
   return true;
 }
 
@@ -223,7 +227,7 @@ std::optional<TexelBits> find_empty_texels(const Image& image, const TexelBits& 
         std::uint64_t background_bits = 0;
         for (; outside_bits != 0; outside_bits &= outside_bits - 1) {
           const auto bit = static_cast<std::size_t>(std::countr_zero(outside_bits));
-          if (is_near(image, image.at(w * 64 + bit, y), *background))
+          if (is_near_background(image, image.at(w * 64 + bit, y), *background))
             background_bits |= std::uint64_t{1} << bit;
         }
         background_texels.row(y)[w] = background_bits;
@@ -233,9 +237,11 @@ std::optional<TexelBits> find_empty_texels(const Image& image, const TexelBits& 
   TexelBits near_charts = charts;
   for (int step = 0; step < kBackgroundBounds.reach; ++step) near_charts = dilated(near_charts);
   if (!intersects(near_charts, background_texels)) return std::nullopt;
-  TexelBits empty = dilated(background_texels);
-  for_each_word(empty, [&](std::size_t y, std::size_t w) { empty.row(y)[w] &= ~charts.row(y)[w]; });
-  return empty;
+  TexelBits dilated_background = dilated(background_texels);
+  for_each_word(dilated_background, [&](std::size_t y, std::size_t w) {
+    dilated_background.row(y)[w] &= ~charts.row(y)[w];
+  });
+  return dilated_background;
 }
 
 }  // namespace kiln

@@ -25,7 +25,7 @@ class ChartTexels {
 
   using Wraps = std::optional<std::array<TextureWrap, 2>>;
 
-  ChartTexels(std::uint32_t width, std::uint32_t height) : bits_(width, height) {}
+  ChartTexels(std::uint32_t width, std::uint32_t height) : chart_bits_(width, height) {}
 
   /// Adds texels with centres in a triangle, with a tolerance of 1e-4 texels. UVs that are not finite add none.
   /// Thread-safe.
@@ -35,13 +35,13 @@ class ChartTexels {
   /// Adds all texels that the triangle touches. Thread-safe.
   void add_touched(const Corners& uvs, const Wraps& wraps);
 
-  const TexelBits& bits() const { return bits_; }
+  const TexelBits& bits() const { return chart_bits_; }
 
  private:
   bool add_row(std::int64_t y, double left, double right, const Wraps& wraps);
   bool add_rows(const Corners& uvs, const Wraps& wraps, double reach);
 
-  TexelBits bits_;
+  TexelBits chart_bits_;
 };
 
 /// Finds the texels that hold background. Returns nothing if the picture has no background, or no background

@@ -11,7 +11,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kTexelGrain = 1 << 12;
+constexpr std::size_t kTexelsPerTask = 1 << 12;
 
 class HemisphereMap : public MapMaker {
  public:
@@ -22,16 +22,16 @@ class HemisphereMap : public MapMaker {
       : reads_(request.reads()),
         miss_(request.options.encoding.miss),
         rays_(request.shared.of<Hemispheres>(request)),
-        read_(read) {}
+        read_values_(read) {}
 
   void report(BakedMap& map, std::vector<Warning>&) const override {
-    if (read_ == &Hemispheres::visibility) map.occlusion = rays_->report();
+    if (read_values_ == &Hemispheres::visibility) map.occlusion = rays_->report();
   }
 
   void run(const TexelBand& band, const DeviceCorrespondence& match,
            const BandPixels& out) override {
     if (band.sample_count == 0) return;
-    average_samples(*reads_, band, match, miss_, (*rays_.*read_)(band, match, false),
+    average_samples(*reads_, band, match, miss_, (*rays_.*read_values_)(band, match, false),
                     band.sample_count, out);
   }
 
@@ -39,8 +39,8 @@ class HemisphereMap : public MapMaker {
                    const DeviceCorrespondence& other, const cl::Array<float>& shares,
                    const BandPixels& out) override {
     if (band.sample_count == 0) return;
-    std::vector<float> values = (*rays_.*read_)(band, match, false);
-    const std::vector<float> others = (*rays_.*read_)(band, other, true);
+    std::vector<float> values = (*rays_.*read_values_)(band, match, false);
+    const std::vector<float> others = (*rays_.*read_values_)(band, other, true);
     const std::vector<std::uint32_t>& triangle = reads_->read(other.triangle, band.sample_count);
     const std::vector<float>& share = reads_->read(shares, band.sample_count);
     for (std::size_t s = 0; s < values.size(); ++s) {
@@ -54,7 +54,7 @@ class HemisphereMap : public MapMaker {
   std::shared_ptr<BandReads> reads_;
   MissPolicy miss_;
   std::shared_ptr<Hemispheres> rays_;
-  Read read_;
+  Read read_values_;
 };
 
 }  // namespace
@@ -67,7 +67,7 @@ void average_samples(BandReads& reads, const TexelBand& band, const DeviceCorres
   const std::vector<std::uint32_t>& first =
       reads.read(band.texel_first, band.texel_count + std::size_t{1});
   const std::vector<std::uint32_t>& triangle = reads.read(match.triangle, band.sample_count);
-  parallel_for(band.texel_count, kTexelGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(band.texel_count, kTexelsPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       std::uint8_t& coverage = out.coverage[index[t]];
       coverage = kCoverageMissed;

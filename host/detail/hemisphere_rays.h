@@ -19,7 +19,7 @@ inline RayQuery query_up_to(float distance, bool back_faces) {
   RayQuery query;
   query.t_min = std::min(kMinHitDistance, distance / 2);
   query.t_max = distance;
-  query.inward = true;  // directions are stored reversed
+  query.inward = true;  // Directions are stored with the opposite sign
   query.two_sided = back_faces;
   return query;
 }

@@ -13,7 +13,8 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t kViewsPerBatch = 32;  // limits memory: 64 MiB of keys, 32 MiB of depths
+// Limits the memory of a batch: 64 MiB of keys, 32 MiB of depths
+constexpr std::uint32_t kViewsPerBatch = 32;
 // Depth bias in pixels. A surface nearer than a sample by less than this does not hide the sample, since depth varies
 // within a pixel.
 constexpr float kBiasPixels = 0.5F;
@@ -32,19 +33,19 @@ HemisphereViews::HemisphereViews(cl::Context& context, std::vector<Vec3> positio
                                  std::uint32_t size, Traversal traversal)
     : context_(context),
       size_(size),
-      scalar_(choose_traversal(context, traversal) == Traversal::gpu) {
+      uses_scalar_kernel_(choose_traversal(context, traversal) == Traversal::gpu) {
   double radius = 0;
   for (const Vec3& p : positions) {
     if (is_finite(p)) radius = std::max(radius, length(to_double(p)));
   }
-  int exponent = 0;
-  std::frexp(radius, &exponent);
-  // a power of two, so scaling is exact
-  if (radius > 0.5) scale_ = static_cast<float>(std::ldexp(0.5, -exponent));
+  int scale_exponent = 0;
+  std::frexp(radius, &scale_exponent);
+  // The scale is a power of two, so that scaling is exact
+  if (radius > 0.5) scale_ = static_cast<float>(std::ldexp(0.5, -scale_exponent));
   for (Vec3& p : positions) p = {p.x * scale_, p.y * scale_, p.z * scale_};
-  raster_.emplace(context, positions, triangles);
+  rasterizer_.emplace(context, positions, triangles);
   for (const Vec3d& toward : spread_directions(directions)) {
-    kiln_view view = make_view(toward, raster_->radius(), size_);
+    kiln_view view = make_view(toward, rasterizer_->radius(), size_);
     view.flags = KILN_RASTER_TWO_SIDED;
     views_.push_back(view);
   }
@@ -56,15 +57,17 @@ void HemisphereViews::add(const cl::Array<float>& points, std::uint32_t count,
   const std::uint64_t pixels = DepthKeys::count(size_, size_);
   const std::uint32_t batch =
       std::min({DepthViews::batch_size(context_, size_), kViewsPerBatch, directions()});
-  if (depths_.empty()) {
-    keys_ = DepthKeys(context_, pixels * batch);
-    depths_ = cl::Array<float>(context_, std::size_t{size_} * size_ * batch);
+  if (view_depths_.empty()) {
+    depth_keys_ = DepthKeys(context_, pixels * batch);
+    view_depths_ = cl::Array<float>(context_, std::size_t{size_} * size_ * batch);
   }
-  std::string defines = scalar_ ? "-DKILN_VISIBILITY_SCALAR=1" : "";
+  std::string build_defines = uses_scalar_kernel_ ? "-DKILN_VISIBILITY_SCALAR=1" : "";
   if (!bent_sum.empty())
-    defines += (scalar_ ? " " : "") + std::string("-DKILN_HEMISPHERE_BENT_SUM=1");
-  const cl::Kernel add = context_.kernel("hemisphere_views", "kiln_hemisphere_views", defines);
-  const cl::Kernel depths = context_.kernel("hemisphere_views", "kiln_hemisphere_depths", defines);
+    build_defines += (uses_scalar_kernel_ ? " " : "") + std::string("-DKILN_HEMISPHERE_BENT_SUM=1");
+  const cl::Kernel add =
+      context_.kernel("hemisphere_views", "kiln_hemisphere_views", build_defines);
+  const cl::Kernel depths =
+      context_.kernel("hemisphere_views", "kiln_hemisphere_depths", build_defines);
   for (std::uint32_t first = 0; first < directions(); first += batch) {
     const std::uint32_t batch_size = std::min(batch, directions() - first);
     const std::span<kiln_view> views = std::span(views_).subspan(first, batch_size);
@@ -72,7 +75,7 @@ void HemisphereViews::add(const cl::Array<float>& points, std::uint32_t count,
       views[k].first = static_cast<std::uint32_t>(pixels) * k;
     }
     const cl::Array<kiln_view> on_device(context_, std::span<const kiln_view>(views));
-    raster_->draw(views, keys_);
+    rasterizer_->draw(views, depth_keys_);
     kiln_hemisphere_views_params params{};
     params.count = count;
     params.capacity = capacity;
@@ -83,14 +86,16 @@ void HemisphereViews::add(const cl::Array<float>& points, std::uint32_t count,
     params.bias = kBiasPixels / views[0].scale;
     params.scale = scale_;
     const std::size_t rows = std::size_t{size_} * KILN_RASTER_TILES(size_) * batch_size;
-    context_.launch(depths, rows, kLocal, params, on_device, keys_.keys, keys_.drawn, depths_);
-    const std::size_t items = scalar_ ? count : capacity / KILN_VISIBILITY_SAMPLES;
+    context_.launch(depths, rows, kLocal, params, on_device, depth_keys_.keys, depth_keys_.drawn,
+                    view_depths_);
+    const std::size_t work_items = uses_scalar_kernel_ ? count : capacity / KILN_VISIBILITY_SAMPLES;
     if (bent_sum.empty()) {
-      context_.launch(add, items, kLocal, params, on_device, depths_, points, sums);
+      context_.launch(add, work_items, kLocal, params, on_device, view_depths_, points, sums);
     } else {
-      context_.launch(add, items, kLocal, params, on_device, depths_, points, sums, bent_sum);
+      context_.launch(add, work_items, kLocal, params, on_device, view_depths_, points, sums,
+                      bent_sum);
     }
-    context_.finish();  // the kernels still read the views that this function frees
+    context_.finish();  // Waits, since the kernels still read the views that this function frees
   }
 }
 

@@ -41,12 +41,12 @@ class HemisphereViews {
  private:
   cl::Context& context_;
   std::uint32_t size_;
-  bool scalar_;
+  bool uses_scalar_kernel_;
   float scale_ = 1;  // scale that brings points within 0.5 of the origin
-  std::optional<Rasterizer> raster_;
+  std::optional<Rasterizer> rasterizer_;
   std::vector<kiln_view> views_;
-  DepthKeys keys_;
-  cl::Array<float> depths_;
+  DepthKeys depth_keys_;
+  cl::Array<float> view_depths_;
 };
 
 }  // namespace kiln

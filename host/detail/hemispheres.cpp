@@ -30,28 +30,29 @@ float ray_length(const Length& length, const Frame& frame) {
 /// A ray length that reaches all of the high poly from its own points and from the low poly's. It is kept short,
 /// since boxes are widened by the rounding error of the ray's length: an infinite ray would intersect every box.
 float unbounded_ray_length(const LowSurface& surface, std::span<const Mesh> other_occluders) {
-  double farthest = 1;  // the high poly's vertices stay within 1, also in sessions
+  // The high poly's vertices stay within a distance of 1, also in sessions
+  double max_origin_distance = 1;
   for (const std::size_t i : surface.usable_triangles()) {
     for (const LowSurface::Corner& corner : surface.triangles[i]) {
-      farthest = std::max(farthest, length(to_double(corner.position)));
+      max_origin_distance = std::max(max_origin_distance, length(to_double(corner.position)));
     }
   }
   for (const Mesh& other : other_occluders) {
     for (const Vec3& p : other.positions) {
-      if (is_finite(p)) farthest = std::max(farthest, length(to_double(p)));
+      if (is_finite(p)) max_origin_distance = std::max(max_origin_distance, length(to_double(p)));
     }
   }
-  return static_cast<float>(std::min(farthest + 3, kMaxRayLength));
+  return static_cast<float>(std::min(max_origin_distance + 3, kMaxRayLength));
 }
 
 /// Directions of one sample's rays about +Z, and the ring of each ray.
 struct RaySets {
-  std::vector<float> directions;  // per direction set: all x, then all y, then all z
-  std::vector<std::uint32_t>
-      rings;  // first ray of each ray's ring for all rays, then the number of rays in that ring
+  std::vector<float> directions;  // For each set of directions: all x, then all y, then all z
+  // For each ray, the first ray of its ring; then, for each ray, the number of rays in its ring
+  std::vector<std::uint32_t> rings;
 };
 
-double fraction(double value) { return value - std::floor(value); }
+double fractional_part(double value) { return value - std::floor(value); }
 
 /// Vogel's spiral with two opposite arms. It covers the disk evenly for any number of rays, and is balanced: the mean
 /// of all rays is the normal. If the number is odd, one ray has no opposite; it lies next to the centre. Each ray has
@@ -63,15 +64,15 @@ double fraction(double value) { return value - std::floor(value); }
 /// distributed on [0, 1)
 RaySets spiral_rays(std::uint32_t count, double disk,
                     const std::function<double(double)>& length_of) {
+  // Irrational numbers, which fractions approximate badly
   const double rotation_step = std::numbers::phi - 1, radius_step = 0.7548776662466927,
-               // an irrational number that fractions approximate badly
-      length_step = std::numbers::sqrt3 - 1;
+               length_step = std::numbers::sqrt3 - 1;
   const std::uint32_t has_centre_ray = count % 2;
   std::vector<double> angle(count);
   std::vector<std::uint32_t> order(count), arm(count);
   for (std::uint32_t i = 0; i < count; ++i) {
     arm[i] = (i + has_centre_ray) / 2;
-    angle[i] = (fraction(arm[i] * rotation_step) + (i + has_centre_ray) % 2) / 2;
+    angle[i] = (fractional_part(arm[i] * rotation_step) + (i + has_centre_ray) % 2) / 2;
     order[i] = i;
   }
   RaySets sets;
@@ -94,17 +95,17 @@ RaySets spiral_rays(std::uint32_t count, double disk,
       const std::uint32_t ray = order[i];
       const bool is_centre = has_centre_ray != 0 && ray == 0;
       const double radial_fraction =
-          fraction(arm[ray] * radius_step + (set + 0.5) / KILN_HEMISPHERE_SETS);
+          fractional_part(arm[ray] * radius_step + (set + 0.5) / KILN_HEMISPHERE_SETS);
       // The share of the disk's area that is nearer to the centre than the ray.
       const double squared =
           (is_centre ? radial_fraction
                      : has_centre_ray + 2 * (arm[ray] - has_centre_ray + radial_fraction)) /
           count * disk * disk;
       const double radians = 2 * std::numbers::pi * angle[ray], radius = std::sqrt(squared);
-      // Lengths of opposite rays are drawn half a period apart.
+      // Two opposite rays get lengths for numbers that are half of the period apart.
       const double length =
-          length_of(fraction(arm[ray] * length_step + (ray + has_centre_ray) % 2 * 0.5 +
-                             (3 * set + 0.5) / KILN_HEMISPHERE_SETS));
+          length_of(fractional_part(arm[ray] * length_step + (ray + has_centre_ray) % 2 * 0.5 +
+                                    (3 * set + 0.5) / KILN_HEMISPHERE_SETS));
       to[i] = static_cast<float>(length * radius * std::cos(radians));
       to[i + std::size_t{count}] = static_cast<float>(length * radius * std::sin(radians));
       to[i + std::size_t{2} * count] = static_cast<float>(length * std::sqrt(1 - squared));
@@ -130,14 +131,14 @@ double inverse_falloff(OcclusionFalloff falloff, double quantile) {
 
 /// Cosines, then sines, of all angles by which a sample's rays may be rotated about its normal.
 std::vector<float> rotation_table() {
-  constexpr std::size_t kTurns = KILN_HEMISPHERE_TURNS;
-  std::vector<float> table(2 * kTurns);
-  for (std::size_t i = 0; i < kTurns; ++i) {
-    const double radians = 2 * std::numbers::pi * static_cast<double>(i) / kTurns;
-    table[i] = static_cast<float>(std::cos(radians));
-    table[i + kTurns] = static_cast<float>(std::sin(radians));
+  constexpr std::size_t kRotations = KILN_HEMISPHERE_TURNS;
+  std::vector<float> cosines_and_sines(2 * kRotations);
+  for (std::size_t i = 0; i < kRotations; ++i) {
+    const double radians = 2 * std::numbers::pi * static_cast<double>(i) / kRotations;
+    cosines_and_sines[i] = static_cast<float>(std::cos(radians));
+    cosines_and_sines[i + kRotations] = static_cast<float>(std::sin(radians));
   }
-  return table;
+  return cosines_and_sines;
 }
 
 }  // namespace
@@ -166,9 +167,9 @@ Hemispheres::Hemispheres(const MapRequest& request)
     Mesh other;
     other.positions = frame.to_frame(*mesh);
     other.triangles = mesh->triangles;
-    others_.push_back(std::move(other));
+    other_occluders_.push_back(std::move(other));
   }
-  unbounded_ = unbounded_ray_length(request.surface, others_);
+  unbounded_ = unbounded_ray_length(request.surface, other_occluders_);
   occlusion_reach_ = unbounded_;
   if (distance) occlusion_reach_ = std::min(occlusion_reach_, ray_length(*distance, frame));
   falloff_ = request.options.occlusion.falloff;
@@ -186,7 +187,7 @@ Hemispheres::Hemispheres(const MapRequest& request)
   const ShadowLight& light = request.options.light;
   const Vec3d towards = to_double(light.direction);
   const double half_angle = light.angle_degrees / 2 * std::numbers::pi / 180;
-  if (length(towards) > 0) light_ = to_float(towards * (1 / length(towards)));
+  if (length(towards) > 0) light_direction_ = to_float(towards * (1 / length(towards)));
   rays_to_light_.toward_light = true;
   upload_rays(rays_to_light_, half_angle > 0 ? rays : 1, std::sin(half_angle));
   rotation_table_ = cl::Array<float>(context_, std::span<const float>(rotation_table()));
@@ -212,7 +213,7 @@ void Hemispheres::next_source() {
   all_occluders_.reset();
   part_occluders_.clear();
   views_.reset();
-  uploaded_ = false;  // vertices may have moved
+  uploaded_ = false;  // Vertices of the high poly may have moved
 }
 
 std::uint32_t Hemispheres::plane_of(const TexelBand& band) {
@@ -336,9 +337,10 @@ std::vector<float> Hemispheres::shadow(const TexelBand& band, const DeviceCorres
   make_turns(band);
   over_rays(band, match, second, rays_to_light_, turns_, false,
             [&](const kiln_hemisphere_params& params, std::uint32_t count) {
-              make_room(context_, hits_, ray_capacity_);
-              caster.occluded(rays_, count, ray_capacity_, query, hits_);
-              context_.launch(lit, params.stride / kLanes, kLocalLanes, params, hits_, rays_, lit_);
+              make_room(context_, ray_hits_, ray_capacity_);
+              caster.occluded(rays_, count, ray_capacity_, query, ray_hits_);
+              context_.launch(lit, params.stride / kLanes, kLocalLanes, params, ray_hits_, rays_,
+                              lit_);
             });
   return shares(band, lit_, rays_to_light_.count);
 }

@@ -68,11 +68,11 @@ class Hemispheres : public SharedWork {
 
   /// Rays about an axis: the normal, its opposite, or the direction to the light.
   struct RaySet {
-    std::uint32_t count = 0;  // rays of a sample
-    float side = 1;           // 1: about the axis; -1: about the opposite direction
-    // the axis is the direction to the light, otherwise the normal
+    std::uint32_t count = 0;  // Number of rays of a sample
+    float side = 1;           // 1 for rays about the axis, -1 for rays about the opposite direction
+    // True if the axis is the direction to the light; otherwise it is the normal
     bool toward_light = false;
-    bool falls_off = false;  // ray lengths follow OcclusionOptions::falloff
+    bool falls_off = false;  // True if ray lengths follow OcclusionOptions::falloff
     cl::Array<float> directions;
     cl::Array<std::uint32_t> rings;
   };
@@ -95,8 +95,8 @@ class Hemispheres : public SharedWork {
     TexelSamples shared;
     // `rays` is the number of rays of one sample in each estimate
     std::vector<std::uint32_t> a, b, rays;
-    std::vector<std::uint8_t> is_done;
-    std::vector<std::uint32_t> cast_round;  // round in which rays of the texel were last cast
+    std::vector<std::uint8_t> has_converged_;
+    std::vector<std::uint32_t> cast_round;  // Round in which rays of the texel were last cast
     std::uint32_t round = 0, turn = 0;
   };
   /// Casts `rays` more rays of each sample of the given texels for estimate a, and as many for b if both are
@@ -105,8 +105,8 @@ class Hemispheres : public SharedWork {
                 std::span<std::vector<std::uint32_t>* const> open);
   AoDenoiser::Result denoise_estimates(const Estimates& of, double plain_variance);
   void cast_unsure(const Estimates& of, AoDenoiser::Result& result);
-  bool refine(Estimates& of, const AoDenoiser::Result& last,
-              const std::vector<float>& previous_errors);
+  bool cast_more_rays(Estimates& of, const AoDenoiser::Result& last,
+                      const std::vector<float>& previous_errors);
   TexelSamples prepare_filter(const TexelBand& band, const DeviceCorrespondence& match,
                               bool second);
   /// Gathers some samples, their matches and the random rotations of their ray sets into the picked_ arrays.
@@ -117,25 +117,26 @@ class Hemispheres : public SharedWork {
   /// Computes the random rotations of the picked samples from make_keys().
   void turn_picked(std::uint32_t count, std::uint32_t round, cl::Array<std::uint32_t>& turns);
   /// Samples that have the same occluders.
-  struct Group {
+  struct OccluderGroup {
     const RayCaster* caster;
     std::vector<std::uint32_t> samples;
   };
   /// Groups samples by part (OcclusionOptions::own_part), or returns one group of all samples. Samples
   /// without rays are excluded.
-  std::vector<Group> groups(const TexelBand& band, const DeviceCorrespondence& match, bool second,
-                            std::span<const std::uint32_t> samples);
+  std::vector<OccluderGroup> groups(const TexelBand& band, const DeviceCorrespondence& match,
+                                    bool second, std::span<const std::uint32_t> samples);
   const RayCaster& occluders_of(std::uint32_t part);
   /// Per sample of a group: number of rays that hit nothing, and optionally the sum of their directions.
   struct RayCounts {
-    std::vector<std::uint32_t> open;  // count per sample of the band
-    std::vector<float> bent_sum;      // sums of directions: 3 planes of plane_of(band)
+    // For each sample of the band, the number of its rays that hit nothing
+    std::vector<std::uint32_t> open;
+    std::vector<float> bent_sum;  // sums of directions: 3 planes of plane_of(band)
   };
   /// \param rounds each round casts different rays and has counts of its own; the points are computed once. Without
   ///     rounds the rotations are those of make_turns()
-  void cast_group(const Group& group, const TexelBand& band, const DeviceCorrespondence& match,
-                  bool second, const RaySet& set, std::span<const std::uint32_t> rounds,
-                  std::span<RayCounts> ray_counts);
+  void cast_group(const OccluderGroup& group, const TexelBand& band,
+                  const DeviceCorrespondence& match, bool second, const RaySet& set,
+                  std::span<const std::uint32_t> rounds, std::span<RayCounts> ray_counts);
   /// Casts rays of all samples of a band, each against its own part.
   RayCounts cast_parts(const TexelBand& band, const DeviceCorrespondence& match, bool second,
                        const RaySet& set, bool bent_sum);
@@ -150,11 +151,11 @@ class Hemispheres : public SharedWork {
   void upload();
   /// Occluders of outward rays: the high poly alone, or together with the low poly and other meshes.
   const RayCaster& occluders();
-  struct Occluding {
+  struct OccluderCaster {
     std::vector<Vec3> positions;
     std::vector<Triangle> triangles;
   };
-  Occluding all_occluding() const;
+  OccluderCaster caster_of_all_occluders() const;
   /// visibility() and bent_sum() by depth views.
   std::vector<float> visibility_by_views(const TexelBand& band, const DeviceCorrespondence& match,
                                          bool second);
@@ -215,8 +216,8 @@ class Hemispheres : public SharedWork {
   void cast_by_sample(const TexelBand& band, const DeviceCorrespondence& match, bool second,
                       const RaySet& set, std::span<const TurnsAndCounts> rotations,
                       const RayCaster& caster, const RayQuery& query);
-  /// Adds the misses in hits_ to counts of open rays.
-  void add_open(const kiln_hemisphere_params& params, const cl::Array<std::uint32_t>& open);
+  /// Adds the misses in ray_hits_ to counts of open rays.
+  void add_misses(const kiln_hemisphere_params& params, const cl::Array<std::uint32_t>& open);
 
   cl::Context& context_;
   const Source::Impl& source_;
@@ -224,23 +225,24 @@ class Hemispheres : public SharedWork {
   std::shared_ptr<BandReads> reads_;
   std::uint32_t width_, height_, slot_bits_;
   bool keep_, two_sided_, back_faces_, by_high_, by_low_;
-  const Parts* parts_;  // only triangles of a sample's own part occlude it; null: all triangles do
-  float unbounded_, occlusion_reach_, thickness_reach_;  // ray lengths in frame units
+  // The parts, if only triangles of a sample's own part occlude it; null if all triangles do
+  const Parts* parts_;
+  float unbounded_, occlusion_reach_, thickness_reach_;  // Largest ray lengths, in frame units
   OcclusionFalloff falloff_ = OcclusionFalloff::none;
   double length_share_ = 1;  // length of the longest ray, as a share of occlusion_reach_
   bool needs_bent_sum_ = false;
-  std::uint32_t view_directions_ = 0;  // 0: visibility is gathered by rays
+  std::uint32_t view_directions_ = 0;  // Number of depth views; 0 if visibility is gathered by rays
 
   cl::Array<kiln_low_shading> shading_;
   RaySet rays_out_, rays_in_, rays_to_light_;
-  std::map<std::uint32_t, RaySet> ray_sets_;  // sets of rays, by their number of rays
+  std::map<std::uint32_t, RaySet> ray_sets_;  // Sets of rays, by the number of rays of each
   double max_error_;
-  Vec3 light_;
+  Vec3 light_direction_;
   cl::Array<float> rotation_table_;
 
   // other occluders: positions and triangles in frame units
-  std::vector<Mesh> others_;
-  std::optional<RayCaster> all_occluders_;  // unset if the high poly is the only occluder
+  std::vector<Mesh> other_occluders_;
+  std::optional<RayCaster> all_occluders_;  // Unset if the high poly is the only occluder
   std::map<std::uint32_t, RayCaster> part_occluders_;
   std::optional<HemisphereViews> views_;
   bool uploaded_ = false, has_turns_ = false, has_keys_ = false;
@@ -252,12 +254,12 @@ class Hemispheres : public SharedWork {
   std::uint32_t ray_capacity_ = 0;
   cl::Array<float> points_, texel_points_, rays_, scratch_, distances_;
   cl::Array<std::uint32_t> lit_;
-  TexelBand picked_samples_;  // samples of the texels that have not converged
+  TexelBand picked_samples_;  // Samples of the texels that have not converged
   DeviceCorrespondence picked_match_;
   cl::Array<std::uint32_t> picked_, picked_turns_, second_turns_, picked_open_, second_open_;
   cl::Array<float> picked_bent_sum_;
-  std::optional<AoDenoiser> filter_;
-  cl::Array<std::uint8_t> hits_;
+  std::optional<AoDenoiser> denoiser_;
+  cl::Array<std::uint8_t> ray_hits_;
   DeviceCorrespondence first_hits_;
 };
 

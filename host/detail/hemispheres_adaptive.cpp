@@ -21,14 +21,15 @@ constexpr std::uint32_t kMaxAddedRays = 4096;
 constexpr std::uint32_t kInitialRayDivisor = 8;
 // Target for the estimated error, as a share of the requested error. It is below 1, since the estimate is
 // noisy.
-constexpr double kTargetShare = 0.8;
+constexpr double kTargetErrorShare = 0.8;
 // A texel is no longer refined once its last rays have left more than this share of its error.
 constexpr float kMaxRemainingError = 0.85F;
-constexpr std::uint32_t kMaxGrowth = 8;  // maximum factor by which a texel's rays grow in one round
+// Maximum factor by which the number of a texel's rays grows in one round
+constexpr std::uint32_t kMaxGrowth = 8;
 // Memory in bytes a texel, in addition to the filter's: two estimates and ray counts, both estimates as
 // floats, and the previous errors.
 constexpr std::uint64_t kBytesPerTexel = 3 * sizeof(std::uint32_t) + 3 * sizeof(float);
-constexpr std::uint64_t kBytesPerLaunch = 25'000'000;  // memory for the rays of one launch
+constexpr std::uint64_t kBytesPerLaunch = 25'000'000;  // Memory in bytes for the rays of one launch
 
 /// For max_error of at least this, smoothing never adds rays to OcclusionOptions::rays.
 constexpr double kMinErrorToSmoothOnly = 1;
@@ -106,9 +107,9 @@ Hemispheres::TexelSamples Hemispheres::prepare_filter(const TexelBand& band,
     std::size_t samples = 0, texels = 0;
   };
   const std::size_t texel_count = band.texel_count;
-  std::vector<Piece> pieces((texel_count + kTexelsPerPiece - 1) / kTexelsPerPiece + 1);
+  std::vector<Piece> texel_pieces((texel_count + kTexelsPerPiece - 1) / kTexelsPerPiece + 1);
   parallel_for(texel_count, kTexelsPerPiece, [&](std::size_t begin, std::size_t end) {
-    Piece& piece = pieces[begin / kTexelsPerPiece + 1];
+    Piece& piece = texel_pieces[begin / kTexelsPerPiece + 1];
     for (std::size_t t = begin; t < end; ++t) {
       std::size_t count = 0;
       for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) count += has_rays(s) ? 1 : 0;
@@ -116,17 +117,17 @@ Hemispheres::TexelSamples Hemispheres::prepare_filter(const TexelBand& band,
       piece.texels += count > 0 ? 1 : 0;
     }
   });
-  for (std::size_t p = 1; p < pieces.size(); ++p) {
-    pieces[p].samples += pieces[p - 1].samples;
-    pieces[p].texels += pieces[p - 1].texels;
+  for (std::size_t p = 1; p < texel_pieces.size(); ++p) {
+    texel_pieces[p].samples += texel_pieces[p - 1].samples;
+    texel_pieces[p].texels += texel_pieces[p - 1].texels;
   }
   TexelSamples shared;
-  shared.samples.resize(pieces.back().samples);
-  shared.first.resize(pieces.back().texels + 1);
-  std::vector<std::uint32_t> representative(pieces.back().texels), place(representative.size()),
-      of_low(representative.size());
+  shared.samples.resize(texel_pieces.back().samples);
+  shared.first.resize(texel_pieces.back().texels + 1);
+  std::vector<std::uint32_t> representative(texel_pieces.back().texels),
+      place(representative.size()), of_low(representative.size());
   parallel_for(texel_count, kTexelsPerPiece, [&](std::size_t begin, std::size_t end) {
-    auto [to, at] = pieces[begin / kTexelsPerPiece];
+    auto [to, at] = texel_pieces[begin / kTexelsPerPiece];
     for (std::size_t t = begin; t < end; ++t) {
       const std::size_t first_output = to;
       for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
@@ -140,7 +141,7 @@ Hemispheres::TexelSamples Hemispheres::prepare_filter(const TexelBand& band,
     }
   });
   if (representative.empty()) return shared;
-  if (!filter_) filter_.emplace(context_, surface_, width_, height_);
+  if (!denoiser_) denoiser_.emplace(context_, surface_, width_, height_);
   upload();
   make_room(context_, picked_, representative.size());
   picked_.write(context_, representative);
@@ -150,7 +151,7 @@ Hemispheres::TexelSamples Hemispheres::prepare_filter(const TexelBand& band,
   params.stride = params.plane = round_up_to_lanes(params.count);
   make_room(context_, texel_points_, std::size_t{KILN_HEMISPHERE_PLANES} * params.plane);
   make_points(params, band, match, texel_points_);
-  filter_->prepare({band.first_row, band.row_count, place, of_low, texel_points_, params.plane});
+  denoiser_->prepare({band.first_row, band.row_count, place, of_low, texel_points_, params.plane});
   context_.finish();
   return shared;
 }
@@ -204,52 +205,53 @@ AoDenoiser::Result Hemispheres::denoise_estimates(const Estimates& of, double pl
       pairs[2 * t + 1] = static_cast<float>(of.b[t] / variance_share);
     }
   });
-  return filter_->run({pairs.get(), 2 * texels}, plain_variance);
+  return denoiser_->run({pairs.get(), 2 * texels}, plain_variance);
 }
 
 /// Casts more rays where they reduce the total error at the lowest cost. Let e be a texel's error with n rays: its
 /// square falls as 1 / n, so the optimal number of rays is proportional to e sqrt(n). Texels with the same ray counts
 /// before and after are cast in one batch.
 /// \returns whether any rays were cast
-bool Hemispheres::refine(Estimates& of, const AoDenoiser::Result& last,
-                         const std::vector<float>& previous_errors) {
+bool Hemispheres::cast_more_rays(Estimates& of, const AoDenoiser::Result& last,
+                                 const std::vector<float>& previous_errors) {
   double squared_errors = 0, error_roots = 0;
   for (const float error : last.errors) squared_errors += static_cast<double>(error) * error;
   const auto texel_count = static_cast<double>(of.rays.size());
-  const double target_error = kTargetShare * max_error_ * kTargetShare * max_error_;
+  const double target_error = kTargetErrorShare * max_error_ * kTargetErrorShare * max_error_;
   if (squared_errors / texel_count <= target_error) return false;
   for (std::size_t t = 0; t < of.rays.size(); ++t) {
     error_roots += last.errors[t] * std::sqrt(of.rays[t]);
   }
-  of.is_done.resize(of.rays.size());
+  of.has_converged_.resize(of.rays.size());
   of.cast_round.resize(of.rays.size());
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::uint32_t>> groups;
   for (std::uint32_t t = 0; t < of.rays.size(); ++t) {
-    // More rays did not reduce this texel's error, so its cause is not noise.
+    // More rays did not reduce this texel's error, so noise is not its cause.
     if (!previous_errors.empty() && last.errors[t] > kMaxRemainingError * previous_errors[t] &&
         of.round == of.cast_round[t]) {
-      of.is_done[t] = 1;
+      of.has_converged_[t] = 1;
     }
-    if (of.is_done[t] != 0) continue;
+    if (of.has_converged_[t] != 0) continue;
     const double optimal_growth =
         error_roots / texel_count / target_error * last.errors[t] / std::sqrt(of.rays[t]);
     if (optimal_growth <= 1) continue;
-    std::uint32_t growth = 2;
-    while (growth < kMaxGrowth && growth * std::numbers::sqrt2 < optimal_growth) growth *= 2;
-    while (growth > 1 && 2 * growth * of.rays[t] > kMaxAddedRays) growth /= 2;
-    if (growth > 1) groups[{of.rays[t], growth}].push_back(t);
+    std::uint32_t growth_factor = 2;
+    while (growth_factor < kMaxGrowth && growth_factor * std::numbers::sqrt2 < optimal_growth)
+      growth_factor *= 2;
+    while (growth_factor > 1 && 2 * growth_factor * of.rays[t] > kMaxAddedRays) growth_factor /= 2;
+    if (growth_factor > 1) groups[{of.rays[t], growth_factor}].push_back(t);
   }
   ++of.round;
   for (const auto& [key, texels] : groups) {
-    const auto [rays, growth] = key;
+    const auto [rays, growth_factor] = key;
     for (const std::uint32_t t : texels) {
       of.a[t] += of.b[t];
       of.b[t] = 0;
-      of.rays[t] = rays * growth;
+      of.rays[t] = rays * growth_factor;
       of.cast_round[t] = of.round;
     }
-    estimate(of, texels, rays * (growth - 2), std::array{&of.a});
-    estimate(of, texels, rays * growth, std::array{&of.b});
+    estimate(of, texels, rays * (growth_factor - 2), std::array{&of.a});
+    estimate(of, texels, rays * growth_factor, std::array{&of.b});
   }
   return !groups.empty();
 }
@@ -263,34 +265,35 @@ void Hemispheres::cast_unsure(const Estimates& of, AoDenoiser::Result& result) {
   }
   if (texels.empty()) return;
   make_turns(of.band);
-  std::vector<RayCounts> plain(1);
-  plain[0].open.resize(of.band.sample_count);
+  std::vector<RayCounts> plain_ray_counts(1);
+  plain_ray_counts[0].open.resize(of.band.sample_count);
   std::vector<std::uint32_t> samples;
-  std::array<std::vector<std::uint32_t>, 3> blurred;  // indexed by AoDenoiser::blur_reach()
+  std::array<std::vector<std::uint32_t>, 3>
+      blurred_by_reach;  // indexed by AoDenoiser::blur_reach()
   while (!texels.empty()) {
     samples.clear();
-    for (std::vector<std::uint32_t>& list : blurred) list.clear();
+    for (std::vector<std::uint32_t>& list : blurred_by_reach) list.clear();
     for (const std::uint32_t t : texels) {
       samples.insert(samples.end(), of.shared.samples.begin() + of.shared.first[t],
                      of.shared.samples.begin() + of.shared.first[t + 1]);
     }
-    for (const Group& group : groups(of.band, of.match, of.second, samples)) {
-      cast_group(group, of.band, of.match, of.second, rays_out_, {}, plain);
+    for (const OccluderGroup& group : groups(of.band, of.match, of.second, samples)) {
+      cast_group(group, of.band, of.match, of.second, rays_out_, {}, plain_ray_counts);
     }
     for (const std::uint32_t t : texels) {
       double open = 0;
       for (std::size_t s = of.shared.first[t]; s < of.shared.first[t + 1]; ++s) {
-        open += plain[0].open[of.shared.samples[s]];
+        open += plain_ray_counts[0].open[of.shared.samples[s]];
       }
       const auto share = static_cast<float>(open / rays_out_.count /
                                             (of.shared.first[t + 1] - of.shared.first[t]));
-      blurred[AoDenoiser::blur_reach(share, result.shares[t], result.plain_variance[t])].push_back(
-          t);
+      blurred_by_reach[AoDenoiser::blur_reach(share, result.shares[t], result.plain_variance[t])]
+          .push_back(t);
       result.shares[t] = share;
     }
     texels.clear();
-    for (std::uint32_t reach = 1; reach < blurred.size(); ++reach) {
-      const auto added = filter_->spread(blurred[reach], reach, result.unsure);
+    for (std::uint32_t reach = 1; reach < blurred_by_reach.size(); ++reach) {
+      const auto added = denoiser_->spread(blurred_by_reach[reach], reach, result.unsure);
       texels.insert(texels.end(), added.begin(), added.end());
     }
     std::sort(texels.begin(), texels.end());
@@ -334,7 +337,7 @@ std::vector<float> Hemispheres::visibility_within(const TexelBand& band,
     cast_unsure(of, result);
   } else {
     std::vector<float> previous_errors;
-    while (refine(of, result, previous_errors)) {
+    while (cast_more_rays(of, result, previous_errors)) {
       previous_errors = std::move(result.errors);
       result = denoise_estimates(of, 0);
     }

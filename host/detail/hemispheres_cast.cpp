@@ -47,9 +47,9 @@ kiln_hemisphere_params Hemispheres::ray_params(const TexelBand& band,
   params.two_sided = two_sided_ ? 1 : 0;
   params.side = set.side;
   params.lit = set.toward_light ? 1 : 0;
-  params.light_x = light_.x;
-  params.light_y = light_.y;
-  params.light_z = light_.z;
+  params.light_x = light_direction_.x;
+  params.light_y = light_direction_.y;
+  params.light_z = light_direction_.z;
   params.aligned = set.side > 0 ? 1 : 0;  // streams of rays need aligned directions, beams do not
   params.unequal = set.falls_off && falloff_ != OcclusionFalloff::none ? 1 : 0;
   params.push = kOriginOffset;
@@ -120,15 +120,15 @@ void Hemispheres::over_rays(const TexelBand& band, const DeviceCorrespondence& m
   });
 }
 
-void Hemispheres::add_open(const kiln_hemisphere_params& params,
-                           const cl::Array<std::uint32_t>& open) {
+void Hemispheres::add_misses(const kiln_hemisphere_params& params,
+                             const cl::Array<std::uint32_t>& open) {
   if (params.by_sample != 0) {
     context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_own"), params.count, kLocal,
-                    params, hits_, open);
+                    params, ray_hits_, open);
     return;
   }
   context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_open"), params.stride / kLanes,
-                  kCastLanes, params, hits_, open);
+                  kCastLanes, params, ray_hits_, open);
 }
 
 void Hemispheres::count_open(const TexelBand& band, const DeviceCorrespondence& match, bool second,
@@ -146,12 +146,13 @@ void Hemispheres::count_open(const TexelBand& band, const DeviceCorrespondence& 
   for (const auto& [turns, open] : rotations) {
     over_rays(band, match, second, set, *turns, bent_sum.empty(),
               [&, to = open](const kiln_hemisphere_params& params, std::uint32_t count) {
-                make_room(context_, hits_, ray_capacity_);
-                caster.occluded(rays_, count, ray_capacity_, query, hits_);
-                add_open(params, *to);
+                make_room(context_, ray_hits_, ray_capacity_);
+                caster.occluded(rays_, count, ray_capacity_, query, ray_hits_);
+                add_misses(params, *to);
                 if (bent_sum.empty()) return;
                 context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_bent_sum"),
-                                params.stride / kLanes, kCastLanes, params, hits_, rays_, bent_sum);
+                                params.stride / kLanes, kCastLanes, params, ray_hits_, rays_,
+                                bent_sum);
               });
   }
 }
@@ -177,11 +178,11 @@ void Hemispheres::cast_by_sample(const TexelBand& band, const DeviceCorresponden
   over_pieces(band, match, second, set, batch_size, [&](kiln_hemisphere_params params) {
     params.rays = set.count;
     make_room(context_, scratch_, std::size_t{params.count} * 6 * KILN_OCCLUSION_BLOCK);
-    make_room(context_, hits_, std::size_t{params.count} * KILN_OCCLUSION_BLOCK);
+    make_room(context_, ray_hits_, std::size_t{params.count} * KILN_OCCLUSION_BLOCK);
     for (const auto& [turns, open] : rotations) {
       context_.launch(cast, params.count, 1, params, query_params, caster.tree().nodes,
                       caster.tree().blocks, points_, *turns, rotation_table_, set.directions,
-                      scratch_, hits_, *open);
+                      scratch_, ray_hits_, *open);
     }
   });
 }
@@ -228,7 +229,7 @@ void Hemispheres::cast_piece(kiln_hemisphere_params params, const RaySet& set,
   how.wants_bent_sum = bent_sum.empty() ? 0 : 1;
   const std::size_t items = (params.stride + how.samples - 1) / how.samples;
   make_room(context_, scratch_, items * 6 * KILN_OCCLUSION_BLOCK);
-  make_room(context_, hits_, items * KILN_OCCLUSION_BLOCK);
+  make_room(context_, ray_hits_, items * KILN_OCCLUSION_BLOCK);
   const kiln_ray_params query_params = caster.params(query, KILN_OCCLUSION_BLOCK);
   const cl::Kernel cast =
       context_.kernel("hemisphere_cast", "kiln_hemisphere_cast", caster.tree().defines());
@@ -238,7 +239,8 @@ void Hemispheres::cast_piece(kiln_hemisphere_params params, const RaySet& set,
     for (const auto& [turns, open] : rotations) {
       context_.launch(cast, items, 1, params, query_params, how, caster.tree().nodes,
                       caster.tree().blocks, points, *turns, rotation_table_, set.directions,
-                      set.rings, scratch_, hits_, *open, bent_sum.empty() ? scratch_ : bent_sum);
+                      set.rings, scratch_, ray_hits_, *open,
+                      bent_sum.empty() ? scratch_ : bent_sum);
     }
   }
 }

@@ -33,7 +33,7 @@ const RayCaster& Hemispheres::occluders_of(std::uint32_t part) {
   for (std::size_t t = 0; by_high_ && t < source_.triangles.size(); ++t) {
     if (parts_->high[t] == part) add_all(source_.positions, source_.triangles[t]);
   }
-  for (const Mesh& other : others_) {
+  for (const Mesh& other : other_occluders_) {
     for (const Triangle& t : other.triangles) add_all(other.positions, t);
   }
   for (std::size_t t = 0; by_low_ && t < surface_.triangles.size(); ++t) {
@@ -44,39 +44,40 @@ const RayCaster& Hemispheres::occluders_of(std::uint32_t part) {
       .first->second;
 }
 
-std::vector<Hemispheres::Group> Hemispheres::groups(const TexelBand& band,
-                                                    const DeviceCorrespondence& match, bool second,
-                                                    std::span<const std::uint32_t> samples) {
+std::vector<Hemispheres::OccluderGroup> Hemispheres::groups(
+    const TexelBand& band, const DeviceCorrespondence& match, bool second,
+    std::span<const std::uint32_t> samples) {
   const std::vector<std::uint32_t>& hit_triangles = reads_->read(match.triangle, band.sample_count);
   const auto has_rays = [&](std::uint32_t sample) {
     return hit_triangles[sample] != KILN_NO_TRIANGLE || (keep_ && !second);
   };
   if (parts_ == nullptr) {
-    Group all_samples{&occluders(), {}};
+    OccluderGroup all_samples{&occluders(), {}};
     all_samples.samples.reserve(samples.size());
     std::copy_if(samples.begin(), samples.end(), std::back_inserter(all_samples.samples), has_rays);
     return {std::move(all_samples)};
   }
   const std::vector<std::uint32_t>& low = reads_->read(band.triangle, band.sample_count);
-  std::map<std::uint32_t, std::vector<std::uint32_t>> by_part;
+  std::map<std::uint32_t, std::vector<std::uint32_t>> samples_by_part;
   for (const std::uint32_t sample : samples) {
-    if (has_rays(sample)) by_part[parts_->low[low[sample]]].push_back(sample);
+    if (has_rays(sample)) samples_by_part[parts_->low[low[sample]]].push_back(sample);
   }
-  std::vector<Group> result;
-  result.reserve(by_part.size());
-  for (auto& [part, list] : by_part) result.push_back({&occluders_of(part), std::move(list)});
+  std::vector<OccluderGroup> result;
+  result.reserve(samples_by_part.size());
+  for (auto& [part, list] : samples_by_part)
+    result.push_back({&occluders_of(part), std::move(list)});
   return result;
 }
 
-void Hemispheres::cast_group(const Group& group, const TexelBand& band,
+void Hemispheres::cast_group(const OccluderGroup& group, const TexelBand& band,
                              const DeviceCorrespondence& match, bool second, const RaySet& set,
                              std::span<const std::uint32_t> rounds,
                              std::span<RayCounts> ray_counts) {
-  const RayQuery query = query_up_to(unbounded_, back_faces_);  // query of the rays to the light
+  const RayQuery query = query_up_to(unbounded_, back_faces_);  // Query for the rays to the light
   const cl::Kernel count_lit = context_.kernel("hemisphere", "kiln_hemisphere_lit");
   const cl::Array<float> no_bent_sum;
   const std::size_t plane = plane_of(band);
-  // without rounds, the rotations are those of make_turns()
+  // Without rounds, the rotations are those of make_turns()
   const bool wants_bent_sum = !ray_counts[0].bent_sum.empty();
   const std::array<TurnsAndCounts, 2> both_rounds{TurnsAndCounts{&picked_turns_, &picked_open_},
                                                   TurnsAndCounts{&second_turns_, &second_open_}};
@@ -100,9 +101,9 @@ void Hemispheres::cast_group(const Group& group, const TexelBand& band,
     if (set.toward_light) {
       over_rays(picked_samples_, picked_match_, second, set, picked_turns_, false,
                 [&](const kiln_hemisphere_params& of, std::uint32_t rays) {
-                  make_room(context_, hits_, ray_capacity_);
-                  group.caster->occluded(rays_, rays, ray_capacity_, query, hits_);
-                  context_.launch(count_lit, of.stride / kLanes, kGroupLanes, of, hits_, rays_,
+                  make_room(context_, ray_hits_, ray_capacity_);
+                  group.caster->occluded(rays_, rays, ray_capacity_, query, ray_hits_);
+                  context_.launch(count_lit, of.stride / kLanes, kGroupLanes, of, ray_hits_, rays_,
                                   picked_open_);
                 });
     } else {
@@ -134,7 +135,7 @@ Hemispheres::RayCounts Hemispheres::cast_parts(const TexelBand& band,
   make_turns(band);
   std::vector<std::uint32_t> all_indices(band.sample_count);
   std::iota(all_indices.begin(), all_indices.end(), 0U);
-  for (const Group& group : groups(band, match, second, all_indices)) {
+  for (const OccluderGroup& group : groups(band, match, second, all_indices)) {
     cast_group(group, band, match, second, set, {}, {&ray_counts, 1});
   }
   return ray_counts;
@@ -146,7 +147,7 @@ std::vector<Hemispheres::RayCounts> Hemispheres::cast_rounds(
     std::span<const std::uint32_t> rounds) {
   std::vector<RayCounts> ray_counts(rounds.size());
   for (RayCounts& of_round : ray_counts) of_round.open.resize(band.sample_count);
-  for (const Group& group : groups(band, match, second, samples)) {
+  for (const OccluderGroup& group : groups(band, match, second, samples)) {
     cast_group(group, band, match, second, outward_rays(rays), rounds, ray_counts);
   }
   return ray_counts;

@@ -51,8 +51,8 @@ std::uint32_t views_for(const MapRequest& request) {
   return by_views < kMaxCostShare * occlusion.rays * samples ? views : 0;
 }
 
-Hemispheres::Occluding Hemispheres::all_occluding() const {
-  Occluding occluders_of_all;
+Hemispheres::OccluderCaster Hemispheres::caster_of_all_occluders() const {
+  OccluderCaster occluders_of_all;
   const auto add = [&](std::span<const Vec3> points, std::span<const Triangle> faces) {
     const auto first = static_cast<std::uint32_t>(occluders_of_all.positions.size());
     occluders_of_all.positions.insert(occluders_of_all.positions.end(), points.begin(),
@@ -62,7 +62,7 @@ Hemispheres::Occluding Hemispheres::all_occluding() const {
     }
   };
   if (by_high_) add(source_.positions, source_.triangles);
-  for (const Mesh& other : others_) add(other.positions, other.triangles);
+  for (const Mesh& other : other_occluders_) add(other.positions, other.triangles);
   for (std::size_t i = 0; by_low_ && i < surface_.triangles.size(); ++i) {
     if (surface_.usable[i] == 0) continue;
     const auto& [a, b, c] = surface_.triangles[i];
@@ -74,9 +74,9 @@ Hemispheres::Occluding Hemispheres::all_occluding() const {
 }
 
 const RayCaster& Hemispheres::occluders() {
-  if (by_high_ && !by_low_ && others_.empty()) return source_.rays();
+  if (by_high_ && !by_low_ && other_occluders_.empty()) return source_.rays();
   if (all_occluders_) return *all_occluders_;
-  const Occluding occluders_of_all = all_occluding();
+  const OccluderCaster occluders_of_all = caster_of_all_occluders();
   all_occluders_.emplace(context_, occluders_of_all.positions, occluders_of_all.triangles,
                          source_.traversal);
   return *all_occluders_;
@@ -87,7 +87,7 @@ void Hemispheres::gather_views(const TexelBand& band, const DeviceCorrespondence
   Sums& sums = sums_[second ? 1 : 0];
   if (sums.has_open) return;
   if (!views_) {
-    Occluding occluders_of_all = all_occluding();
+    OccluderCaster occluders_of_all = caster_of_all_occluders();
     views_.emplace(context_, std::move(occluders_of_all.positions), occluders_of_all.triangles,
                    view_directions_, HemisphereViews::size_for(width_, height_), source_.traversal);
   }
@@ -144,7 +144,7 @@ std::vector<float> Hemispheres::visibility_by_views(const TexelBand& band,
       pairs[2 * t + estimate] = all > 0 ? static_cast<float>(open / all) : 0.0F;
     }
   }
-  const AoDenoiser::Result smooth = filter_->run(pairs);
+  const AoDenoiser::Result smooth = denoiser_->run(pairs);
   for (std::size_t t = 0; t < texels; ++t) {
     for (std::size_t s = shared.first[t]; s < shared.first[t + 1]; ++s) {
       shares[shared.samples[s]] = smooth.shares[t];

@@ -54,27 +54,27 @@ class Ids : public PointFunction {
       if (names.of.size() != source.triangles.size() || names.names.empty()) {
         throw Error(ErrorCode::input,
                     std::string("The high poly has no ") + kind +
-                        ", which the map id was to tell apart: give an OBJ with them, or tell "
+                        ", which the map id shows: give an OBJ with them, or tell "
                         "connected parts apart.");
       }
-      number_ = names.of;
+      part_of_triangle_ = names.of;
       const std::vector<std::array<float, 3>> colors = name_colors(names.names);
       for (std::size_t i = 0; i < colors.size(); ++i) {
-        legend_.push_back({names.names[i], colors[i], 0});
+        color_legend_.push_back({names.names[i], colors[i], 0});
       }
       count_triangles();
     }
   }
 
-  /// Components may merge or split where vertices move.
+  /// Moved vertices may merge or split connected parts.
   void prepare(std::uint64_t source_version) override {
     if (id_by_ != IdBy::part || source_version_ == source_version) return;
     source_version_ = source_version;
     std::uint32_t parts = 0;
-    number_ = connected_parts(source_, parts);
-    legend_.clear();
+    part_of_triangle_ = connected_parts(source_, parts);
+    color_legend_.clear();
     for (std::uint32_t part = 0; part < parts; ++part) {
-      legend_.push_back({"part " + std::to_string(part), part_color(part), 0});
+      color_legend_.push_back({"part " + std::to_string(part), part_color(part), 0});
     }
     count_triangles();
   }
@@ -83,23 +83,24 @@ class Ids : public PointFunction {
     return {.position = false, .normal = false, .distance = false};
   }
   void operator()(const HighPoint& point, float* value) const override {
-    if (!point.found) return;  // misses keep black
+    if (!point.found) return;  // Missed samples stay black
     const std::array<float, 3> color = id_by_ == IdBy::color
                                            ? fraction(source_.colors[nearest_corner(point)])
-                                           : legend_[number_[point.triangle]].color;
+                                           : color_legend_[part_of_triangle_[point.triangle]].color;
     std::copy(color.begin(), color.end(), value);
   }
 
   void report(BakedMap& map, std::vector<Warning>& warnings) const override {
-    const std::size_t count = std::min(legend_.size(), kMaxLegendEntries);
-    map.ids.assign(legend_.begin(), legend_.begin() + static_cast<std::ptrdiff_t>(count));
-    if (count == legend_.size()) return;
+    const std::size_t count = std::min(color_legend_.size(), kMaxLegendEntries);
+    map.ids.assign(color_legend_.begin(),
+                   color_legend_.begin() + static_cast<std::ptrdiff_t>(count));
+    if (count == color_legend_.size()) return;
     warnings.push_back({"id-legend",
                         "The map " + std::string(map.kind.name) + " has " +
-                            std::to_string(legend_.size()) + " ids; its legend has the first " +
-                            std::to_string(count) +
+                            std::to_string(color_legend_.size()) +
+                            " ids; its legend has the first " + std::to_string(count) +
                             (id_by_ == IdBy::color ? "." : ", and colours repeat."),
-                        legend_.size()});
+                        color_legend_.size()});
   }
 
  private:
@@ -124,12 +125,12 @@ class Ids : public PointFunction {
       const Color& c = source_.colors[vertex];
       const auto key = std::uint32_t{c[0]} << 16U | std::uint32_t{c[1]} << 8U | c[2];
       const auto [entry, added] =
-          number_of_color.try_emplace(key, static_cast<std::uint32_t>(legend_.size()));
-      if (added) legend_.push_back({formatted("#%06x", key), fraction(c), 0});
+          number_of_color.try_emplace(key, static_cast<std::uint32_t>(color_legend_.size()));
+      if (added) color_legend_.push_back({formatted("#%06x", key), fraction(c), 0});
       return entry->second;
     };
     for (const Triangle& t : source_.triangles) {
-      number_.push_back(number_of_color_at(t[0]));
+      part_of_triangle_.push_back(number_of_color_at(t[0]));
       number_of_color_at(t[1]);
       number_of_color_at(t[2]);
     }
@@ -137,32 +138,34 @@ class Ids : public PointFunction {
   }
 
   void count_triangles() {
-    for (const std::uint32_t number : number_) {
-      if (number >= legend_.size()) {
-        throw Error(ErrorCode::input, "A triangle of the high poly has a name that is not there.");
+    for (const std::uint32_t number : part_of_triangle_) {
+      if (number >= color_legend_.size()) {
+        throw Error(
+            ErrorCode::input,
+            "A triangle of the high poly has the index of a name that the list of names lacks.");
       }
-      ++legend_[number].triangles;
+      ++color_legend_[number].triangles;
     }
   }
 
   const Source::Impl& source_;
   IdBy id_by_;
   std::optional<std::uint64_t> source_version_;
-  std::vector<std::uint32_t> number_;  // component of each triangle
-  std::vector<IdEntry> legend_;
+  std::vector<std::uint32_t> part_of_triangle_;  // For each triangle, the index of its part or name
+  std::vector<IdEntry> color_legend_;
 };
 
 }  // namespace
 
 MapRow id_map() {
   MapRow row;
-  row.info = {
-      MapKind{"id"},
-      3,
-      MapType::id,
-      "connected part, material, group, object or own colour of the high poly, a colour each",
-      0,
-      1};
+  row.info = {MapKind{"id"},
+              3,
+              MapType::id,
+              "one colour for each connected part, material, group, object or vertex colour of the "
+              "high poly",
+              0,
+              1};
   row.info.options = "id_by";
   row.follows_positions = true;
   row.info.other_names = "material_id object_id";

@@ -53,7 +53,7 @@ Bytes first_candidate(const std::string& name, std::uint64_t attempt) {
 }
 
 /// Any colour for a name, bright enough to differ from the background.
-Bytes candidate(const std::string& name, std::uint64_t attempt) {
+Bytes candidate_color(const std::string& name, std::uint64_t attempt) {
   const std::uint64_t number = name_hash(name, attempt);
   Bytes color{};
   for (std::size_t c = 0; c < 3; ++c) {
@@ -64,9 +64,9 @@ Bytes candidate(const std::string& name, std::uint64_t attempt) {
 }
 
 int color_distance(const Bytes& a, const Bytes& b) {
-  int squared = 0;
-  for (std::size_t c = 0; c < 3; ++c) squared += (a[c] - b[c]) * (a[c] - b[c]);
-  return static_cast<int>(std::sqrt(squared));
+  int squared_distance = 0;
+  for (std::size_t c = 0; c < 3; ++c) squared_distance += (a[c] - b[c]) * (a[c] - b[c]);
+  return static_cast<int>(std::sqrt(squared_distance));
 }
 
 Bytes color_of(const std::string& name, const std::vector<Bytes>& used_colors,
@@ -76,7 +76,7 @@ Bytes color_of(const std::string& name, const std::vector<Bytes>& used_colors,
     for (int attempt = 0; attempt < kTriesPerDistance; ++attempt) {
       const auto number = static_cast<std::uint64_t>(attempt);
       const Bytes color = min_distance == kMinDistances[0] ? first_candidate(name, number)
-                                                           : candidate(name, number);
+                                                           : candidate_color(name, number);
       if (std::all_of(used_colors.begin(), used_colors.end(), [&](const Bytes& other) {
             return color_distance(color, other) >= min_distance;
           })) {
@@ -85,8 +85,8 @@ Bytes color_of(const std::string& name, const std::vector<Bytes>& used_colors,
     }
   }
   std::uint64_t attempt = 0;
-  while (used_color_set.contains(candidate(name, attempt))) ++attempt;
-  return candidate(name, attempt);
+  while (used_color_set.contains(candidate_color(name, attempt))) ++attempt;
+  return candidate_color(name, attempt);
 }
 
 }  // namespace

@@ -20,7 +20,8 @@ class LowFrames {
 
   std::vector<kiln_low_shading> shading_;
   NormalMapSpace space_;
-  bool interpolates_bitangent_;  // the bitangent is computed at corners, not at each point
+  // True if the bitangent is computed at corners and interpolated, not computed at each point
+  bool interpolates_bitangent_;
   double y_scale_;
 };
 

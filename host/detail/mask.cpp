@@ -43,14 +43,14 @@ class MaskMap : public MapMaker {
 
 MapRow mask_map() {
   MapRow row;
-  row.info = {
-      MapKind::mask,
-      1,
-      MapType::coverage,
-      "which texels were baked, 1 or else 0; with samples, the share of a texel's that found "
-      "a point: leaves padding out of comparisons and composites, and is a leaf's alpha",
-      0,
-      1};
+  row.info = {MapKind::mask,
+              1,
+              MapType::coverage,
+              "1 for baked texels, 0 for others; with several samples a texel, the share of them "
+              "that found a point: keeps padding out of comparisons and composites, and serves as "
+              "the alpha of foliage",
+              0,
+              1};
   row.streams = true;
   row.make = [](const MapRequest& request) -> std::unique_ptr<MapMaker> {
     return std::make_unique<MaskMap>(request);

@@ -16,7 +16,7 @@ kiln_detail_params detail_params(const BakeOptions& options);
 
 /// Variants of the kernels. All give the same bits.
 enum class DetailPath {
-  automatic,  ///< Chosen by the device's type
+  automatic,  ///< The path is chosen by the device's type
   plain,      ///< One sample a work-item
   wide,       ///< Eight samples a work-item, in explicit vectors
 };
@@ -48,7 +48,7 @@ class NormalDetail {
                const cl::Array<float>& image, const cl::Array<std::uint8_t>& coverage);
 
   cl::Context& context_;
-  std::size_t width_;  // number of samples of a work-item
+  std::size_t width_;  // Number of samples that a work-item computes
   const SourceAttributes& source_;
   cl::Array<kiln_low_shading> shading_;
   cl::Array<float> values_;  // 3 planes, grown to the largest band

@@ -37,11 +37,11 @@ class OwnMapMaker : public MapMaker {
         source_(request.source),
         reads_(request.reads()),
         name_(name),
-        label_(map.file.empty() ? map.name : map.name + " ('" + map.file + "')"),
+        message_label_(map.file.empty() ? map.name : map.name + " ('" + map.file + "')"),
         channels_(map.channels),
         seconds_(request.options.own_map_seconds),
         two_sided_(request.options.match.two_sided),
-        origin_(map_origin(request.options, request.source.frame)),
+        map_origin_(map_origin(request.options, request.source.frame)),
         kernel_(build(map, request.source.device)),
         shading_(device_shading(context_, request.surface)) {
     triangles_ = cl::Array<std::uint32_t>(
@@ -89,11 +89,11 @@ class OwnMapMaker : public MapMaker {
 
  private:
   cl::Kernel build(const OwnMap& map, const Device& device) {
-    const cl::OwnMapRun run_scope(label_, seconds_);
-    Stopwatch watch;
+    const cl::OwnMapRun run_scope(message_label_, seconds_);
+    Stopwatch stopwatch;
     try {
       cl::Kernel kernel = context_.kernel_with("own", "kiln_own_values", map.source, map.file);
-      seconds_to_compile_ = std::max(0.0, seconds_ - watch.lap());
+      seconds_to_compile_ = std::max(0.0, seconds_ - stopwatch.lap());
       return kernel;
     } catch (const Error&) {
       // A compiler thread that exceeded its time limit still uses the device's context, so such devices are never
@@ -130,11 +130,12 @@ class OwnMapMaker : public MapMaker {
     params.has_uvs = uvs_.empty() ? 0 : 1;
     params.has_match = match.distance.empty() || match.status.empty() ? 0 : 1;
     params.scale = static_cast<float>(source_.frame.scale);
-    params.center_x = static_cast<float>(source_.frame.center[0] - origin_[0]);
-    params.center_y = static_cast<float>(source_.frame.center[1] - origin_[1]);
-    params.center_z = static_cast<float>(source_.frame.center[2] - origin_[2]);
-    context_.finish();  // earlier commands must not count as the function's time or error
-    auto run_scope = std::make_unique<cl::OwnMapRun>(label_, seconds_);
+    params.center_x = static_cast<float>(source_.frame.center[0] - map_origin_[0]);
+    params.center_y = static_cast<float>(source_.frame.center[1] - map_origin_[1]);
+    params.center_z = static_cast<float>(source_.frame.center[2] - map_origin_[2]);
+    // Waits for earlier commands, whose time and errors must not count as the function's
+    context_.finish();
+    auto run_scope = std::make_unique<cl::OwnMapRun>(message_label_, seconds_);
     for (; params.first < band.sample_count; params.first = params.end) {
       params.end = params.first + std::min(kSamplesPerLaunch, band.sample_count - params.first);
       const auto launch = [&](const kiln_own_params& of) {
@@ -157,7 +158,7 @@ class OwnMapMaker : public MapMaker {
       if (context_.finish_within(seconds_)) continue;
       [[maybe_unused]] const auto* const runs_on = run_scope.release();
       const std::string limit = formatted("%g s", seconds_);
-      throw Error(ErrorCode::input, "The map " + label_ + " did not finish " +
+      throw Error(ErrorCode::input, "The map " + message_label_ + " did not finish " +
                                         std::to_string(params.end - params.first) + " samples in " +
                                         limit +
                                         ": its function may never return. Correct it, or raise " +
@@ -202,13 +203,14 @@ class OwnMapMaker : public MapMaker {
   const Source::Impl& source_;
   std::shared_ptr<BandReads> reads_;
   std::string_view name_;
-  std::string label_;
+  std::string message_label_;
   std::size_t channels_;
   double seconds_;
-  double seconds_to_compile_ = 0;  // what the driver's first compilation has left of them
-  bool is_compiled_ = false;       // for launches, too
+  // Seconds that the driver's first compilation has left of the limit
+  double seconds_to_compile_ = 0;
+  bool is_compiled_ = false;  // True once the kernel is compiled, also for its launches
   bool two_sided_;
-  std::array<double, 3> origin_;
+  std::array<double, 3> map_origin_;
   cl::Kernel kernel_;
   cl::Array<kiln_low_shading> shading_;
   cl::Array<std::uint32_t> triangles_, uv_triangles_;
@@ -220,7 +222,7 @@ class OwnMapMaker : public MapMaker {
 /// Normalises a source for the checks: replaces digraphs and trigraphs of #, joins continued lines, blanks
 /// comments, and empties strings.
 std::string preprocessed(std::string_view source) {
-  std::string unfolded;
+  std::string joined_lines;
   for (std::size_t i = 0; i < source.size();) {
     const std::string_view remaining = source.substr(i);
     const std::size_t slash = remaining.starts_with("?\?/") ? 3 : remaining[0] == '\\' ? 1 : 0;
@@ -233,31 +235,33 @@ std::string preprocessed(std::string_view source) {
       i += end + 1;
       continue;
     }
-    unfolded += hash != 0 ? '#' : remaining[0];
+    joined_lines += hash != 0 ? '#' : remaining[0];
     i += std::max<std::size_t>(hash, 1);
   }
-  std::string blanked;
-  for (std::size_t i = 0; i < unfolded.size();) {
+  std::string without_comments;
+  for (std::size_t i = 0; i < joined_lines.size();) {
     const std::size_t begin = i;
-    if (unfolded.compare(i, 2, "//") == 0) {
-      i = std::min(unfolded.find('\n', i), unfolded.size());
-    } else if (unfolded.compare(i, 2, "/*") == 0) {
-      i = std::min(unfolded.find("*/", i + 2), unfolded.size() - 2) + 2;
-      blanked += ' ';
-      blanked.append(static_cast<std::size_t>(std::count(&unfolded[begin], &unfolded[0] + i, '\n')),
-                     '\n');
+    if (joined_lines.compare(i, 2, "//") == 0) {
+      i = std::min(joined_lines.find('\n', i), joined_lines.size());
+    } else if (joined_lines.compare(i, 2, "/*") == 0) {
+      i = std::min(joined_lines.find("*/", i + 2), joined_lines.size() - 2) + 2;
+      without_comments += ' ';
+      without_comments.append(
+          static_cast<std::size_t>(std::count(&joined_lines[begin], &joined_lines[0] + i, '\n')),
+          '\n');
     } else {
-      const char quote = unfolded[i++];
-      while ((quote == '"' || quote == '\'') && i < unfolded.size() && unfolded[i] != '\n') {
-        if (unfolded[i] == '\\') ++i;
-        if (i < unfolded.size() && unfolded[i++] == quote) break;
+      const char quote = joined_lines[i++];
+      while ((quote == '"' || quote == '\'') && i < joined_lines.size() &&
+             joined_lines[i] != '\n') {
+        if (joined_lines[i] == '\\') ++i;
+        if (i < joined_lines.size() && joined_lines[i++] == quote) break;
       }
-      i = std::min(i, unfolded.size());
-      blanked += quote;
-      if (i - begin > 1) blanked += quote;
+      i = std::min(i, joined_lines.size());
+      without_comments += quote;
+      if (i - begin > 1) without_comments += quote;
     }
   }
-  return blanked;
+  return without_comments;
 }
 
 bool has_assembly(std::string_view line) {
@@ -284,12 +288,12 @@ void check_source(const OwnMap& map) {
   if (source.find("kiln_map") == std::string::npos) {
     fail("has no function kiln_map(): write float4 kiln_map(const kiln_point* p) { ... }.");
   }
-  std::istringstream lines(source);
+  std::istringstream source_lines(source);
   std::string line;
-  for (std::size_t number = 1; std::getline(lines, line); ++number) {
+  for (std::size_t number = 1; std::getline(source_lines, line); ++number) {
     if (has_assembly(line)) {
-      fail("holds assembly in line " + std::to_string(number) +
-           ", which devices differ in: write OpenCL C.");
+      fail("contains assembly code in line " + std::to_string(number) +
+           ", which not every device can run: write OpenCL C.");
     }
     const auto skip_blanks = [&](std::size_t from) { return line.find_first_not_of(" \t", from); };
     const std::size_t mark = skip_blanks(0);
@@ -316,7 +320,7 @@ MapRow own_map(const OwnMap& map) {
   row.info.kind = MapKind(map.name);
   row.info.channels = map.channels;
   row.info.type = MapType::vector;
-  row.info.holds = "what a function of the caller's says of the point";
+  row.info.holds = "value that the caller's function returns for the point";
   row.info.missed = MissedTexels::neighbours;
   row.info.options = "encoding.origin";
   row.follows_positions = row.reads_around = true;

@@ -24,13 +24,15 @@ struct HighPoint {
   float u = 0, v = 0;          ///< Weights of its corners 1 and 2
   /// Distance along the match's direction, world units, outward positive; 0 for a miss
   double distance = 0;
-  Vec3d position{};                ///< Position in world units
-  Vec3d normal{};                  ///< Interpolated unit normal
-  std::uint8_t status = 0;         ///< kiln_sample_status: the method that found it, or a miss
+  Vec3d position{};  ///< Position in world units
+  Vec3d normal{};    ///< Interpolated unit normal
+  /// kiln_sample_status: the method that found the point, or a miss
+  std::uint8_t status = 0;
   std::uint32_t low_triangle = 0;  ///< Triangle of the low poly's point
   float low_u = 0, low_v = 0;      ///< Weights of its corners 1 and 2
   Vec3d offset{};                  ///< From the low poly's point to this one, world units
-  bool has_uv = false;  ///< uv and uv_sides are set: they were requested, and the high poly has UVs
+  /// True if uv and uv_sides are set: they were requested, and the high poly has UVs
+  bool has_uv = false;
   std::array<double, 2> uv;  ///< UV of the high poly's point
   /// Edges of the sample's square footprint (rightwards, downwards), projected along the low poly's normal onto the
   /// high poly's triangle, in UVs.
@@ -38,8 +40,8 @@ struct HighPoint {
   /// The same edges as weights of the triangle's corners 1 and 2, for other UV sets; set if requested.
   std::array<std::array<double, 2>, 2> weight_sides;
   PointScratch* scratch = nullptr;  ///< The thread's working memory
-  Vec3d
-      seen;  ///< Mean direction from which the low poly's point is visible; 0 if unknown, or if it is hidden
+  /// Mean direction from which the low poly's point is visible; 0 if unknown, or if it is hidden
+  Vec3d seen{};
 };
 
 /// Members of a HighPoint that a function uses; the others are not computed.

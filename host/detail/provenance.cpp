@@ -11,7 +11,7 @@ namespace {
 using Colour = std::array<float, 3>;
 
 Colour colour_of(const HighPoint& point) {
-  if (!point.found) return {1, 0, 1};  // the colour of MissPolicy::mark
+  if (!point.found) return {1, 0, 1};  // The colour that MissPolicy::mark gives
   switch (point.status) {
     case KILN_STATUS_OUTWARD:
       return {0, 1, 0};
@@ -36,14 +36,14 @@ Colour colour_of(const HighPoint& point) {
 
 MapRow provenance_map() {
   MapRow row;
-  row.info = {
-      MapKind{"provenance"},
-      3,
-      MapType::id,
-      "how the point was found. Rays: green outward, lime outward past a nearer face, blue inward, "
-      "yellow from a cage. Others: orange depth view, cyan nearest point, grey UV, magenta missed",
-      0,
-      1};
+  row.info = {MapKind{"provenance"},
+              3,
+              MapType::id,
+              "method that found the point. Rays: green outward, lime outward past a nearer face, "
+              "blue inward, yellow from a cage. Other matches: orange depth view, cyan nearest "
+              "point, grey UV. Magenta: missed",
+              0,
+              1};
   // The map depends on the match alone, but a session that re-bakes texels for changed normals does not know
   // their status.
   row.follows_positions = true;

@@ -40,19 +40,19 @@ const MapRow& map_row(MapKind kind) {
 }
 
 std::span<const MapInfo> maps() {
-  static const std::vector<MapInfo> infos = [] {
+  static const std::vector<MapInfo> map_infos = [] {
     std::vector<MapInfo> list;
     for (const MapRow& row : map_rows()) list.push_back(row.info);
     return list;
   }();
-  return infos;
+  return map_infos;
 }
 
 MapKind::MapKind(std::string_view text) : name(kept_name(text)) {}
 
 const MapInfo& find_map(std::string_view name) {
   MapKind kind;
-  kind.name = name;  // an unknown map's name may be temporary, so it is not stored
+  kind.name = name;  // The name of an unknown map may be temporary, so it is not stored
   return map_row(kind).info;
 }
 
@@ -93,30 +93,35 @@ std::array<float, 4> map_background(const MapInfo& map, const BakeOptions& optio
 
 void encode_texel(const MapInfo& map, const BakeOptions& options, std::uint8_t coverage,
                   float* pixel) {
-  const bool marked = options.encoding.miss == MissPolicy::mark && coverage == kCoverageMissed;
-  if ((map.type == MapType::id || (map.type == MapType::color && map.channels == 3)) && marked) {
+  const bool is_marked_miss =
+      options.encoding.miss == MissPolicy::mark && coverage == kCoverageMissed;
+  if ((map.type == MapType::id || (map.type == MapType::color && map.channels == 3)) &&
+      is_marked_miss) {
     pixel[0] = pixel[2] = 1;
     pixel[1] = 0;
   }
   if (map.type != MapType::unit_vector) return;
-  if (marked) {
+  if (is_marked_miss) {
     pixel[0] = pixel[2] = 1;
     pixel[1] = -1;
   }
-  if (options.encoding.two_component && !marked) pixel[2] = options.encoding.raw ? 0.0F : -1.0F;
+  if (options.encoding.two_component && !is_marked_miss)
+    pixel[2] = options.encoding.raw ? 0.0F : -1.0F;
   if (options.encoding.raw) return;
   for (int c = 0; c < 3; ++c) pixel[c] = pixel[c] * 0.5F + 0.5F;
 }
 
 std::vector<ValueRange> ranges_of(const MapRow& row, const RangeRequest& request) {
-  std::vector<ValueRange> ranges;
+  std::vector<ValueRange> channel_ranges;
   for (std::uint32_t c = 0; c < row.info.channels; ++c) {
-    ranges.push_back(row.range ? row.range(request, c) : ValueRange{row.info.low, row.info.high});
+    channel_ranges.push_back(row.range ? row.range(request, c)
+                                       : ValueRange{row.info.low, row.info.high});
   }
   for (const MapRange& range_option : request.options.encoding.ranges) {
-    if (range_option.kind == row.info.kind) ranges.assign(row.info.channels, range_option.range);
+    if (range_option.kind == row.info.kind)
+      channel_ranges.assign(row.info.channels, range_option.range);
   }
-  return ranges;
+  return channel_ranges;
 }
 
 RangeExcess beyond_range(const BakedMap& map, std::span<const std::uint8_t> coverage) {

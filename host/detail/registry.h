@@ -22,8 +22,8 @@ namespace kiln {
 /// A band's texels on the host, row by row: [rows * width * channels] and [rows * width].
 struct BandPixels {
   std::span<float> values;
-  std::span<std::uint8_t>
-      coverage;  ///< 1 baked, 2 missed; texels that are not covered stay unchanged
+  /// 1 for baked texels, 2 for missed ones; texels that are not covered stay unchanged
+  std::span<std::uint8_t> coverage;
 };
 
 /// Input for making a map, once a bake.
@@ -31,12 +31,11 @@ struct MapRequest {
   const Source::Impl& source;
   const LowSurface& surface;
   const BakeOptions& options;
-  SharedWorks& shared;  ///< Results shared by all maps of the bake
+  SharedWorks& shared;  ///< Results that all maps of the bake share
   /// Divisor of a sample's footprint: for maps that read the surface at points, the side of a sample's square is its
   /// share of a texel divided by this.
   std::uint32_t finer = 1;
-  /// The map is made to check another one of the same kind: an independent method is used, if the map has
-  /// one.
+  /// True if the map is made to check another one of the same kind: it uses an independent method, if it has one.
   bool checks = false;
 
   /// Downloads of device arrays that all makers share.
@@ -92,7 +91,7 @@ struct MapRow {
   std::function<ValueRange(const RangeRequest& request, std::uint32_t channel)> range = {};
   /// Number of leading channels whose differences count as errors; 0: all. The remaining channels are redundant.
   std::uint32_t compared_channels = 0;
-  /// Its values depend on the size of texels, so a larger map is not closer to the surface.
+  /// The map's values depend on the size of texels, so a larger map is not closer to the surface.
   bool of_texels = false;
   std::function<std::unique_ptr<MapMaker>(const MapRequest& request)> make;
 };

@@ -9,7 +9,7 @@ MapRow shadow_map() {
               1,
               MapType::scalar,
               "share of a light's disc that a point of the high poly sees: 0 in shadow, and where "
-              "the surface looks away from it",
+              "the surface faces away from the light",
               0,
               1};
   row.info.options =

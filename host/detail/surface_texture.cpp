@@ -21,15 +21,15 @@ namespace {
 
 /// Copies the alpha channel of a picture to a picture of one channel.
 std::shared_ptr<const Image> alpha_channel_of(const Image& image) {
-  auto alpha = std::make_shared<Image>();
-  alpha->width = image.width;
-  alpha->height = image.height;
-  alpha->channels = 1;
-  alpha->pixels.reserve(image.pixels.size() / image.channels);
+  auto alpha_image = std::make_shared<Image>();
+  alpha_image->width = image.width;
+  alpha_image->height = image.height;
+  alpha_image->channels = 1;
+  alpha_image->pixels.reserve(image.pixels.size() / image.channels);
   for (std::size_t i = image.channels - 1; i < image.pixels.size(); i += image.channels) {
-    alpha->pixels.push_back(image.pixels[i]);
+    alpha_image->pixels.push_back(image.pixels[i]);
   }
-  return alpha;
+  return alpha_image;
 }
 
 }  // namespace
@@ -52,34 +52,35 @@ SurfaceTexture::SurfaceTexture(const Source::Impl& source, const Texture& textur
   choose_sets(texture);
   group_tiles(texture);
   std::vector<std::optional<TexelBits>> empty(texture.images.size());
-  if (use.fill) empty = find_empty(texture);
+  if (use.fill) empty = find_background_texels(texture);
   for (std::size_t i = 0; i < texture.images.size(); ++i) {
     std::shared_ptr<const Image> image = texture.images[i];
-    TextureReading reading;
+    TextureReading texture_reading;
     if (texture.kind == TextureKind::normal) {
-      reading.normals = NormalChannels::of(*image, texture.normal_format);
-      normals_.push_back(reading.normals);
-      if (GreenEvidence::of(*image, reading.normals).suggests_down())
+      texture_reading.normals = NormalChannels::of(*image, texture.normal_format);
+      normals_.push_back(texture_reading.normals);
+      if (GreenEvidence::of(*image, texture_reading.normals).suggests_down())
         flipped_green_suspects_.push_back(i);
     }
-    reading.by_alpha = i < texture.weighted_by_alpha.size() && texture.weighted_by_alpha[i];
-    if (empty[i]) reading.empty = &*empty[i];
+    texture_reading.by_alpha = i < texture.weighted_by_alpha.size() && texture.weighted_by_alpha[i];
+    if (empty[i]) texture_reading.empty = &*empty[i];
     // Where texels have weights from `empty`, these replace alpha (image/texture_filter.h), so alpha is read
     // from a separate picture.
     const bool weighs_separately =
-        reading.empty != nullptr && use.channel == 3U && image->channels % 2 == 0;
+        texture_reading.empty != nullptr && use.channel == 3U && image->channels % 2 == 0;
     if (weighs_separately) image = alpha_channel_of(*image);
-    is_channel_.push_back(weighs_separately);
-    require_memory(
-        "Filtering the " + std::to_string(image->width) + " x " + std::to_string(image->height) +
-            " pixels of the texture of the map " + map_,
-        FilteredTexture::most_bytes(*image, texture.kind, reading), [](const std::string& problem) {
-          throw Error(ErrorCode::input, problem + ". Scale the picture down, or raise the " +
-                                            option("memory_limit") + ".");
-        });
-    pictures_.push_back(std::make_unique<FilteredTexture>(image, texture.kind, reading));
-    is_weighted_.push_back(reading.by_alpha && image->channels % 2 == 0);
-    has_weights_ = has_weights_ || (is_weighted_.back() && pictures_.back()->is_weighted());
+    is_single_channel_.push_back(weighs_separately);
+    require_memory("Filtering the " + std::to_string(image->width) + " x " +
+                       std::to_string(image->height) + " pixels of the texture of the map " + map_,
+                   FilteredTexture::most_bytes(*image, texture.kind, texture_reading),
+                   [](const std::string& problem) {
+                     throw Error(ErrorCode::input, problem +
+                                                       ". Scale the picture down, or raise the " +
+                                                       option("memory_limit") + ".");
+                   });
+    pictures_.push_back(std::make_unique<FilteredTexture>(image, texture.kind, texture_reading));
+    is_alpha_weighted_.push_back(texture_reading.by_alpha && image->channels % 2 == 0);
+    has_weights_ = has_weights_ || (is_alpha_weighted_.back() && pictures_.back()->is_weighted());
   }
   warn_about_missing_tiles();
 }
@@ -89,8 +90,8 @@ void SurfaceTexture::check(const Texture& texture) const {
     throw Error(ErrorCode::input, "The texture of the map " + map_ + problem);
   };
   if (!texture.images.empty() && !has_uvs(source_)) {
-    throw Error(ErrorCode::input, "The high poly has no UVs, over which the texture of the map " +
-                                      map_ + " lies: give it a layout, or leave the map out.");
+    throw Error(ErrorCode::input, "The high poly has no UVs, which the texture of the map " + map_ +
+                                      " needs: give it a layout, or leave the map out.");
   }
   if (texture.image_of.empty() && texture.images.size() != 1 && texture.tiles.empty()) {
     fail(" has " + std::to_string(texture.images.size()) +
@@ -154,10 +155,10 @@ void SurfaceTexture::choose_sets(const Texture& texture) {
 
 void SurfaceTexture::group_tiles(const Texture& texture) {
   if (texture.tiles.empty()) return;
-  tiles_.resize(texture.images.size());
+  udim_tiles_.resize(texture.images.size());
   for (const TextureTile& tile : texture.tiles)
-    tiles_[tile.set].emplace_back(tile.tile, tile.image);
-  for (Tiles& set : tiles_) {
+    udim_tiles_[tile.set].emplace_back(tile.tile, tile.image);
+  for (UdimTiles& set : udim_tiles_) {
     std::stable_sort(set.begin(), set.end(),
                      [](const auto& a, const auto& b) { return a.first < b.first; });
   }
@@ -165,7 +166,8 @@ void SurfaceTexture::group_tiles(const Texture& texture) {
 
 /// Finds the background texels of each picture, from the union of the charts on all pictures that share its
 /// image.
-std::vector<std::optional<TexelBits>> SurfaceTexture::find_empty(const Texture& texture) const {
+std::vector<std::optional<TexelBits>> SurfaceTexture::find_background_texels(
+    const Texture& texture) const {
   std::vector<std::optional<TexelBits>> empty(texture.images.size());
   if (texture.images.empty()) return empty;
   std::map<const Image*, std::unique_ptr<ChartTexels>> by_image;
@@ -184,14 +186,14 @@ std::vector<std::optional<TexelBits>> SurfaceTexture::find_empty(const Texture& 
       const Vec2& uv = uv_of(triangle, k);
       corners[k] = transform_uv(triangle, uv.x, uv.y);
     }
-    if (tiles_.empty() || tiles_[set].empty()) {
+    if (udim_tiles_.empty() || udim_tiles_[set].empty()) {
       const bool repeats = wraps_.empty();
       add(*charts[set], corners,
           ChartTexels::Wraps(repeats ? FilteredTexture::Wraps{}
                                      : wraps_[source_.materials.of[triangle]]));
       return;
     }
-    for (const auto& [number, image] : tiles_[set]) {
+    for (const auto& [number, image] : udim_tiles_[set]) {
       const std::array<double, 2> corner = udim_corner(number);
       ChartTexels::Corners in_tile = corners;
       for (auto& at : in_tile) at[0] -= corner[0], at[1] -= corner[1];
@@ -250,13 +252,13 @@ std::vector<std::optional<TexelBits>> SurfaceTexture::find_empty(const Texture& 
 }
 
 void SurfaceTexture::warn_about_missing_tiles() {
-  if (tiles_.empty()) return;
+  if (udim_tiles_.empty()) return;
   for (std::uint32_t t = 0; t < source_.triangles.size(); ++t) {
     const std::uint32_t set = set_of(t);
-    if (set == Texture::kNone || tiles_[set].empty()) continue;
+    if (set == Texture::kNone || udim_tiles_[set].empty()) continue;
     const auto [u, v] = middle_of(t);
     const std::uint32_t tile = udim_of(u, v);
-    const bool has_tile = std::any_of(tiles_[set].begin(), tiles_[set].end(),
+    const bool has_tile = std::any_of(udim_tiles_[set].begin(), udim_tiles_[set].end(),
                                       [&](const auto& entry) { return entry.first == tile; });
     if (!has_tile) ++missing_tiles_[tile];
   }
@@ -309,13 +311,15 @@ SurfaceTexture::PicturePoint SurfaceTexture::picture_point_of(const HighPoint& p
   const UvPoint at = uv_point_of(point);
   if (!at.is_there) return {};
   const auto [u, v] = transform_uv(point.triangle, at.uv[0], at.uv[1]);
-  if (tiles_.empty() || tiles_[set].empty())
-    return {pictures_[set].get(), u, v, at.sides, false, is_channel_[set], is_weighted_[set]};
+  if (udim_tiles_.empty() || udim_tiles_[set].empty())
+    return {pictures_[set].get(),   u, v, at.sides, false, is_single_channel_[set],
+            is_alpha_weighted_[set]};
   // On the border of two UDIM squares, the triangle's own square is used, regardless of rounding.
-  constexpr double kInset = 1e-4;
+  constexpr double kTileInset = 1e-4;
   const std::array<double, 2> middle = middle_of(point.triangle);
-  const std::uint32_t tile = udim_of(u + (middle[0] - u) * kInset, v + (middle[1] - v) * kInset);
-  const Tiles& tiles = tiles_[set];
+  const std::uint32_t tile =
+      udim_of(u + (middle[0] - u) * kTileInset, v + (middle[1] - v) * kTileInset);
+  const UdimTiles& tiles = udim_tiles_[set];
   const auto found = std::lower_bound(tiles.begin(), tiles.end(), tile,
                                       [](const auto& a, std::uint32_t b) { return a.first < b; });
   if (found == tiles.end() || found->first != tile) return {};
@@ -325,8 +329,8 @@ SurfaceTexture::PicturePoint SurfaceTexture::picture_point_of(const HighPoint& p
           v - corner[1],
           at.sides,
           true,
-          is_channel_[found->second],
-          is_weighted_[found->second]};
+          is_single_channel_[found->second],
+          is_alpha_weighted_[found->second]};
 }
 
 std::array<double, 2> SurfaceTexture::transform_uv(std::uint32_t triangle, double u, double v,
@@ -387,8 +391,8 @@ float SurfaceTexture::read_pictures(const HighPoint& point, float* value) const 
 /// Name of the first material that uses a picture, for messages.
 std::string SurfaceTexture::user_of(std::size_t image) const {
   std::size_t set = image;
-  for (std::size_t s = 0; s < tiles_.size(); ++s) {
-    for (const auto& [tile, of] : tiles_[s]) {
+  for (std::size_t s = 0; s < udim_tiles_.size(); ++s) {
+    for (const auto& [tile, of] : udim_tiles_[s]) {
       if (of == image) set = s;
     }
   }
@@ -421,7 +425,7 @@ void SurfaceTexture::report(std::vector<Warning>& warnings) const {
                             (count > 1 ? ", first) " : ") ") + text,
                         count});
   };
-  // Only formats that were detected are reported, not those that were requested.
+  // Formats of normal maps are reported only if they were detected, not if they were requested.
   const auto is_detected = [&](std::size_t i) {
     return normal_format_ == NormalTextureFormat::automatic && normals_[i].rebuilt;
   };
@@ -452,21 +456,21 @@ void SurfaceTexture::report(std::vector<Warning>& warnings) const {
         return std::find(flipped_green_suspects_.begin(), flipped_green_suspects_.end(), i) !=
                flipped_green_suspects_.end();
       },
-      "seem to have their green the other way: their slopes fit no surface, but do so with green "
-      "turned over. Bumps are baked as dents then; give the other direction by " +
+      "seem to have green in the other direction: their slopes fit a surface only if green is "
+      "inverted. As they are, bumps are baked as dents: set the other direction by " +
           option("high_normal_map") + " (dx: +Y down).");
   if (!missing_tiles_.empty()) {
     std::uint64_t triangles = 0;
     std::string list;
     std::size_t named_count = 0;
-    constexpr std::size_t kMaxNamed = 8;
+    constexpr std::size_t kMaxNamedTiles = 8;
     for (const auto& [tile, count] : missing_tiles_) {
       triangles += count;
-      if (tile == 0 || ++named_count > kMaxNamed) continue;
+      if (tile == 0 || ++named_count > kMaxNamedTiles) continue;
       list += (list.empty() ? "" : ", ") + std::to_string(tile);
     }
-    if (named_count > kMaxNamed)
-      list += " and " + std::to_string(named_count - kMaxNamed) + " more";
+    if (named_count > kMaxNamedTiles)
+      list += " and " + std::to_string(named_count - kMaxNamedTiles) + " more";
     const bool has_outside = missing_tiles_.contains(0);
     if (has_outside) list += list.empty() ? "UVs beyond all tiles" : ", and UVs beyond all tiles";
     warnings.push_back({"tile-missing",

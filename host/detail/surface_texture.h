@@ -66,18 +66,19 @@ class SurfaceTexture {
   struct PicturePoint {
     const FilteredTexture* picture = nullptr;
     double u = 0, v = 0;
-    std::array<std::array<double, 2>, 2> sides{};  ///< Sides in UVs, before the texture's transform
+    /// Sides of the footprint in UVs, before the texture's transform
+    std::array<std::array<double, 2>, 2> sides{};
     bool is_tile = false;
     bool is_channel = false;
     bool is_weighted = false;
   };
   /// Tile numbers and pictures of a UDIM set. Empty: a single picture.
-  using Tiles = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
+  using UdimTiles = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
 
   void check(const Texture& texture) const;
   void choose_sets(const Texture& texture);
   void group_tiles(const Texture& texture);
-  std::vector<std::optional<TexelBits>> find_empty(const Texture& texture) const;
+  std::vector<std::optional<TexelBits>> find_background_texels(const Texture& texture) const;
   void warn_about_missing_tiles();
   float read_pictures(const HighPoint& point, float* value) const;
   std::uint32_t set_of(std::uint32_t triangle) const;
@@ -89,11 +90,12 @@ class SurfaceTexture {
   const Source::Impl& source_;
   std::string map_;
   std::vector<std::unique_ptr<FilteredTexture>> pictures_;
-  /// Per picture: true if it is reduced to the channel that is read
-  std::vector<bool> is_channel_;
-  std::vector<bool> is_weighted_;  ///< Per picture: true if its means are weighted by alpha
+  /// For each picture, true if it is reduced to the channel that is read
+  std::vector<bool> is_single_channel_;
+  /// For each picture, true if its means are weighted by alpha
+  std::vector<bool> is_alpha_weighted_;
   bool has_weights_ = false;
-  std::vector<Tiles> tiles_;  ///< Per picture; empty: no picture has tiles
+  std::vector<UdimTiles> udim_tiles_;  ///< Tiles of each picture; empty if no picture has tiles
   std::vector<std::uint32_t> picture_of_material_;
   std::vector<std::array<float, 4>> constant_color_;
   std::vector<std::array<float, 6>> uv_transforms_;
@@ -107,8 +109,8 @@ class SurfaceTexture {
   std::vector<NormalChannels> normals_;  ///< Channels of each normal map
   /// Normal maps whose green channel probably points down
   std::vector<std::size_t> flipped_green_suspects_;
-  std::map<std::uint32_t, std::uint64_t>
-      missing_tiles_;  ///< Number of triangles by missing tile; 0: outside of UDIM's squares
+  /// Number of triangles for each tile without a picture; tile 0 stands for UVs outside of UDIM's squares
+  std::map<std::uint32_t, std::uint64_t> missing_tiles_;
 };
 
 }  // namespace kiln

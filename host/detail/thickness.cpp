@@ -8,8 +8,8 @@ MapRow thickness_map() {
   row.info = {MapKind{"thickness"},
               1,
               MapType::scalar,
-              "thickness of the high poly, mean distance inward to its other side: 1 is the "
-              "requested distance, or more",
+              "thickness of the high poly: the mean distance inward to its other side, as a share "
+              "of the requested distance, at most 1",
               0,
               1};
   row.info.options = "occlusion.rays occlusion.distance";

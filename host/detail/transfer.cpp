@@ -109,12 +109,12 @@ class NormalTransfer : public PointFunction {
         right += to_double(corners[k].tangent) * weights[k];
       }
       const Vec3d front = cross(up, right) * double{corners[0].sign};
-      const Vec3d scaled =
+      const Vec3d scaled_normal =
           right * double{pixel[0]} + front * double{pixel[1]} + up * double{pixel[2]};
-      const double size = length(scaled);
+      const double size = length(scaled_normal);
       // If the face is turned away, its normal is flipped to the side of the point's interpolated normal.
       const double side = dot(up, point.normal) < 0 ? -1 : 1;
-      if (size > 0) normal = scaled * (side / size);
+      if (size > 0) normal = scaled_normal * (side / size);
     }
     Vec3d local = frames_.in_space(point, normal);
     const double size = length(local);
@@ -140,7 +140,7 @@ class NormalTransfer : public PointFunction {
   std::shared_ptr<BandReads> reads_;
   std::vector<float> normals_;
   std::vector<std::uint32_t> indices_;
-  std::vector<CornerTangent> tangents_;  // tangents of the corners
+  std::vector<CornerTangent> tangents_;  // Tangents at the triangle's corners
   std::optional<std::uint64_t> source_version_;
 };
 
@@ -178,10 +178,10 @@ MapRow row_of(const Transfer& transfer) {
 /// A variant's options, and the shared results of its maps.
 struct VariantWork : SharedWork {
   explicit VariantWork(BakeOptions new_options) : options(std::move(new_options)) {}
-  void next_band() override { works.next_band(); }
-  void next_source() override { works.next_source(); }
+  void next_band() override { variant_works.next_band(); }
+  void next_source() override { variant_works.next_source(); }
   BakeOptions options;
-  SharedWorks works;
+  SharedWorks variant_works;
 };
 
 MapRow row_of(const MapVariant& variant) {
@@ -190,10 +190,10 @@ MapRow row_of(const MapVariant& variant) {
   row.info.kind = MapKind{std::string_view(variant.name)};
   row.make = [&base, variant](const MapRequest& request) {
     auto work = std::make_shared<VariantWork>(options_of(variant, request.options));
-    work->works.add(request.reads());
+    work->variant_works.add(request.reads());
     request.shared.add(work);
-    return base.make({request.source, request.surface, work->options, work->works, request.finer,
-                      request.checks});
+    return base.make({request.source, request.surface, work->options, work->variant_works,
+                      request.finer, request.checks});
   };
   if (!base.range) return row;
   row.range = [&base, variant](const RangeRequest& request, std::uint32_t channel) {

@@ -17,13 +17,13 @@ MapRow uv_map() {
                   "the map out.");
     }
     return make_point_map(request, uv_map().info, [&source](const HighPoint& point, float* value) {
-      if (!point.found) return;  // misses keep the value 0
+      if (!point.found) return;  // A missed sample keeps the value 0
       const Triangle& corners = source.uv_triangles[point.triangle];
       const double weights[3] = {1.0 - point.u - point.v, point.u, point.v};
       double u = 0, v = 0;
       for (std::size_t k = 0; k < 3; ++k) {
         const Vec2& uv = source.uvs[corners[k]];
-        if (!is_finite(uv)) return;  // a corner without UV keeps 0
+        if (!is_finite(uv)) return;  // A point on a triangle without UVs keeps the value 0
         u += uv.x * weights[k];
         v += uv.y * weights[k];
       }

@@ -13,7 +13,7 @@ namespace kiln {
 /// The mapping from points of a triangle to UVs, computed once for consecutive samples on the triangle.
 struct UvFacet {
   std::uint32_t triangle = KILN_NO_TRIANGLE;
-  bool has_uv = false;                   ///< All three corners have UVs
+  bool has_uv = false;                   ///< True if all three corners have UVs
   Vec3d normal{};                        ///< Unit; 0 for a triangle without area
   std::array<double, 2> at, to_b, to_c;  ///< UV of corner 0, and differences to corners 1 and 2
   std::array<Vec3d, 2>

@@ -74,7 +74,8 @@ ValueRange range_of_curvature_signed(const RangeRequest& request, std::uint32_t 
 }
 
 double curvature_radius(const std::optional<Length>& option, const Source::Impl& source) {
-  constexpr double kDefaultRadiusShare = 0.005;  // share of the diagonal: the default radius
+  // Default radius of curvature's neighbourhood, as a share of the diagonal
+  constexpr double kDefaultRadiusShare = 0.005;
   // Bounds of the radius in frame units; the mesh has a size of about 1. Radii outside the bounds give the
   // same curvature as the bounds.
   constexpr double kMinRadius = 1e-9, kMaxRadius = 16;

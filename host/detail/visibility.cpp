@@ -39,10 +39,11 @@ MapRow visibility_map() {
 }
 
 MapRow deviation_map() {
-  MapRow row = row_of("deviation", 1, MapType::scalar,
-                      "standard deviation of the visibility directions, sqrt(1 - |v|^2): 0 where a "
-                      "single one sees the point, 1 where they cancel out or none sees it",
-                      0);
+  MapRow row =
+      row_of("deviation", 1, MapType::scalar,
+             "standard deviation of the visibility directions, sqrt(1 - |v|^2): 0 where only one "
+             "direction sees the point, 1 where the directions cancel out or none sees it",
+             0);
   row.unit = "of a unit length";
   row.make = [](const MapRequest& request) {
     return make_point_map(request, deviation_map().info, [](const HighPoint& point, float* value) {

@@ -21,12 +21,12 @@ class Wireframe : public PointFunction {
       const double covered = std::abs((double{b.uv.x} - a.uv.x) * (double{c.uv.y} - a.uv.y) -
                                       (double{c.uv.x} - a.uv.x) * (double{b.uv.y} - a.uv.y)) *
                              texels;
-      texel_.push_back(covered > 0 ? std::sqrt(area / covered) : 0);
+      texel_lengths_.push_back(covered > 0 ? std::sqrt(area / covered) : 0);
     }
   }
 
   void operator()(const HighPoint& point, float* value) const override {
-    if (!point.found) return;  // misses keep the value 0
+    if (!point.found) return;  // A missed sample keeps the value 0
     const Triangle& corners = source_.triangles[point.triangle];
     const Vec3d p[3] = {to_double(source_.positions[corners[0]]),
                         to_double(source_.positions[corners[1]]),
@@ -35,19 +35,22 @@ class Wireframe : public PointFunction {
     const double doubled_area = length(cross(p[1] - p[0], p[2] - p[0]));
     // The distance to the nearest edge is that to its line: the perpendicular to any nearer line would leave the
     // triangle through another edge.
-    double nearest = 1;  // greater than any distance in the frame
+    double nearest_edge_distance = 1;  // Greater than any distance in the frame
     for (std::size_t k = 0; k < 3; ++k) {
       const double edge = length(p[(k + 2) % 3] - p[(k + 1) % 3]);
-      if (edge > 0) nearest = std::min(nearest, std::max(0.0, weights[k]) * doubled_area / edge);
+      if (edge > 0)
+        nearest_edge_distance =
+            std::min(nearest_edge_distance, std::max(0.0, weights[k]) * doubled_area / edge);
     }
-    const double texel = texel_[point.low_triangle];
-    if (nearest < texel) value[0] = static_cast<float>(1 - nearest / texel);
+    const double texel_length = texel_lengths_[point.low_triangle];
+    if (nearest_edge_distance < texel_length)
+      value[0] = static_cast<float>(1 - nearest_edge_distance / texel_length);
   }
 
  private:
   const Source::Impl& source_;
   // length of a texel in frame units, for each triangle of the low poly
-  std::vector<double> texel_;
+  std::vector<double> texel_lengths_;
 };
 
 }  // namespace
@@ -57,7 +60,7 @@ MapRow wireframe_map() {
   row.info = {MapKind{"wireframe"},
               1,
               MapType::scalar,
-              "edges of the high poly: 1 on an edge, 0 from one texel off",
+              "edges of the high poly: 1 on an edge, 0 from a distance of one texel on",
               0,
               1};
   row.info.other_names = "wireframe_and_ray_fails";

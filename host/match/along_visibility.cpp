@@ -1,12 +1,12 @@
-// Rays along each sample's visibility direction (Tarini, Cignoni, Scopigno, section 3.3), or between
-// it and the normal (section 3.4).
+// Matching by rays along each sample's visibility direction (Tarini, Cignoni, Scopigno, section 3.3), or along a
+// direction between that and the normal (section 3.4).
 #include "match/ray.h"
 
 namespace kiln {
 namespace {
 
 /// Converts a progress callback to one that names this step.
-KeepOn report_to(const Progress& progress) {
+KeepOn keep_on_with(const Progress& progress) {
   if (!progress) return {};
   return [progress](double done) { return progress(done, "visibility"); };
 }
@@ -18,44 +18,46 @@ class VisibilityMatcher : public Matcher {
       : context_(context_of(request.source.device)),
         rays_(request.source.rays()),
         query_(ray_query(request, false)),
-        samples_(request.samples),
+        samples_per_side_(request.samples),
         hybrid_(hybrid),
         cluster_(request.cluster) {
-    std::shared_ptr<const VisibilityField> local_field;
-    std::shared_ptr<const VisibilityField>& field = request.field ? *request.field : local_field;
+    std::shared_ptr<const VisibilityField> unshared_field;
+    std::shared_ptr<const VisibilityField>& field = request.field ? *request.field : unshared_field;
     if (field == nullptr) {
       field = std::make_shared<const VisibilityField>(
           context_, request.surface, request.width, request.height, request.visibility,
-          request.source.traversal, report, report_to(request.progress));
+          request.source.traversal, report, keep_on_with(request.progress));
     }
     field_ = field;
   }
 
   void run(const TexelBand& band, DeviceCorrespondence& match) override {
     if (band.sample_count == 0) return;
-    if (reads_sample_places()) check_samples(band, samples_);
-    if (capacity_ < band.capacity) {
+    if (reads_sample_places()) check_samples(band, samples_per_side_);
+    if (points_capacity_ < band.capacity) {
       points_ = cl::Array<float>();
       points_ = cl::Array<float>(context_, std::size_t{7} * band.capacity);
-      capacity_ = band.capacity;
+      points_capacity_ = band.capacity;
     }
-    field_->direct(band, samples_, hybrid_, points_, capacity_, cluster_);
-    if (!match.seen.empty()) field_->means(band, samples_, match.seen, match.capacity, cluster_);
-    rays_.intersect(points_, band.sample_count, capacity_, query_, match);
+    field_->write_directed_samples(band, samples_per_side_, hybrid_, points_, points_capacity_,
+                                   cluster_);
+    if (!match.seen.empty())
+      field_->means(band, samples_per_side_, match.seen, match.capacity, cluster_);
+    rays_.intersect(points_, band.sample_count, points_capacity_, query_, match);
   }
 
-  bool needs_band() const override { return true; }
+  bool needs_whole_texels() const override { return true; }
   bool reads_sample_places() const override { return field_->is_of_texels(); }
 
  private:
   cl::Context& context_;
   const RayCaster& rays_;
   RayQuery query_;
-  std::uint32_t samples_;
+  std::uint32_t samples_per_side_;
   bool hybrid_;
   std::uint32_t cluster_;
   std::shared_ptr<const VisibilityField> field_;
-  std::uint32_t capacity_ = 0;
+  std::uint32_t points_capacity_ = 0;
   cl::Array<float> points_;
 };
 

@@ -17,12 +17,12 @@ class AxisMatcher : public Matcher {
   void run(const TexelBand& band, DeviceCorrespondence& match) override {
     if (band.sample_count == 0) return;
     const std::size_t size = std::size_t{7} * band.capacity;
-    if (turned_.size() < size) turned_ = cl::Array<float>(context_, size);
+    if (axis_points_.size() < size) axis_points_ = cl::Array<float>(context_, size);
     // The axis is flipped to the side that the low poly faces, so that outward stays outward.
     context_.launch(context_.kernel("match", "kiln_match_axis"), band.sample_count, kLocal,
                     band.sample_count, band.capacity, axis_.x, axis_.y, axis_.z, band.points,
-                    turned_);
-    rays_.intersect(turned_, band.sample_count, band.capacity, query_, match);
+                    axis_points_);
+    rays_.intersect(axis_points_, band.sample_count, band.capacity, query_, match);
   }
 
  private:
@@ -30,7 +30,7 @@ class AxisMatcher : public Matcher {
   const RaySearch& rays_;
   RayQuery query_;
   Vec3 axis_;
-  cl::Array<float> turned_;
+  cl::Array<float> axis_points_;
 };
 
 }  // namespace
@@ -40,7 +40,7 @@ MatchRow axis_match() {
   row.info.method = MatchMethod{"axis"};
   row.info.searches = "along one axis, both ways";
   row.info.options = "match.max_distance match.views.directions match.parts report.recall";
-  row.is_refittable = row.streams = true;
+  row.is_refittable = row.supports_large_high_poly = true;
   row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {
     if (request.views.directions.size() != 1) {
       throw Error(ErrorCode::usage, "Matching along an axis needs one direction in views, but " +

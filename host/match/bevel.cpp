@@ -18,8 +18,8 @@ namespace {
 // below kMaxParallelDegrees, or, for faces that are nowhere parallel, below kMaxAngleOverMedian times
 // the median angle of the outer distances.
 constexpr std::size_t kEdgeDistances = 24;
-constexpr std::size_t kMaxPlacesPerEdge = 8;
-// maximum number of measured edges; with more edges every n-th is measured
+constexpr std::size_t kMaxPointsPerEdge = 8;
+// Maximum number of measured edges; of more edges, only every n-th is measured
 constexpr std::size_t kMaxMeasuredEdges = 4096;
 constexpr std::size_t kTargetRayCount = 1 << 18;  // approximate number of rays of a batch
 constexpr double kMaxParallelDegrees = 5;
@@ -33,12 +33,12 @@ constexpr double kBlendWidthPerGap = 2;
 constexpr double kDegrees = 180 / 3.14159265358979323846;
 constexpr double kNoBevel = std::numeric_limits<double>::infinity();
 
-double edge_distance(std::size_t ring, double farthest) {
+double edge_distance(std::size_t ring, double max_edge_distance) {
   const double share = static_cast<double>(ring + 1) / kEdgeDistances;
-  return farthest * share * share;
+  return max_edge_distance * share * share;
 }
 
-/// The median; infinity for an empty list.
+/// Median of a list; infinity if it is empty.
 double median(std::vector<double> values) {
   if (values.empty()) return kNoBevel;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -46,15 +46,15 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-/// A point on a face of the low poly, near one of its edges. A point outside of the face has no
-/// direction.
-struct Place {
+/// A point near an edge of a face of the low poly, and the ray direction there. If the point lies outside of the face,
+/// its direction is 0.
+struct EdgeSidePoint {
   Vec3 position, direction;
 };
 
-/// The point at `share` of an edge's length and at distance `off` from the edge, on one of its faces.
-Place place_beside(const std::array<LowSurface::Corner, 3>& face, const HardEdges::Edge& edge,
-                   double share, double off) {
+/// Makes the point at `share` of an edge's length and at distance `off` from the edge, on one of its faces.
+EdgeSidePoint point_beside_edge(const std::array<LowSurface::Corner, 3>& face,
+                                const HardEdges::Edge& edge, double share, double off) {
   const Vec3d along = to_double(edge.along), a = to_double(face[0].position);
   const Vec3d ab = to_double(face[1].position) - a, ac = to_double(face[2].position) - a;
   const Vec3d normal = cross(ab, ac);
@@ -73,7 +73,7 @@ Place place_beside(const std::array<LowSurface::Corner, 3>& face, const HardEdge
 }
 
 /// Angles and gaps that rays measured along one side of an edge.
-struct Profile {
+struct SideProfile {
   std::array<std::vector<double>, kEdgeDistances> angles, gaps;
 
   struct End {
@@ -82,24 +82,25 @@ struct Profile {
     double gap = 0;  ///< Outward height of the high poly at that distance
   };
 
-  End end(double farthest) const {
-    std::array<double, kEdgeDistances> middle{};
+  End end(double max_edge_distance) const {
+    std::array<double, kEdgeDistances> median_angles{};
     std::size_t last = 0;
     for (std::size_t r = 0; r < kEdgeDistances; ++r) {
-      middle[r] = median(angles[r]);
-      if (middle[r] < kNoBevel) last = r;
+      median_angles[r] = median(angles[r]);
+      if (median_angles[r] < kNoBevel) last = r;
     }
-    std::vector<double> outer;  // medians at the outer half of the distances
+    std::vector<double> outer_angles;  // Median angles at the outer half of the distances
     for (std::size_t r = 0; r <= last; ++r) {
-      if (middle[r] < kNoBevel && 2 * edge_distance(r, 1) >= edge_distance(last, 1)) {
-        outer.push_back(middle[r]);
+      if (median_angles[r] < kNoBevel && 2 * edge_distance(r, 1) >= edge_distance(last, 1)) {
+        outer_angles.push_back(median_angles[r]);
       }
     }
-    const double parallel = std::max(kMaxParallelDegrees, kMaxAngleOverMedian * median(outer));
-    for (std::size_t r = 0; r < kEdgeDistances && !outer.empty(); ++r) {
-      if (!(middle[r] <= parallel)) continue;
-      // A bevel that ends before the first distance is ignored.
-      return {r == 0 ? 0 : edge_distance(r, farthest), std::max(0.0, median(gaps[r]))};
+    const double parallel =
+        std::max(kMaxParallelDegrees, kMaxAngleOverMedian * median(outer_angles));
+    for (std::size_t r = 0; r < kEdgeDistances && !outer_angles.empty(); ++r) {
+      if (!(median_angles[r] <= parallel)) continue;
+      // A bevel that ends before the smallest measured distance counts as none.
+      return {r == 0 ? 0 : edge_distance(r, max_edge_distance), std::max(0.0, median(gaps[r]))};
     }
     return {};
   }
@@ -108,14 +109,14 @@ struct Profile {
 /// Casts rays from points near edges, and collects their angles and gaps.
 class BevelProbes {
  public:
-  BevelProbes(const Source::Impl& high, const LowSurface& surface, double farthest,
+  BevelProbes(const Source::Impl& high, const LowSurface& surface, double max_edge_distance,
               const Parts* parts)
-      : high_(high), surface_(surface), farthest_(farthest), parts_(parts) {}
+      : high_(high), surface_(surface), farthest_(max_edge_distance), parts_(parts) {}
 
   /// Measures the profiles of both sides of edges [begin, end) of a list.
-  std::vector<std::array<Profile, 2>> measure_profiles(const HardEdges& hard, std::size_t begin,
-                                                       std::size_t end, std::size_t stride,
-                                                       std::size_t places, double reach) const {
+  std::vector<std::array<SideProfile, 2>> measure_profiles(const HardEdges& hard, std::size_t begin,
+                                                           std::size_t end, std::size_t stride,
+                                                           std::size_t places, double reach) const {
     const std::size_t rays_per_side = places * kEdgeDistances;
     const auto count = static_cast<std::uint32_t>((end - begin) * 2 * rays_per_side);
     std::vector<float> planes(7 * std::size_t{count}, 0.0F);
@@ -123,10 +124,10 @@ class BevelProbes {
       for (std::size_t i = first; i < last; ++i) {
         const HardEdges::Edge& edge = hard.edges[(begin + i / (2 * rays_per_side)) * stride];
         const std::size_t side = i / rays_per_side % 2, along = i / kEdgeDistances % places;
-        const Place place =
-            place_beside(surface_.triangles[edge.faces[side]], edge,
-                         (static_cast<double>(along) + 0.5) / static_cast<double>(places),
-                         edge_distance(i % kEdgeDistances, farthest_));
+        const EdgeSidePoint place =
+            point_beside_edge(surface_.triangles[edge.faces[side]], edge,
+                              (static_cast<double>(along) + 0.5) / static_cast<double>(places),
+                              edge_distance(i % kEdgeDistances, farthest_));
         const Vec3 &p = place.position, &d = place.direction;
         const float values[6] = {p.x, p.y, p.z, d.x, d.y, d.z};
         for (std::size_t k = 0; k < 6; ++k) planes[k * count + i] = values[k];
@@ -140,24 +141,25 @@ class BevelProbes {
     query.t_max = static_cast<float>(reach);
     query.outermost = true;
     high_.ray_search().intersect(points, count, count, query, met);
-    const HostCorrespondence found(context, met, count);
-    const std::vector<std::array<Vec3, 3>> corners = high_.corners_of(found.triangle);
-    std::vector<std::array<Profile, 2>> profiles(end - begin);
+    const HostCorrespondence hits(context, met, count);
+    const std::vector<std::array<Vec3, 3>> corners = high_.corners_of(hits.triangle);
+    std::vector<std::array<SideProfile, 2>> profiles(end - begin);
     for (std::size_t i = 0; i < count; ++i) {
       const Vec3d direction{planes[3 * std::size_t{count} + i], planes[4 * std::size_t{count} + i],
                             planes[5 * std::size_t{count} + i]};
       const std::size_t e = i / (2 * rays_per_side), side = i / rays_per_side % 2;
       const std::uint32_t face = hard.edges[(begin + e) * stride].faces[side];
-      if (!counts(found.triangle[i], face, direction)) continue;
-      Profile& profile = profiles[e][side];
+      if (!is_own_upright_face(hits.triangle[i], face, direction)) continue;
+      SideProfile& profile = profiles[e][side];
       profile.angles[i % kEdgeDistances].push_back(angle(corners[i], direction));
-      profile.gaps[i % kEdgeDistances].push_back(double{found.distance[i]});
+      profile.gaps[i % kEdgeDistances].push_back(double{hits.distance[i]});
     }
     return profiles;
   }
 
  private:
-  bool counts(std::uint32_t triangle, std::uint32_t face, const Vec3d& direction) const {
+  bool is_own_upright_face(std::uint32_t triangle, std::uint32_t face,
+                           const Vec3d& direction) const {
     if (triangle == KILN_NO_TRIANGLE || !(dot(direction, direction) > 0)) return false;
     return parts_ == nullptr || parts_->high[triangle] == parts_->low[face];
   }
@@ -176,15 +178,16 @@ class BevelProbes {
 };
 
 /// Blend width at an edge; infinity if neither side has an estimate.
-double blend_width(const std::array<Profile, 2>& sides, double farthest, double least) {
-  const Profile::End a = sides[0].end(farthest), b = sides[1].end(farthest);
+double blend_width(const std::array<SideProfile, 2>& sides, double max_edge_distance,
+                   double min_width) {
+  const SideProfile::End a = sides[0].end(max_edge_distance), b = sides[1].end(max_edge_distance);
   if (!(std::min(a.bevel, b.bevel) < kNoBevel)) return kNoBevel;
   const double bevel = !(a.bevel < kNoBevel)   ? b.bevel
                        : !(b.bevel < kNoBevel) ? a.bevel
                                                : std::max(a.bevel, b.bevel);
   return std::clamp(
-      std::max(kBlendWidthPerBevel * bevel, kBlendWidthPerGap * std::min(a.gap, b.gap)), least,
-      farthest);
+      std::max(kBlendWidthPerBevel * bevel, kBlendWidthPerGap * std::min(a.gap, b.gap)), min_width,
+      max_edge_distance);
 }
 
 }  // namespace
@@ -192,31 +195,32 @@ double blend_width(const std::array<Profile, 2>& sides, double farthest, double 
 Bevels find_bevels(const Source::Impl& high, const LowSurface& surface, const HardEdges& hard,
                    double reach, const Parts* parts) {
   const double diagonal = high.frame.diagonal * high.frame.scale;
-  const double farthest = kMaxEdgeDistance * diagonal, least = kMinBlendWidth * diagonal;
+  const double max_edge_distance = kMaxEdgeDistance * diagonal,
+               min_width = kMinBlendWidth * diagonal;
   const std::size_t stride = 1 + hard.edges.size() / kMaxMeasuredEdges;
   const std::size_t measured = (hard.edges.size() + stride - 1) / stride;
   const std::size_t places = std::clamp<std::size_t>(
-      kTargetRayCount / (2 * kEdgeDistances * measured), 1, kMaxPlacesPerEdge);
+      kTargetRayCount / (2 * kEdgeDistances * measured), 1, kMaxPointsPerEdge);
   const std::size_t batch_size =
       std::max<std::size_t>(1, kTargetRayCount / (2 * kEdgeDistances * places));
-  const BevelProbes probes(high, surface, farthest, parts);
+  const BevelProbes probes(high, surface, max_edge_distance, parts);
   Bevels result;
-  std::vector<double> found;
+  std::vector<double> hits;
   result.widths.assign(hard.edges.size(), 0.0F);
   for (std::size_t begin = 0; begin < measured; begin += batch_size) {
     const std::size_t end = std::min(measured, begin + batch_size);
     const auto profiles = probes.measure_profiles(hard, begin, end, stride, places, reach);
     for (std::size_t e = begin; e < end; ++e) {
-      const double width = blend_width(profiles[e - begin], farthest, least);
+      const double width = blend_width(profiles[e - begin], max_edge_distance, min_width);
       if (!(width < kNoBevel)) continue;
       result.widths[e * stride] = static_cast<float>(width);
-      found.push_back(width);
+      hits.push_back(width);
     }
   }
-  result.found = found.size();
-  if (!found.empty()) result.median = static_cast<float>(median(found));
+  result.found = hits.size();
+  if (!hits.empty()) result.median = static_cast<float>(median(hits));
   const float other =
-      found.empty() ? static_cast<float>(kDefaultBlendWidth * diagonal) : result.median;
+      hits.empty() ? static_cast<float>(kDefaultBlendWidth * diagonal) : result.median;
   for (float& width : result.widths) width = width > 0 ? width : other;
   return result;
 }

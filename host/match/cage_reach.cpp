@@ -12,18 +12,18 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kHullTestPlaces =
+constexpr std::size_t kHullTestPoints =
     1
     // number of points at which a hull is tested before the bake
     << 14;
-constexpr float kMaxHullDistance = 4;  // in frame units; larger than any mesh
+constexpr float kMaxHullDistance = 4;  // In frame units; a greater length than any mesh has
 constexpr float kMaxContactDistance = 8 * KILN_BVH_EPSILON;
 
-struct Range {
-  double least = 0, median = 0, most = 0;
+struct DistanceRange {
+  double min_distance = 0, median = 0, most = 0;
 };
 
-Range range_of(std::vector<float> values, double unit) {
+DistanceRange distance_range(std::vector<float> values, double unit) {
   if (values.empty()) return {};
   std::sort(values.begin(), values.end());
   return {double{values.front()} * unit, double{values[values.size() / 2]} * unit,
@@ -35,37 +35,39 @@ Range range_of(std::vector<float> values, double unit) {
 CageReach::CageReach(cl::Context& context, const Frame& frame, LowSurface& surface)
     : frame_(frame) {
   if (!surface.has_cage_mesh || surface.cage_kind == CageKind::offsets) return;
-  writes_ = true;
+  has_cage_mesh_ = true;
   if (surface.cage_kind == CageKind::shells) {
-    outer_ = cl::Array<float>(context, std::span<const float>(surface.shell(false)));
+    outer_shell_heights_ = cl::Array<float>(context, std::span<const float>(surface.shell(false)));
     return;
   }
   hull_ = surface.cage_hull;
   rays_ = std::make_unique<RayCaster>(context, hull_->positions, hull_->triangles);
-  const SurfacePlaces places = spread_places(context, surface, kHullTestPlaces);
-  hull_distances_ =
-      to_hull(context, places.band.points, places.band.sample_count, places.band.capacity);
+  const SampledPoints places = spread_points(context, surface, kHullTestPoints);
+  hull_distances_ = write_hull_distances(context, places.band.points, places.band.sample_count,
+                                         places.band.capacity);
   for (const float distance : hull_distances_) {
     surface.cage_length = std::max(surface.cage_length, 2 * double{distance});
   }
 }
 
-void CageReach::apply(cl::Context& context, TexelBand& band) const {
-  if (!writes_ || band.sample_count == 0) return;
+void CageReach::write_sample_reach(cl::Context& context, TexelBand& band) const {
+  if (!has_cage_mesh_ || band.sample_count == 0) return;
   if (hull_ == nullptr) {
     context.launch(context.kernel("turn", "kiln_texel_reach"), band.sample_count, kLocal,
-                   band.sample_count, band.capacity, outer_, band.triangle, band.barycentric,
-                   band.points);
+                   band.sample_count, band.capacity, outer_shell_heights_, band.triangle,
+                   band.barycentric, band.points);
     return;
   }
   const std::vector<float> hull_distances =
-      to_hull(context, band.points, band.sample_count, band.capacity);
+      write_hull_distances(context, band.points, band.sample_count, band.capacity);
   band.points.write(context, std::span<const float>(hull_distances),
                     std::size_t{6} * band.capacity);
 }
 
-std::vector<float> CageReach::to_hull(cl::Context& context, const cl::Array<float>& points,
-                                      std::uint32_t count, std::uint32_t capacity) const {
+std::vector<float> CageReach::write_hull_distances(cl::Context& context,
+                                                   const cl::Array<float>& points,
+                                                   std::uint32_t count,
+                                                   std::uint32_t capacity) const {
   RayQuery query;
   query.t_min = -kMaxContactDistance;
   query.t_max = kMaxHullDistance;
@@ -78,16 +80,16 @@ std::vector<float> CageReach::to_hull(cl::Context& context, const cl::Array<floa
   const std::size_t plane = capacity;
   for (std::size_t i = 0; i < count; ++i) {
     const Vec3d d{planes[3 * plane + i], planes[4 * plane + i], planes[5 * plane + i]};
-    bool leaves = false;
+    bool leaves_hull = false;
     if (correspondence.triangle[i] != KILN_NO_TRIANGLE) {
       const Triangle& t = hull_->triangles[correspondence.triangle[i]];
       const Vec3d a = to_double(hull_->positions[t[0]]);
-      leaves =
+      leaves_hull =
           dot(cross(to_double(hull_->positions[t[1]]) - a, to_double(hull_->positions[t[2]]) - a),
               d) > 0;
     }
     hull_distances[i] = std::max(0.0F, correspondence.distance[i]);
-    if (leaves) continue;
+    if (leaves_hull) continue;
     const auto world = [&](std::size_t axis) {
       return double{planes[axis * plane + i]} / frame_.scale + frame_.center[axis];
     };
@@ -119,9 +121,10 @@ std::optional<CageReport> CageReach::report(const LowSurface& surface) const {
       if (shells) inward.push_back(corner.inward);
     }
   }
-  const Range out = range_of(std::move(outward), unit), in = range_of(std::move(inward), unit);
-  return CageReport{surface.cage_kind, out.least, out.median, out.most,
-                    in.least,          in.median, in.most};
+  const DistanceRange out = distance_range(std::move(outward), unit),
+                      in = distance_range(std::move(inward), unit);
+  return CageReport{surface.cage_kind, out.min_distance, out.median, out.most,
+                    in.min_distance,   in.median,        in.most};
 }
 
 }  // namespace kiln

@@ -19,20 +19,20 @@ class CageReach {
   /// \throws Error(input) if a hull does not enclose the low poly
   CageReach(cl::Context& context, const Frame& frame, LowSurface& surface);
 
-  bool writes() const { return writes_; }
+  bool has_cage_mesh() const { return has_cage_mesh_; }
   /// Writes the reach of a band whose directions are final. \throws Error(input) if a hull does not enclose
   /// the band's samples
-  void apply(cl::Context& context, TexelBand& band) const;
+  void write_sample_reach(cl::Context& context, TexelBand& band) const;
   /// Distances in world units; nullopt without a cage mesh.
   std::optional<CageReport> report(const LowSurface& surface) const;
 
  private:
-  std::vector<float> to_hull(cl::Context& context, const cl::Array<float>& points,
-                             std::uint32_t count, std::uint32_t capacity) const;
+  std::vector<float> write_hull_distances(cl::Context& context, const cl::Array<float>& points,
+                                          std::uint32_t count, std::uint32_t capacity) const;
 
-  bool writes_ = false;
+  bool has_cage_mesh_ = false;
   Frame frame_;
-  cl::Array<float> outer_;  ///< Heights of the outer shell; see LowSurface::shell
+  cl::Array<float> outer_shell_heights_;  ///< Heights of the outer shell; see LowSurface::shell
   std::shared_ptr<const CageHull> hull_;
   std::unique_ptr<RayCaster> rays_;
   std::vector<float> hull_distances_;  ///< Distances to a hull, from points all over the low poly

@@ -15,7 +15,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kTargetPlaceCount = 1 << 18;
+constexpr std::size_t kTargetPointCount = 1 << 18;
 // Thresholds of the search, as shares of the high poly's diagonal.
 constexpr double kMaxSolidHeight = 0.25;  // maximum height at which a solid may end
 constexpr double kMaxFaceDepth = 0.1;     // maximum depth of a face
@@ -43,20 +43,21 @@ class CageSearch {
     min_clearance_ = static_cast<float>(kMinClearance * diagonal);
     max_wall_height_ = static_cast<float>(kMaxWallHeight * diagonal);
     max_own_height_ = static_cast<float>(kMaxOwnHeight * diagonal);
-    needs_.places = spread_places(context_, request.surface, kTargetPlaceCount);
-    turn.apply(context_, needs_.places.band);
-    count_ = needs_.places.list.size();
-    points_.resize(7 * count_);
+    needs_.places = spread_points(context_, request.surface, kTargetPointCount);
+    turn.set_directions(context_, needs_.places.band);
+    point_count_ = needs_.places.list.size();
+    points_.resize(7 * point_count_);
     needs_.places.band.points.read(context_, points_);
   }
 
   CageNeeds run() {
     const LowRays low(context_, request_.surface);
-    const cl::Array<float> limits(context_, count_);
-    low.limits(context_, needs_.places.band, max_height_, limits, 0);
-    limit_ = limits.download(context_);
-    needs_.counts.resize(count_);
-    for (std::size_t i = 0; i < count_; ++i) needs_.counts[i] = limit_[i] >= min_clearance_ ? 1 : 0;
+    const cl::Array<float> outward_limits(context_, point_count_);
+    low.limits(context_, needs_.places.band, max_height_, outward_limits, 0);
+    outward_limits_ = outward_limits.download(context_);
+    needs_.counts.resize(point_count_);
+    for (std::size_t i = 0; i < point_count_; ++i)
+      needs_.counts[i] = outward_limits_[i] >= min_clearance_ ? 1 : 0;
     find_bake_faces();
     for (int i = 0; i < kMaxStackedSolids && extend_to_solids(); ++i) {
     }
@@ -70,36 +71,36 @@ class CageSearch {
   struct Hits {
     /// Distance from the point along its direction; infinity: no hit
     std::vector<float> at;
-    /// 1 if the hit face is a back face, so that the ray leaves a solid
-    std::vector<std::uint8_t> is_exit;
+    /// 1 if the ray hits a back face, where it leaves a solid
+    std::vector<std::uint8_t> is_back_face;
   };
 
-  /// First hits of rays that start at offset `from` along the points' directions; no ray is cast for infinite
-  /// offsets.
+  /// Casts rays that start at offset `from` along the points' directions, and returns their first hits; casts none for
+  /// infinite offsets.
   /// \param backs reverses the direction, so that without two_sided only back faces are hit
   Hits cast(const std::vector<float>& from, const RayQuery& query, bool backs = false) const {
     std::vector<float> planes = points_;
-    for (std::size_t i = 0; i < count_; ++i) {
-      const bool casts = from[i] < kNoHit;
+    for (std::size_t i = 0; i < point_count_; ++i) {
+      const bool casts_ray = from[i] < kNoHit;
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        float& d = planes[(3 + axis) * count_ + i];
-        if (casts) planes[axis * count_ + i] += from[i] * d;
-        if (!casts) d = 0;
+        float& d = planes[(3 + axis) * point_count_ + i];
+        if (casts_ray) planes[axis * point_count_ + i] += from[i] * d;
+        if (!casts_ray) d = 0;
         if (backs) d = -d;
       }
     }
     const cl::Array<float> points(context_, std::span<const float>(planes));
-    const auto count = static_cast<std::uint32_t>(count_);
+    const auto count = static_cast<std::uint32_t>(point_count_);
     DeviceCorrespondence met(context_, count);
     request_.source.rays().intersect(points, count, count, query, met);
     const HostCorrespondence found(context_, met, count);
-    Hits hits{std::vector<float>(count_, kNoHit), std::vector<std::uint8_t>(count_)};
-    parallel_for(count_, 1 << 12, [&](std::size_t begin, std::size_t end) {
+    Hits hits{std::vector<float>(point_count_, kNoHit), std::vector<std::uint8_t>(point_count_)};
+    parallel_for(point_count_, 1 << 12, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         const std::uint32_t t = found.triangle[i];
         if (t == KILN_NO_TRIANGLE || !(from[i] < kNoHit) || !is_of_own_part(i, t)) continue;
         hits.at[i] = from[i] + (backs ? -found.distance[i] : found.distance[i]);
-        hits.is_exit[i] = dot(normal(t), direction(i)) > 0 ? 1 : 0;
+        hits.is_back_face[i] = dot(normal(t), direction(i)) > 0 ? 1 : 0;
       }
     });
     return hits;
@@ -118,15 +119,17 @@ class CageSearch {
   }
 
   Vec3d direction(std::size_t i) const {
-    return {points_[3 * count_ + i], points_[4 * count_ + i], points_[5 * count_ + i]};
+    return {points_[3 * point_count_ + i], points_[4 * point_count_ + i],
+            points_[5 * point_count_ + i]};
   }
 
   HostCorrespondence match(const MatchRequest& request) const {
-    MatchNotes notes;
+    MatchNotes unused_notes;
     const MatchRow row = ray_match();
-    const std::unique_ptr<Matcher> matcher =
-        parts_ != nullptr ? part_matcher(row, request, *parts_, notes) : row.make(request, notes);
-    const auto count = static_cast<std::uint32_t>(count_);
+    const std::unique_ptr<Matcher> matcher = parts_ != nullptr
+                                                 ? part_matcher(row, request, *parts_, unused_notes)
+                                                 : row.make(request, unused_notes);
+    const auto count = static_cast<std::uint32_t>(point_count_);
     DeviceCorrespondence met(context_, count);
     matcher->run(needs_.places.band, met);
     return HostCorrespondence(context_, met, count);
@@ -135,19 +138,19 @@ class CageSearch {
   /// Finds the faces that the bake would match without a cage.
   void find_bake_faces() {
     const HostCorrespondence matched = match(request_);
-    height_.resize(count_);
-    needs_.found.resize(count_);
-    for (std::size_t i = 0; i < count_; ++i) {
+    face_heights_.resize(point_count_);
+    needs_.found.resize(point_count_);
+    for (std::size_t i = 0; i < point_count_; ++i) {
       needs_.found[i] = needs_.counts[i] != 0 && matched.triangle[i] != KILN_NO_TRIANGLE ? 1 : 0;
-      height_[i] = needs_.found[i] != 0 ? matched.distance[i] : 0;
+      face_heights_[i] = needs_.found[i] != 0 ? matched.distance[i] : 0;
     }
   }
 
   /// Offsets of ray starts just above each point's own face.
   std::vector<float> offsets_above_faces() const {
-    std::vector<float> from(count_, kNoHit);
-    for (std::size_t i = 0; i < count_; ++i) {
-      if (needs_.counts[i] != 0) from[i] = std::max(height_[i], 0.0F) + kRayStartOffset;
+    std::vector<float> from(point_count_, kNoHit);
+    for (std::size_t i = 0; i < point_count_; ++i) {
+      if (needs_.counts[i] != 0) from[i] = std::max(face_heights_[i], 0.0F) + kRayStartOffset;
     }
     return from;
   }
@@ -159,12 +162,13 @@ class CageSearch {
     query.t_max = max_height_;
     query.two_sided = true;
     const Hits first = cast(offsets_above_faces(), query);
-    std::vector<float> from(count_, kNoHit), below(count_, kNoHit);
-    for (std::size_t i = 0; i < count_; ++i) {
-      const float max_height = std::min(limit_[i], static_cast<float>(request_.distance));
-      if (first.is_exit[i] == 0 && first.at[i] <= max_height)
+    std::vector<float> from(point_count_, kNoHit), below(point_count_, kNoHit);
+    for (std::size_t i = 0; i < point_count_; ++i) {
+      const float max_height = std::min(outward_limits_[i], static_cast<float>(request_.distance));
+      if (first.is_back_face[i] == 0 && first.at[i] <= max_height)
         from[i] = first.at[i] + kRayStartOffset;
-      if (first.is_exit[i] != 0 && needs_.found[i] != 0) below[i] = height_[i] + kRayStartOffset;
+      if (first.is_back_face[i] != 0 && needs_.found[i] != 0)
+        below[i] = face_heights_[i] + kRayStartOffset;
     }
     query.two_sided = false;
     query.t_max = static_cast<float>(request_.distance);
@@ -173,11 +177,11 @@ class CageSearch {
     query.two_sided = request_.two_sided;
     const Hits last = cast(from, query);
     bool has_changed = false;
-    for (std::size_t i = 0; i < count_; ++i) {
+    for (std::size_t i = 0; i < point_count_; ++i) {
       const Hits& top = entered.at[i] < kNoHit ? first : last;
-      if (!(top.at[i] < std::min(limit_[i], max_height_))) continue;
+      if (!(top.at[i] < std::min(outward_limits_[i], max_height_))) continue;
       if (from[i] == kNoHit && !(entered.at[i] < kNoHit)) continue;
-      height_[i] = top.at[i];
+      face_heights_[i] = top.at[i];
       needs_.found[i] = 1;
       has_changed = true;
     }
@@ -193,30 +197,30 @@ class CageSearch {
     MatchRequest request = request_;
     request.ray.rule = RayRule::nearest;
     const HostCorrespondence nearest = match(request);
-    for (std::size_t i = 0; i < count_; ++i) {
+    for (std::size_t i = 0; i < point_count_; ++i) {
       if (is_foreign[i] == 0) continue;
       needs_.found[i] = nearest.triangle[i] != KILN_NO_TRIANGLE ? 1 : 0;
-      height_[i] = needs_.found[i] != 0 ? nearest.distance[i] : 0;
+      face_heights_[i] = needs_.found[i] != 0 ? nearest.distance[i] : 0;
     }
     const std::vector<std::uint8_t> again = foreign_faces(low);
-    for (std::size_t i = 0; i < count_; ++i) {
+    for (std::size_t i = 0; i < point_count_; ++i) {
       if (again[i] == 0) continue;
       needs_.found[i] = 0;
-      height_[i] = 0;
+      face_heights_[i] = 0;
     }
   }
 
   std::vector<std::uint8_t> foreign_faces(const LowRays& low) const {
-    std::vector<float> faces = points_;
-    for (std::size_t i = 0; i < count_; ++i) {
+    std::vector<float> hits = points_;
+    for (std::size_t i = 0; i < point_count_; ++i) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        faces[axis * count_ + i] += height_[i] * points_[(3 + axis) * count_ + i];
+        hits[axis * point_count_ + i] += face_heights_[i] * points_[(3 + axis) * point_count_ + i];
       }
     }
-    const std::vector<float> off = low.distances(context_, faces, max_height_);
-    std::vector<std::uint8_t> is_foreign(count_);
-    for (std::size_t i = 0; i < count_; ++i) {
-      const float height = std::abs(height_[i]);
+    const std::vector<float> off = low.distances(context_, hits, max_height_);
+    std::vector<std::uint8_t> is_foreign(point_count_);
+    for (std::size_t i = 0; i < point_count_; ++i) {
+      const float height = std::abs(face_heights_[i]);
       is_foreign[i] =
           needs_.found[i] != 0 && height > max_own_height_ && off[i] < kMaxForeignRatio * height
               ? 1
@@ -227,8 +231,8 @@ class CageSearch {
 
   /// Searches inward for points without a face.
   void search_inward() {
-    std::vector<float> from(count_, kNoHit);
-    for (std::size_t i = 0; i < count_; ++i) {
+    std::vector<float> from(point_count_, kNoHit);
+    for (std::size_t i = 0; i < point_count_; ++i) {
       if (needs_.counts[i] != 0 && needs_.found[i] == 0) from[i] = 0;
     }
     RayQuery query;
@@ -236,9 +240,9 @@ class CageSearch {
     query.t_max = max_depth_;
     query.two_sided = request_.two_sided;
     const Hits hits = cast(from, query);
-    for (std::size_t i = 0; i < count_; ++i) {
+    for (std::size_t i = 0; i < point_count_; ++i) {
       if (!(hits.at[i] < kNoHit)) continue;
-      height_[i] = hits.at[i];
+      face_heights_[i] = hits.at[i];
       needs_.found[i] = 1;
     }
   }
@@ -249,22 +253,23 @@ class CageSearch {
     query.t_max = max_height_;
     query.two_sided = true;
     const Hits up = cast(offsets_above_faces(), query);
-    std::vector<float> from(count_, kNoHit);
-    for (std::size_t i = 0; i < count_; ++i) {
-      if (needs_.found[i] == 0 || height_[i] > max_wall_height_) continue;
-      from[i] = std::min(height_[i], 0.0F) - max_wall_height_;
+    std::vector<float> from(point_count_, kNoHit);
+    for (std::size_t i = 0; i < point_count_; ++i) {
+      if (needs_.found[i] == 0 || face_heights_[i] > max_wall_height_) continue;
+      from[i] = std::min(face_heights_[i], 0.0F) - max_wall_height_;
     }
     query.two_sided = false;
     const Hits down = cast(from, query, true);
-    needs_.outward.resize(count_);
-    needs_.inward.resize(count_);
-    needs_.outward_most.resize(count_);
-    needs_.inward_most.resize(count_);
-    for (std::size_t i = 0; i < count_; ++i) needs_.direction.push_back(to_float(direction(i)));
-    for (std::size_t i = 0; i < count_; ++i) {
-      needs_.outward[i] = std::max(height_[i], 0.0F);
-      needs_.inward[i] = std::max(-height_[i], 0.0F);
-      needs_.outward_most[i] = std::min({up.at[i], limit_[i], max_height_});
+    needs_.outward.resize(point_count_);
+    needs_.inward.resize(point_count_);
+    needs_.outward_most.resize(point_count_);
+    needs_.inward_most.resize(point_count_);
+    for (std::size_t i = 0; i < point_count_; ++i)
+      needs_.direction.push_back(to_float(direction(i)));
+    for (std::size_t i = 0; i < point_count_; ++i) {
+      needs_.outward[i] = std::max(face_heights_[i], 0.0F);
+      needs_.inward[i] = std::max(-face_heights_[i], 0.0F);
+      needs_.outward_most[i] = std::min({up.at[i], outward_limits_[i], max_height_});
       needs_.inward_most[i] = down.at[i] < kNoHit ? -down.at[i] : kNoHit;
     }
   }
@@ -275,10 +280,12 @@ class CageSearch {
   float max_height_ = 0, max_depth_ = 0, min_clearance_ = 0, max_wall_height_ = 0,
         max_own_height_ = 0;
   CageNeeds needs_;
-  std::size_t count_ = 0;
+  std::size_t point_count_ = 0;
   std::vector<float> points_;  ///< The seven planes of TexelBand::points, with final directions
-  std::vector<float> limit_;   ///< Distance at which the ray enters the low poly again
-  std::vector<float> height_;  ///< Height of each point's face; outward positive
+  /// Distance at which the ray outward enters the low poly again
+  std::vector<float> outward_limits_;
+  /// Height of each point's face of the high poly; outward is positive
+  std::vector<float> face_heights_;
 };
 
 }  // namespace

@@ -13,10 +13,10 @@ namespace kiln {
 
 /// Bounds on a cage at points all over the low poly, along the directions of the bake. Frame units.
 struct CageNeeds {
-  SurfacePlaces places;
-  /// 0: the point is covered by another part of the low poly, and ignored
+  SampledPoints places;
+  /// 0 if the point is covered by another part of the low poly, and ignored
   std::vector<std::uint8_t> counts;
-  std::vector<std::uint8_t> found;  ///< 1: the point has a face
+  std::vector<std::uint8_t> found;  ///< 1 if the point has a face of the high poly
   /// Range of heights at which a ray may start: from `outward` to `outward_most` it hits the point's face first,
   /// above `outward_most` another face.
   std::vector<float> outward, outward_most;

@@ -10,28 +10,30 @@
 namespace kiln {
 namespace {
 
-constexpr double kExtraHeight = 0.25;  // extra height, as a share of the needed height
+// Height that is added to the needed height, as a share of it
+constexpr double kExtraHeight = 0.25;
 constexpr double kMaxClearanceShare =
-    0.5;  // maximum share of the clearance above the needed height that the extra height uses
+    0.5;  // Maximum share of the free space above the needed height that the added height may use
 constexpr int kSmoothingPasses = 4;
 constexpr int kFittingPasses = 32;
-constexpr double kFreeClearanceShare = 0.05;  // share of the clearance that stays free at both ends
+// Share of the free space that stays free at both of its ends
+constexpr double kFreeClearanceShare = 0.05;
 constexpr double kConflictTolerance = 4 * KILN_BVH_EPSILON;
 // the same as KILN_SHELL_LEAST_COSINE in kernels/lib/shell.clh
 constexpr double kMinShellCosine = 0.05;
 
 /// Linear form of a shell's height over a point: the sum of the corners' offsets times `weight`. The
 /// distance along the point's ray is this height divided by `cosine`.
-struct CagePart {
+struct PointWeights {
   std::array<std::uint32_t, 3> vertex{};
   /// Barycentric weight times the cosine of the vertex's direction
   std::array<double, 3> weight{};
   double cosine = 1;  ///< Cosine between the ray and the triangle's normal
 };
 
-std::vector<CagePart> parts_of(const CageNeeds& needs, const LowSurface& surface,
-                               const std::vector<std::uint32_t>& vertex_of) {
-  std::vector<CagePart> parts(needs.places.list.size());
+std::vector<PointWeights> cage_parts_of(const CageNeeds& needs, const LowSurface& surface,
+                                        const std::vector<std::uint32_t>& vertex_of) {
+  std::vector<PointWeights> parts(needs.places.list.size());
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const std::size_t t = needs.places.list[i].triangle;
     const auto& corners = surface.triangles[t];
@@ -51,24 +53,25 @@ std::vector<CagePart> parts_of(const CageNeeds& needs, const LowSurface& surface
 }
 
 /// The outer or the inner shell.
-class Shell {
+class FittedShell {
  public:
-  Shell(const CageNeeds& needs, const std::vector<CagePart>& parts,
-        const std::vector<float>& min_offset, const std::vector<float>& max_offset, double margin)
+  FittedShell(const CageNeeds& needs, const std::vector<PointWeights>& parts,
+              const std::vector<float>& min_offset, const std::vector<float>& max_offset,
+              double margin)
       : needs_(needs),
         parts_(parts),
         min_offset_(min_offset),
         max_offset_(max_offset),
-        margin_(margin) {}
+        own_face_margin_(margin) {}
 
   void fit(const std::vector<std::uint32_t>& vertex_of, std::size_t vertices) {
-    off_.assign(vertices, margin_);
+    off_.assign(vertices, own_face_margin_);
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       if (needs_.found[i] == 0) continue;
       const double target_offset =
-          min_offset_[i] + std::min(std::max(kExtraHeight * min_offset_[i], margin_),
-                                    kMaxClearanceShare * clearance(i));
-      const CagePart& part = parts_[i];
+          min_offset_[i] + std::min(std::max(kExtraHeight * min_offset_[i], own_face_margin_),
+                                    kMaxClearanceShare * free_height(i));
+      const PointWeights& part = parts_[i];
       const double weights = part.weight[0] + part.weight[1] + part.weight[2];
       for (const std::uint32_t v : part.vertex) {
         off_[v] = std::max(off_[v], target_offset * part.cosine / weights);
@@ -76,21 +79,21 @@ class Shell {
     }
     for (int round = 0; round < kSmoothingPasses; ++round) smooth(vertex_of);
     for (int round = 0; round < kFittingPasses; ++round) {
-      const bool lowered = lower(), raised = raise();
+      const bool lowered = lower_to_bounds(), raised = raise_to_needs();
       if (!lowered && !raised) return;
     }
-    raise();
+    raise_to_needs();
   }
 
   const std::vector<double>& off() const { return off_; }
 
   /// True if another face than the point's own lies within the shell.
-  bool conflicts(std::size_t i) const {
+  bool has_conflict(std::size_t i) const {
     return needs_.counts[i] != 0 && at(i) > max_offset_[i] + kConflictTolerance;
   }
 
  private:
-  double clearance(std::size_t i) const {
+  double free_height(std::size_t i) const {
     return std::max(0.0, double{max_offset_[i]} - min_offset_[i]);
   }
 
@@ -119,18 +122,18 @@ class Shell {
   /// Moves the shell along a point's ray, with the smallest change of vertices, and never below the mesh.
   void move(std::size_t i, double by) {
     const auto& [v, w, cosine] = parts_[i];
-    const double squared = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
+    const double squared_weights = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
     for (std::size_t k = 0; k < 3; ++k) {
-      off_[v[k]] = std::max(0.0, off_[v[k]] + by * cosine * w[k] / squared);
+      off_[v[k]] = std::max(0.0, off_[v[k]] + by * cosine * w[k] / squared_weights);
     }
   }
 
-  bool lower() {
+  bool lower_to_bounds() {
     bool has_moved = false;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       if (needs_.counts[i] == 0 || !(max_offset_[i] < std::numeric_limits<float>::infinity()))
         continue;
-      const double highest = max_offset_[i] - kFreeClearanceShare * clearance(i), now = at(i);
+      const double highest = max_offset_[i] - kFreeClearanceShare * free_height(i), now = at(i);
       if (now <= highest + kConflictTolerance) continue;
       move(i, highest - now);
       has_moved = true;
@@ -138,12 +141,12 @@ class Shell {
     return has_moved;
   }
 
-  bool raise() {
+  bool raise_to_needs() {
     bool has_moved = false;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       if (needs_.found[i] == 0) continue;
-      const double lowest =
-                       min_offset_[i] + std::min(margin_, kMaxClearanceShare * clearance(i)) / 2,
+      const double lowest = min_offset_[i] +
+                            std::min(own_face_margin_, kMaxClearanceShare * free_height(i)) / 2,
                    now = at(i);
       if (now >= lowest - kConflictTolerance) continue;
       move(i, lowest - now);
@@ -153,9 +156,9 @@ class Shell {
   }
 
   const CageNeeds& needs_;
-  const std::vector<CagePart>& parts_;
+  const std::vector<PointWeights>& parts_;
   const std::vector<float>&min_offset_, &max_offset_;
-  double margin_;
+  double own_face_margin_;
   std::vector<double> off_;
 };
 
@@ -164,16 +167,16 @@ class Shell {
 CageShells fit_shells(const CageNeeds& needs, const LowSurface& surface,
                       const std::vector<std::uint32_t>& vertex_of, std::size_t vertices,
                       double margin) {
-  const std::vector<CagePart> parts = parts_of(needs, surface, vertex_of);
-  Shell outer(needs, parts, needs.outward, needs.outward_most, margin);
-  Shell inner(needs, parts, needs.inward, needs.inward_most, margin);
+  const std::vector<PointWeights> parts = cage_parts_of(needs, surface, vertex_of);
+  FittedShell outer(needs, parts, needs.outward, needs.outward_most, margin);
+  FittedShell inner(needs, parts, needs.inward, needs.inward_most, margin);
   outer.fit(vertex_of, vertices);
   inner.fit(vertex_of, vertices);
   CageShells shells;
   shells.outward.assign(outer.off().begin(), outer.off().end());
   shells.inward.assign(inner.off().begin(), inner.off().end());
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    if (outer.conflicts(i)) ++shells.conflicts;
+    if (outer.has_conflict(i)) ++shells.conflicts;
   }
   return shells;
 }

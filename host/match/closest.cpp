@@ -29,7 +29,7 @@ MatchRow closest_match() {
   row.info.method = MatchMethod::closest;
   row.info.searches = "the nearest point of a face that is not turned away";
   row.info.options = "match.max_distance match.parts report.recall";
-  row.is_refittable = row.is_good_fallback = row.streams = true;
+  row.is_refittable = row.is_good_fallback = row.supports_large_high_poly = true;
   row.info.other_names = "nearest";
   row.plan_order = 4;
   row.low_poly_order = 3;

@@ -17,7 +17,7 @@ class ExtendedRange : public Matcher {
   ExtendedRange(std::unique_ptr<Matcher> near_matcher, const MatchRequest& request)
       : context_(context_of(request.source.device)),
         rays_(request.source.ray_search()),
-        near_matcher_(std::move(near_matcher)),
+        matcher_within_range_(std::move(near_matcher)),
         query_(ray_query(request, false)) {
     query_.t_max = static_cast<float>(request.sheet_reach);
     query_.t_min = -query_.t_max;
@@ -25,35 +25,36 @@ class ExtendedRange : public Matcher {
 
   void run(const TexelBand& band, DeviceCorrespondence& match) override {
     if (band.sample_count == 0) return;
-    near_matcher_->run(band, match);
+    matcher_within_range_->run(band, match);
     auto missed = samples_with(context_, match, band.sample_count, is_missed);
     if (missed.empty()) return;
-    std::vector<float> reach(band.sample_count);
-    band.points.read(context_, reach, std::size_t{6} * band.capacity);
-    std::erase_if(missed, [&](std::uint32_t i) { return !(reach[i] > 0); });
-    if (!missed.empty()) search_farther(band, missed, reach, match);
+    std::vector<float> sheet_reaches(band.sample_count);
+    band.points.read(context_, sheet_reaches, std::size_t{6} * band.capacity);
+    std::erase_if(missed, [&](std::uint32_t i) { return !(sheet_reaches[i] > 0); });
+    if (!missed.empty()) search_extended_range(band, missed, sheet_reaches, match);
   }
 
-  bool needs_band() const override { return near_matcher_->needs_band(); }
+  bool needs_whole_texels() const override { return matcher_within_range_->needs_whole_texels(); }
 
  private:
-  void search_farther(const TexelBand& band, const std::vector<std::uint32_t>& samples,
-                      const std::vector<float>& reach, DeviceCorrespondence& match) {
+  void search_extended_range(const TexelBand& band, const std::vector<std::uint32_t>& samples,
+                             const std::vector<float>& sheet_reaches, DeviceCorrespondence& match) {
     const auto count = static_cast<std::uint32_t>(samples.size());
     const SamplePick pick(context_, samples);
     DeviceCorrespondence result(context_, count);
-    rays_.intersect(pick.points_of(band).points, count, count, query_, result);
+    rays_.intersect(pick.gather_points(band).points, count, count, query_, result);
     HostCorrespondence found(context_, result, count);
     for (std::uint32_t k = 0; k < count; ++k) {
-      if (std::abs(found.distance[k]) > reach[samples[k]]) found.triangle[k] = KILN_NO_TRIANGLE;
+      if (std::abs(found.distance[k]) > sheet_reaches[samples[k]])
+        found.triangle[k] = KILN_NO_TRIANGLE;
     }
     result.triangle.write(context_, std::span<const std::uint32_t>(found.triangle));
-    pick.put_back(result, match);
+    pick.scatter_correspondence(result, match);
   }
 
   cl::Context& context_;
   const RaySearch& rays_;
-  std::unique_ptr<Matcher> near_matcher_;
+  std::unique_ptr<Matcher> matcher_within_range_;
   RayQuery query_;
 };
 

@@ -13,27 +13,28 @@ class FallbackMatcher : public Matcher {
  public:
   FallbackMatcher(cl::Context& context, std::unique_ptr<Matcher> first,
                   std::vector<std::unique_ptr<Matcher>> fallbacks)
-      : context_(context), first_(std::move(first)), fallbacks_(std::move(fallbacks)) {}
+      : context_(context), primary_matcher_(std::move(first)), fallbacks_(std::move(fallbacks)) {}
 
   void run(const TexelBand& band, DeviceCorrespondence& match) override {
-    deciders_.clear();
+    sample_deciders_.clear();
     if (band.sample_count == 0) return;
-    first_->run(band, match);
-    deciders_.assign(band.sample_count, Decider::method);
-    const std::vector<std::uint32_t> undecided_samples = undecided(match, band.sample_count);
+    primary_matcher_->run(band, match);
+    sample_deciders_.assign(band.sample_count, DecidingMethod::method);
+    const std::vector<std::uint32_t> undecided_samples = find_undecided(match, band.sample_count);
     if (undecided_samples.empty()) return;
     run_fallback(band, undecided_samples, decided_);
-    SamplePick(context_, undecided_samples).put_back(decided_, match);
+    SamplePick(context_, undecided_samples).scatter_correspondence(decided_, match);
     const auto count = static_cast<std::uint32_t>(undecided_samples.size());
-    for (const std::uint32_t sample : undecided_samples) deciders_[sample] = Decider::fallback;
-    for (const std::uint32_t i : undecided(decided_, count))
-      deciders_[undecided_samples[i]] = Decider::nothing;
+    for (const std::uint32_t sample : undecided_samples)
+      sample_deciders_[sample] = DecidingMethod::fallback;
+    for (const std::uint32_t i : find_undecided(decided_, count))
+      sample_deciders_[undecided_samples[i]] = DecidingMethod::nothing;
   }
 
-  std::span<const Decider> deciders() const override { return deciders_; }
+  std::span<const DecidingMethod> deciding_methods() const override { return sample_deciders_; }
 
   bool reads_sample_places() const override {
-    return first_->reads_sample_places() ||
+    return primary_matcher_->reads_sample_places() ||
            std::any_of(fallbacks_.begin(), fallbacks_.end(),
                        [](const auto& matcher) { return matcher->reads_sample_places(); });
   }
@@ -43,24 +44,24 @@ class FallbackMatcher : public Matcher {
     const auto count = static_cast<std::uint32_t>(samples.size());
     run_on_samples(*fallbacks_.front(), band, samples, found);
     for (std::size_t k = 1; k < fallbacks_.size(); ++k) {
-      const std::vector<std::uint32_t> undecided_samples = undecided(found, count);
+      const std::vector<std::uint32_t> undecided_samples = find_undecided(found, count);
       if (undecided_samples.empty()) return;
-      std::vector<std::uint32_t> of_band(undecided_samples.size());
+      std::vector<std::uint32_t> band_indices(undecided_samples.size());
       for (std::size_t i = 0; i < undecided_samples.size(); ++i)
-        of_band[i] = samples[undecided_samples[i]];
-      run_on_samples(*fallbacks_[k], band, of_band, next_);
-      SamplePick(context_, undecided_samples).put_back(next_, found);
+        band_indices[i] = samples[undecided_samples[i]];
+      run_on_samples(*fallbacks_[k], band, band_indices, next_);
+      SamplePick(context_, undecided_samples).scatter_correspondence(next_, found);
     }
   }
 
   void finish(MatchNotes& notes) override {
-    first_->finish(notes);
+    primary_matcher_->finish(notes);
     for (const std::unique_ptr<Matcher>& matcher : fallbacks_) matcher->finish(notes);
   }
 
  private:
-  std::vector<std::uint32_t> undecided(const DeviceCorrespondence& match,
-                                       std::uint32_t count) const {
+  std::vector<std::uint32_t> find_undecided(const DeviceCorrespondence& match,
+                                            std::uint32_t count) const {
     return samples_with(context_, match, count, is_missed);
   }
 
@@ -68,17 +69,17 @@ class FallbackMatcher : public Matcher {
   void run_on_samples(Matcher& matcher, const TexelBand& band,
                       std::span<const std::uint32_t> samples, DeviceCorrespondence& found) {
     const SamplePick pick(context_, samples);
-    if (matcher.needs_band()) {
+    if (matcher.needs_whole_texels()) {
       fit(whole_, band.capacity);
       matcher.run(band, whole_);
       found = pick.of(whole_);
       return;
     }
     fit(found, pick.count());
-    matcher.run(pick.points_of(band), found);
+    matcher.run(pick.gather_points(band), found);
   }
 
-  /// Resizes planes of results to the length of those of points.
+  /// Resizes the planes of results to the length of the planes of points.
   void fit(DeviceCorrespondence& match, std::uint32_t capacity) const {
     if (match.capacity == capacity) return;
     match = DeviceCorrespondence();
@@ -86,17 +87,17 @@ class FallbackMatcher : public Matcher {
   }
 
   cl::Context& context_;
-  std::unique_ptr<Matcher> first_;
+  std::unique_ptr<Matcher> primary_matcher_;
   std::vector<std::unique_ptr<Matcher>> fallbacks_;
   DeviceCorrespondence decided_, next_, whole_;
-  std::vector<Decider> deciders_;
+  std::vector<DecidingMethod> sample_deciders_;
 };
 
 }  // namespace
 
 void Matcher::run_fallback(const TexelBand& /*band*/, std::span<const std::uint32_t> /*samples*/,
                            DeviceCorrespondence& /*found*/) {
-  throw Error(ErrorCode::internal, "There is no fallback to ask.");
+  throw Error(ErrorCode::internal, "Internal error: a fallback match was run, but none is set.");
 }
 
 std::unique_ptr<Matcher> with_fallbacks(cl::Context& context, std::unique_ptr<Matcher> first,

@@ -23,7 +23,7 @@ LowRays::LowRays(cl::Context& context, const LowSurface& surface)
     const auto [x, y, z] = to_float(normal);
     normals.insert(normals.end(), {x, y, z});
   }
-  normals_ = cl::Array<float>(context, std::span<const float>(normals));
+  triangle_normals_ = cl::Array<float>(context, std::span<const float>(normals));
 }
 
 void LowRays::limits(cl::Context& context, const TexelBand& samples, float farthest,
@@ -36,7 +36,7 @@ void LowRays::limits(cl::Context& context, const TexelBand& samples, float farth
   DeviceCorrespondence met(context, samples.capacity);
   rays_.intersect(samples.points, count, samples.capacity, query, met);
   context.launch(context.kernel("match", "kiln_match_limit"), count, kLocal, count,
-                 samples.capacity, farthest, first, normals_, samples.points, met.triangle,
+                 samples.capacity, farthest, first, triangle_normals_, samples.points, met.triangle,
                  met.distance, limits);
 }
 

@@ -31,7 +31,7 @@ class LowRays {
  private:
   std::shared_ptr<const LowTree> low_;
   RayCaster rays_;
-  cl::Array<float> normals_;  ///< Three per triangle
+  cl::Array<float> triangle_normals_;  ///< Unit normals, three per triangle
 };
 
 }  // namespace kiln

@@ -13,9 +13,9 @@ namespace {
 template <typename Body>
 void for_each_sample(cl::Context& context, const TexelBand& band, const Match& match,
                      const Body& body) {
-  const std::vector<std::size_t> elements = sample_elements(context, band, match);
-  parallel_for(elements.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t s = begin; s < end; ++s) body(s, elements[s]);
+  const std::vector<std::size_t> match_elements = sample_elements(context, band, match);
+  parallel_for(match_elements.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t s = begin; s < end; ++s) body(s, match_elements[s]);
   });
 }
 
@@ -23,25 +23,25 @@ void for_each_sample(cl::Context& context, const TexelBand& band, const Match& m
 
 std::vector<std::size_t> sample_elements(cl::Context& context, const TexelBand& band,
                                          const Match& match) {
-  std::vector<std::uint32_t> index(band.texel_count);
+  std::vector<std::uint32_t> texel_index(band.texel_count);
   std::vector<std::uint32_t> first(band.texel_count + std::size_t{1});
   std::vector<std::uint32_t> slot(band.sample_count);
-  band.texel_index.read(context, index);
+  band.texel_index.read(context, texel_index);
   band.texel_first.read(context, first);
   band.sample_slot.read(context, slot);
   const std::uint32_t n = match.samples;
   const std::uint32_t width = match.width / n;
-  std::vector<std::size_t> elements(band.sample_count);
+  std::vector<std::size_t> match_elements(band.sample_count);
   parallel_for(band.texel_count, 1 << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
-      const std::size_t x = index[t] % width;
-      const std::size_t y = band.first_row + index[t] / width;
+      const std::size_t x = texel_index[t] % width;
+      const std::size_t y = band.first_row + texel_index[t] / width;
       for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
-        elements[s] = (y * n + slot[s] / n) * match.width + x * n + slot[s] % n;
+        match_elements[s] = (y * n + slot[s] / n) * match.width + x * n + slot[s] % n;
       }
     }
   });
-  return elements;
+  return match_elements;
 }
 
 Match make_match(std::uint32_t width, std::uint32_t height, std::uint32_t samples,
@@ -122,12 +122,12 @@ void load_band(cl::Context& context, const TexelBand& band, const Match& from, d
                DeviceCorrespondence& match) {
   HostCorrespondence host(band.sample_count);
   for_each_sample(context, band, from, [&](std::size_t sample, std::size_t element) {
-    const bool covered = from.status[element] != KILN_STATUS_NONE;
+    const bool is_covered = from.status[element] != KILN_STATUS_NONE;
     host.triangle[sample] = from.triangle[element];
     host.u[sample] = from.u[element];
     host.v[sample] = from.v[element];
     host.distance[sample] = static_cast<float>(from.distance[element] / unit);
-    host.status[sample] = covered ? from.status[element] : std::uint8_t{KILN_STATUS_MISS};
+    host.status[sample] = is_covered ? from.status[element] : std::uint8_t{KILN_STATUS_MISS};
   });
   match.count = band.sample_count;
   host.write(context, match);

@@ -19,7 +19,7 @@ Match make_match(std::uint32_t width, std::uint32_t height, std::uint32_t sample
 
 /// Checks that a match is valid and fits this map and source. \throws Error(input)
 void check_match(const Match& match, const BakeOptions& options, std::uint64_t source_triangles);
-/// Checks the high poly's number of triangles only.
+/// Checks only that a match was made for the high poly's number of triangles.
 void check_source(const Match& match, std::uint64_t source_triangles);
 
 /// Hashes of the meshes of a match. They are the same on every machine and with any number of threads.

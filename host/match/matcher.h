@@ -1,4 +1,4 @@
-// The interface of matches (F): from a band's samples to their correspondences.
+// The interface of matches: from a band's samples to their correspondences.
 #pragma once
 
 #include <cstdint>
@@ -13,9 +13,9 @@
 namespace kiln {
 
 /// Which method decided a sample: none, the match itself, or a fallback.
-enum class Decider : std::uint8_t { nothing, method, fallback };
+enum class DecidingMethod : std::uint8_t { nothing, method, fallback };
 
-/// Reports and warnings of a match.
+/// The report and the warnings of a match.
 struct MatchNotes {
   std::optional<ViewReport> views;
   std::optional<VisibilityReport> visibility;
@@ -28,9 +28,10 @@ struct MatchNotes {
 /// \throws Error(internal) if the band has another number of samples per texel than `samples` a side
 inline void check_samples(const TexelBand& band, std::uint32_t samples) {
   if (band.samples == samples) return;
-  throw Error(ErrorCode::internal, "A match made for " + std::to_string(samples) +
-                                       " samples a side of a texel was given " +
-                                       std::to_string(band.samples) + ".");
+  throw Error(ErrorCode::internal,
+              "Internal error: a match that was prepared for " + std::to_string(samples) + " x " +
+                  std::to_string(samples) + " samples a texel cannot read texels of " +
+                  std::to_string(band.samples) + " x " + std::to_string(band.samples) + ".");
 }
 
 class Matcher {
@@ -45,14 +46,14 @@ class Matcher {
 
   /// True if the matcher reads more of a band than its points; the band must then hold all samples
   /// of its texels.
-  virtual bool needs_band() const { return false; }
+  virtual bool needs_whole_texels() const { return false; }
 
   /// True if the matcher reads samples' positions within texels (TexelBand::sample_slot); it then only
   /// supports bands with the number of samples per texel that it was made for.
   virtual bool reads_sample_places() const { return false; }
 
   /// Which method decided each sample of the last band; empty without fallbacks.
-  virtual std::span<const Decider> deciders() const { return {}; }
+  virtual std::span<const DecidingMethod> deciding_methods() const { return {}; }
 
   /// Runs the fallbacks on some samples of a band, in their order.
   /// \param found receives the results; enlarged if it is too small
@@ -62,14 +63,15 @@ class Matcher {
 
   /// True if samples keep their matched triangle and weights when the high poly's vertices move, so
   /// that only distances change.
-  virtual bool points_stay() const { return false; }
-  /// Updates positions of vertices [first, first + positions.size()), if points_stay(). Frame
+  virtual bool keeps_surface_points() const { return false; }
+  /// Updates positions of vertices [first, first + positions.size()), if keeps_surface_points(). Frame
   /// units.
   virtual void move(std::uint32_t /*first*/, std::span<const Vec3> /*positions*/) {}
-  /// Recomputes the distances of a band's samples, if points_stay().
+  /// Recomputes the distances of a band's samples, if keeps_surface_points().
   virtual void measure(const TexelBand& /*band*/, DeviceCorrespondence& /*match*/) {}
 
-  /// Adds reports that are complete after the last band. \throws Error(input) if the match is unfit
+  /// Adds the parts of the report that are complete only after the last band. \throws Error(input) if the match does
+  /// not suit the meshes
   virtual void finish(MatchNotes& /*notes*/) {}
 };
 

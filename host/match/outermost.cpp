@@ -34,16 +34,16 @@ class OutermostMatcher : public Matcher {
     const std::vector<std::uint32_t> several =
         samples_with(context_, match, band.sample_count,
                      [](std::uint8_t status) { return (status & KILN_RAY_SEVERAL) != 0; });
-    if (!several.empty()) decide(band, several, match);
+    if (!several.empty()) choose_outermost_faces(band, several, match);
   }
 
  private:
   /// Decides samples whose rays hit several faces outward.
-  void decide(const TexelBand& band, const std::vector<std::uint32_t>& samples,
-              DeviceCorrespondence& match) {
+  void choose_outermost_faces(const TexelBand& band, const std::vector<std::uint32_t>& samples,
+                              DeviceCorrespondence& match) {
     const auto count = static_cast<std::uint32_t>(samples.size());
     const SamplePick pick(context_, samples);
-    const TexelBand picked_band = pick.points_of(band);
+    const TexelBand picked_band = pick.gather_points(band);
     if (!low_) low_.emplace(context_, surface_);
     low_->limits(context_, picked_band, outermost_.t_max, picked_band.points, 6 * count);
 
@@ -55,14 +55,14 @@ class OutermostMatcher : public Matcher {
     context_.launch(context_.kernel("match", "kiln_match_outer"), count, kLocal, count,
                     kMinFaceSpacing, outer.triangle, outer.barycentric, outer.distance,
                     result.triangle, result.barycentric, result.distance, result.status);
-    pick.put_back(result, match);
+    pick.scatter_correspondence(result, match);
   }
 
   cl::Context& context_;
   const RaySearch& rays_;
   const LowSurface& surface_;
   RayQuery nearest_, outermost_;
-  std::optional<LowRays> low_;  ///< Created on first use
+  std::optional<LowRays> low_;  ///< Matcher of the second pass, created on first use
 };
 
 }  // namespace

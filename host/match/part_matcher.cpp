@@ -57,7 +57,7 @@ class PartMatcher : public Matcher {
               MatchNotes& notes)
       : context_(context_of(request.source.device)),
         part_of_low_(parts.low),
-        place_(parts.low.size()),
+        index_in_part_(parts.low.size()),
         parts_(parts.count),
         samples_(parts.count) {
     for (std::uint32_t t = 0; t < parts.high.size(); ++t) {
@@ -65,14 +65,14 @@ class PartMatcher : public Matcher {
     }
     std::vector<std::vector<std::uint32_t>> low(parts.count);
     for (std::uint32_t t = 0; t < parts.low.size(); ++t) {
-      place_[t] = static_cast<std::uint32_t>(low[parts.low[t]].size());
+      index_in_part_[t] = static_cast<std::uint32_t>(low[parts.low[t]].size());
       low[parts.low[t]].push_back(t);
     }
     for (std::uint32_t p = 0; p < parts.count; ++p) {
       Part& part = parts_[p];
       if (part.triangles.empty() || low[p].empty()) continue;
       part.source = std::make_unique<Source::Impl>(request.source, part.triangles);
-      // Skip: the part has no usable triangle to search.
+      // The part has no usable triangle to search, so all its samples are misses.
       if (part.source->stats().skipped_triangles == part.triangles.size()) continue;
       part.surface = surface_of_triangles(request.surface, low[p]);
       part.matcher = row.make(request.of(*part.source, part.surface), notes);
@@ -85,7 +85,7 @@ class PartMatcher : public Matcher {
     band.triangle.read(context_, triangle);
     for (std::vector<std::uint32_t>& list : samples_) list.clear();
     for (std::uint32_t i = 0; i < band.sample_count; ++i) {
-      place[i] = place_[triangle[i]];
+      place[i] = index_in_part_[triangle[i]];
       samples_[part_of_low_[triangle[i]]].push_back(i);
     }
     const cl::Array<std::uint32_t> places(context_, std::span<const std::uint32_t>(place));
@@ -94,14 +94,14 @@ class PartMatcher : public Matcher {
       const std::vector<std::uint32_t>& samples = samples_[p];
       if (parts_[p].matcher == nullptr || samples.empty()) continue;
       const SamplePick pick(context_, samples);
-      TexelBand picked_band = pick.points_of(band);
-      if (parts_[p].matcher->needs_band()) {
+      TexelBand picked_band = pick.gather_points(band);
+      if (parts_[p].matcher->needs_whole_texels()) {
         picked_band.triangle = pick.of(places, band.sample_count, 1);
         picked_band.barycentric = pick.of(band.barycentric, band.capacity, 2);
       }
       DeviceCorrespondence result(context_, pick.count());
       parts_[p].matcher->run(picked_band, result);
-      pick.put_back(result, match);
+      pick.scatter_correspondence(result, match);
     }
     // Converts indices within the part to indices of the high poly's triangles.
     std::vector<std::uint32_t> found(band.sample_count);
@@ -113,7 +113,7 @@ class PartMatcher : public Matcher {
     match.triangle.write(context_, std::span<const std::uint32_t>(found));
   }
 
-  bool needs_band() const override { return true; }  // reads the triangle of each sample
+  bool needs_whole_texels() const override { return true; }  // reads the triangle of each sample
 
   void finish(MatchNotes& notes) override {
     for (const Part& part : parts_) {
@@ -124,9 +124,10 @@ class PartMatcher : public Matcher {
  private:
   cl::Context& context_;
   std::vector<std::uint32_t> part_of_low_;
-  std::vector<std::uint32_t> place_;  // per triangle of the low poly, its index in its part
+  // For each triangle of the low poly, its index in its part
+  std::vector<std::uint32_t> index_in_part_;
   std::vector<Part> parts_;
-  std::vector<std::vector<std::uint32_t>> samples_;  // per part, its samples in the last band
+  std::vector<std::vector<std::uint32_t>> samples_;  // For each part, its samples in the last band
 };
 
 }  // namespace

@@ -32,28 +32,29 @@ class ShellMatcher : public Matcher {
  public:
   ShellMatcher(std::unique_ptr<Matcher> rays, const MatchRequest& request)
       : context_(context_of(request.source.device)), rays_(std::move(rays)) {
-    inner_ = cl::Array<float>(context_, std::span<const float>(request.surface.shell(true)));
+    inner_shell_heights_ =
+        cl::Array<float>(context_, std::span<const float>(request.surface.shell(true)));
   }
 
   void run(const TexelBand& band, DeviceCorrespondence& match) override {
     if (band.sample_count == 0) return;
     rays_->run(band, match);
     context_.launch(context_.kernel("match", "kiln_match_end"), band.sample_count, kLocal,
-                    band.sample_count, band.capacity, match.capacity, inner_, band.triangle,
-                    band.barycentric, band.points, match.triangle, match.barycentric,
+                    band.sample_count, band.capacity, match.capacity, inner_shell_heights_,
+                    band.triangle, band.barycentric, band.points, match.triangle, match.barycentric,
                     match.distance, match.status);
   }
 
-  bool needs_band() const override { return true; }  // reads the triangle of each sample
+  bool needs_whole_texels() const override { return true; }  // reads the triangle of each sample
 
  private:
   cl::Context& context_;
   std::unique_ptr<Matcher> rays_;
-  cl::Array<float> inner_;
+  cl::Array<float> inner_shell_heights_;
 };
 
 /// Makes the matcher of the requested RayRule.
-std::unique_ptr<Matcher> rays_of(const MatchRequest& request) {
+std::unique_ptr<Matcher> ray_matcher_of(const MatchRequest& request) {
   const bool cage = request.cage_mesh || request.cage.has_value();
   if (!cage && request.ray.rule == RayRule::outermost) return outermost_matcher(request);
   return std::make_unique<RayMatcher>(request.source.ray_search(), ray_query(request, true));
@@ -63,9 +64,10 @@ std::unique_ptr<Matcher> rays_of(const MatchRequest& request) {
 std::unique_ptr<Matcher> short_range_rays(const MatchRequest& request) {
   MatchRequest near = request;
   near.distance = request.near;
-  std::vector<std::unique_ptr<Matcher>> farther;
-  farther.push_back(rays_of(request));
-  return with_fallbacks(context_of(request.source.device), rays_of(near), std::move(farther));
+  std::vector<std::unique_ptr<Matcher>> farther_matchers;
+  farther_matchers.push_back(ray_matcher_of(request));
+  return with_fallbacks(context_of(request.source.device), ray_matcher_of(near),
+                        std::move(farther_matchers));
 }
 
 }  // namespace
@@ -93,13 +95,15 @@ MatchRow ray_match() {
   row.info.options =
       "match.max_distance match.near_distance match.cage match.cage_mesh match.ray match.parts "
       "report.recall";
-  row.is_refittable = row.uses_sheet_reach = row.is_good_fallback = row.streams = true;
+  row.is_refittable = row.uses_sheet_reach = row.is_good_fallback = row.supports_large_high_poly =
+      true;
   row.info.other_names = "rays raycast raycasting raytrace raytracing";
   row.plan_order = row.low_poly_order = 1;
   row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {
     const bool cage = request.cage_mesh || request.cage.has_value();
     const bool has_near_search = !cage && request.near > 0 && request.near < request.distance;
-    std::unique_ptr<Matcher> rays = has_near_search ? short_range_rays(request) : rays_of(request);
+    std::unique_ptr<Matcher> rays =
+        has_near_search ? short_range_rays(request) : ray_matcher_of(request);
     if (request.cage_mesh && request.surface.cage_kind == CageKind::shells) {
       rays = std::make_unique<ShellMatcher>(std::move(rays), request);
     }

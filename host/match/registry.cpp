@@ -58,12 +58,12 @@ std::vector<MatchMethod> planned_matches(std::uint8_t MatchRow::*turn) {
 }
 
 std::span<const MatchInfo> matches() {
-  static const std::vector<MatchInfo> infos = [] {
+  static const std::vector<MatchInfo> match_infos = [] {
     std::vector<MatchInfo> list;
     for (const MatchRow& row : match_rows()) list.push_back(row.info);
     return list;
   }();
-  return infos;
+  return match_infos;
 }
 
 bool obeys(const MatchInfo& match, std::string_view option) {

@@ -50,9 +50,9 @@ struct MatchRequest {
   double near = 0;
   /// Search distance of samples on open sheets; 0: the same as for others
   double sheet_reach = 0;
-  /// Offset of ray starts outward from the low poly; the first hit counts
+  /// Distance outward from the low poly at which rays start; the first hit counts
   std::optional<double> cage = {};
-  /// True: rays start on a cage mesh, at the ends of the surface's directions
+  /// True if rays start on a cage mesh, at the ends of the surface's directions
   bool cage_mesh = false;
   bool two_sided = false;  ///< Back faces of the high poly are hit, too
   ViewOptions views = {};
@@ -80,7 +80,7 @@ struct MatchRow {
   bool uses_sheet_reach = false;
   /// True if the match searches by Source::Impl::ray_search() and closest_search() alone, so that the high poly may be
   /// larger than memory.
-  bool streams = false;
+  bool supports_large_high_poly = false;
   /// True if messages recommend the match as a fallback: it finds nearly all points that a match by views, or
   /// without a search, misses.
   bool is_good_fallback = false;
@@ -117,7 +117,7 @@ bool any_in_chain(const BakeOptions& options, const Has& has) {
                      [&](MatchMethod next) { return has(match_row(next)); });
 }
 
-// The rows, each defined in the file of its match.
+// The rows of the registry of matches, each defined in the file of its match.
 MatchRow ray_match();
 MatchRow axis_match();
 MatchRow views_match();

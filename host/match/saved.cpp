@@ -9,18 +9,18 @@ namespace {
 class SavedMatcher : public Matcher {
  public:
   SavedMatcher(cl::Context& context, const Match& saved, double unit)
-      : context_(context), saved_(saved), unit_(unit) {}
+      : context_(context), saved_(saved), unit_length_(unit) {}
 
   void run(const TexelBand& band, DeviceCorrespondence& match) override {
     check_samples(band, saved_.samples);
-    load_band(context_, band, saved_, unit_, match);
+    load_band(context_, band, saved_, unit_length_, match);
   }
   bool reads_sample_places() const override { return true; }
 
  private:
   cl::Context& context_;
   const Match& saved_;
-  double unit_;
+  double unit_length_;
 };
 
 }  // namespace

@@ -15,17 +15,17 @@ class SmoothNormalRetry : public Matcher {
   SmoothNormalRetry(std::unique_ptr<Matcher> first, const MatchRequest& request)
       : context_(context_of(request.source.device)),
         surface_(request.surface),
-        first_(std::move(first)) {}
+        first_matcher_(std::move(first)) {}
 
   void run(const TexelBand& band, DeviceCorrespondence& match) override {
     if (band.sample_count == 0) return;
-    first_->run(band, match);
+    first_matcher_->run(band, match);
     const auto missed = samples_with(context_, match, band.sample_count, is_missed);
     if (!missed.empty()) retry_missed(band, missed, match);
   }
 
-  bool needs_band() const override { return true; }
-  void finish(MatchNotes& notes) override { first_->finish(notes); }
+  bool needs_whole_texels() const override { return true; }
+  void finish(MatchNotes& notes) override { first_matcher_->finish(notes); }
 
  private:
   /// Replaces blended directions by averaged ones, where these exist. It runs on the host, since few samples
@@ -34,8 +34,8 @@ class SmoothNormalRetry : public Matcher {
     const std::vector<std::uint32_t> triangle = picked_band.triangle.download(context_);
     const std::vector<float> weights = picked_band.barycentric.download(context_);
     const std::size_t count = triangle.size();
-    std::vector<float> directions(3 * count);
-    picked_band.points.read(context_, directions, 3 * count);
+    std::vector<float> averaged_directions(3 * count);
+    picked_band.points.read(context_, averaged_directions, 3 * count);
     for (std::size_t k = 0; k < count; ++k) {
       const float u = weights[k], v = weights[count + k];
       const auto& [a, b, c] = surface_.triangles[triangle[k]];
@@ -45,28 +45,28 @@ class SmoothNormalRetry : public Matcher {
       const double size = length(direction);
       if (!(size > 1e-6)) continue;
       const Vec3 unit = to_float(direction * (1 / size));
-      directions[k] = unit.x;
-      directions[count + k] = unit.y;
-      directions[2 * count + k] = unit.z;
+      averaged_directions[k] = unit.x;
+      averaged_directions[count + k] = unit.y;
+      averaged_directions[2 * count + k] = unit.z;
     }
-    picked_band.points.write(context_, std::span<const float>(directions), 3 * count);
+    picked_band.points.write(context_, std::span<const float>(averaged_directions), 3 * count);
   }
 
   void retry_missed(const TexelBand& band, const std::vector<std::uint32_t>& samples,
                     DeviceCorrespondence& match) {
     const SamplePick pick(context_, samples);
-    TexelBand picked_band = pick.points_of(band);
+    TexelBand picked_band = pick.gather_points(band);
     picked_band.triangle = pick.of(band.triangle, band.capacity, 1);
     picked_band.barycentric = pick.of(band.barycentric, band.capacity, 2);
     use_averaged_directions(picked_band);
     DeviceCorrespondence result(context_, pick.count());
-    first_->run(picked_band, result);
-    pick.put_back(result, match);
+    first_matcher_->run(picked_band, result);
+    pick.scatter_correspondence(result, match);
   }
 
   cl::Context& context_;
   const LowSurface& surface_;
-  std::unique_ptr<Matcher> first_;
+  std::unique_ptr<Matcher> first_matcher_;
 };
 
 }  // namespace

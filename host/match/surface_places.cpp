@@ -10,12 +10,12 @@
 namespace kiln {
 namespace {
 
-// distance from a corner, as a share of that to the centroid
+// Distance of a point from its corner, as a share of the corner's distance to the centroid
 constexpr double kCornerInset = 0.01;
 constexpr std::size_t kMaxPointRows = 512;  // maximum number of rows of points in one triangle
 
-/// Twice the area; 0 for unusable triangles.
-double area_of(const LowSurface& surface, std::size_t t) {
+/// Twice the area of a triangle; 0 for unusable triangles.
+double doubled_area(const LowSurface& surface, std::size_t t) {
   if (surface.usable[t] == 0) return 0;
   const auto& [a, b, c] = surface.triangles[t];
   return length(cross(to_double(b.position) - to_double(a.position),
@@ -23,7 +23,7 @@ double area_of(const LowSurface& surface, std::size_t t) {
 }
 
 /// Appends the centroids of a triangle's n x n parts, then points near its corners.
-void add_places(std::uint32_t t, std::size_t n, std::vector<LowPlace>& places) {
+void add_triangle_points(std::uint32_t t, std::size_t n, std::vector<LowPolyPoint>& places) {
   const auto add = [&](double u, double v) {
     places.push_back({t, static_cast<float>(u), static_cast<float>(v)});
   };
@@ -43,15 +43,15 @@ void add_places(std::uint32_t t, std::size_t n, std::vector<LowPlace>& places) {
 
 }  // namespace
 
-Vec3d position_at(const LowSurface& surface, const LowPlace& place) {
+Vec3d position_at(const LowSurface& surface, const LowPolyPoint& place) {
   const auto& [a, b, c] = surface.triangles[place.triangle];
   const double u = place.u, v = place.v;
   return to_double(a.position) * (1 - u - v) + to_double(b.position) * u +
          to_double(c.position) * v;
 }
 
-TexelBand band_of_places(cl::Context& context, const LowSurface& surface, std::size_t count,
-                         const std::function<LowPlace(std::size_t)>& place,
+TexelBand band_of_points(cl::Context& context, const LowSurface& surface, std::size_t count,
+                         const std::function<LowPolyPoint(std::size_t)>& place,
                          std::uint32_t multiple) {
   TexelBand band;
   band.row_count = 1;
@@ -63,7 +63,7 @@ TexelBand band_of_places(cl::Context& context, const LowSurface& surface, std::s
   std::vector<float> weights(2 * plane), points(7 * plane);
   parallel_for(count, 1 << 12, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const LowPlace at = place(i);
+      const LowPolyPoint at = place(i);
       const auto& [a, b, c] = surface.triangles[at.triangle];
       const double u = at.u, v = at.v, w = 1 - u - v;
       Vec3d direction =
@@ -97,21 +97,21 @@ TexelBand band_of_places(cl::Context& context, const LowSurface& surface, std::s
   return band;
 }
 
-SurfacePlaces spread_places(cl::Context& context, const LowSurface& surface,
+SampledPoints spread_points(cl::Context& context, const LowSurface& surface,
                             std::size_t target_count) {
   const std::size_t triangles = surface.triangles.size();
   double total_area = 0;
-  for (std::size_t t = 0; t < triangles; ++t) total_area += area_of(surface, t);
-  SurfacePlaces places;
+  for (std::size_t t = 0; t < triangles; ++t) total_area += doubled_area(surface, t);
+  SampledPoints places;
   for (std::size_t t = 0; t < triangles; ++t) {
-    const double area = area_of(surface, t);
+    const double area = doubled_area(surface, t);
     if (!(area > 0)) continue;
     const double share = area / total_area * static_cast<double>(target_count);
     const auto rows = static_cast<std::size_t>(std::lround(std::sqrt(share)));
-    add_places(static_cast<std::uint32_t>(t), std::clamp<std::size_t>(rows, 1, kMaxPointRows),
-               places.list);
+    add_triangle_points(static_cast<std::uint32_t>(t),
+                        std::clamp<std::size_t>(rows, 1, kMaxPointRows), places.list);
   }
-  places.band = band_of_places(context, surface, places.list.size(),
+  places.band = band_of_points(context, surface, places.list.size(),
                                [&](std::size_t i) { return places.list[i]; });
   return places;
 }

@@ -13,29 +13,29 @@
 namespace kiln {
 
 /// A point of a triangle of the low poly.
-struct LowPlace {
+struct LowPolyPoint {
   std::uint32_t triangle = 0;
-  float u = 0, v = 0;  ///< Weights of its corners 1 and 2
+  float u = 0, v = 0;  ///< Barycentric weights of the triangle's corners 1 and 2
 };
 
-Vec3d position_at(const LowSurface& surface, const LowPlace& place);
+Vec3d position_at(const LowSurface& surface, const LowPolyPoint& place);
 
 /// Makes samples of points: a map of one row, one sample per texel. Directions are interpolated from the
 /// corners; if these cancel out, the direction is the face's normal.
 /// \param place returns the point with an index below `count`; called from several threads
 /// \param multiple the capacity is rounded up to a multiple of this
-TexelBand band_of_places(cl::Context& context, const LowSurface& surface, std::size_t count,
-                         const std::function<LowPlace(std::size_t)>& place,
+TexelBand band_of_points(cl::Context& context, const LowSurface& surface, std::size_t count,
+                         const std::function<LowPolyPoint(std::size_t)>& place,
                          std::uint32_t multiple = 1);
 
-struct SurfacePlaces {
-  std::vector<LowPlace> list;
+struct SampledPoints {
+  std::vector<LowPolyPoint> list;
   TexelBand band;  ///< The points as samples on the device
 };
 
 /// About `target_count` points, evenly distributed by area, and three near the corners of each triangle. Unusable
 /// triangles have no points. Points are in the order of triangles.
-SurfacePlaces spread_places(cl::Context& context, const LowSurface& surface,
+SampledPoints spread_points(cl::Context& context, const LowSurface& surface,
                             std::size_t target_count);
 
 }  // namespace kiln

@@ -17,14 +17,14 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t kTile = KILN_UV_TILE;
+constexpr std::uint32_t kRowsPerTile = KILN_UV_TILE;
 
 /// Number of mantissa bits that index the logarithmic distance histogram, in addition to the exponent.
 constexpr std::uint32_t kFractionBits = 9;
 constexpr std::uint32_t kDroppedBits = 23 - kFractionBits;
 
 /// True if the width or height of a piece's box is not exact as a float.
-bool is_large(const kiln_uv_piece& piece) {
+bool is_inexact_as_float(const kiln_uv_piece& piece) {
   constexpr std::int32_t kMaxExactFloat = 1 << 24;
   const auto [x_low, x_high] = std::minmax_element(piece.x, piece.x + 3);
   const auto [y_low, y_high] = std::minmax_element(piece.y, piece.y + 3);
@@ -48,17 +48,17 @@ UvRaster::UvRaster(const Source::Impl& source, std::uint32_t width, std::uint32_
       width_(width),
       samples_(samples) {
   UvLayout layout = UvLayout::of(source, width * samples, height * samples);
-  shift_ = layout.shift;
-  large_ = std::any_of(layout.pieces.begin(), layout.pieces.end(), is_large);
-  counted_.outside = layout.outside;
-  counted_.without_area = layout.without_area;
-  pieces_ = cl::Array<kiln_uv_piece>(context_, std::span<const kiln_uv_piece>(layout.pieces));
-  clips_ = cl::Array<kiln_uv_clip>(context_, std::span<const kiln_uv_clip>(layout.clips));
-  tasks_ = cl::Array<kiln_uv_task>(context_, std::span<const kiln_uv_task>(layout.tasks));
-  if (pieces_.empty()) {  // the kernel always reads one element
+  subpixel_shift_ = layout.shift;
+  large_ = std::any_of(layout.pieces.begin(), layout.pieces.end(), is_inexact_as_float);
+  triangle_counts_.outside = layout.outside;
+  triangle_counts_.without_area = layout.without_area;
+  uv_pieces_ = cl::Array<kiln_uv_piece>(context_, std::span<const kiln_uv_piece>(layout.pieces));
+  piece_clips_ = cl::Array<kiln_uv_clip>(context_, std::span<const kiln_uv_clip>(layout.clips));
+  piece_tasks_ = cl::Array<kiln_uv_task>(context_, std::span<const kiln_uv_task>(layout.tasks));
+  if (uv_pieces_.empty()) {  // The kernel reads one element even if there are no pieces
     kiln_uv_piece none{};
     none.x[1] = none.y[2] = 1;
-    pieces_ = cl::Array<kiln_uv_piece>(context_, std::span<const kiln_uv_piece>(&none, 1));
+    uv_pieces_ = cl::Array<kiln_uv_piece>(context_, std::span<const kiln_uv_piece>(&none, 1));
   }
   first_task_ = std::move(layout.first_task);
   first_tasks_ = cl::Array<std::uint32_t>(context_, std::span<const std::uint32_t>(first_task_));
@@ -78,16 +78,16 @@ void UvRaster::set_positions(std::uint32_t first, std::span<const Vec3> position
                    std::size_t{3} * first);
 }
 
-void UvRaster::cover(const kiln_uv_params& params) {
+void UvRaster::rasterize(const kiln_uv_params& params) {
   if (runs_) {
     context_.launch(context_.kernel("uv", "kiln_uv_cover_run"), params.run_count, 1, params,
-                    first_tasks_, tasks_, pieces_, lowest_, highest_);
+                    first_tasks_, piece_tasks_, uv_pieces_, lowest_, highest_);
     return;
   }
   context_.fill(lowest_, std::uint32_t{KILN_UV_EMPTY});
   context_.fill(highest_, std::uint32_t{0});
-  context_.launch(context_.kernel("uv", "kiln_uv_cover"), params.task_count, kLocal, params, tasks_,
-                  pieces_, lowest_, highest_);
+  context_.launch(context_.kernel("uv", "kiln_uv_cover"), params.task_count, kLocal, params,
+                  piece_tasks_, uv_pieces_, lowest_, highest_);
 }
 
 void UvRaster::match(const TexelBand& band, DeviceCorrespondence& match, bool first_time) {
@@ -99,57 +99,58 @@ void UvRaster::match(const TexelBand& band, DeviceCorrespondence& match, bool fi
   if (lowest_.size() != grid_samples) {
     lowest_ = {};
     highest_ = {};
-    rows_ = {};
+    sample_rows_ = {};
     lowest_ = cl::Array<std::uint32_t>(context_, grid_samples);
     highest_ = cl::Array<std::uint32_t>(context_, grid_samples);
-    rows_ = cl::Array<kiln_uv_row>(context_, end_row - first_row);
+    sample_rows_ = cl::Array<kiln_uv_row>(context_, end_row - first_row);
   }
   kiln_uv_params params{};
-  params.first_run = first_row / kTile;
-  params.run_count = (end_row + kTile - 1) / kTile - params.first_run;
+  params.first_run = first_row / kRowsPerTile;
+  params.run_count = (end_row + kRowsPerTile - 1) / kRowsPerTile - params.first_run;
   params.first_task = first_task_[params.first_run];
   params.task_count = first_task_[params.first_run + params.run_count] - params.first_task;
   params.count_overlap = first_time ? 1 : 0;
   params.row_begin = static_cast<std::int32_t>(first_row);
   params.row_end = static_cast<std::int32_t>(end_row);
   params.sample_width = width_ * samples_;
-  params.shift = shift_;
+  params.shift = subpixel_shift_;
   params.samples = samples_;
   params.width = width_;
   params.texel_count = band.texel_count;
   params.sample_count = band.sample_count;
   params.band_capacity = band.capacity;
   params.hit_capacity = match.capacity;
-  cover(params);
+  rasterize(params);
   if (first_time) {
     context_.launch(context_.kernel("uv", "kiln_uv_count"), end_row - first_row, kLocal, params,
-                    lowest_, highest_, rows_);
-    const std::vector<kiln_uv_row> rows = rows_.download(context_);
-    const bool first = counted_.overlapping == 0;
+                    lowest_, highest_, sample_rows_);
+    const std::vector<kiln_uv_row> rows = sample_rows_.download(context_);
+    const bool first = triangle_counts_.overlapping == 0;
     for (const kiln_uv_row& row : rows) {
-      counted_.covered += row.covered;
-      counted_.overlapping += row.overlapping;
+      triangle_counts_.covered += row.covered;
+      triangle_counts_.overlapping += row.overlapping;
     }
-    if (first && counted_.overlapping != 0) {
+    if (first && triangle_counts_.overlapping != 0) {
       const auto found = std::find_if(rows.begin(), rows.end(),
                                       [](const kiln_uv_row& row) { return row.overlapping != 0; });
       const auto row = first_row + static_cast<std::uint32_t>(found - rows.begin());
-      counted_.overlap = {triangle_of_piece_[found->lower], triangle_of_piece_[found->upper],
-                          found->column / samples_, row / samples_};
+      triangle_counts_.overlap = {triangle_of_piece_[found->lower],
+                                  triangle_of_piece_[found->upper], found->column / samples_,
+                                  row / samples_};
     }
   }
-  if (runs_ && samples_ == 1 && clips_.empty() && !large_) {
+  if (runs_ && samples_ == 1 && piece_clips_.empty() && !large_) {
     context_.launch(context_.kernel("uv", "kiln_uv_match_wide"), (band.texel_count + 7) / 8, kLocal,
-                    params, band.texel_index, lowest_, pieces_, match.triangle, match.barycentric,
-                    match.distance, match.status);
+                    params, band.texel_index, lowest_, uv_pieces_, match.triangle,
+                    match.barycentric, match.distance, match.status);
     return;
   }
   const std::string defines = std::string(samples_ == 1 ? "-DKILN_UV_SINGLE=1" : "") +
-                              (clips_.empty() ? "" : " -DKILN_UV_CLIPPED=1") +
+                              (piece_clips_.empty() ? "" : " -DKILN_UV_CLIPPED=1") +
                               (large_ ? " -DKILN_UV_LARGE=1" : "");
   context_.launch(context_.kernel("uv", "kiln_uv_match", defines), band.texel_count, kLocal, params,
-                  band.texel_index, band.texel_first, band.sample_slot, lowest_, pieces_, clips_,
-                  match.triangle, match.barycentric, match.distance, match.status);
+                  band.texel_index, band.texel_first, band.sample_slot, lowest_, uv_pieces_,
+                  piece_clips_, match.triangle, match.barycentric, match.distance, match.status);
 }
 
 void UvRaster::distance(const TexelBand& band, DeviceCorrespondence& match) const {
@@ -176,16 +177,17 @@ void UvRaster::measure(const DeviceCorrespondence& match) {
 }
 
 void UvRaster::report(const UvOptions& options, MatchNotes& notes) const {
-  UvReport found = counted_;
+  UvReport found = triangle_counts_;
   const double unit = 1 / frame_.scale;
   std::uint64_t count = 0;
   for (const std::uint64_t in_bin : histogram_) count += in_bin;
   if (count != 0) {
     found.mean_distance = distance_sum_ / static_cast<double>(count) * unit;
     const std::uint64_t rank = count - count / 20;
-    std::uint64_t samples_below = 0;
+    std::uint64_t samples_in_lower_bins = 0;
     std::uint32_t bin = 0;
-    while (samples_below + histogram_[bin] < rank) samples_below += histogram_[bin++];
+    while (samples_in_lower_bins + histogram_[bin] < rank)
+      samples_in_lower_bins += histogram_[bin++];
     const std::uint32_t bits = bin == 0 ? 0 : (bin + 1) << kDroppedBits;
     found.p95_distance = double{std::bit_cast<float>(bits)} * unit;
   }
@@ -217,14 +219,14 @@ void UvRaster::report(const UvOptions& options, MatchNotes& notes) const {
     warn("uv-source-overlap", text + ": the triangle with the lowest index was used there.",
          found.overlapping);
   }
-  const double distance_share = found.p95_distance / frame_.diagonal;
-  if (distance_share > options.warn_distance || distance_share > options.max_distance) {
+  const double p95_distance_share = found.p95_distance / frame_.diagonal;
+  if (p95_distance_share > options.warn_distance || p95_distance_share > options.max_distance) {
     const std::string text = "The two layouts may not agree: at the same UV the surfaces are " +
                              percent(found.mean_distance / frame_.diagonal) +
                              " of the diagonal apart on average, and "
                              "on 5% of the samples " +
-                             percent(distance_share) + " or more";
-    if (distance_share > options.max_distance) {
+                             percent(p95_distance_share) + " or more";
+    if (p95_distance_share > options.max_distance) {
       throw Error(ErrorCode::input, text + ", which is more than " + percent(options.max_distance) +
                                         ": the UV layouts do not correspond. Unwrap both "
                                         "meshes together, or use another match, such as ray. To "
@@ -249,7 +251,7 @@ void UvRaster::report(const UvOptions& options, MatchNotes& notes) const {
 
 void check_uv(const UvOptions& options) {
   const auto check = [](const char* name, double value) {
-    if (value >= 0) return;  // false for NaN, too
+    if (value >= 0) return;  // The comparison is false for NaN, too
     throw Error(ErrorCode::usage,
                 std::string("uv.") + name + " is " + decimal(value) +
                     ": it must be a share of 0 or more, or infinity for no bound.");
@@ -280,7 +282,7 @@ class UvMatcher : public Matcher {
   }
 
   bool reads_sample_places() const override { return true; }
-  bool points_stay() const override { return true; }
+  bool keeps_surface_points() const override { return true; }
   void move(std::uint32_t first, std::span<const Vec3> positions) override {
     raster_.set_positions(first, positions);
   }
@@ -297,7 +299,7 @@ class UvMatcher : public Matcher {
     const std::size_t count = band.sample_count;
     std::vector<std::uint32_t> low(count), triangle(count), samples;
     std::vector<float> u(count), v(count);
-    std::vector<std::uint8_t> status(count);
+    std::vector<std::uint8_t> sample_status(count);
     band.triangle.read(context, low);
     band.barycentric.read(context, u);
     band.barycentric.read(context, v, band.capacity);
@@ -307,9 +309,10 @@ class UvMatcher : public Matcher {
         continue;
       }
       const auto& [a, b, c] = surface_.triangles[low[i]];
-      const double second = u[i], third = v[i], first = 1 - second - third;
-      uvs.push_back({static_cast<float>(a.uv.x * first + b.uv.x * second + c.uv.x * third),
-                     static_cast<float>(a.uv.y * first + b.uv.y * second + c.uv.y * third)});
+      const double weight_1 = u[i], weight_2 = v[i], weight_0 = 1 - weight_1 - weight_2;
+      uvs.push_back(
+          {static_cast<float>(a.uv.x * weight_0 + b.uv.x * weight_1 + c.uv.x * weight_2),
+           static_cast<float>(a.uv.y * weight_0 + b.uv.y * weight_1 + c.uv.y * weight_2)});
       samples.push_back(i);
     }
     if (samples.empty()) return;
@@ -317,18 +320,18 @@ class UvMatcher : public Matcher {
     match.triangle.read(context, triangle);
     match.barycentric.read(context, u);
     match.barycentric.read(context, v, match.capacity);
-    match.status.read(context, status);
+    match.status.read(context, sample_status);
     for (std::size_t k = 0; k < samples.size(); ++k) {
       const std::uint32_t i = samples[k];
       triangle[i] = points.triangle[k];
       u[i] = points.barycentric[k];
       v[i] = points.barycentric[k + samples.size()];
-      status[i] = triangle[i] == KILN_NO_TRIANGLE ? KILN_STATUS_MISS : KILN_STATUS_UV;
+      sample_status[i] = triangle[i] == KILN_NO_TRIANGLE ? KILN_STATUS_MISS : KILN_STATUS_UV;
     }
     match.triangle.write(context, std::span<const std::uint32_t>(triangle));
     match.barycentric.write(context, std::span<const float>(u));
     match.barycentric.write(context, std::span<const float>(v), match.capacity);
-    match.status.write(context, std::span<const std::uint8_t>(status));
+    match.status.write(context, std::span<const std::uint8_t>(sample_status));
   }
 
   const Source::Impl& source_;

@@ -15,9 +15,9 @@ namespace kiln {
 struct UvLayout {
   std::uint32_t shift = 0;
   std::vector<kiln_uv_piece> pieces;  ///< In ascending order of triangles
-  std::vector<kiln_uv_clip> clips;    ///< Barycentrics of the clipped pieces
+  std::vector<kiln_uv_clip> clips;    ///< Barycentric coordinates of the clipped pieces' corners
   std::vector<kiln_uv_task> tasks;  ///< No task crosses a border between runs of KILN_UV_TILE rows
-  std::vector<std::uint32_t> first_task;  ///< [runs + 1]
+  std::vector<std::uint32_t> first_task;  ///< [runs + 1] First task of each run of rows
   std::uint64_t outside = 0;              ///< Triangles that extend beyond the unit square
   std::uint64_t without_area = 0;         ///< Triangles without area in UV space, or not finite
 
@@ -30,7 +30,7 @@ struct UvLayout {
 
 /// Variants of the kernels. Both give the same bits.
 enum class UvPath {
-  automatic,  ///< Chosen by the device's type
+  automatic,  ///< The variant is chosen by the device's type
   atomics,    ///< One work-item per triangle
   runs,       ///< One work-item per run of rows
 };
@@ -58,27 +58,27 @@ class UvRaster {
   void report(const UvOptions& options, MatchNotes& notes) const;
 
  private:
-  void cover(const kiln_uv_params& params);
+  void rasterize(const kiln_uv_params& params);
 
   cl::Context& context_;
   bool runs_, large_ = false;
   Frame frame_;
   std::uint32_t width_, samples_;
-  std::uint32_t shift_ = 0;
-  UvReport counted_;
+  std::uint32_t subpixel_shift_ = 0;
+  UvReport triangle_counts_;
   std::vector<std::uint32_t> first_task_, triangle_of_piece_;
-  cl::Array<kiln_uv_piece> pieces_;
-  cl::Array<kiln_uv_clip> clips_;
-  cl::Array<kiln_uv_task> tasks_;
+  cl::Array<kiln_uv_piece> uv_pieces_;
+  cl::Array<kiln_uv_clip> piece_clips_;
+  cl::Array<kiln_uv_task> piece_tasks_;
   cl::Array<std::uint32_t> first_tasks_;  // UvLayout::first_task
   cl::Array<std::uint32_t> triangles_;
   cl::Array<float> positions_;
-  // lowest and highest index of a piece, per sample of a band
+  // For each sample of a band, the lowest and the highest index of a piece that covers it
   cl::Array<std::uint32_t> lowest_, highest_;
-  cl::Array<kiln_uv_row> rows_;
+  cl::Array<kiln_uv_row> sample_rows_;
   std::uint64_t sample_total_ = 0;
   double distance_sum_ = 0;
-  // numbers of samples by distance, binned by exponent and leading mantissa bits
+  // Histogram of the samples' distances, binned by exponent and leading mantissa bits
   std::vector<std::uint64_t> histogram_;
 };
 

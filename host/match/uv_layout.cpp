@@ -20,7 +20,7 @@ void check_uvs(const Source::Impl& source) {
 }
 
 /// Makes the pieces of a range of triangles.
-struct Builder {
+struct PieceBuilder {
   const Source::Impl& source;
   UvGrid grid;
   std::vector<kiln_uv_piece> pieces;
@@ -72,28 +72,28 @@ struct Builder {
 
   void add_piece(const FixedTriangle& fixed, std::uint32_t t, std::uint32_t clip) {
     if (grid.misses_square(fixed)) return;
-    kiln_uv_piece piece{};
-    std::copy(fixed.x.begin(), fixed.x.end(), piece.x);
-    std::copy(fixed.y.begin(), fixed.y.end(), piece.y);
-    piece.triangle = t;
-    piece.clip = clip;
-    pieces.push_back(piece);
+    kiln_uv_piece uv_piece{};
+    std::copy(fixed.x.begin(), fixed.x.end(), uv_piece.x);
+    std::copy(fixed.y.begin(), fixed.y.end(), uv_piece.y);
+    uv_piece.triangle = t;
+    uv_piece.clip = clip;
+    pieces.push_back(uv_piece);
   }
 };
 
 /// Calls add(task) for the tiles of a piece, row by row.
 template <typename Add>
-void for_each_task(const kiln_uv_piece& piece, std::uint32_t index, const UvGrid& grid,
+void for_each_task(const kiln_uv_piece& uv_piece, std::uint32_t index, const UvGrid& grid,
                    const Add& add) {
-  const auto [x_low, x_high] = std::minmax_element(piece.x, piece.x + 3);
-  const auto [y_low, y_high] = std::minmax_element(piece.y, piece.y + 3);
+  const auto [x_low, x_high] = std::minmax_element(uv_piece.x, uv_piece.x + 3);
+  const auto [y_low, y_high] = std::minmax_element(uv_piece.y, uv_piece.y + 3);
   const SampleRange columns = samples_within(*x_low, *x_high, grid.shift, grid.sample_width);
   const SampleRange rows = samples_within(*y_low, *y_high, grid.shift, grid.sample_height);
-  constexpr auto kSide = std::int64_t{kLayoutTile};
+  constexpr auto kTileSide = std::int64_t{kLayoutTile};
   for (std::int64_t y = rows.first; y <= rows.last;) {
-    const std::int64_t y_end = std::min((y / kSide + 1) * kSide, rows.last + 1);
-    for (std::int64_t x = columns.first; x <= columns.last; x += kSide) {
-      const std::int64_t x_end = std::min(x + kSide, columns.last + 1);
+    const std::int64_t y_end = std::min((y / kTileSide + 1) * kTileSide, rows.last + 1);
+    for (std::int64_t x = columns.first; x <= columns.last; x += kTileSide) {
+      const std::int64_t x_end = std::min(x + kTileSide, columns.last + 1);
       add(kiln_uv_task{index, static_cast<kiln_int>(x), static_cast<kiln_int>(y),
                        static_cast<std::uint32_t>(x_end - x) | static_cast<std::uint32_t>(y_end - y)
                                                                    << 16});
@@ -107,10 +107,10 @@ void for_each_task(const kiln_uv_piece& piece, std::uint32_t index, const UvGrid
 UvLayout UvLayout::of(const Source::Impl& source, std::uint32_t sample_width,
                       std::uint32_t sample_height) {
   check_uvs(source);
-  const Builder prototype{source, UvGrid::of(sample_width, sample_height), {}, {}};
+  const PieceBuilder empty_builder{source, UvGrid::of(sample_width, sample_height), {}, {}};
   constexpr std::size_t kRun = 1 << 14;
   const std::size_t count = source.triangles.size();
-  std::vector<Builder> runs((count + kRun - 1) / kRun, prototype);
+  std::vector<PieceBuilder> runs((count + kRun - 1) / kRun, empty_builder);
   parallel_for(runs.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t r = begin; r < end; ++r) {
       const std::size_t last = std::min(count, (r + 1) * kRun);
@@ -119,11 +119,11 @@ UvLayout UvLayout::of(const Source::Impl& source, std::uint32_t sample_width,
   });
 
   UvLayout layout;
-  layout.shift = prototype.grid.shift;
-  for (Builder& run : runs) {
+  layout.shift = empty_builder.grid.shift;
+  for (PieceBuilder& run : runs) {
     const auto offset = static_cast<std::uint32_t>(layout.clips.size());
-    for (kiln_uv_piece& piece : run.pieces) {
-      if (piece.clip != 0) piece.clip += offset;
+    for (kiln_uv_piece& uv_piece : run.pieces) {
+      if (uv_piece.clip != 0) uv_piece.clip += offset;
     }
     layout.pieces.insert(layout.pieces.end(), run.pieces.begin(), run.pieces.end());
     layout.clips.insert(layout.clips.end(), run.clips.begin(), run.clips.end());
@@ -133,12 +133,12 @@ UvLayout UvLayout::of(const Source::Impl& source, std::uint32_t sample_width,
     run.clips = {};
   }
 
-  // The tasks are counting-sorted by runs of rows.
+  // Sorts the tasks by runs of rows, with a counting sort.
   const std::size_t row_runs = (sample_height + kLayoutTile - 1) / kLayoutTile;
   layout.first_task.assign(row_runs + 1, 0);
   const auto for_all = [&](const auto& add) {
     for (std::size_t i = 0; i < layout.pieces.size(); ++i) {
-      for_each_task(layout.pieces[i], static_cast<std::uint32_t>(i), prototype.grid, add);
+      for_each_task(layout.pieces[i], static_cast<std::uint32_t>(i), empty_builder.grid, add);
     }
   };
   for_all([&](const kiln_uv_task& task) {

@@ -12,10 +12,10 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kGrainOfPoints = 1 << 12;
+constexpr std::size_t kPointsPerTask = 1 << 12;
 constexpr std::size_t kMaxGridSide = 1024;  // maximum number of cells a side of the grid
 // Tolerance of negative weights, so that each point on a shared edge is in at least one of the triangles.
-constexpr double kUvSlack = 1e-9;
+constexpr double kMinUvWeight = 1e-9;
 
 /// True if a triangle can be matched, by the rules of UvLayout.
 bool is_matchable(const Source::Impl& source, std::size_t triangle, const std::array<Vec2, 3>& uv) {
@@ -25,14 +25,14 @@ bool is_matchable(const Source::Impl& source, std::size_t triangle, const std::a
          std::all_of(t.begin(), t.end(), finite_corner);
 }
 
-/// Weights of a triangle's corners 1 and 2 at a UV.
-struct Weights {
+/// WeightsAtUv of a triangle's corners 1 and 2 at a UV.
+struct WeightsAtUv {
   double x = 0, y = 0;      // position of corner 0
   double ax = 0, ay = 0;    // edge to corner 1
   double bx = 0, by = 0;    // edge to corner 2
   double doubled_area = 0;  // twice the area, not 0
 
-  explicit Weights(const std::array<Vec2, 3>& uv)
+  explicit WeightsAtUv(const std::array<Vec2, 3>& uv)
       : x(uv[0].x),
         y(uv[0].y),
         ax(uv[1].x - x),
@@ -48,12 +48,12 @@ struct Weights {
 };
 
 /// A grid of UVs over the unit square. UVs outside belong to the cells at its border.
-class Cells {
+class UvCells {
  public:
-  explicit Cells(std::span<const Vec2> uvs)
-      : side_(std::clamp<std::size_t>(
+  explicit UvCells(std::span<const Vec2> uvs)
+      : cells_per_side_(std::clamp<std::size_t>(
             static_cast<std::size_t>(std::sqrt(static_cast<double>(uvs.size()))), 1, kMaxGridSide)),
-        first_(side_ * side_ + 1) {
+        first_(cells_per_side_ * cells_per_side_ + 1) {
     for (const Vec2& uv : uvs) {
       if (is_finite(uv)) ++first_[cell(uv) + 1];
     }
@@ -67,22 +67,25 @@ class Cells {
 
   /// Calls visit(index) for every UV in the cells under a box.
   template <typename Visit>
-  void for_each_in(const Vec2& low, const Vec2& high, const Visit& visit) const {
-    for (std::size_t y = along(low.y); y <= along(high.y); ++y) {
-      // Cells of a row are consecutive in memory.
-      const std::uint32_t end = first_[y * side_ + along(high.x) + 1];
-      for (std::uint32_t i = first_[y * side_ + along(low.x)]; i < end; ++i) visit(index_[i]);
+  void for_each_uv_in(const Vec2& low, const Vec2& high, const Visit& visit) const {
+    for (std::size_t y = u_weights(low.y); y <= u_weights(high.y); ++y) {
+      // UvThe UVs of a row's cells are consecutive in memory.
+      const std::uint32_t end = first_[y * cells_per_side_ + u_weights(high.x) + 1];
+      for (std::uint32_t i = first_[y * cells_per_side_ + u_weights(low.x)]; i < end; ++i)
+        visit(index_[i]);
     }
   }
 
  private:
-  std::size_t along(double at) const {
-    const auto count = static_cast<double>(side_);
+  std::size_t u_weights(double at) const {
+    const auto count = static_cast<double>(cells_per_side_);
     return static_cast<std::size_t>(std::clamp(at * count, 0.0, count - 1));
   }
-  std::size_t cell(const Vec2& uv) const { return along(uv.y) * side_ + along(uv.x); }
+  std::size_t cell(const Vec2& uv) const {
+    return u_weights(uv.y) * cells_per_side_ + u_weights(uv.x);
+  }
 
-  std::size_t side_;
+  std::size_t cells_per_side_;
   std::vector<std::uint32_t> first_, index_;
 };
 
@@ -94,27 +97,27 @@ std::array<Vec2, 3> corners(const Source::Impl& source, std::size_t triangle) {
 }  // namespace
 
 UvPoints find_uv_points(const Source::Impl& source, std::span<const Vec2> uvs) {
-  const Cells cells(uvs);
+  const UvCells uv_cells(uvs);
   UvPoints found;
   found.triangle.assign(uvs.size(), KILN_NO_TRIANGLE);
-  parallel_for(source.triangles.size(), kGrainOfPoints, [&](std::size_t begin, std::size_t end) {
+  parallel_for(source.triangles.size(), kPointsPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       const std::array<Vec2, 3> uv = corners(source, t);
       if (!is_matchable(source, t, uv)) continue;
-      const Weights weights(uv);
+      const WeightsAtUv weights(uv);
       if (weights.doubled_area == 0) continue;
       const auto [x_low, x_high] = std::minmax({uv[0].x, uv[1].x, uv[2].x});
       const auto [y_low, y_high] = std::minmax({uv[0].y, uv[1].y, uv[2].y});
-      cells.for_each_in({x_low, y_low}, {x_high, y_high}, [&](std::uint32_t i) {
+      uv_cells.for_each_uv_in({x_low, y_low}, {x_high, y_high}, [&](std::uint32_t i) {
         const auto [u, v] = weights.at(uvs[i]);
-        if (u < -kUvSlack || v < -kUvSlack || u + v > 1 + kUvSlack) return;
+        if (u < -kMinUvWeight || v < -kMinUvWeight || u + v > 1 + kMinUvWeight) return;
         // Atomic minimum, so that the lowest triangle wins in any order; KILN_NO_TRIANGLE is
         // the largest value.
-        const std::atomic_ref<std::uint32_t> lowest(found.triangle[i]);
-        std::uint32_t current_lowest = lowest.load(std::memory_order_relaxed);
+        const std::atomic_ref<std::uint32_t> lowest_triangle(found.triangle[i]);
+        std::uint32_t current_lowest = lowest_triangle.load(std::memory_order_relaxed);
         while (t < current_lowest &&
-               !lowest.compare_exchange_weak(current_lowest, static_cast<std::uint32_t>(t),
-                                             std::memory_order_relaxed)) {
+               !lowest_triangle.compare_exchange_weak(current_lowest, static_cast<std::uint32_t>(t),
+                                                      std::memory_order_relaxed)) {
         }
       });
     }
@@ -122,7 +125,7 @@ UvPoints find_uv_points(const Source::Impl& source, std::span<const Vec2> uvs) {
   found.barycentric.resize(2 * uvs.size());
   for (std::size_t i = 0; i < uvs.size(); ++i) {
     if (found.triangle[i] == KILN_NO_TRIANGLE) continue;
-    const auto [u, v] = Weights(corners(source, found.triangle[i])).at(uvs[i]);
+    const auto [u, v] = WeightsAtUv(corners(source, found.triangle[i])).at(uvs[i]);
     found.barycentric[i] = static_cast<float>(u);
     found.barycentric[i + uvs.size()] = static_cast<float>(v);
   }

@@ -38,40 +38,41 @@ double area_of(std::span<const Vec3> positions, const Triangle& triangle) {
 }
 
 /// Histogram of the surface's area by the logarithm of the triangles' areas.
-struct Areas {
+struct AreaHistogram {
   static constexpr int kBins = 256;
   std::array<double, kBins> sum{};
-  double total = 0;
+  double histogram_area = 0;
 
-  static int bin_of(double area) {
+  static int area_bin(double area) {
     return std::clamp(static_cast<int>(std::floor(2 * std::log2(area))) + 200, 0, kBins - 1);
   }
   /// Lower bound of a bin's areas.
   static double area_at(int bin) { return std::exp2((bin - 200) / 2.0); }
 
-  Areas(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
-    constexpr std::size_t kBlock = 1 << 16;
-    std::vector<std::array<double, kBins>> blocks((triangles.size() + kBlock - 1) / kBlock);
-    parallel_for(triangles.size(), kBlock, [&](std::size_t begin, std::size_t end) {
-      auto& block = blocks[begin / kBlock];
+  AreaHistogram(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
+    constexpr std::size_t kTrianglesPerBlock = 1 << 16;
+    std::vector<std::array<double, kBins>> block_histograms(
+        (triangles.size() + kTrianglesPerBlock - 1) / kTrianglesPerBlock);
+    parallel_for(triangles.size(), kTrianglesPerBlock, [&](std::size_t begin, std::size_t end) {
+      auto& block = block_histograms[begin / kTrianglesPerBlock];
       for (std::size_t i = begin; i < end; ++i) {
         const double area = area_of(positions, triangles[i]);
-        if (area > 0) block[static_cast<std::size_t>(bin_of(area))] += area;
+        if (area > 0) block[static_cast<std::size_t>(area_bin(area))] += area;
       }
     });
-    for (const auto& block : blocks) {
+    for (const auto& block : block_histograms) {
       for (std::size_t i = 0; i < kBins; ++i) sum[i] += block[i];
     }
-    total = std::accumulate(sum.begin(), sum.end(), 0.0);
+    histogram_area = std::accumulate(sum.begin(), sum.end(), 0.0);
   }
 
   /// Share of the surface whose triangles are smaller than a pixel of this side.
   double area_share_below(double pixel) const {
-    double small = 0;
+    double small_area = 0;
     for (int i = 0; i < kBins; ++i) {
-      if (area_at(i) < pixel * pixel) small += sum[static_cast<std::size_t>(i)];
+      if (area_at(i) < pixel * pixel) small_area += sum[static_cast<std::size_t>(i)];
     }
-    return total > 0 ? small / total : 0;
+    return histogram_area > 0 ? small_area / histogram_area : 0;
   }
 };
 
@@ -79,24 +80,25 @@ struct Areas {
 
 double undersampled_share(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                           double radius, std::uint32_t size) {
-  return Areas(positions, triangles).area_share_below(2 * radius / size);
+  return AreaHistogram(positions, triangles).area_share_below(2 * radius / size);
 }
 
 ViewSize choose_view_size(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                           double radius, std::uint32_t limit) {
-  const Areas areas(positions, triangles);
+  const AreaHistogram area_histogram(positions, triangles);
   // Finds the area-weighted median triangle.
   double area_below = 0;
   int median = 0;
-  for (; median < Areas::kBins - 1; ++median) {
-    area_below += areas.sum[static_cast<std::size_t>(median)];
-    if (area_below * 2 >= areas.total) break;
+  for (; median < AreaHistogram::kBins - 1; ++median) {
+    area_below += area_histogram.sum[static_cast<std::size_t>(median)];
+    if (area_below * 2 >= area_histogram.histogram_area) break;
   }
-  const double target_size = 2 * radius * std::sqrt(kPixelsPerTriangle / Areas::area_at(median));
+  const double target_size =
+      2 * radius * std::sqrt(kPixelsPerTriangle / AreaHistogram::area_at(median));
   const double rounded = std::ceil(std::min(target_size, 65536.0) / 256) * 256;
   ViewSize result;
   result.size = std::min(limit, static_cast<std::uint32_t>(std::max(1024.0, rounded)));
-  result.undersampled = areas.area_share_below(2 * radius / result.size);
+  result.undersampled = area_histogram.area_share_below(2 * radius / result.size);
   return result;
 }
 
@@ -113,12 +115,12 @@ ViewArea view_area(const LowSurface& surface, double reach, double dense_radius)
   for_each_corner(
       [&](const Vec3d& p) { area.radius = std::max(area.radius, length(p - area.center)); });
   area.radius += reach;
-  // Usually both meshes have the same extent, and the pictures show all of the high poly for any reach.
+  // Usually both meshes have the same extent, so that the pictures show all of the high poly, whatever the reach is.
   if (area.radius > 0.8 * dense_radius) return {{}, dense_radius};
   return area;
 }
 
-void widen(ViewArea& area, double dense_radius, std::uint32_t size) {
+void widen_view_area(ViewArea& area, double dense_radius, std::uint32_t size) {
   const double min_radius = dense_radius * size / 60000;
   area.radius = std::max(area.radius, min_radius);
 }
@@ -132,10 +134,11 @@ std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
     return std::isfinite(dot(n, n)) ? n : Vec3d{};
   };
   // Sums are computed per block, so that they do not depend on the number of threads.
-  constexpr std::size_t kBlock = 1 << 16;
-  std::vector<Vec3d> sums((triangles.size() + kBlock - 1) / kBlock);
-  parallel_for(triangles.size(), kBlock, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) sums[begin / kBlock] += normal_of(triangles[i]);
+  constexpr std::size_t kTrianglesPerBlock = 1 << 16;
+  std::vector<Vec3d> sums((triangles.size() + kTrianglesPerBlock - 1) / kTrianglesPerBlock);
+  parallel_for(triangles.size(), kTrianglesPerBlock, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      sums[begin / kTrianglesPerBlock] += normal_of(triangles[i]);
   });
   Vec3d mean{};
   for (const Vec3d& sum : sums) mean += sum;
@@ -145,16 +148,17 @@ std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
   for (const Vec3d& axis : {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}}) {
     if (std::abs(dot(axis, mean)) > 0.99) mean = axis * std::copysign(1.0, dot(axis, mean));
   }
-  std::vector<std::uint8_t> turned((triangles.size() + kBlock - 1) / kBlock, 0);
-  parallel_for(triangles.size(), kBlock, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end && turned[begin / kBlock] == 0; ++i) {
-      if (dot(normal_of(triangles[i]), mean) < 0) turned[begin / kBlock] = 1;
+  std::vector<std::uint8_t> turned((triangles.size() + kTrianglesPerBlock - 1) / kTrianglesPerBlock,
+                                   0);
+  parallel_for(triangles.size(), kTrianglesPerBlock, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end && turned[begin / kTrianglesPerBlock] == 0; ++i) {
+      if (dot(normal_of(triangles[i]), mean) < 0) turned[begin / kTrianglesPerBlock] = 1;
     }
   });
   if (std::find(turned.begin(), turned.end(), 1) != turned.end()) return std::nullopt;
   // A single view shows all of a height field, but little of its steep walls: a small area of them is
   // accepted, a large one is not.
-  double steep = 0, total_area = 0;
+  double steep_area = 0, total_area = 0;
   for (const std::size_t i : surface.usable_triangles()) {
     const auto& [a, b, c] = surface.triangles[i];
     const Vec3d face = cross(to_double(b.position) - to_double(a.position),
@@ -164,10 +168,10 @@ std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
       min_cosine = std::min(min_cosine, dot(to_double(corner.normal), mean));
     }
     if (!(min_cosine > 0)) return std::nullopt;
-    if (min_cosine < kMaxSteepCosine) steep += length(face);
+    if (min_cosine < kMaxSteepCosine) steep_area += length(face);
     total_area += length(face);
   }
-  return steep <= kMaxSteepAreaShare * total_area ? std::optional(mean) : std::nullopt;
+  return steep_area <= kMaxSteepAreaShare * total_area ? std::optional(mean) : std::nullopt;
 }
 
 ViewPlan plan_views(const Source::Impl& source, const cl::Array<float>& points, std::uint32_t count,
@@ -180,7 +184,7 @@ ViewPlan plan_views(const Source::Impl& source, const cl::Array<float>& points, 
 
   // quality[k * count + i]: cosine between sample i's direction and candidate k if it sees the
   // sample, else 0.
-  std::vector<float> quality(candidates.size() * count);
+  std::vector<float> view_quality(candidates.size() * count);
   const std::uint32_t batch = std::min(32U, DepthViews::batch_size(context, kProbeSize));
   const cl::Array<float> found(context, std::size_t{batch} * count);
   for (std::size_t first = 0; first < candidates.size(); first += batch) {
@@ -190,42 +194,44 @@ ViewPlan plan_views(const Source::Impl& source, const cl::Array<float>& points, 
                             candidates.begin() + static_cast<std::ptrdiff_t>(last)},
                            kProbeSize, query.two_sided, query.area);
     views.probe(points, count, capacity, query, found);
-    found.read(context, std::span(quality).subspan(first * count, (last - first) * count));
+    found.read(context, std::span(view_quality).subspan(first * count, (last - first) * count));
   }
 
   std::vector<float> best(count, 0.0F);
-  std::vector<bool> is_used(candidates.size(), false);
-  std::vector<double> gains(candidates.size());
-  double ideal = 0;
+  std::vector<bool> is_view_used(candidates.size(), false);
+  std::vector<double> view_gains(candidates.size());
+  double max_total_quality = 0;
   for (std::uint32_t i = 0; i < count; ++i) {
     float max_gain = 0;
     for (std::size_t k = 0; k < candidates.size(); ++k)
-      max_gain = std::max(max_gain, quality[k * count + i]);
-    ideal += max_gain;
+      max_gain = std::max(max_gain, view_quality[k * count + i]);
+    max_total_quality += max_gain;
   }
   ViewPlan plan;
-  while (plan.directions.size() < limit && ideal > 0) {
+  while (plan.directions.size() < limit && max_total_quality > 0) {
     parallel_for(candidates.size(), 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t k = begin; k < end; ++k) {
         double gain = 0;
         for (std::uint32_t i = 0; i < count; ++i) {
-          gain += std::max(0.0F, quality[k * count + i] - best[i]);
+          gain += std::max(0.0F, view_quality[k * count + i] - best[i]);
         }
-        gains[k] = is_used[k] ? 0 : gain;
+        view_gains[k] = is_view_used[k] ? 0 : gain;
       }
     });
     // The caller's own views come first, regardless of their gain.
     const std::size_t next =
         plan.directions.size() < given_views.size()
             ? plan.directions.size()
-            : static_cast<std::size_t>(std::max_element(gains.begin(), gains.end()) -
-                                       gains.begin());
-    if (plan.directions.size() >= given_views.size() && gains[next] < least_gain * ideal) break;
-    is_used[next] = true;
+            : static_cast<std::size_t>(std::max_element(view_gains.begin(), view_gains.end()) -
+                                       view_gains.begin());
+    if (plan.directions.size() >= given_views.size() &&
+        view_gains[next] < least_gain * max_total_quality)
+      break;
+    is_view_used[next] = true;
     plan.directions.push_back(candidates[next]);
     std::uint32_t seen = 0;
     for (std::uint32_t i = 0; i < count; ++i) {
-      best[i] = std::max(best[i], quality[next * count + i]);
+      best[i] = std::max(best[i], view_quality[next * count + i]);
       seen += best[i] > 0 ? 1 : 0;
     }
     plan.coverage.push_back(static_cast<double>(seen) / count);

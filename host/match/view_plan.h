@@ -27,7 +27,7 @@ double undersampled_share(std::span<const Vec3> positions, std::span<const Trian
 /// is limited to the drawable range: 60,000 pixels.
 /// \param reach  frame units  \param dense_radius  radius of the high poly around the frame's origin
 ViewArea view_area(const LowSurface& surface, double reach, double dense_radius);
-void widen(ViewArea& area, double dense_radius, std::uint32_t size);
+void widen_view_area(ViewArea& area, double dense_radius, std::uint32_t size);
 
 /// The direction from which all faces of both meshes are front faces, if there is one: the high poly
 /// may be a height field, which one view shows. \param least minimum cosine between the direction

@@ -1,4 +1,4 @@
-// Matching by depth views from all around (Wang, Froehlich, Goebel, section 2).
+// Matching by depth views of the high poly from all around (Wang, Froehlich, Goebel, section 2).
 #include "match/views.h"
 
 #include <algorithm>
@@ -27,27 +27,28 @@ class ViewMatcher : public Matcher {
     query_.area = view_area(surface, query_.max_distance, raster.radius());
     choose_directions(surface, request.views, report);
     size_ = choose_size(request, query_.area.radius, report);
-    widen(query_.area, raster.radius(), size_);
+    widen_view_area(query_.area, raster.radius(), size_);
     report.pixel = 2 * query_.area.radius / size_ / source.frame.scale;
     for (const Vec3d& direction : directions_) report.directions.push_back(to_float(direction));
-    batch_ = DepthViews::batch_size(context_, size_);
-    if (directions_.size() <= batch_) views_.emplace(draw(0, directions_.size()));
+    views_per_batch_ = DepthViews::batch_size(context_, size_);
+    if (directions_.size() <= views_per_batch_) views_.emplace(draw(0, directions_.size()));
     context_.finish();
   }
 
   void run(const TexelBand& band, DeviceCorrespondence& match) override {
     if (band.sample_count == 0) return;
-    if (score_.size() < band.capacity) {
-      score_ = cl::Array<float>();
-      score_ = cl::Array<float>(context_, band.capacity);
+    if (best_scores_.size() < band.capacity) {
+      best_scores_ = cl::Array<float>();
+      best_scores_ = cl::Array<float>(context_, band.capacity);
     }
-    DepthViews::reset(context_, band.sample_count, score_, match);
+    DepthViews::reset(context_, band.sample_count, best_scores_, match);
     if (views_) {
-      views_->match(band.points, band.sample_count, band.capacity, query_, score_, match);
+      views_->match(band.points, band.sample_count, band.capacity, query_, best_scores_, match);
     } else {
-      for (std::size_t first = 0; first < directions_.size(); first += batch_) {
-        const DepthViews views = draw(first, std::min(directions_.size(), first + batch_));
-        views.match(band.points, band.sample_count, band.capacity, query_, score_, match);
+      for (std::size_t first = 0; first < directions_.size(); first += views_per_batch_) {
+        const DepthViews views =
+            draw(first, std::min(directions_.size(), first + views_per_batch_));
+        views.match(band.points, band.sample_count, band.capacity, query_, best_scores_, match);
         context_.finish();
       }
     }
@@ -95,9 +96,10 @@ class ViewMatcher : public Matcher {
     TexelOptions options;
     options.width = options.height = kProbeMapSize;
     options.small_charts = false;
-    TexelSampler sampler(context_, surface, options);
-    if (sampler.band_count() != 1) throw Error(ErrorCode::internal, "A plan's probes are split.");
-    return sampler.sample(0);
+    TexelSampler texel_sampler(context_, surface, options);
+    if (texel_sampler.band_count() != 1)
+      throw Error(ErrorCode::internal, "A plan's probes are split.");
+    return texel_sampler.sample(0);
   }
 
   /// Largest useful side of a view: two pixels per sample of the map. A point is then found within half a
@@ -133,9 +135,10 @@ class ViewMatcher : public Matcher {
       while (limit > 1024 && DepthViews::batch_size(context_, limit) < directions_.size()) {
         limit -= 256;
       }
-      const ViewSize chosen = choose_view_size(source_.positions, source_.triangles, radius, limit);
-      report.size = chosen.size;
-      report.undersampled = chosen.undersampled;
+      const ViewSize view_size =
+          choose_view_size(source_.positions, source_.triangles, radius, limit);
+      report.size = view_size.size;
+      report.undersampled = view_size.undersampled;
     }
     return report.size;
   }
@@ -145,9 +148,9 @@ class ViewMatcher : public Matcher {
   ViewQuery query_;
   std::vector<Vec3d> directions_;
   std::uint32_t size_ = 0;
-  std::uint32_t batch_ = 1;
-  std::optional<DepthViews> views_;  // all views, if they fit together
-  cl::Array<float> score_;
+  std::uint32_t views_per_batch_ = 1;
+  std::optional<DepthViews> views_;  // All views in one batch, if they fit on the device
+  cl::Array<float> best_scores_;
 };
 
 }  // namespace

@@ -13,7 +13,8 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t kViewsPerBatch = 32;  // a batch takes tenths of a second on two cores
+// A batch of this size takes tenths of a second on two cores
+constexpr std::uint32_t kViewsPerBatch = 32;
 constexpr std::uint32_t kMaxDirections = 4096;
 // Distance of ray starts from their point, in frame units: at the smallest visible cosine it exceeds the rounding
 // error of the point's own face.
@@ -23,7 +24,9 @@ constexpr float kVisibilityRayOffset = 1.0F / 65536;
 constexpr float kBiasPixels = 0.5F;
 constexpr const char* kSeenDefine = "-DKILN_VISIBILITY_SEEN=1";
 
-[[noreturn]] void usage(const std::string& message) { throw Error(ErrorCode::usage, message); }
+[[noreturn]] void throw_usage_error(const std::string& message) {
+  throw Error(ErrorCode::usage, message);
+}
 
 Vec3d unit(const Vec3d& v) {
   const double size = length(v);
@@ -39,35 +42,40 @@ Vec3d face_normal(const std::array<LowSurface::Corner, 3>& corners) {
 
 void check_visibility(const VisibilityOptions& options) {
   if (options.directions < 1 || options.directions > kMaxDirections) {
-    usage("The number of probing directions is " + std::to_string(options.directions) +
-          ": it must be 1 to " + std::to_string(kMaxDirections) + ".");
+    throw_usage_error("The number of directions that are tested for visibility is " +
+                      std::to_string(options.directions) + ": it must be 1 to " +
+                      std::to_string(kMaxDirections) + ".");
   }
   if (options.view_size < 16 || options.view_size > 2048) {
-    usage("The probing pictures' size is " + std::to_string(options.view_size) +
-          ": it must be 16 to 2048 pixels.");
+    throw_usage_error("The size of the pictures that find visible directions is " +
+                      std::to_string(options.view_size) + ": it must be 16 to 2048 pixels.");
   }
   if (options.smoothing > 256) {
-    usage("The rounds of smoothing are " + std::to_string(options.smoothing) +
-          ": they must be 0 to 256.");
+    throw_usage_error("The rounds of smoothing are " + std::to_string(options.smoothing) +
+                      ": they must be 0 to 256.");
   }
   if (options.clusters < 1 || options.clusters > 4) {
-    usage("The number of clusters is " + std::to_string(options.clusters) + ": it must be 1 to 4.");
+    throw_usage_error("The number of clusters is " + std::to_string(options.clusters) +
+                      ": it must be 1 to 4.");
   }
   if (options.clusters > 1 && options.at != VisibilityAt::texel) {
-    usage("Clusters of directions are for visibility at texels: choose that, or one cluster.");
+    throw_usage_error(
+        "Clusters of directions are for visibility at texels: choose that, or one cluster.");
   }
   if (!(options.cluster_deviation >= 0 && options.cluster_deviation <= 1)) {
-    usage("The standard deviation from which directions are parted must be 0 to 1.");
+    throw_usage_error(
+        "The standard deviation above which a texel's directions are split into clusters is " +
+        std::to_string(options.cluster_deviation) + ": it must be 0 to 1.");
   }
   if (options.likelihood != ViewLikelihood::list) return;
   if (options.likelihoods.empty()) {
-    usage("The list of likely views is empty: give at least one direction.");
+    throw_usage_error("The list of likely views is empty: give at least one direction.");
   }
   for (const VisibilityOptions::Likelihood& entry : options.likelihoods) {
     const double size = length(to_double(entry.direction));
     if (!(size > 0) || !std::isfinite(size) || !(entry.weight >= 0) ||
         !std::isfinite(entry.weight)) {
-      usage(
+      throw_usage_error(
           "A likely view needs a direction of finite length above 0, and a finite weight of 0 or "
           "more.");
     }
@@ -77,9 +85,9 @@ void check_visibility(const VisibilityOptions& options) {
 std::vector<ProbeDirection> probe_directions(const VisibilityOptions& options) {
   std::vector<ProbeDirection> result;
   // largest weight of the list; all weights are divided by it to keep sums in range
-  double largest = 0;
+  double max_weight = 0;
   for (const VisibilityOptions::Likelihood& entry : options.likelihoods) {
-    largest = std::max(largest, entry.weight);
+    max_weight = std::max(max_weight, entry.weight);
   }
   for (const Vec3d& toward : spread_directions(options.directions)) {
     double weight = 1;
@@ -91,14 +99,14 @@ std::vector<ProbeDirection> probe_directions(const VisibilityOptions& options) {
         const double cosine = dot(unit(to_double(entry.direction)), toward);
         if (cosine > best) {
           best = cosine;
-          weight = largest > 0 ? entry.weight / largest : 0;
+          weight = max_weight > 0 ? entry.weight / max_weight : 0;
         }
       }
     }
     if (weight > 1e-9) result.push_back({toward, static_cast<float>(weight)});
   }
   if (result.empty()) {
-    usage(
+    throw_usage_error(
         "All views have the weight 0. Each probing direction takes the weight of the nearest "
         "listed "
         "direction: give at least one of these a weight above 0.");
@@ -111,7 +119,8 @@ struct VisibilityProbe::Impl {
   std::vector<ProbeDirection> directions;
   std::uint32_t view_size;
   Traversal traversal;
-  float scale = 1;  // scale that brings the surface within 0.5 of the origin
+  // Scale that brings all points of the surface within a distance of 0.5 of the origin
+  float scale = 1;
   std::vector<Vec3> positions;
   std::vector<Triangle> triangles;
   cl::Array<float> normals;
@@ -139,7 +148,7 @@ struct VisibilityProbe::Impl {
         view_size(size),
         traversal(choose_traversal(opened, requested)) {}
 
-  kiln_visibility_params params(const Places& places) const {
+  kiln_visibility_params params(const ProbedPoints& places) const {
     kiln_visibility_params params{};
     params.count = places.count;
     params.capacity = places.capacity;
@@ -157,21 +166,21 @@ struct VisibilityProbe::Impl {
     poll(first);
     const auto pixels = static_cast<std::uint32_t>(DepthKeys::count(view_size, view_size));
     views.clear();
-    std::vector<float> likely;
+    std::vector<float> likely_views;
     for (std::size_t k = first; k < std::min(directions.size(), first + count); ++k) {
       kiln_view view = make_view(directions[k].toward, rasterizer().radius(), view_size);
       view.first = pixels * static_cast<std::uint32_t>(k - first);
       view.flags = KILN_RASTER_TWO_SIDED;  // the back of an open mesh hides faces behind it
       views.push_back(view);
-      likely.push_back(directions[k].weight);
+      likely_views.push_back(directions[k].weight);
     }
-    context.finish();  // the previous batch still uses the arrays
+    context.finish();  // Waits, since the kernels of the previous batch still use the arrays
     if (device_views.size() < views.size()) {
       device_views = cl::Array<kiln_view>(context, views.size());
       weights = cl::Array<float>(context, views.size());
     }
     device_views.write(context, views);
-    weights.write(context, likely);
+    weights.write(context, likely_views);
   }
 
   void draw() {
@@ -205,9 +214,9 @@ VisibilityProbe::VisibilityProbe(cl::Context& context, const LowSurface& surface
   }
   // The scale is a power of two, so that scaling is exact.
   if (radius > 0) {
-    int exponent = 0;
-    std::frexp(radius, &exponent);
-    impl_->scale = static_cast<float>(std::ldexp(0.5, -exponent));
+    int scale_exponent = 0;
+    std::frexp(radius, &scale_exponent);
+    impl_->scale = static_cast<float>(std::ldexp(0.5, -scale_exponent));
   }
   for (Vec3& p : impl_->positions) {
     p = {p.x * impl_->scale, p.y * impl_->scale, p.z * impl_->scale};
@@ -223,7 +232,7 @@ void VisibilityProbe::set_progress(KeepOn keep_on) { impl_->keep_on = std::move(
 
 const std::vector<ProbeDirection>& VisibilityProbe::directions() const { return impl_->directions; }
 
-void VisibilityProbe::allocate_seen(Places& places) const {
+void VisibilityProbe::allocate_seen(ProbedPoints& places) const {
   if (places.count == 0) return;
   const std::size_t words = (impl_->directions.size() + 31) / 32;
   places.seen = cl::Array<std::int32_t>(impl_->context, words * places.capacity);
@@ -232,9 +241,9 @@ void VisibilityProbe::allocate_seen(Places& places) const {
 
 const cl::Array<float>& VisibilityProbe::normals() const { return impl_->normals; }
 
-VisibilityProbe::Places VisibilityProbe::places(const TexelBand& band) const {
+VisibilityProbe::ProbedPoints VisibilityProbe::places(const TexelBand& band) const {
   cl::Context& context = impl_->context;
-  Places places;
+  ProbedPoints places;
   places.count = band.sample_count;
   places.capacity = (band.sample_count + KILN_VISIBILITY_SAMPLES - 1) / KILN_VISIBILITY_SAMPLES *
                     KILN_VISIBILITY_SAMPLES;
@@ -252,10 +261,10 @@ VisibilityProbe::Places VisibilityProbe::places(const TexelBand& band) const {
   return places;
 }
 
-VisibilityProbe::Places VisibilityProbe::places(std::span<const Vec3> positions,
-                                                std::span<const Vec3> normals) const {
+VisibilityProbe::ProbedPoints VisibilityProbe::places(std::span<const Vec3> positions,
+                                                      std::span<const Vec3> normals) const {
   cl::Context& context = impl_->context;
-  Places places;
+  ProbedPoints places;
   places.count = static_cast<std::uint32_t>(positions.size());
   places.capacity = (places.count + KILN_VISIBILITY_SAMPLES - 1) / KILN_VISIBILITY_SAMPLES *
                     KILN_VISIBILITY_SAMPLES;
@@ -276,12 +285,12 @@ VisibilityProbe::Places VisibilityProbe::places(std::span<const Vec3> positions,
   return places;
 }
 
-void VisibilityProbe::add_by_views(Places& places) {
+void VisibilityProbe::add_by_views(ProbedPoints& places) {
   if (places.count == 0) return;
   cl::Context& context = impl_->context;
-  const bool scalar = impl_->traversal == Traversal::gpu;
-  std::string defines = scalar ? "-DKILN_VISIBILITY_SCALAR=1" : "";
-  if (!places.seen.empty()) defines += (scalar ? " " : "") + std::string(kSeenDefine);
+  const bool is_scalar = impl_->traversal == Traversal::gpu;
+  std::string defines = is_scalar ? "-DKILN_VISIBILITY_SCALAR=1" : "";
+  if (!places.seen.empty()) defines += (is_scalar ? " " : "") + std::string(kSeenDefine);
   const std::uint32_t pixels = impl_->view_size * impl_->view_size;
   cl::Array<float> depths;
   for (std::size_t first = 0; first < impl_->directions.size(); first += impl_->batch()) {
@@ -298,19 +307,20 @@ void VisibilityProbe::add_by_views(Places& places) {
     params.bias = kBiasPixels / impl_->views[0].scale;
     params.first_direction = static_cast<std::uint32_t>(first);
     const cl::Kernel add = context.kernel("visibility", "kiln_visibility_texels", defines);
-    const std::size_t items = scalar ? places.count : places.capacity / KILN_VISIBILITY_SAMPLES;
+    const std::size_t work_items =
+        is_scalar ? places.count : places.capacity / KILN_VISIBILITY_SAMPLES;
     if (places.seen.empty()) {
-      context.launch(add, items, kLocal, params, impl_->device_views, impl_->weights, depths,
+      context.launch(add, work_items, kLocal, params, impl_->device_views, impl_->weights, depths,
                      places.points, places.sums);
     } else {
-      context.launch(add, items, kLocal, params, impl_->device_views, impl_->weights, depths,
+      context.launch(add, work_items, kLocal, params, impl_->device_views, impl_->weights, depths,
                      places.points, places.sums, places.seen);
     }
   }
   context.finish();
 }
 
-void VisibilityProbe::add_by_rays(Places& places) {
+void VisibilityProbe::add_by_rays(ProbedPoints& places) {
   if (places.count == 0) return;
   cl::Context& context = impl_->context;
   if (impl_->rays == nullptr) {
@@ -325,7 +335,7 @@ void VisibilityProbe::add_by_rays(Places& places) {
   cl::Array<float> rays(context, std::size_t{7} * places.capacity);
   const std::vector<float> points = places.points.download(context);
   rays.write(context, points);
-  cl::Array<std::uint8_t> hidden(context, places.capacity);
+  cl::Array<std::uint8_t> is_hidden(context, places.capacity);
   kiln_visibility_params params = impl_->params(places);
   const cl::Kernel aim = context.kernel("visibility", "kiln_visibility_aim");
   const cl::Kernel add =
@@ -336,15 +346,15 @@ void VisibilityProbe::add_by_rays(Places& places) {
       if (k % 4 == 0) impl_->poll(first + k);
       context.launch(aim, places.count, kLocal, params, impl_->device_views, k, places.points,
                      rays);
-      impl_->rays->occluded(rays, places.count, places.capacity, query, hidden);
+      impl_->rays->occluded(rays, places.count, places.capacity, query, is_hidden);
       params.first_direction = static_cast<std::uint32_t>(first);
       const float weight = impl_->directions[first + k].weight;
       if (places.seen.empty()) {
         context.launch(add, places.count, kLocal, params, impl_->device_views, k, weight,
-                       places.points, hidden, places.sums);
+                       places.points, is_hidden, places.sums);
       } else {
         context.launch(add, places.count, kLocal, params, impl_->device_views, k, weight,
-                       places.points, hidden, places.sums, places.seen);
+                       places.points, is_hidden, places.sums, places.seen);
       }
     }
   }

@@ -31,7 +31,7 @@
 
 namespace kiln {
 
-struct PartedTexel;
+struct ClusteredTexel;
 
 /// A direction from which the mesh may be seen.
 struct ProbeDirection {
@@ -42,7 +42,7 @@ struct ProbeDirection {
 /// Called with the completed share; returns false to cancel. May be empty.
 using KeepOn = std::function<bool(double)>;
 
-/// Directions of the options, without those of zero weight. \throws Error(usage)
+/// Returns the probe's directions that the options define, without directions of weight 0. \throws Error(usage)
 std::vector<ProbeDirection> probe_directions(const VisibilityOptions& options);
 
 /// Checks options that are independent of the mesh. \throws Error(usage)
@@ -63,7 +63,7 @@ class VisibilityProbe {
   VisibilityProbe(VisibilityProbe&&) noexcept;
 
   /// Points, the normals of their faces, and the sums of directions and weights, on the device.
-  struct Places {
+  struct ProbedPoints {
     std::uint32_t count = 0;
     std::uint32_t capacity = 0;  ///< A multiple of 64: elements of one plane
     cl::Array<float> points;  ///< 6 planes: position in the probe's scale, unit normal of the face
@@ -73,21 +73,21 @@ class VisibilityProbe {
         seen;
   };
 
-  /// Makes places of a band's samples, with the normals of their triangles.
-  Places places(const TexelBand& band) const;
-  /// Makes places of arbitrary points. \param positions,normals in the surface's frame
-  Places places(std::span<const Vec3> positions, std::span<const Vec3> normals) const;
+  /// Makes probed points of a band's samples, with the normals of their triangles.
+  ProbedPoints places(const TexelBand& band) const;
+  /// Makes probed points of arbitrary positions. \param positions,normals in the surface's frame
+  ProbedPoints places(std::span<const Vec3> positions, std::span<const Vec3> normals) const;
 
   /// Sets a callback that is called several times a second by the functions below, which throw
   /// Cancelled if it returns false.
   void set_progress(KeepOn keep_on);
 
-  /// Allocates Places::seen.
-  void allocate_seen(Places& places) const;
+  /// Allocates ProbedPoints::seen.
+  void allocate_seen(ProbedPoints& places) const;
 
-  /// Adds all directions to the places' sums, tested by depth views or by rays.
-  void add_by_views(Places& places);
-  void add_by_rays(Places& places);
+  /// Adds each direction to the sums of the points that it sees, as tested by depth views or by rays.
+  void add_by_views(ProbedPoints& places);
+  void add_by_rays(ProbedPoints& places);
 
   /// Sums per triangle corner from pictures whose pixels identify triangles: x y z of the sum of
   /// directions and the sum of weights. Each visible pixel is distributed to the corners by its
@@ -124,9 +124,9 @@ class VisibilityField {
   /// \param cluster  index of the cluster of directions
   /// \param samples  N of the map's N x N
   /// \param directed  7 planes of `capacity`
-  void direct(const TexelBand& band, std::uint32_t samples, bool hybrid,
-              const cl::Array<float>& directed, std::uint32_t capacity,
-              std::uint32_t cluster = 0) const;
+  void write_directed_samples(const TexelBand& band, std::uint32_t samples, bool hybrid,
+                              const cl::Array<float>& directed, std::uint32_t capacity,
+                              std::uint32_t cluster = 0) const;
 
   /// Writes the mean of the directions that see each of a band's samples, from which direct()
   /// derives its directions.
@@ -148,7 +148,7 @@ class VisibilityField {
  private:
   void make_texels(const LowSurface& surface, VisibilityProbe& probe,
                    const VisibilityOptions& options, VisibilityReport& report);
-  void store_clusters(const std::vector<PartedTexel>& parted, std::uint32_t count,
+  void store_clusters(const std::vector<ClusteredTexel>& parted, std::uint32_t count,
                       std::vector<std::array<float, 4>>& means);
   void make_corners(const LowSurface& surface, VisibilityProbe& probe,
                     const VisibilityOptions& options, VisibilityReport& report);
@@ -157,15 +157,17 @@ class VisibilityField {
 
   cl::Context& context_;
   std::uint32_t width_, height_;
-  std::uint32_t field_width_ = 0, field_height_ = 0;  // 0: per corner
+  // Sides of the field in texels; 0 if directions are per corner
+  std::uint32_t field_width_ = 0, field_height_ = 0;
   cl::Array<float> normals_;
   cl::Array<float> field_;
-  std::vector<cl::Array<float>> other_clusters_;  // the fields of clusters 1 and on
+  std::vector<cl::Array<float>> other_clusters_;  // The fields of the clusters from index 1 on
   std::optional<VisibilityClusters> clusters_;
   cl::Array<std::uint32_t> field_triangle_;
-  cl::Array<std::uint32_t> chart_;
-  cl::Array<std::uint32_t> border_;  // per pixel of the field: its index in links_
-  cl::Array<std::uint32_t> links_;
+  cl::Array<std::uint32_t> texel_charts_;
+  cl::Array<std::uint32_t>
+      chart_borders_;  // For each pixel of the field, its index in cluster_links_
+  cl::Array<std::uint32_t> cluster_links_;
 };
 
 }  // namespace kiln

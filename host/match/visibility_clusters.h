@@ -18,13 +18,13 @@ struct SeenDirection {
 /// Unit mean directions of the clusters: as many as requested, but not more than there are directions.
 ///
 /// k-means on the sphere. Initial centres are the direction farthest from the mean, then repeatedly
-/// the one farthest from all centres; 16 iterations; ties go to the lower index. So the same
-/// directions give the same clusters. They are ordered along a fixed axis, so that neighbouring
-/// points mostly number their clusters alike.
-std::vector<Vec3d> part_directions(std::span<const SeenDirection> directions, std::uint32_t count);
+/// the one farthest from all centres; 16 iterations; ties go to the lower index. Thus equal directions give equal
+/// clusters. They are ordered along a fixed axis, so that neighbouring points mostly number their clusters alike.
+std::vector<Vec3d> cluster_directions(std::span<const SeenDirection> directions,
+                                      std::uint32_t count);
 
 /// A texel of the field whose directions are split into clusters.
-struct PartedTexel {
+struct ClusteredTexel {
   std::uint32_t pixel = 0;
   std::vector<Vec3d> directions;  ///< Mean directions of its clusters, 2 or more
 };

@@ -21,50 +21,51 @@ Vec3d area_normal(const std::array<LowSurface::Corner, 3>& corners) {
   return cross(to_double(corners[1].position) - a, to_double(corners[2].position) - a);
 }
 
-/// The equivalent of VisibilityProbe::corners() by rays: the centroids of kParts x kParts equal parts of each face
+/// The equivalent of VisibilityProbe::corners() by rays: the centroids of kPartsPerSide x kPartsPerSide equal parts of each face
 /// replace pixels, each distributed to the corners by its barycentric weights.
 /// \return [3 * triangles]
 std::vector<DirectionSum> corners_by_rays(cl::Context& context, const LowSurface& surface,
                                           VisibilityProbe& probe) {
-  constexpr std::size_t kParts = 4;
+  constexpr std::size_t kPartsPerSide = 4;
   constexpr std::size_t kFacesPerBatch = 1 << 16;
-  std::vector<std::array<double, 3>> shares;
-  for (std::size_t row = 0; row < kParts; ++row) {
+  std::vector<std::array<double, 3>> corner_shares;
+  for (std::size_t row = 0; row < kPartsPerSide; ++row) {
     for (std::size_t k = 0; k < 2 * row + 1; ++k) {
-      // Even parts have the face's orientation; odd ones are flipped.
-      const double down = (static_cast<double>(row) + (k % 2 == 0 ? 2.0 : 1.0) / 3) / kParts;
-      const double along = (static_cast<double>(k / 2) + (k % 2 == 0 ? 1.0 : 2.0) / 3) / kParts;
-      shares.push_back({1 - down, down - along, along});
+      // Parts with even numbers have the face's orientation; the others are flipped.
+      const double down = (static_cast<double>(row) + (k % 2 == 0 ? 2.0 : 1.0) / 3) / kPartsPerSide;
+      const double along =
+          (static_cast<double>(k / 2) + (k % 2 == 0 ? 1.0 : 2.0) / 3) / kPartsPerSide;
+      corner_shares.push_back({1 - down, down - along, along});
     }
   }
   const std::size_t count = surface.triangles.size();
   std::vector<DirectionSum> result(3 * count);
   for (std::size_t first = 0; first < count; first += kFacesPerBatch) {
     const std::size_t faces = std::min(kFacesPerBatch, count - first);
-    std::vector<Vec3> positions(shares.size() * faces);
+    std::vector<Vec3> positions(corner_shares.size() * faces);
     std::vector<Vec3> normals(positions.size());
     for (std::size_t i = 0; i < positions.size(); ++i) {
-      const std::size_t t = first + i / shares.size();
+      const std::size_t t = first + i / corner_shares.size();
       if (surface.usable[t] == 0) continue;
       const auto& corners = surface.triangles[t];
       const Vec3d normal = area_normal(corners);
-      Vec3d point{};
+      Vec3d part_index{};
       for (std::size_t k = 0; k < 3; ++k) {
-        point += to_double(corners[k].position) * shares[i % shares.size()][k];
+        part_index += to_double(corners[k].position) * corner_shares[i % corner_shares.size()][k];
       }
-      positions[i] = to_float(point);
+      positions[i] = to_float(part_index);
       normals[i] = to_float(normal * (1 / length(normal)));
     }
-    VisibilityProbe::Places places = probe.places(positions, normals);
+    VisibilityProbe::ProbedPoints places = probe.places(positions, normals);
     probe.add_by_rays(places);
     const std::vector<float> corner_sums = places.sums.download(context);
     const std::size_t plane = places.capacity;
     for (std::size_t i = 0; i < positions.size(); ++i) {
-      const std::size_t t = first + i / shares.size();
+      const std::size_t t = first + i / corner_shares.size();
       if (surface.usable[t] == 0) continue;
       const double area = length(area_normal(surface.triangles[t]));
       for (std::size_t k = 0; k < 3; ++k) {
-        const double share = area * shares[i % shares.size()][k];
+        const double share = area * corner_shares[i % corner_shares.size()][k];
         result[3 * t + k].add(
             Vec3d{corner_sums[i], corner_sums[i + plane], corner_sums[i + 2 * plane]} * share,
             share * corner_sums[i + 3 * plane]);
@@ -112,46 +113,48 @@ void VisibilityField::make_corners(const LowSurface& surface, VisibilityProbe& p
   const std::size_t count = surface.triangles.size();
   const bool faces = options.at == VisibilityAt::face;
   std::vector<DirectionSum> vertices(topology.vertex_count);
-  std::vector<DirectionSum> of_face;
-  if (faces) of_face.resize(count);
+  std::vector<DirectionSum> face_sums;
+  if (faces) face_sums.resize(count);
   const std::vector<DirectionSum> corners =
       report.by_rays ? corners_by_rays(context_, surface, probe) : corners_by_views(probe);
   for (std::size_t t = 0; t < count; ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
       const DirectionSum& corner = corners[3 * t + k];
-      (faces ? of_face[t] : vertices[topology.vertices[t][k]]).add(corner.sum, corner.weight);
+      (faces ? face_sums[t] : vertices[topology.vertices[t][k]]).add(corner.sum, corner.weight);
     }
   }
   std::vector<std::uint8_t> is_used_vertex(topology.vertex_count, 0);
   for (const std::size_t t : surface.usable_triangles()) {
     for (std::size_t k = 0; k < 3; ++k) {
       is_used_vertex[topology.vertices[t][k]] = 1;
-      if (!faces || !(of_face[t].weight > 0)) continue;
+      if (!faces || !(face_sums[t].weight > 0)) continue;
       const double angle = corner_angle(surface.triangles[t], k);
-      vertices[topology.vertices[t][k]].add(of_face[t].sum * (angle / of_face[t].weight), angle);
+      vertices[topology.vertices[t][k]].add(face_sums[t].sum * (angle / face_sums[t].weight),
+                                            angle);
     }
   }
 
   std::vector<std::array<float, 4>> means(topology.vertex_count);
-  std::vector<std::uint32_t> unseen;
+  std::vector<std::uint32_t> unseen_vertices;
   for (std::uint32_t v = 0; v < topology.vertex_count; ++v) {
     if (is_used_vertex[v] == 0) continue;
     ++report.places;
     means[v] = mean_of(vertices[v]);
-    if (means[v][3] == 0) unseen.push_back(v);
+    if (means[v][3] == 0) unseen_vertices.push_back(v);
   }
-  std::vector<std::vector<std::uint32_t>> around(unseen.empty() ? 0 : topology.vertex_count);
-  for (std::size_t t = 0; t < count && !unseen.empty(); ++t) {
+  std::vector<std::vector<std::uint32_t>> face_corners(
+      unseen_vertices.empty() ? 0 : topology.vertex_count);
+  for (std::size_t t = 0; t < count && !unseen_vertices.empty(); ++t) {
     if (surface.usable[t] == 0) continue;
     for (std::size_t k = 0; k < 3; ++k) {
-      around[topology.vertices[t][k]].push_back(topology.vertices[t][(k + 1) % 3]);
-      around[topology.vertices[t][k]].push_back(topology.vertices[t][(k + 2) % 3]);
+      face_corners[topology.vertices[t][k]].push_back(topology.vertices[t][(k + 1) % 3]);
+      face_corners[topology.vertices[t][k]].push_back(topology.vertices[t][(k + 2) % 3]);
     }
   }
   fill_unseen(
-      means, std::move(unseen),
+      means, std::move(unseen_vertices),
       [&](std::uint32_t v, const auto& visit) {
-        for (const std::uint32_t other : around[v]) visit(other);
+        for (const std::uint32_t other : face_corners[v]) visit(other);
       },
       report);
   add_deviation(means, report);

@@ -13,19 +13,19 @@ namespace kiln {
 namespace {
 
 constexpr std::uint32_t kMaxFieldSide = 2048;
-constexpr std::size_t kGrainOfField = 1 << 14;
+constexpr std::size_t kTexelsPerTask = 1 << 14;
 
 /// Number of samples per band at which the sets of directions that see them take 64 MiB.
-std::uint32_t samples_per_band(const VisibilityOptions& options, std::size_t directions) {
+std::uint32_t clustered_samples_per_band(const VisibilityOptions& options, std::size_t directions) {
   if (options.clusters == 1) return 1U << 22;
   const std::size_t words = (directions + 31) / 32;
   return static_cast<std::uint32_t>(std::size_t{1} << 24) / static_cast<std::uint32_t>(words);
 }
 
 /// Clusters the directions of a band's samples that have widely scattered directions, in the samples' order.
-void part_band(cl::Context& context, const VisibilityProbe& probe, const TexelBand& band,
-               const VisibilityProbe::Places& places, const VisibilityOptions& options,
-               std::uint32_t field_width, std::vector<PartedTexel>& parted) {
+void cluster_band(cl::Context& context, const VisibilityProbe& probe, const TexelBand& band,
+                  const VisibilityProbe::ProbedPoints& places, const VisibilityOptions& options,
+                  std::uint32_t field_width, std::vector<ClusteredTexel>& clustered_texels) {
   const std::vector<ProbeDirection>& directions = probe.directions();
   const std::size_t plane = places.capacity;
   const std::vector<float> sums = places.sums.download(context);
@@ -33,31 +33,31 @@ void part_band(cl::Context& context, const VisibilityProbe& probe, const TexelBa
   const std::vector<std::int32_t> seen_bits = places.seen.download(context);
   std::vector<std::uint32_t> index(places.count);
   band.texel_index.read(context, index);
-  std::vector<std::uint32_t> chosen;
+  std::vector<std::uint32_t> cluster_means;
   for (std::uint32_t i = 0; i < places.count; ++i) {
     const std::array<float, 4> mean =
         mean_of({Vec3d{sums[i], sums[i + plane], sums[i + 2 * plane]}, sums[i + 3 * plane]});
-    if (mean[3] > 0 && deviation_of(mean) > options.cluster_deviation) chosen.push_back(i);
+    if (mean[3] > 0 && deviation_of(mean) > options.cluster_deviation) cluster_means.push_back(i);
   }
-  std::vector<PartedTexel> found(chosen.size());
-  parallel_for(chosen.size(), 256, [&](std::size_t begin, std::size_t end) {
-    std::vector<SeenDirection> seeing;
+  std::vector<ClusteredTexel> found(cluster_means.size());
+  parallel_for(cluster_means.size(), 256, [&](std::size_t begin, std::size_t end) {
+    std::vector<SeenDirection> seen_directions;
     for (std::size_t c = begin; c < end; ++c) {
-      const std::size_t i = chosen[c];
+      const std::size_t i = cluster_means[c];
       const Vec3d normal{points[i + 3 * plane], points[i + 4 * plane], points[i + 5 * plane]};
-      seeing.clear();
+      seen_directions.clear();
       for (std::size_t d = 0; d < directions.size(); ++d) {
         const auto bits = static_cast<std::uint32_t>(seen_bits[(d / 32) * plane + i]);
         if ((bits >> (d % 32) & 1U) == 0) continue;
-        seeing.push_back(
+        seen_directions.push_back(
             {directions[d].toward, directions[d].weight * dot(normal, directions[d].toward)});
       }
       found[c] = {band.first_row * field_width + index[i],
-                  part_directions(seeing, options.clusters)};
+                  cluster_directions(seen_directions, options.clusters)};
     }
   });
-  for (PartedTexel& texel : found) {
-    if (texel.directions.size() > 1) parted.push_back(std::move(texel));
+  for (ClusteredTexel& texel : found) {
+    if (texel.directions.size() > 1) clustered_texels.push_back(std::move(texel));
   }
 }
 
@@ -92,17 +92,17 @@ void VisibilityField::make_texels(const LowSurface& surface, VisibilityProbe& pr
   const std::size_t pixels = std::size_t{field_width_} * field_height_;
   cl::Array<float> from(context_, 4 * pixels);
   field_triangle_ = cl::Array<std::uint32_t>(context_, pixels);
-  std::vector<PartedTexel> parted;
+  std::vector<ClusteredTexel> clustered_texels;
   context_.fill(from, 0.0F);
   context_.fill(field_triangle_, std::uint32_t{KILN_NO_TRIANGLE});
   {
-    TexelSampler sampler(
-        context_, surface,
-        {field_width_, field_height_, 1, samples_per_band(options, probe.directions().size())});
+    TexelSampler sampler(context_, surface,
+                         {field_width_, field_height_, 1,
+                          clustered_samples_per_band(options, probe.directions().size())});
     for (std::uint32_t b = 0; b < sampler.band_count(); ++b) {
       const TexelBand band = sampler.sample(b);
       if (band.sample_count == 0) continue;
-      VisibilityProbe::Places places = probe.places(band);
+      VisibilityProbe::ProbedPoints places = probe.places(band);
       if (options.clusters > 1) probe.allocate_seen(places);
       if (report.by_rays) {
         probe.add_by_rays(places);
@@ -117,7 +117,7 @@ void VisibilityField::make_texels(const LowSurface& surface, VisibilityProbe& pr
                       band.triangle, places.sums, from, field_triangle_);
       context_.finish();
       if (options.clusters > 1) {
-        part_band(context_, probe, band, places, options, field_width_, parted);
+        cluster_band(context_, probe, band, places, options, field_width_, clustered_texels);
       }
       report.places += places.count;
     }
@@ -129,10 +129,10 @@ void VisibilityField::make_texels(const LowSurface& surface, VisibilityProbe& pr
       TexelLinks::of(surface, topology, texel_triangle, field_width_, field_height_);
   const auto border = static_cast<std::uint32_t>(links.links.size() / 9);
   const cl::Array<std::uint8_t> kind(context_, std::span<const std::uint8_t>(links.kind));
-  links_ = cl::Array<std::uint32_t>(context_, std::span<const std::uint32_t>(links.links));
-  std::vector<std::uint32_t> border_of(pixels, KILN_VISIBILITY_NO_LINK);
-  for (std::uint32_t i = 0; i < border; ++i) border_of[links.links[9 * std::size_t{i}]] = i;
-  border_ = cl::Array<std::uint32_t>(context_, std::span<const std::uint32_t>(border_of));
+  cluster_links_ = cl::Array<std::uint32_t>(context_, std::span<const std::uint32_t>(links.links));
+  std::vector<std::uint32_t> border_link(pixels, KILN_VISIBILITY_NO_LINK);
+  for (std::uint32_t i = 0; i < border; ++i) border_link[links.links[9 * std::size_t{i}]] = i;
+  chart_borders_ = cl::Array<std::uint32_t>(context_, std::span<const std::uint32_t>(border_link));
   cl::Array<float> to;
   if (options.smoothing > 0) {
     to = cl::Array<float>(context_, 4 * pixels);
@@ -143,7 +143,7 @@ void VisibilityField::make_texels(const LowSurface& surface, VisibilityProbe& pr
                     static_cast<std::uint32_t>(pixels), field_width_, kind, from, to);
     if (border != 0) {
       context_.launch(context_.kernel("visibility", "kiln_visibility_link"), border, kLocal, border,
-                      links_, from, to);
+                      cluster_links_, from, to);
     }
     std::swap(from, to);
   }
@@ -153,7 +153,7 @@ void VisibilityField::make_texels(const LowSurface& surface, VisibilityProbe& pr
   std::vector<std::array<float, 4>> means(pixels);
   from.read(context_, std::span<float>(means[0].data(), 4 * pixels));
   std::vector<std::uint32_t> unseen;
-  parallel_for(pixels, kGrainOfField, [&](std::size_t begin, std::size_t end) {
+  parallel_for(pixels, kTexelsPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       std::array<float, 4>& m = means[i];
       const double weight = m[3];
@@ -174,7 +174,7 @@ void VisibilityField::make_texels(const LowSurface& surface, VisibilityProbe& pr
           }
           return;
         }
-        const std::size_t at = 9 * std::size_t{border_of[texel]};
+        const std::size_t at = 9 * std::size_t{border_link[texel]};
         for (std::size_t k = 1; k < 9; ++k) {
           if (links.links[at + k] != KILN_VISIBILITY_NO_LINK) visit(links.links[at + k]);
         }
@@ -182,16 +182,18 @@ void VisibilityField::make_texels(const LowSurface& surface, VisibilityProbe& pr
       report);
   add_deviation(means, report);
   if (options.clusters > 1) {
-    report.clustered = parted.size();
-    store_clusters(parted, options.clusters, means);
+    report.clustered = clustered_texels.size();
+    store_clusters(clustered_texels, options.clusters, means);
   } else {
     from.write(context_, std::span<const float>(means[0].data(), 4 * pixels));
     field_ = std::move(from);
   }
-  chart_ = cl::Array<std::uint32_t>(context_, std::span<const std::uint32_t>(topology.chart));
+  texel_charts_ =
+      cl::Array<std::uint32_t>(context_, std::span<const std::uint32_t>(topology.chart));
 }
 
-void VisibilityField::store_clusters(const std::vector<PartedTexel>& parted, std::uint32_t count,
+void VisibilityField::store_clusters(const std::vector<ClusteredTexel>& clustered_texels,
+                                     std::uint32_t count,
                                      std::vector<std::array<float, 4>>& means) {
   clusters_.emplace();
   clusters_->width = field_width_;
@@ -209,7 +211,7 @@ void VisibilityField::store_clusters(const std::vector<PartedTexel>& parted, std
   }
   other_clusters_.clear();
   for (std::uint32_t k = 0; k < count; ++k) {
-    for (const PartedTexel& texel : parted) {
+    for (const ClusteredTexel& texel : clustered_texels) {
       const std::size_t number = texel.directions.size();
       const Vec3 direction = to_float(texel.directions[k < number ? k : 0]);
       clusters_->number[texel.pixel] = static_cast<std::uint8_t>(number);
@@ -246,20 +248,20 @@ void VisibilityField::means(const TexelBand& band, std::uint32_t samples,
   context_.launch(context_.kernel("visibility", "kiln_visibility_seen"), band.texel_count, kLocal,
                   band_params(band, samples, capacity), band.texel_index, band.texel_first,
                   band.sample_slot, band.triangle, band.barycentric,
-                  cluster == 0 ? field_ : other_clusters_[cluster - 1], field_triangle_, chart_,
-                  border_, links_, seen);
+                  cluster == 0 ? field_ : other_clusters_[cluster - 1], field_triangle_,
+                  texel_charts_, chart_borders_, cluster_links_, seen);
 }
 
-void VisibilityField::direct(const TexelBand& band, std::uint32_t samples, bool hybrid,
-                             const cl::Array<float>& directed, std::uint32_t capacity,
-                             std::uint32_t cluster) const {
+void VisibilityField::write_directed_samples(const TexelBand& band, std::uint32_t samples,
+                                             bool hybrid, const cl::Array<float>& directed,
+                                             std::uint32_t capacity, std::uint32_t cluster) const {
   kiln_visibility_band params = band_params(band, samples, capacity);
   params.hybrid = hybrid ? 1 : 0;
   context_.launch(context_.kernel("visibility", "kiln_visibility_direct"), band.texel_count, kLocal,
                   params, band.texel_index, band.texel_first, band.sample_slot, band.triangle,
                   band.barycentric, band.points, normals_,
-                  cluster == 0 ? field_ : other_clusters_[cluster - 1], field_triangle_, chart_,
-                  border_, links_, directed);
+                  cluster == 0 ? field_ : other_clusters_[cluster - 1], field_triangle_,
+                  texel_charts_, chart_borders_, cluster_links_, directed);
 }
 
 }  // namespace kiln

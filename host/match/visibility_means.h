@@ -45,7 +45,7 @@ void fill_unseen(std::vector<std::array<float, 4>>& means, std::vector<std::uint
   std::vector<std::pair<std::uint32_t, std::array<float, 4>>> ring;
   while (!unseen.empty()) {
     ring.clear();
-    std::vector<std::uint32_t> remaining;
+    std::vector<std::uint32_t> unseen_points;
     for (const std::uint32_t place : unseen) {
       DirectionSum around;
       neighbours(place, [&](std::uint32_t other) {
@@ -55,12 +55,12 @@ void fill_unseen(std::vector<std::array<float, 4>>& means, std::vector<std::uint
       if (around.weight > 0) {
         ring.emplace_back(place, mean_of(around));
       } else {
-        remaining.push_back(place);
+        unseen_points.push_back(place);
       }
     }
     if (ring.empty()) break;
     for (const auto& [place, mean] : ring) means[place] = mean;
-    unseen = std::move(remaining);
+    unseen = std::move(unseen_points);
   }
   report.without = unseen.size();
 }

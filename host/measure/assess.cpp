@@ -14,7 +14,8 @@ namespace {
 
 constexpr double kMinStretch = -16;
 
-double at_share(const std::vector<std::pair<double, double>>& sorted, double total, double share) {
+double weighted_quantile(const std::vector<std::pair<double, double>>& sorted, double total,
+                         double share) {
   double below = 0;
   for (const auto& [value, weight] : sorted) {
     below += weight;
@@ -23,33 +24,33 @@ double at_share(const std::vector<std::pair<double, double>>& sorted, double tot
   return sorted.back().first;
 }
 
-Image empty_field(const Match& match, float value) {
+Image uniform_image(const Match& match, float value) {
   return {match.width, match.height, 1,
           std::vector<float>(std::size_t{match.width} * match.height, value)};
 }
 
 void rate_match_distance(const AssessedSamples& samples, double unit, bool fields,
                          MatchAssessment& result) {
-  Weighted distances;
+  WeightedValues weighted_distances;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     if (samples.found[i] == 0) continue;
     const double distance = length(samples.match[i] - to_double(samples.position[i]));
-    distances.add(distance, samples.area[i]);
+    weighted_distances.add(distance, samples.area[i]);
     if (fields) {
       result.fields.match_distance.pixels[samples.element[i]] = static_cast<float>(distance * unit);
     }
   }
-  result.match_distance = distribution(std::move(distances), unit, unit * unit);
+  result.match_distance = distribution(std::move(weighted_distances), unit, unit * unit);
 }
 
-/// Rates the grid's cells between each sample and its neighbours to the right and below.
+/// Rates the cells of the sampling grid, each of which lies between a sample and its neighbours to the right and below.
 void rate_cells(const AssessedSamples& samples, const SampleGrid& grid, double unit, bool fields,
                 MatchAssessment& result) {
   constexpr std::uint32_t kNone = SampleGrid::kNone;
-  std::vector<double> stretches;
-  std::vector<double> areas;
+  std::vector<double> log2_stretches;
+  std::vector<double> cell_areas;
   double sum = 0, total = 0;
-  std::uint64_t folded = 0;
+  std::uint64_t folded_cells = 0;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     if (samples.found[i] == 0) continue;
     const std::uint32_t right = grid.neighbour(i, 1, 0);
@@ -72,9 +73,9 @@ void rate_cells(const AssessedSamples& samples, const SampleGrid& grid, double u
     const bool fold = dot(low_area, to_double(samples.normal[i])) *
                           dot(high_area, to_double(samples.match_normal[i])) <
                       0;
-    folded += fold ? 1 : 0;
-    stretches.push_back(stretch);
-    areas.push_back(samples.area[i]);
+    folded_cells += fold ? 1 : 0;
+    log2_stretches.push_back(stretch);
+    cell_areas.push_back(samples.area[i]);
     sum += stretch * samples.area[i];
     total += samples.area[i];
     if (fields) {
@@ -82,20 +83,20 @@ void rate_cells(const AssessedSamples& samples, const SampleGrid& grid, double u
           fold ? -63.0F : static_cast<float>(stretch);
     }
   }
-  result.cells = stretches.size();
-  if (stretches.empty() || !(total > 0)) return;
+  result.cells = log2_stretches.size();
+  if (log2_stretches.empty() || !(total > 0)) return;
   result.mean_stretch = sum / total;
-  result.folded = static_cast<double>(folded) / static_cast<double>(result.cells);
-  Weighted spread;
-  for (std::size_t k = 0; k < stretches.size(); ++k) {
-    spread.add(std::abs(stretches[k] - result.mean_stretch), areas[k]);
+  result.folded = static_cast<double>(folded_cells) / static_cast<double>(result.cells);
+  WeightedValues weighted_spreads;
+  for (std::size_t k = 0; k < log2_stretches.size(); ++k) {
+    weighted_spreads.add(std::abs(log2_stretches[k] - result.mean_stretch), cell_areas[k]);
   }
-  result.stretch = distribution(std::move(spread), 1, unit * unit);
+  result.stretch = distribution(std::move(weighted_spreads), 1, unit * unit);
 }
 
 }  // namespace
 
-Distribution distribution(Weighted weighted, double unit, double area_unit) {
+Distribution distribution(WeightedValues weighted, double unit, double area_unit) {
   Distribution result;
   auto& values = weighted.values;
   if (values.empty()) return result;
@@ -111,9 +112,9 @@ Distribution distribution(Weighted weighted, double unit, double area_unit) {
     result.mean = sum / total * unit;
     result.rms = std::sqrt(squares / total) * unit;
   }
-  result.median = at_share(values, total, 0.5) * unit;
-  result.p95 = at_share(values, total, 0.95) * unit;
-  result.p99 = at_share(values, total, 0.99) * unit;
+  result.median = weighted_quantile(values, total, 0.5) * unit;
+  result.p95 = weighted_quantile(values, total, 0.95) * unit;
+  result.p99 = weighted_quantile(values, total, 0.99) * unit;
   result.max = values.back().first * unit;
   return result;
 }
@@ -135,8 +136,8 @@ MatchAssessment assess(const Source& source, const Mesh& low, const Match& match
   result.missed = static_cast<std::uint64_t>(
       std::count(samples.found.begin(), samples.found.end(), std::uint8_t{0}));
   if (options.fields) {
-    const Image none = empty_field(match, -1);
-    result.fields = {none, none, none, none, none, empty_field(match, -64)};
+    const Image none = uniform_image(match, -1);
+    result.fields = {none, none, none, none, none, uniform_image(match, -64)};
   }
   rate_match_distance(samples, unit, options.fields, result);
   const SampleGrid grid(samples, low, match);

@@ -10,16 +10,16 @@
 
 namespace kiln {
 
-/// Values with weights, to be summed.
-struct Weighted {
+/// Values with weights, of which sums and quantiles are taken.
+struct WeightedValues {
   std::vector<std::pair<double, double>> values;
   void add(double value, double weight) { values.emplace_back(value, weight); }
 };
 
-/// \param unit, area_unit  world units per unit of a value and of a weight
-Distribution distribution(Weighted weighted, double unit, double area_unit);
+/// \param unit, area_unit  world units in one unit of the values, and of the weights
+Distribution distribution(WeightedValues weighted, double unit, double area_unit);
 
-/// Sums over rays of weights, of weighted values, and of weighted squares.
+/// Sums over rays: of weights, of weighted values, and of weighted squared values.
 class RaySums {
  public:
   void add(double weight, double value, double square) {
@@ -27,8 +27,7 @@ class RaySums {
     value_ += value;
     square_ += square;
   }
-  /// \param all  weight of all rays
-  /// \param unit  world units per unit of a value
+  /// \param all  total weight of all rays \param unit  world units in one unit of the values
   RayMeasure measure(double all, double unit) const;
 
  private:
@@ -45,13 +44,13 @@ class SampleGrid {
   /// The neighbour of a sample in the grid, if it is matched and of the same chart; otherwise kNone.
   std::uint32_t neighbour(std::size_t i, int right, int below) const;
   /// The sample of an element of the grid, matched or not; kNone if there is none.
-  std::uint32_t at(std::size_t element) const { return sample_of_[element]; }
+  std::uint32_t at(std::size_t element) const { return sample_of_element_[element]; }
 
  private:
   const AssessedSamples& samples_;
   std::int64_t width_, height_;
-  std::vector<std::uint32_t> sample_of_;
-  std::vector<std::uint32_t> chart_;
+  std::vector<std::uint32_t> sample_of_element_;
+  std::vector<std::uint32_t> sample_charts_;
 };
 
 /// Computes object_space, image_space, normalised_image_space, image_space_by_place, never_visible and directions.

@@ -13,19 +13,19 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kGrain = 1 << 15;
+constexpr std::size_t kSamplesPerTask = 1 << 15;
 // Offset of ray origins in frame units, so that a sample's own triangle does not hide it.
 constexpr float kOriginOffset = 1e-5F;
 constexpr float kRayLength = 64;
 // Minimum distance of a match from its sample, as a share of the diagonal; closer matches have no direction.
 constexpr double kMinOffset = 1e-6;
-// Up to this number of directions to avoid, test directions are at least 2 degrees away from each of them; with more,
-// there would be too little space.
-constexpr std::size_t kMaxAvoided = 64;
+// For up to this number of directions to avoid, test directions are at least 2 degrees from each of them; more
+// directions would leave too little space between them.
+constexpr std::size_t kMaxAvoidedDirections = 64;
 
-std::vector<float> planes_of(std::size_t size, std::size_t planes, const auto& vector_of) {
+std::vector<float> make_planes(std::size_t size, std::size_t planes, const auto& vector_of) {
   std::vector<float> result(size * planes, 0.0F);
-  parallel_for(size, kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(size, kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Vec3 v = vector_of(i);
       result[i] = v.x;
@@ -40,14 +40,14 @@ std::vector<Vec3> test_directions(const AssessOptions& options) {
   // By default the directions of 12 views are avoided, since matches commonly use these.
   std::vector<Vec3> avoided_directions = options.avoid;
   if (avoided_directions.empty()) avoided_directions = spread_views(12);
-  const bool few = avoided_directions.size() <= kMaxAvoided && options.directions <= 512;
+  const bool few = avoided_directions.size() <= kMaxAvoidedDirections && options.directions <= 512;
   return held_out_views(options.directions, avoided_directions, few ? 0.5 : 0.02);
 }
 
 /// Unit normals of the high poly's faces; 0 for faces without area.
 std::vector<float> dense_normals(const Source::Impl& source) {
   std::vector<float> normals(3 * source.triangles.size(), 0.0F);
-  parallel_for(source.triangles.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(source.triangles.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       const Triangle& corners = source.triangles[t];
       const Vec3d a = to_double(source.positions[corners[0]]);
@@ -70,13 +70,14 @@ float viewer_distance(const Source::Impl& source, const AssessedSamples& samples
   return static_cast<float>(2.01 * std::sqrt(square));
 }
 
-/// Device arrays of the matched samples; the others have no rays to measure.
-class RayBench {
+/// Casts viewing rays through the matched samples, and owns the arrays on the device. Samples without a match have no
+/// rays to measure.
+class ViewingRays {
  public:
-  RayBench(const Source::Impl& source, const Mesh& low, const AssessedSamples& samples,
-           std::vector<std::size_t> found)
+  ViewingRays(const Source::Impl& source, const Mesh& low, const AssessedSamples& samples,
+              std::vector<std::size_t> found)
       : context_(context_of(source.device)),
-        found_(std::move(found)),
+        is_matched_(std::move(found)),
         low_rays_(context_, source.frame.to_frame(low), low.triangles, source.traversal),
         dense_rays_(source.rays()),
         // Seven planes as in TexelBand::points; the last one is unused.
@@ -87,88 +88,89 @@ class RayBench {
                           return to_float(samples.match[i] - to_double(samples.position[i]));
                         })),
         dense_normals_(context_, std::span<const float>(dense_normals(source))),
-        hidden_(context_, found_.size()),
-        ray_hits_(context_, static_cast<std::uint32_t>(found_.size())),
-        sums_(context_, KILN_ASSESS_SUMS * found_.size()) {
-    context_.fill(sums_, 0.0F);
+        is_hidden_(context_, is_matched_.size()),
+        ray_hits_(context_, static_cast<std::uint32_t>(is_matched_.size())),
+        sample_sums_(context_, KILN_ASSESS_SUMS * is_matched_.size()) {
+    context_.fill(sample_sums_, 0.0F);
     hide_.t_min = kOriginOffset;
     hide_.t_max = kRayLength;
     hide_.two_sided = true;
-    // Rays run inward from the viewer, who is beyond both meshes.
+    // Rays run from the viewer, who is beyond both meshes, inward.
     ray_query_.offset = viewer_distance(source, samples);
     ray_query_.t_max = 2 * ray_query_.offset;
     ray_query_.inward = true;
     ray_query_.two_sided = true;
-    params_.count = params_.capacity = static_cast<std::uint32_t>(found_.size());
+    params_.count = params_.capacity = static_cast<std::uint32_t>(is_matched_.size());
   }
 
   void add(const Vec3& direction) {
     params_.direction[0] = direction.x;
     params_.direction[1] = direction.y;
     params_.direction[2] = direction.z;
-    const std::size_t count = found_.size();
+    const std::size_t count = is_matched_.size();
     context_.launch(context_.kernel("assess", "kiln_assess_aim"), count, kLocal, params_, normals_,
                     points_);
-    low_rays_.occluded(points_, params_.count, params_.capacity, hide_, hidden_);
+    low_rays_.occluded(points_, params_.count, params_.capacity, hide_, is_hidden_);
     context_.launch(context_.kernel("assess", "kiln_assess_gather"), count, kLocal, params_,
-                    normals_, offsets_, hidden_, points_, sums_);
+                    normals_, offsets_, is_hidden_, points_, sample_sums_);
     dense_rays_.intersect(points_, params_.count, params_.capacity, ray_query_, ray_hits_);
     context_.launch(context_.kernel("assess", "kiln_assess_compare"), count, kLocal, params_,
                     normals_, offsets_, points_, dense_normals_, ray_hits_.triangle,
-                    ray_hits_.distance, sums_);
+                    ray_hits_.distance, sample_sums_);
   }
 
-  void finish() const { context_.finish(); }
+  void wait_for_kernels() const { context_.finish(); }
 
-  /// Downloads KILN_ASSESS_SUMS planes.
-  std::vector<float> sums() const { return sums_.download(context_); }
-  const std::vector<std::size_t>& found() const { return found_; }
+  /// Downloads the sums, which are KILN_ASSESS_SUMS planes.
+  std::vector<float> sums() const { return sample_sums_.download(context_); }
+  const std::vector<std::size_t>& found() const { return is_matched_; }
 
  private:
   cl::Array<float> upload(std::size_t planes, const auto& vector_of) {
-    return {context_, std::span<const float>(planes_of(found_.size(), planes, [&](std::size_t k) {
-              return vector_of(found_[k]);
+    return {context_,
+            std::span<const float>(make_planes(is_matched_.size(), planes, [&](std::size_t k) {
+              return vector_of(is_matched_[k]);
             }))};
   }
 
   cl::Context& context_;
-  std::vector<std::size_t> found_;
+  std::vector<std::size_t> is_matched_;
   RayCaster low_rays_;
   const RayCaster& dense_rays_;
   cl::Array<float> points_, normals_, offsets_, dense_normals_;
-  cl::Array<std::uint8_t> hidden_;
+  cl::Array<std::uint8_t> is_hidden_;
   DeviceCorrespondence ray_hits_;
-  cl::Array<float> sums_;
+  cl::Array<float> sample_sums_;
   RayQuery hide_, ray_query_;
   kiln_assess_params params_{};
 };
 
-void sum_up(const RayBench& ray_bench, const AssessedSamples& samples, double unit, bool fields,
-            MatchAssessment& result) {
-  const std::vector<float> sums = ray_bench.sums();
-  const std::size_t count = ray_bench.found().size();
+void sum_measures(const ViewingRays& viewing_rays, const AssessedSamples& samples, double unit,
+                  bool fields, MatchAssessment& result) {
+  const std::vector<float> sums = viewing_rays.sums();
+  const std::size_t count = viewing_rays.found().size();
   RaySums object, image, normalised;
-  Weighted places;
+  WeightedValues weighted_places;
   double rays = 0, unseen = 0, all = 0;
   for (std::size_t k = 0; k < count; ++k) {
-    const std::size_t i = ray_bench.found()[k];
+    const std::size_t i = viewing_rays.found()[k];
     const auto sum = [&](std::size_t plane) { return double{sums[k + plane * count]}; };
     const double area = samples.area[i];
     const double seen = sum(KILN_ASSESS_SEEN), met = sum(KILN_ASSESS_MET);
-    const double across = sum(KILN_ASSESS_ACROSS);
+    const double offset_across_ray = sum(KILN_ASSESS_ACROSS);
     all += area;
     if (!(seen > 0)) {
       unseen += area;
       continue;
     }
     rays += area * seen;
-    places.add(across / seen, area);
-    image.add(area * seen, area * across, area * sum(KILN_ASSESS_ACROSS_SQUARE));
+    weighted_places.add(offset_across_ray / seen, area);
+    image.add(area * seen, area * offset_across_ray, area * sum(KILN_ASSESS_ACROSS_SQUARE));
     object.add(area * met, area * sum(KILN_ASSESS_APART), area * sum(KILN_ASSESS_APART_SQUARE));
     const double apart = length(samples.match[i] - to_double(samples.position[i]));
     const bool has_direction = apart * unit > kMinOffset * result.diagonal;
     if (has_direction) {
-      normalised.add(area * seen, area * across / apart,
+      normalised.add(area * seen, area * offset_across_ray / apart,
                      area * sum(KILN_ASSESS_ACROSS_SQUARE) / (apart * apart));
     }
     if (!fields) continue;
@@ -176,14 +178,15 @@ void sum_up(const RayBench& ray_bench, const AssessedSamples& samples, double un
     const auto store = [&](Image& field, double value) {
       field.pixels[element] = static_cast<float>(value);
     };
-    store(result.fields.image_space, across / seen * unit);
-    if (has_direction) store(result.fields.normalised_image_space, across / seen / apart);
+    store(result.fields.image_space, offset_across_ray / seen * unit);
+    if (has_direction)
+      store(result.fields.normalised_image_space, offset_across_ray / seen / apart);
     if (met > 0) store(result.fields.object_space, sum(KILN_ASSESS_APART) / met * unit);
   }
   result.object_space = object.measure(rays, unit);
   result.image_space = image.measure(rays, unit);
   result.normalised_image_space = normalised.measure(rays, 1);
-  result.image_space_by_place = distribution(std::move(places), unit, unit * unit);
+  result.image_space_by_place = distribution(std::move(weighted_places), unit, unit * unit);
   if (all > 0) result.never_visible = unseen / all;
 }
 
@@ -203,17 +206,17 @@ bool rate_rays(const Source::Impl& source, const Mesh& low, const AssessedSample
     if (samples.found[i] != 0) found.push_back(i);
   }
   if (found.empty()) return true;
-  RayBench ray_bench(source, low, samples, std::move(found));
+  ViewingRays viewing_rays(source, low, samples, std::move(found));
   for (std::size_t k = 0; k < directions.size(); ++k) {
     if (options.progress && !options.progress(0.1 + 0.85 * static_cast<double>(k) /
                                                         static_cast<double>(directions.size()),
                                               "pictures")) {
       return false;
     }
-    ray_bench.add(directions[k]);
-    if (k % 16 == 15) ray_bench.finish();
+    viewing_rays.add(directions[k]);
+    if (k % 16 == 15) viewing_rays.wait_for_kernels();
   }
-  sum_up(ray_bench, samples, 1 / source.frame.scale, options.fields, result);
+  sum_measures(viewing_rays, samples, 1 / source.frame.scale, options.fields, result);
   return true;
 }
 

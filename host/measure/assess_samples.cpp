@@ -10,17 +10,17 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kSampleGrain = 1 << 14;
+constexpr std::size_t kFoundSamplesPerTask = 1 << 14;
 
 /// For each triangle of the low poly, its unit normal, and its surface area divided by its texture area.
-struct LowFaces {
+struct FaceDensities {
   std::vector<Vec3> normal;
-  std::vector<double> density;
+  std::vector<double> texel_density;
 };
 
-LowFaces low_faces(const LowSurface& surface) {
-  LowFaces faces{std::vector<Vec3>(surface.triangles.size()),
-                 std::vector<double>(surface.triangles.size())};
+FaceDensities face_densities(const LowSurface& surface) {
+  FaceDensities faces{std::vector<Vec3>(surface.triangles.size()),
+                      std::vector<double>(surface.triangles.size())};
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
     const auto& [a, b, c] = surface.triangles[t];
     const Vec3d normal = cross(to_double(b.position) - to_double(a.position),
@@ -30,12 +30,12 @@ LowFaces low_faces(const LowSurface& surface) {
                                     (double{b.uv.y} - a.uv.y) * (double{c.uv.x} - a.uv.x));
     if (!(size > 0) || !(uv_area > 0)) continue;
     faces.normal[t] = to_float(normal * (1 / size));
-    faces.density[t] = size / uv_area;
+    faces.texel_density[t] = size / uv_area;
   }
   return faces;
 }
 
-/// Computes F(p), the matched point of a sample.
+/// Computes F(p), the matched point of a sample p.
 void find_match(const Source::Impl& source, const Match& match, std::size_t element, std::size_t i,
                 AssessedSamples& samples) {
   const std::uint32_t triangle = match.triangle[element];
@@ -54,19 +54,21 @@ void find_match(const Source::Impl& source, const Match& match, std::size_t elem
 }  // namespace
 
 AssessedSamples assessed_samples(const Source::Impl& source, const Mesh& low, const Match& match) {
-  BakeOptions shape;
-  shape.samples = match.samples;
-  shape.width = match.width / match.samples;
-  shape.height = match.height / match.samples;
-  check_match(match, shape, source.triangles.size());
+  BakeOptions sampling_options;
+  sampling_options.samples = match.samples;
+  sampling_options.width = match.width / match.samples;
+  sampling_options.height = match.height / match.samples;
+  check_match(match, sampling_options, source.triangles.size());
   check_meshes(match, match.source_hash != 0 ? hash_source(source.positions, source.triangles) : 0,
                hash_low(low));
 
   cl::Context& context = context_of(source.device);
   const LowSurface surface = LowSurface::of(low, source.frame);
-  const LowFaces faces = low_faces(surface);
+  const FaceDensities faces = face_densities(surface);
   const double texel = 1 / (static_cast<double>(match.width) * match.height);
-  TexelSampler sampler(context, surface, {shape.width, shape.height, shape.samples, 1U << 20});
+  TexelSampler sampler(
+      context, surface,
+      {sampling_options.width, sampling_options.height, sampling_options.samples, 1U << 20});
   AssessedSamples samples;
   for (std::uint32_t b = 0; b < sampler.band_count(); ++b) {
     const TexelBand band = sampler.sample(b);
@@ -88,14 +90,14 @@ AssessedSamples assessed_samples(const Source::Impl& source, const Mesh& low, co
       band.points.read(context, planes[axis], axis * band.capacity);
     }
     band.triangle.read(context, std::span(samples.triangle).subspan(first));
-    parallel_for(band.sample_count, kSampleGrain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(band.sample_count, kFoundSamplesPerTask, [&](std::size_t begin, std::size_t end) {
       for (std::size_t k = begin; k < end; ++k) {
         const std::size_t i = first + k;
         const std::uint32_t triangle = samples.triangle[i];
         samples.element[i] = elements[k];
         samples.position[i] = {planes[0][k], planes[1][k], planes[2][k]};
         samples.normal[i] = faces.normal[triangle];
-        samples.area[i] = faces.density[triangle] * texel;
+        samples.area[i] = faces.texel_density[triangle] * texel;
         find_match(source, match, elements[k], i, samples);
       }
     });

@@ -11,7 +11,7 @@
 namespace kiln {
 
 struct AssessedSamples {
-  std::vector<std::size_t> element;     ///< Element of the match's grid
+  std::vector<std::size_t> element;     ///< Index of the sample in the match's grid
   std::vector<std::uint32_t> triangle;  ///< Triangle of the low poly
   std::vector<Vec3> position;           ///< The sample's point p, frame units
   std::vector<Vec3> normal;             ///< Unit normal of the low poly's triangle

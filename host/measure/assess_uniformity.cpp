@@ -14,28 +14,29 @@ namespace {
 constexpr double kMinStep = 0.5;
 
 /// Mean of percentages.
-class Percentages {
+class MeanPercentage {
  public:
   void add(double percent) {
     sum_ += percent;
-    ++count_;
+    ++value_count_;
   }
-  double mean() const { return count_ == 0 ? 0 : sum_ / static_cast<double>(count_); }
-  std::uint64_t count() const { return count_; }
+  double mean() const { return value_count_ == 0 ? 0 : sum_ / static_cast<double>(value_count_); }
+  std::uint64_t count() const { return value_count_; }
 
  private:
   double sum_ = 0;
-  std::uint64_t count_ = 0;
+  std::uint64_t value_count_ = 0;
 };
 
-class Steps {
+class DistanceSteps {
  public:
-  explicit Steps(const AssessedSamples& samples) : samples_(samples) {}
+  explicit DistanceSteps(const AssessedSamples& samples) : samples_(samples) {}
 
   double low(std::size_t a, std::size_t b) const {
     return length(to_double(samples_.position[a]) - to_double(samples_.position[b]));
   }
-  /// Relative difference between the matches' distance and the samples' distance, in %.
+  /// For pairs of samples: the relative difference, in %, between the distance of their matched points and their own
+  /// distance.
   double percent(std::size_t a, std::size_t b) const {
     return 100 * std::abs(length(samples_.match[a] - samples_.match[b]) / low(a, b) - 1);
   }
@@ -44,8 +45,8 @@ class Steps {
   const AssessedSamples& samples_;
 };
 
-Uniformity across_seams(const Source::Impl& source, const Mesh& low, const Match& match,
-                        const AssessedSamples& samples, const SampleGrid& grid) {
+Uniformity uniformity_across_seams(const Source::Impl& source, const Mesh& low, const Match& match,
+                                   const AssessedSamples& samples, const SampleGrid& grid) {
   const LowSurface surface = LowSurface::of(low, source.frame);
   const SurfaceTopology topology = SurfaceTopology::of(surface);
   std::vector<std::uint32_t> triangle(match.status.size(), KILN_NO_TRIANGLE);
@@ -53,24 +54,24 @@ Uniformity across_seams(const Source::Impl& source, const Mesh& low, const Match
     triangle[samples.element[i]] = samples.triangle[i];
   const TexelLinks links = TexelLinks::of(surface, topology, triangle, match.width, match.height);
   // The order of neighbours in TexelLinks: left, right, above, below.
-  const std::array<std::int64_t, 4> steps = {-1, 1, -std::int64_t{match.width},
-                                             std::int64_t{match.width}};
-  const Steps distance(samples);
-  Percentages percentages;
+  const std::array<std::int64_t, 4> neighbour_offsets = {-1, 1, -std::int64_t{match.width},
+                                                         std::int64_t{match.width}};
+  const DistanceSteps distance(samples);
+  MeanPercentage mean_percentage;
   for (std::size_t at = 0; at < links.links.size(); at += 9) {
     const std::uint32_t element = links.links[at];
     const std::uint32_t i = grid.at(element);
     if (samples.found[i] == 0) continue;
-    for (std::size_t k = 0; k < steps.size(); ++k) {
+    for (std::size_t k = 0; k < neighbour_offsets.size(); ++k) {
       const std::uint32_t other = links.links[at + 1 + k];
-      if (other == KILN_VISIBILITY_NO_LINK || other == element + steps[k]) continue;
+      if (other == KILN_VISIBILITY_NO_LINK || other == element + neighbour_offsets[k]) continue;
       const std::uint32_t j = grid.at(other);
       if (samples.found[j] == 0) continue;
       if (!(distance.low(i, j) >= kMinStep * std::sqrt(samples.area[i]))) continue;
-      percentages.add(distance.percent(i, j));
+      mean_percentage.add(distance.percent(i, j));
     }
   }
-  return {percentages.mean(), percentages.count()};
+  return {mean_percentage.mean(), mean_percentage.count()};
 }
 
 }  // namespace
@@ -78,11 +79,11 @@ Uniformity across_seams(const Source::Impl& source, const Mesh& low, const Match
 SampleGrid::SampleGrid(const AssessedSamples& samples, const Mesh& low, const Match& match)
     : samples_(samples), width_(match.width), height_(match.height) {
   const std::vector<std::uint32_t> charts = uv_charts(low);
-  sample_of_.assign(match.status.size(), kNone);
-  chart_.resize(samples.size());
+  sample_of_element_.assign(match.status.size(), kNone);
+  sample_charts_.resize(samples.size());
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    sample_of_[samples.element[i]] = static_cast<std::uint32_t>(i);
-    chart_[i] = charts[samples.triangle[i]];
+    sample_of_element_[samples.element[i]] = static_cast<std::uint32_t>(i);
+    sample_charts_[i] = charts[samples.triangle[i]];
   }
 }
 
@@ -90,19 +91,20 @@ std::uint32_t SampleGrid::neighbour(std::size_t i, int right, int below) const {
   const auto element = static_cast<std::int64_t>(samples_.element[i]);
   const std::int64_t x = element % width_ + right, y = element / width_ + below;
   if (x < 0 || y < 0 || x >= width_ || y >= height_) return kNone;
-  const std::uint32_t other = sample_of_[static_cast<std::size_t>(y * width_ + x)];
-  if (other == kNone || samples_.found[other] == 0 || chart_[other] != chart_[i]) return kNone;
+  const std::uint32_t other = sample_of_element_[static_cast<std::size_t>(y * width_ + x)];
+  if (other == kNone || samples_.found[other] == 0 || sample_charts_[other] != sample_charts_[i])
+    return kNone;
   return other;
 }
 
 void rate_uniformity(const Source::Impl& source, const Mesh& low, const Match& match,
                      const AssessedSamples& samples, const SampleGrid& grid, bool fields,
                      MatchAssessment& result) {
-  const Steps distance(samples);
-  Percentages pairs;
+  const DistanceSteps distance(samples);
+  MeanPercentage pairs;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     if (samples.found[i] == 0) continue;
-    Percentages neighbour_percentages;
+    MeanPercentage neighbour_percentages;
     const auto add_pair = [&](int right, int below, bool counts) {
       const std::uint32_t other = grid.neighbour(i, right, below);
       if (other == SampleGrid::kNone || !(distance.low(i, other) > 0)) return;
@@ -110,7 +112,7 @@ void rate_uniformity(const Source::Impl& source, const Mesh& low, const Match& m
       neighbour_percentages.add(percent);
       if (counts) pairs.add(percent);
     };
-    // Counts every pair once.
+    // Each pair of neighbours counts once, at the sample to the left or above.
     add_pair(1, 0, true);
     add_pair(0, 1, true);
     if (!fields) continue;
@@ -121,7 +123,7 @@ void rate_uniformity(const Source::Impl& source, const Mesh& low, const Match& m
         static_cast<float>(neighbour_percentages.mean());
   }
   result.uniformity = {pairs.mean(), pairs.count()};
-  result.uniformity_across_seams = across_seams(source, low, match, samples, grid);
+  result.uniformity_across_seams = uniformity_across_seams(source, low, match, samples, grid);
 }
 
 }  // namespace kiln

@@ -23,23 +23,25 @@ constexpr double kRayNoiseShare = 0.5;
 
 /// Rows of all requested maps, including transfers, variants and custom maps.
 struct Rows {
-  explicit Rows(const BakeOptions& bake) : own(own_rows(bake)), asked(bake.maps) {}
+  explicit Rows(const BakeOptions& bake) : own(own_rows(bake)), requested_maps(bake.maps) {}
   /// Row of a map; null if the map is not baked.
   const MapRow* find(MapKind kind) const {
     for (const MapRow& row : own) {
       if (row.info.kind == kind) return &row;
     }
-    return std::find(asked.begin(), asked.end(), kind) != asked.end() ? &map_row(kind) : nullptr;
+    return std::find(requested_maps.begin(), requested_maps.end(), kind) != requested_maps.end()
+               ? &map_row(kind)
+               : nullptr;
   }
   std::vector<MapRow> own;
-  std::vector<MapKind> asked;
+  std::vector<MapKind> requested_maps;
 };
 
 bool has_errors(const MapRow& row) {
   return row.info.type != MapType::id && row.info.type != MapType::coverage && !row.of_texels;
 }
 
-double scale_of(const MapRow& row) { return unit_of(row).name == "1/255" ? 255 : 1; }
+double value_scale(const MapRow& row) { return unit_of(row).name == "1/255" ? 255 : 1; }
 
 /// Side of a sampling grid with about `kPoints` covered texels. It is odd, so that the grid's centres lie between
 /// those of the map.
@@ -55,7 +57,7 @@ std::uint32_t grid_side(const Mesh& low) {
   return static_cast<std::uint32_t>(std::clamp(side, kMinGrid, kMaxGrid)) | 1U;
 }
 
-/// Options for a reference bake of single points on the surface, with the maps that have bounds.
+/// Options for a reference bake that evaluates single points of the surface, in the maps that have bounds.
 BakeOptions point_options(const BakeOptions& bake, std::span<const MapBound> bounds,
                           const BakeResult& result, std::uint32_t side) {
   BakeOptions options = bake;
@@ -67,7 +69,7 @@ BakeOptions point_options(const BakeOptions& bake, std::span<const MapBound> bou
   std::erase_if(options.transfers, [&](const Transfer& map) { return !wanted(map.name); });
   std::erase_if(options.own_maps, [&](const OwnMap& map) { return !wanted(map.name); });
   std::erase_if(options.variants, [&](const MapVariant& map) { return !wanted(map.name); });
-  // Depth views have the same resolution as in the bake of the map.
+  // Depth views get the same resolution as they had in the bake of the map.
   if (result.report.views) options.match.views.size = result.report.views->size;
   options.width = options.height = side;
   options.samples = 1;
@@ -94,15 +96,15 @@ std::array<float, 4> sample_bilinear(const MapRow& row, const BakeOptions& bake,
   const auto left = static_cast<std::uint32_t>(x), top = static_cast<std::uint32_t>(y);
   const std::uint32_t right = std::min(left + 1, image.width - 1);
   const std::uint32_t below = std::min(top + 1, image.height - 1);
-  const double across = x - left, down = y - top;
+  const double x_share = x - left, y_share = y - top;
   const auto at = [&](std::uint32_t column, std::uint32_t line, std::uint32_t c) {
     return double{image.pixels[(std::size_t{line} * image.width + column) * image.channels + c]};
   };
   std::array<float, 4> value{};
   for (std::uint32_t c = 0; c < image.channels; ++c) {
-    const double upper = at(left, top, c) * (1 - across) + at(right, top, c) * across;
-    const double lower = at(left, below, c) * (1 - across) + at(right, below, c) * across;
-    value[c] = static_cast<float>(upper * (1 - down) + lower * down);
+    const double upper = at(left, top, c) * (1 - x_share) + at(right, top, c) * x_share;
+    const double lower = at(left, below, c) * (1 - x_share) + at(right, below, c) * x_share;
+    value[c] = static_cast<float>(upper * (1 - y_share) + lower * y_share);
   }
   if (row.info.type != MapType::unit_vector) return value;
   for (std::size_t c = 0; c < 3 && !bake.encoding.raw; ++c) value[c] = 2 * value[c] - 1;
@@ -146,7 +148,7 @@ void check_bounds(const BakeOptions& bake, std::span<const MapBound> bounds) {
 
 void reserve_bound_for_rays(std::span<const MapBound> bounds, BakeOptions& bake) {
   const Rows rows(bake);
-  const OcclusionOptions given = bake.occlusion;
+  const OcclusionOptions given_occlusion = bake.occlusion;
   const auto reserve = [](double error, const OcclusionOptions& own, OcclusionOptions& occlusion) {
     if (own.max_error > 0 || own.by == OcclusionBy::views) return;
     occlusion.max_error = kRayNoiseShare * error;
@@ -157,7 +159,7 @@ void reserve_bound_for_rays(std::span<const MapBound> bounds, BakeOptions& bake)
     if (variant != nullptr && variant->occlusion) {
       reserve(bound.max_error, OcclusionOptions(*variant->occlusion), *variant->occlusion);
     } else {
-      reserve(bound.max_error, given, bake.occlusion);
+      reserve(bound.max_error, given_occlusion, bake.occlusion);
     }
   }
 }
@@ -165,8 +167,8 @@ void reserve_bound_for_rays(std::span<const MapBound> bounds, BakeOptions& bake)
 std::vector<MapReached> reached_bounds(const Source::Impl& high, const Mesh& low,
                                        const BakeOptions& bake, std::span<const MapBound> bounds,
                                        const BakeResult& result) {
-  std::vector<MapReached> reached;
-  if (bounds.empty()) return reached;
+  std::vector<MapReached> reached_errors;
+  if (bounds.empty()) return reached_errors;
   BakeProgress(bake.progress).at(0, "measuring errors");
   const std::uint32_t side = grid_side(low);
   const BakeOptions options = point_options(bake, bounds, result, side);
@@ -183,7 +185,7 @@ std::vector<MapReached> reached_bounds(const Source::Impl& high, const Mesh& low
     map.unit = unit_of(row).name;
     if (map.unit == "1/255") map.unit = "";
     map.wanted = bound.max_error;
-    double squares = 0;
+    double squared_error_sum = 0;
     for (std::size_t i = 0; i < points.coverage.size(); ++i) {
       if (points.coverage[i] != kCoverageBaked) continue;
       const std::size_t y = i / side;
@@ -191,17 +193,17 @@ std::vector<MapReached> reached_bounds(const Source::Impl& high, const Mesh& low
       const double v = (static_cast<double>(y) + 0.5) / side;
       const std::array<float, 4> value = sample_bilinear(row, bake, baked, u, v);
       const double error =
-          map_difference(row, value.data(), &exact.pixels[i * exact.channels]) / scale_of(row);
-      squares += error * error;
+          map_difference(row, value.data(), &exact.pixels[i * exact.channels]) / value_scale(row);
+      squared_error_sum += error * error;
       ++map.points;
     }
-    if (map.points != 0) map.error = std::sqrt(squares / map.points);
-    reached.push_back(map);
+    if (map.points != 0) map.error = std::sqrt(squared_error_sum / map.points);
+    reached_errors.push_back(map);
   }
-  return reached;
+  return reached_errors;
 }
 
-bool all_reached(std::span<const MapReached> bounds) {
+bool are_all_bounds_reached(std::span<const MapReached> bounds) {
   return std::all_of(bounds.begin(), bounds.end(),
                      [](const MapReached& map) { return map.reached(); });
 }

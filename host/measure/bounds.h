@@ -17,14 +17,14 @@ void check_bounds(const BakeOptions& bake, std::span<const MapBound> bounds);
 /// Assigns half of a bound on ambient occlusion to the noise of its rays, unless the options set the noise.
 void reserve_bound_for_rays(std::span<const MapBound> bounds, BakeOptions& bake);
 
-/// Errors that a bake has reached, in the order of the bounds. Maps are sampled as renderers do, at the centres of a
-/// grid with an odd number of texels, and compared with a reference bake of these points.
+/// Measures the errors that the maps of a bake have, in the order of the bounds. Maps are sampled as renderers do, at
+/// the centres of a grid with an odd number of texels, and compared with a reference bake of these points.
 /// \param bake  options of `result`
 /// \throws Cancelled
 std::vector<MapReached> reached_bounds(const Source::Impl& high, const Mesh& low,
                                        const BakeOptions& bake, std::span<const MapBound> bounds,
                                        const BakeResult& result);
 
-bool all_reached(std::span<const MapReached> bounds);
+bool are_all_bounds_reached(std::span<const MapReached> bounds);
 
 }  // namespace kiln

@@ -34,9 +34,9 @@ DepthError DepthReference::compare(const Scene& other) const {
     const Image shown = draw(other, views_[v]);
     for (std::size_t i = 0; i < shown.pixels.size(); ++i) {
       const float a = pictures_[v].pixels[i], b = shown.pixels[i];
-      const bool covered = b != Scene::kNoDepth;
-      if ((a != Scene::kNoDepth) != covered) ++error.one_sided;
-      if (a == Scene::kNoDepth || !covered) continue;
+      const bool is_covered = b != Scene::kNoDepth;
+      if ((a != Scene::kNoDepth) != is_covered) ++error.one_sided;
+      if (a == Scene::kNoDepth || !is_covered) continue;
       const double difference = std::abs(double{a} - double{b}) / unit_;
       ++error.pixels;
       sum += difference;

@@ -22,7 +22,7 @@ namespace {
 struct TexelMap {
   double area = 0;    ///< Area of the triangle on the surface
   double texels = 0;  ///< Signed area in texels; negative if mirrored
-  Vec3d along_s{}, along_t{};
+  Vec3d tangent_s{}, tangent_t{};
 
   TexelMap(const std::array<Vec3d, 3>& p, const std::array<std::array<double, 2>, 3>& st) {
     area = length(cross(p[1] - p[0], p[2] - p[0])) / 2;
@@ -30,8 +30,8 @@ struct TexelMap {
     const double s2 = st[2][0] - st[0][0], t2 = st[2][1] - st[0][1];
     texels = (s1 * t2 - s2 * t1) / 2;
     const double scale = 1 / (2 * texels);
-    along_s = ((p[1] - p[0]) * t2 - (p[2] - p[0]) * t1) * scale;
-    along_t = ((p[2] - p[0]) * s1 - (p[1] - p[0]) * s2) * scale;
+    tangent_s = ((p[1] - p[0]) * t2 - (p[2] - p[0]) * t1) * scale;
+    tangent_t = ((p[2] - p[0]) * s1 - (p[1] - p[0]) * s2) * scale;
   }
 };
 
@@ -62,9 +62,9 @@ void rate_triangles(const Mesh& mesh, std::uint32_t width, std::uint32_t height,
   if (maps.empty()) return;
   double texels = 0, squares = 0, greatest = 0, steps = 0;
   for (const TexelMap& map : maps) {
-    const double a = dot(map.along_s, map.along_s);
-    const double b = dot(map.along_s, map.along_t);
-    const double c = dot(map.along_t, map.along_t);
+    const double a = dot(map.tangent_s, map.tangent_s);
+    const double b = dot(map.tangent_s, map.tangent_t);
+    const double c = dot(map.tangent_t, map.tangent_t);
     const double own = std::abs(map.texels);
     rating.area += map.area;
     texels += own;
@@ -82,7 +82,7 @@ void rate_triangles(const Mesh& mesh, std::uint32_t width, std::uint32_t height,
   const double mean_step = steps / (2 * texels);
   double percent = 0;
   for (const TexelMap& map : maps) {
-    for (const Vec3d& along : {map.along_s, map.along_t}) {
+    for (const Vec3d& along : {map.tangent_s, map.tangent_t}) {
       percent += std::abs(map.texels) * 100 * std::abs(length(along) / mean_step - 1);
     }
   }

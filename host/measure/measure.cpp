@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr std::size_t kBlock = 4096;
-constexpr float kUncovered = -1, kOneSided = -2;
+constexpr float kUncoveredAngle = -1, kOneSidedAngle = -2;
 
 void check_pictures(const Image& a, const Image& b) {
   const auto text = [](const Image& image) {
@@ -28,9 +28,10 @@ void check_pictures(const Image& a, const Image& b) {
   for (const Image* image : {&a, &b}) {
     if (image->channels < 3 ||
         image->pixels.size() != std::size_t{image->width} * image->height * image->channels) {
-      throw Error(ErrorCode::input, "A picture of normals says " + text(*image) + ", but holds " +
-                                        std::to_string(image->pixels.size()) +
-                                        " values: it needs 3 channels or more, and all of them.");
+      throw Error(ErrorCode::input,
+                  "A picture of normals has size " + text(*image) + ", but holds " +
+                      std::to_string(image->pixels.size()) +
+                      " values: give 3 channels or more, and width x height x channels values.");
     }
   }
   if (a.width != b.width || a.height != b.height) {
@@ -41,7 +42,7 @@ void check_pictures(const Image& a, const Image& b) {
 
 bool is_covered(const float* p) { return p[0] != 0 || p[1] != 0 || p[2] != 0; }
 
-double difference_8bit(const float* a, const float* b) {
+double max_difference_8bit(const float* a, const float* b) {
   const auto quantise = [](float value) {
     // NaN counts as 0.
     const double kept = value > 0 ? std::min(static_cast<double>(value), 1.0) : 0.0;
@@ -67,7 +68,7 @@ void for_each_pixel(const Image& reference, const Image& other, const Body& body
 }
 
 /// Rotates about +Y, then about an axis oblique to the world's axes.
-Vec3d rotated(const Vec3d& v, double first, double second) {
+Vec3d rotate_about_two_axes(const Vec3d& v, double first, double second) {
   const Vec3d a(v.x * std::cos(first) + v.z * std::sin(first), v.y,
                 v.z * std::cos(first) - v.x * std::sin(first));
   const Vec3d axis(2.0 / 7, 3.0 / 7, 6.0 / 7);
@@ -85,32 +86,32 @@ double angle_degrees(const Vec3d& a, const Vec3d& b) {
 void NormalComparison::add(const Image& reference, const Image& other) {
   check_pictures(reference, other);
   const std::size_t pixels = std::size_t{reference.width} * reference.height;
-  std::vector<double> angles(pixels);
-  std::vector<double> differences(pixels);
+  std::vector<double> pixel_angles(pixels);
+  std::vector<double> pixel_differences(pixels);
   for_each_pixel(reference, other, [&](std::size_t i, const float* a, const float* b) {
     const bool covered = is_covered(a);
     if (covered != is_covered(b)) {
-      angles[i] = kOneSided;
+      pixel_angles[i] = kOneSidedAngle;
     } else if (!covered) {
-      angles[i] = kUncovered;
+      pixel_angles[i] = kUncoveredAngle;
     } else {
-      angles[i] = normal_angle_degrees(a, b);
-      differences[i] = difference_8bit(a, b);
+      pixel_angles[i] = normal_angle_degrees(a, b);
+      pixel_differences[i] = max_difference_8bit(a, b);
     }
   });
   auto& [count, sum] = pictures_.emplace_back(0, 0);
   // Sums are computed in the order of pixels, so that they do not depend on the number of threads.
   for (std::size_t i = 0; i < pixels; ++i) {
-    if (angles[i] == kOneSided) ++one_sided_;
-    if (angles[i] < 0) continue;
+    if (pixel_angles[i] == kOneSidedAngle) ++one_sided_;
+    if (pixel_angles[i] < 0) continue;
     ++count;
-    sum += angles[i];
-    angles_.push_back(angles[i]);
-    sum_degrees_ += angles[i];
-    sum_squares_ += angles[i] * angles[i];
-    sum_8bit_ += differences[i];
+    sum += pixel_angles[i];
+    angles_.push_back(pixel_angles[i]);
+    sum_degrees_ += pixel_angles[i];
+    sum_squares_ += pixel_angles[i] * pixel_angles[i];
+    sum_8bit_ += pixel_differences[i];
     for (std::size_t k = 0; k < above_.size(); ++k) {
-      above_[k] += differences[i] > NormalError::kThresholds8Bit[k] ? 1 : 0;
+      above_[k] += pixel_differences[i] > NormalError::kThresholds8Bit[k] ? 1 : 0;
     }
   }
 }
@@ -131,8 +132,8 @@ NormalError NormalComparison::error() const {
   const auto picture_count = static_cast<double>(pictures_.size());
   double squares = 0;
   for (const auto& [pixels, sum] : pictures_) {
-    const double deviation = sum - error.mean_degrees * pixels;
-    squares += deviation * deviation;
+    const double mean_deviation = sum - error.mean_degrees * pixels;
+    squares += mean_deviation * mean_deviation;
   }
   if (picture_count > 1)
     error.standard_error_degrees = std::sqrt(squares * picture_count / (picture_count - 1)) / count;
@@ -140,11 +141,11 @@ NormalError NormalComparison::error() const {
   for (std::size_t k = 0; k < above_.size(); ++k) {
     error.above_8bit[k] = static_cast<double>(above_[k]) / count;
   }
-  std::vector<double> angles = angles_;
-  error.max_degrees = *std::max_element(angles.begin(), angles.end());
-  error.p99_degrees = percentile(angles, 99);
-  error.p95_degrees = percentile(angles, 95);
-  error.median_degrees = percentile(angles, 50);
+  std::vector<double> pixel_angles = angles_;
+  error.max_degrees = *std::max_element(pixel_angles.begin(), pixel_angles.end());
+  error.p99_degrees = percentile(pixel_angles, 99);
+  error.p95_degrees = percentile(pixel_angles, 95);
+  error.median_degrees = percentile(pixel_angles, 50);
   return error;
 }
 
@@ -160,8 +161,8 @@ Image normal_angles(const Image& reference, const Image& other) {
   result.pixels.resize(std::size_t{reference.width} * reference.height);
   for_each_pixel(reference, other, [&](std::size_t i, const float* a, const float* b) {
     const bool covered = is_covered(a);
-    result.pixels[i] = covered != is_covered(b) ? kOneSided
-                       : !covered               ? kUncovered
+    result.pixels[i] = covered != is_covered(b) ? kOneSidedAngle
+                       : !covered               ? kUncoveredAngle
                                                 : static_cast<float>(normal_angle_degrees(a, b));
   });
   return result;
@@ -214,18 +215,18 @@ std::vector<Vec3> held_out_views(std::uint32_t count, std::span<const Vec3> used
   const std::vector<Vec3d> spread = spread_directions(count);
   std::vector<Vec3> result(count);
   for (int k = 1; k <= kRotations; ++k) {
-    // Two angles whose combination never repeats: multiples of two irrational shares of 360 degrees.
+    // Two angles of a picture: multiples of two irrational shares of 360 degrees, so that no combination repeats.
     const double first = 2 * std::numbers::pi * std::fmod(k * std::numbers::phi, 1.0);
     const double second = 2 * std::numbers::pi * std::fmod(k * std::numbers::sqrt2, 1.0);
     for (std::size_t i = 0; i < spread.size(); ++i) {
-      result[i] = to_float(rotated(spread[i], first, second));
+      result[i] = to_float(rotate_about_two_axes(spread[i], first, second));
     }
     if (least_angle_degrees(result, used) >= least_degrees) return result;
   }
-  throw Error(ErrorCode::usage, "No " + std::to_string(count) + " directions to measure from lie " +
-                                    decimal(least_degrees) + " degrees or more from all " +
-                                    std::to_string(used.size()) +
-                                    " that are matched from: match from fewer views.");
+  throw Error(ErrorCode::usage,
+              "There are no " + std::to_string(count) + " directions for measuring that lie " +
+                  decimal(least_degrees) + " degrees or more from each of the " +
+                  std::to_string(used.size()) + " views of the match: match from fewer views.");
 }
 
 NormalReference::NormalReference(const Scene& reference, const Mesh& frame,

@@ -14,11 +14,11 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kProbeGrain = 1 << 12;
+constexpr std::size_t kPlacesPerTask = 1 << 12;
 constexpr double kMaxAngle = 180;
 
 /// Bilinear lookup of three channels in a map, clamped to its edges.
-Vec3d texel_at(const Image& map, double u, double v) {
+Vec3d bilinear_texel(const Image& map, double u, double v) {
   const double x = u * map.width - 0.5;
   const double y = (1 - v) * map.height - 0.5;
   const auto clamped = [](double at, std::uint32_t count) {
@@ -43,8 +43,8 @@ Vec3d texel_at(const Image& map, double u, double v) {
          (read(x0, y1) * (1 - fx) + read(x1, y1) * fx) * fy;
 }
 
-/// Some pixels of an image with one row.
-Image row_part(const Image& row, std::uint32_t begin, std::uint32_t end) {
+/// Cuts a range of pixels from an image with one row.
+Image part_of_row(const Image& row, std::uint32_t begin, std::uint32_t end) {
   const auto at = [&](std::uint32_t x) {
     return row.pixels.begin() + std::ptrdiff_t{x} * row.channels;
   };
@@ -53,79 +53,84 @@ Image row_part(const Image& row, std::uint32_t begin, std::uint32_t end) {
 
 }  // namespace
 
-NormalError NormalProbe::compare(const Image& shown) const {
-  const Image pixels = points_a_pixel_ > 1 ? pixel_means(shown, points_a_pixel_) : shown;
+NormalError NormalProbe::compare(const Image& shown_normals) const {
+  const Image pixels =
+      points_a_pixel_ > 1 ? pixel_means(shown_normals, points_a_pixel_) : shown_normals;
   NormalComparison comparison;
   for (std::size_t i = 1; i < picture_begins_.size(); ++i) {
     const std::uint32_t begin = picture_begins_[i - 1], end = picture_begins_[i];
-    if (begin < end) comparison.add(row_part(reference_, begin, end), row_part(pixels, begin, end));
+    if (begin < end)
+      comparison.add(part_of_row(high_poly_normals_, begin, end), part_of_row(pixels, begin, end));
   }
   NormalError error = comparison.error();
-  error.one_sided += one_sided_;
-  const std::uint64_t covered = points_of_one_ + points_of_both_;
+  error.one_sided += one_sided_pixels_;
+  const std::uint64_t covered = points_on_one_mesh_ + points_on_both_meshes_;
   if (covered > 0)
-    error.one_sided_share = static_cast<double>(points_of_one_) / static_cast<double>(covered);
-  if (worst_where_unseen_ && places_.empty()) error.mean_degrees = kMaxAngle;
+    error.one_sided_share = static_cast<double>(points_on_one_mesh_) / static_cast<double>(covered);
+  if (is_worst_if_unseen_ && places_.empty()) error.mean_degrees = kMaxAngle;
   return error;
 }
 
 NormalError NormalProbe::without_map() const {
   std::vector<float> normals(3 * places_.size());
-  parallel_for(places_.size(), kProbeGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(places_.size(), kPlacesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Place& place = places_[i];
       const auto& [a, b, c] = surface_.triangles[place.triangle];
-      const Vec3 n = to_float(blend(a.normal, b.normal, c.normal, place.u, place.v));
+      const Vec3 n = to_float(interpolate_corners(a.normal, b.normal, c.normal, place.u, place.v));
       normals[3 * i] = n.x;
       normals[3 * i + 1] = n.y;
       normals[3 * i + 2] = n.z;
     }
   });
-  return with_normals(normals);
+  return error_with_normals(normals);
 }
 
-NormalError NormalProbe::with_normals(const std::vector<float>& normals) const {
-  Image shown{static_cast<std::uint32_t>(places_.size()), 1, 3, std::vector<float>(normals.size())};
-  parallel_for(places_.size(), kProbeGrain, [&](std::size_t begin, std::size_t end) {
+NormalError NormalProbe::error_with_normals(const std::vector<float>& normals) const {
+  Image shown_normals{static_cast<std::uint32_t>(places_.size()), 1, 3,
+                      std::vector<float>(normals.size())};
+  parallel_for(places_.size(), kPlacesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const float* n = &normals[3 * i];
-      encode(Vec3d(n[0], n[1], n[2]) * (places_[i].back ? -1.0 : 1.0), &shown.pixels[3 * i]);
+      encode_normal(Vec3d(n[0], n[1], n[2]) * (places_[i].back ? -1.0 : 1.0),
+                    &shown_normals.pixels[3 * i]);
     }
   });
-  return compare(shown);
+  return compare(shown_normals);
 }
 
 NormalError NormalProbe::with_map(const Image& map, const BakeOptions& baked) const {
-  const NormalMapSpace space = baked.encoding.space;
+  const NormalMapSpace normal_space = baked.encoding.space;
   std::vector<float> normals(3 * places_.size());
-  parallel_for(places_.size(), kProbeGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(places_.size(), kPlacesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Place& place = places_[i];
       const auto& corners = surface_.triangles[place.triangle];
       const double w = 1.0 - place.u - place.v;
       const auto& [a, b, c] = corners;
-      Vec3d value = texel_at(map, a.uv.x * w + b.uv.x * place.u + c.uv.x * place.v,
-                             a.uv.y * w + b.uv.y * place.u + c.uv.y * place.v) *
+      Vec3d value = bilinear_texel(map, a.uv.x * w + b.uv.x * place.u + c.uv.x * place.v,
+                                   a.uv.y * w + b.uv.y * place.u + c.uv.y * place.v) *
                         2.0 +
                     Vec3d(-1, -1, -1);
       if (baked.encoding.flip_y) value.y = -value.y;
       const kiln_low_shading& low = shading_[place.triangle];
       const Vec3d face = vector_at(low.face_normal);
       Vec3d normal = value;
-      if (space != NormalMapSpace::object) {
+      if (normal_space != NormalMapSpace::object) {
         Vec3d n = face, t = vector_at(low.face_tangent);
         double sign = 1;
-        if (space == NormalMapSpace::tangent) {
-          n = blend(a.normal, b.normal, c.normal, place.u, place.v);
-          t = blend(a.tangent, b.tangent, c.tangent, place.u, place.v);
+        if (normal_space == NormalMapSpace::tangent) {
+          n = interpolate_corners(a.normal, b.normal, c.normal, place.u, place.v);
+          t = interpolate_corners(a.tangent, b.tangent, c.tangent, place.u, place.v);
           sign = low.sign;
         }
         Vec3d across = cross(n, t);
-        if (space == NormalMapSpace::tangent && baked.encoding.bitangent == Bitangent::vertex) {
+        if (normal_space == NormalMapSpace::tangent &&
+            baked.encoding.bitangent == Bitangent::vertex) {
           const auto at = [](const LowSurface::Corner& corner) {
             return to_float(cross(to_double(corner.normal), to_double(corner.tangent)));
           };
-          across = blend(at(a), at(b), at(c), place.u, place.v);
+          across = interpolate_corners(at(a), at(b), at(c), place.u, place.v);
         }
         normal = t * value.x + across * (sign * value.y) + n * value.z;
       }
@@ -136,7 +141,7 @@ NormalError NormalProbe::with_map(const Image& map, const BakeOptions& baked) co
       normals[3 * i + 2] = result.z;
     }
   });
-  return with_normals(normals);
+  return error_with_normals(normals);
 }
 
 void NormalProbe::match_places(const BakeOptions& options,
@@ -145,29 +150,30 @@ void NormalProbe::match_places(const BakeOptions& options,
   BakeReport report;
   Clusters clusters{0, field};
   const EdgeTurn turn = edge_turn(options, source_, surface_);
-  const std::unique_ptr<Matcher> matcher = make_matcher(
-      source_, surface_, options, report, clusters, BakeProgress(options.progress), turn.turns());
+  const std::unique_ptr<Matcher> matcher =
+      make_matcher(source_, surface_, options, report, clusters, BakeProgress(options.progress),
+                   turn.blends_directions());
   field = clusters.field;
   const SheetReach sheets = sheet_reach(options, surface_);
-  if (!turn.turns() && !(sheets.farthest() > 0) && !cage_.writes()) {
+  if (!turn.blends_directions() && !(sheets.max_search_distance() > 0) && !cage_.has_cage_mesh()) {
     matcher->run(band_, match);
     return;
   }
-  TexelBand turned = band_of_all();
-  turn.apply(context_of(source_.device), turned);
-  sheets.apply(context_of(source_.device), turned);
-  cage_.apply(context_of(source_.device), turned);
+  TexelBand turned = copy_band();
+  turn.set_directions(context_of(source_.device), turned);
+  sheets.write_search_distances(context_of(source_.device), turned);
+  cage_.write_sample_reach(context_of(source_.device), turned);
   matcher->run(turned, match);
 }
 
-/// A matcher by UVs works on samples at texel centres, but the probe's places lie between these, so it is implemented
-/// separately.
+/// Matching by UVs has code of its own here, since its matcher needs samples at texel centres, and places lie between
+/// these.
 void NormalProbe::match_by_uv(const BakeOptions& options,
                               std::shared_ptr<const VisibilityField>& field,
                               DeviceCorrespondence& match) const {
   const std::size_t count = places_.size();
   std::vector<Vec2> uvs(count);
-  parallel_for(count, kProbeGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(count, kPlacesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Place& place = places_[i];
       const auto& [a, b, c] = surface_.triangles[place.triangle];
@@ -178,15 +184,15 @@ void NormalProbe::match_by_uv(const BakeOptions& options,
   });
   UvPoints found = match_row(options.match.method).at_uvs(source_, uvs);
   std::vector<std::uint8_t> status(count, KILN_STATUS_UV);
-  bool any_missed = false;
+  bool is_any_missed = false;
   for (std::size_t i = 0; i < count; ++i) {
     if (found.triangle[i] != KILN_NO_TRIANGLE) continue;
     status[i] = KILN_STATUS_MISS;
-    any_missed = true;
+    is_any_missed = true;
   }
   cl::Context& context = context_of(source_.device);
   context.fill(match.distance, 0.0F);
-  if (any_missed && !options.match.fallback.empty()) {
+  if (is_any_missed && !options.match.fallback.empty()) {
     BakeOptions fallback_options = options;
     fallback_options.match.method = options.match.fallback.front();
     fallback_options.match.fallback.erase(fallback_options.match.fallback.begin());
@@ -212,29 +218,29 @@ NormalProbe::InfiniteMap NormalProbe::infinite_map(
     const BakeOptions& options, std::shared_ptr<const VisibilityField>& field) const {
   InfiniteMap result;
   if (places() == 0) {
-    result.error = with_normals({});
+    result.error = error_with_normals({});
     return result;
   }
   cl::Context& context = context_of(source_.device);
-  BakeOptions in_space = options;
-  in_space.encoding.space = NormalMapSpace::object;
-  in_space.encoding.flip_y = in_space.encoding.two_component = false;
-  in_space.encoding.miss = MissPolicy::keep;
+  BakeOptions space_options = options;
+  space_options.encoding.space = NormalMapSpace::object;
+  space_options.encoding.flip_y = space_options.encoding.two_component = false;
+  space_options.encoding.miss = MissPolicy::keep;
   DeviceCorrespondence match(context, band_.capacity);
   match.count = band_.sample_count;
   if (match_row(options.match.method).at_uvs != nullptr) {
-    match_by_uv(in_space, field, match);
+    match_by_uv(space_options, field, match);
   } else {
-    match_places(in_space, field, match);
+    match_places(space_options, field, match);
   }
-  NormalDetail detail(context, surface_, source_.attributes, in_space);
+  NormalDetail normal_detail(context, surface_, source_.attributes, space_options);
   cl::Array<float> image(context, std::size_t{3} * places());
   cl::Array<std::uint8_t> coverage(context, places());
   context.fill(image, 0.0F);
   context.fill(coverage, std::uint8_t{0});
-  detail.run(band_, match, image, coverage);
+  normal_detail.run(band_, match, image, coverage);
   result.normals = image.download(context);
-  result.error = with_normals(result.normals);
+  result.error = error_with_normals(result.normals);
   const std::vector<std::uint8_t> status = match.status.download(context);
   result.missed = static_cast<double>(std::count(status.begin(), status.begin() + places(),
                                                  std::uint8_t{KILN_STATUS_MISS})) /

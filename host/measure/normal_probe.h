@@ -16,7 +16,7 @@
 
 namespace kiln {
 
-/// Pictures of the high poly, shared by any number of low polys.
+/// Pictures of the high poly and its hits in them, shared by the probes of any number of low polys.
 struct HighPolyView {
   std::vector<Picture> pictures;
   PictureHits hits;
@@ -44,7 +44,7 @@ Mesh with_any_uvs(Mesh mesh);
 /// values of a map of infinite size.
 class NormalProbe {
  public:
-  /// \param views   directions of the pictures, which the high poly fills
+  /// \param views   directions of the pictures. The high poly fills each picture from side to side
   /// \param pixels  side of each picture in pixels, a multiple of 8
   /// \param raster  true: rasterizes the high poly instead of casting rays, for sources without a BVH. In this case,
   ///     back faces of the low poly do not count
@@ -52,9 +52,9 @@ class NormalProbe {
   NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh* cage,
               const std::vector<ViewAngles>& views, std::uint32_t pixels, bool raster);
 
-  /// Uses pictures for which the high poly's hits are known. If pixels have several points, their mean normals are
-  /// compared, over pixels that both meshes cover completely. Without any such pixel, as for parts smaller than a
-  /// pixel, errors are 180 degrees, the greatest possible.
+  /// Constructs a probe from pictures for which the high poly's hits are known. If pixels have several points, their
+  /// mean normals are compared, over pixels that both meshes cover completely. Without any such pixel, as for parts
+  /// smaller than a pixel, errors are 180 degrees, the greatest possible.
   NormalProbe(const Source::Impl& source, const Mesh& low, const HighPolyView& dense);
 
   /// Error of the low poly's own normals.
@@ -63,13 +63,13 @@ class NormalProbe {
   /// \param map  map of normals n, encoded as n/2 + 1/2 as in Scene
   NormalError with_map(const Image& map, const BakeOptions& baked) const;
 
-  /// Error of given normals at each place, in the mesh's space, such as matched ones.
-  NormalError with_normals(const std::vector<float>& normals) const;
+  /// Error of given normals, such as matched ones: one for each place, in the mesh's space.
+  NormalError error_with_normals(const std::vector<float>& normals) const;
 
   /// Errors of a match with a map of infinite size.
   struct InfiniteMap {
     NormalError error;
-    double missed = 0;           ///< Share of the places that the match misses
+    double missed = 0;           ///< Share of the places for which the match finds no point
     std::vector<float> normals;  ///< Matched normals, in the mesh's space
   };
   /// Error of a match with a map of infinite size. For matches by UVs, layouts are not checked.
@@ -82,20 +82,20 @@ class NormalProbe {
   /// from all directions, but the point of the high poly behind it differs between directions. The bound is the mean
   /// error of each place's best normal, divided by the mean error of the matched normals. It is estimated at some
   /// places, from the pictures that show them, and slightly too low for places that few pictures show.
-  double least_share(const InfiniteMap& endless) const;
+  double min_error_share(const InfiniteMap& infinite_map_result) const;
 
   std::uint32_t places() const { return band_.sample_count; }
 
  private:
-  struct Place : LowPlace {
+  struct Place : LowPolyPoint {
     bool back = false;  ///< True if the low poly is seen from behind, so that its normal is flipped
   };
   NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh* cage);
-  bool from_behind(std::uint32_t triangle, const Picture& picture) const;
+  bool is_seen_from_behind(std::uint32_t triangle, const Picture& picture) const;
   std::vector<std::uint32_t> points_on_both(const PictureHits& shown, const PictureHits& dense);
   void select_places(const std::vector<Picture>& pictures, const PictureHits& shown,
                      const PictureHits& dense);
-  TexelBand band_of_all() const;
+  TexelBand copy_band() const;
   void match_places(const BakeOptions& options, std::shared_ptr<const VisibilityField>& field,
                     DeviceCorrespondence& match) const;
   void match_by_uv(const BakeOptions& options, std::shared_ptr<const VisibilityField>& field,
@@ -105,10 +105,10 @@ class NormalProbe {
   static Image pixel_means(const Image& points, std::uint32_t each);
 
   const Source::Impl& source_;
-  mutable BandReads reads_;  ///< Reads the high poly's normals
-  RayCaster light_;
-  std::vector<Vec3d> toward_;  ///< Directions of the pictures
-  double start_ = 0;           ///< Distance of rays' origins from the centre
+  mutable BandReads normal_reads_;  ///< Reader of the high poly's normals
+  RayCaster low_poly_rays_;
+  std::vector<Vec3d> picture_directions_;  ///< Directions of the pictures
+  double ray_start_distance_ = 0;          ///< Distance of rays' origins from the centre
   std::shared_ptr<LowSurface> low_;
   LowSurface& surface_;
   CageReach cage_;
@@ -117,12 +117,12 @@ class NormalProbe {
   std::uint32_t points_a_pixel_ = 1;
   std::vector<std::uint32_t>
       picture_begins_;  ///< Index of each picture's first place; one extra entry
-  /// True if errors are the largest possible when there are no places
-  bool worst_where_unseen_ = false;
-  Image reference_;              ///< The high poly's normals, as an image of one row
-  std::uint64_t one_sided_ = 0;  ///< Number of pixels that only one of the meshes covers
-  std::uint64_t points_of_one_ = 0, points_of_both_ = 0;
-  TexelBand band_;  ///< The places as samples of a map with one row
+  /// True if a low poly without places has the largest possible error, instead of none
+  bool is_worst_if_unseen_ = false;
+  Image high_poly_normals_;             ///< The high poly's normals, as an image of one row
+  std::uint64_t one_sided_pixels_ = 0;  ///< Number of pixels that only one of the meshes covers
+  std::uint64_t points_on_one_mesh_ = 0, points_on_both_meshes_ = 0;
+  TexelBand band_;  ///< The places, as the samples of a map with one row
 };
 
 }  // namespace kiln

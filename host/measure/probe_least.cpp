@@ -8,7 +8,7 @@
 
 namespace kiln {
 
-double NormalProbe::least_share(const InfiniteMap& endless) const {
+double NormalProbe::min_error_share(const InfiniteMap& infinite_map_result) const {
   constexpr std::size_t kSampledPlaces = 2048;
   constexpr double kMinCosine = 0.05;
   if (places() == 0) return 1;
@@ -20,14 +20,14 @@ double NormalProbe::least_share(const InfiniteMap& endless) const {
     double distance = 0;  // Distance from the ray's origin to the place
   };
   std::vector<ViewedPlace> views;
-  for (const Vec3d& toward : toward_) {
+  for (const Vec3d& toward : picture_directions_) {
     for (std::size_t i = 0; i < places_.size(); i += step) {
       const Place& place = places_[i];
       const Vec3d normal = vector_at(shading_[place.triangle].face_normal);
       const double cosine = dot(normal, toward) * (place.back ? -1 : 1);
       if (cosine < kMinCosine) continue;
       const Vec3d at = position_at(surface_, place);
-      views.push_back({i / step, cosine, toward, at, start_ - dot(at, toward)});
+      views.push_back({i / step, cosine, toward, at, ray_start_distance_ - dot(at, toward)});
     }
   }
   const auto count = static_cast<std::uint32_t>(views.size());
@@ -43,32 +43,34 @@ double NormalProbe::least_share(const InfiniteMap& endless) const {
   const cl::Array<float> device_points(context, std::span<const float>(points));
   DeviceCorrespondence match(context, count);
   RayQuery query;
-  query.t_max = static_cast<float>(2 * start_);
+  query.t_max = static_cast<float>(2 * ray_start_distance_);
   query.two_sided = true;
-  light_.intersect(device_points, count, count, query, match);
+  low_poly_rays_.intersect(device_points, count, count, query, match);
   std::vector<float> distance(count);
   match.distance.read(context, distance);
   source_.rays().intersect(device_points, count, count, query, match);
   const std::vector<std::uint32_t> triangle = match.triangle.download(context);
   const std::vector<float> barycentric = match.barycentric.download(context);
   const std::vector<std::uint32_t>& normal_indices =
-      reads_.read_source(source_.attributes.normal_indices);
-  const std::vector<float>& normals = reads_.read_source(source_.attributes.normals);
+      normal_reads_.read_source(source_.attributes.normal_indices);
+  const std::vector<float>& normals = normal_reads_.read_source(source_.attributes.normals);
 
   std::vector<std::vector<std::pair<Vec3d, double>>> visible_directions(kSampledPlaces);
   for (std::size_t i = 0; i < count; ++i) {
     const ViewedPlace& viewed_place = views[i];
-    // Skips places that another part of the low poly hides.
-    if (distance[i] < viewed_place.distance - 1e-4 * start_ || triangle[i] == KILN_NO_TRIANGLE)
+    // Another part of the low poly hides this place.
+    if (distance[i] < viewed_place.distance - 1e-4 * ray_start_distance_ ||
+        triangle[i] == KILN_NO_TRIANGLE)
       continue;
     const std::size_t t = triangle[i];
-    std::array<Vec3d, 3> corner{}, shading{};
+    std::array<Vec3d, 3> triangle_corners{}, shading{};
     for (std::size_t k = 0; k < 3; ++k) {
-      corner[k] = to_double(source_.positions[source_.triangles[t][k]]);
+      triangle_corners[k] = to_double(source_.positions[source_.triangles[t][k]]);
       const float* n = &normals[3 * std::size_t{normal_indices[3 * t + k]}];
       shading[k] = Vec3d(n[0], n[1], n[2]);
     }
-    const Vec3d face = cross(corner[1] - corner[0], corner[2] - corner[0]);
+    const Vec3d face =
+        cross(triangle_corners[1] - triangle_corners[0], triangle_corners[2] - triangle_corners[0]);
     const float u = barycentric[i], v = barycentric[i + count];
     const Vec3d sum = shading[0] * (1.0 - u - v) + shading[1] * double{u} + shading[2] * double{v};
     const double size = length(sum);
@@ -84,12 +86,12 @@ double NormalProbe::least_share(const InfiniteMap& endless) const {
     }
     return sum / weights;
   };
-  double least = 0, found = 0;
+  double min_error_sum = 0, matched_error_sum = 0;
   for (std::size_t i = 0; i < kSampledPlaces; ++i) {
     const auto& directions = visible_directions[i];
     if (directions.empty()) continue;
     const std::size_t place = i * step;
-    const float* own = &endless.normals[3 * place];
+    const float* own = &infinite_map_result.normals[3 * place];
     const double own_error =
         mean_angle(Vec3d(own[0], own[1], own[2]) * (places_[place].back ? -1.0 : 1.0), directions);
     // The direction with the smallest mean angle, by Weiszfeld's iteration from the least-squares direction.
@@ -106,10 +108,10 @@ double NormalProbe::least_share(const InfiniteMap& endless) const {
       }
       best = next;
     }
-    least += error;
-    found += own_error;
+    min_error_sum += error;
+    matched_error_sum += own_error;
   }
-  return found > 0 ? least / found : 1;
+  return matched_error_sum > 0 ? min_error_sum / matched_error_sum : 1;
 }
 
 }  // namespace kiln

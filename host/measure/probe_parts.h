@@ -8,7 +8,7 @@
 namespace kiln {
 
 /// Encodes a direction of any length as n/2 + 1/2.
-inline void encode(const Vec3d& normal, float* pixel) {
+inline void encode_normal(const Vec3d& normal, float* pixel) {
   const double size = length(normal);
   const Vec3 n = to_float(size > 0 ? normal * (0.5 / size) : normal);
   pixel[0] = n.x + 0.5F;
@@ -17,7 +17,7 @@ inline void encode(const Vec3d& normal, float* pixel) {
 }
 
 template <typename T>
-Vec3d blend(const T& a, const T& b, const T& c, float u, float v) {
+Vec3d interpolate_corners(const T& a, const T& b, const T& c, float u, float v) {
   return to_double(a) * (1.0 - u - v) + to_double(b) * double{u} + to_double(c) * double{v};
 }
 

@@ -10,11 +10,11 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t kTile = PictureGrid::kPictureTile;
-constexpr std::size_t kPictureGrain = 1 << 12;
+constexpr std::uint32_t kTileSide = PictureGrid::kPictureTile;
+constexpr std::size_t kPointsPerTask = 1 << 12;
 
 /// The high poly's bounding box as a mesh, so that pictures of both meshes have the same frame.
-Mesh box_of(const Source::Impl& source) {
+Mesh bounding_box_mesh(const Source::Impl& source) {
   Box<Vec3d> bounds;
   for (const Triangle& triangle : source.triangles) {
     for (const std::uint32_t i : triangle) {
@@ -38,17 +38,17 @@ Mesh box_of(const Source::Impl& source) {
 
 /// Positions of finite triangles.
 std::vector<Vec3d> used_positions(const Source::Impl& source) {
-  std::vector<std::uint8_t> is_used(source.positions.size(), 0);
+  std::vector<std::uint8_t> is_used_vertex(source.positions.size(), 0);
   for (const Triangle& triangle : source.triangles) {
     const bool finite = std::all_of(triangle.begin(), triangle.end(), [&](std::uint32_t i) {
       return is_finite(source.positions[i]);
     });
     if (!finite) continue;
-    for (const std::uint32_t i : triangle) is_used[i] = 1;
+    for (const std::uint32_t i : triangle) is_used_vertex[i] = 1;
   }
   std::vector<Vec3d> positions;
-  for (std::size_t i = 0; i < is_used.size(); ++i) {
-    if (is_used[i] != 0) positions.push_back(to_double(source.positions[i]));
+  for (std::size_t i = 0; i < is_used_vertex.size(); ++i) {
+    if (is_used_vertex[i] != 0) positions.push_back(to_double(source.positions[i]));
   }
   return positions;
 }
@@ -66,8 +66,8 @@ void fit_closely(const std::vector<Vec3d>& positions, Picture& picture) {
   const double side = std::max(right - left, top - bottom);
   if (!(side > 0) || side > 2 * picture.half_side) return;
   picture.half_side = side / 2;
-  picture.middle = picture.right * ((left + right) / 2) + picture.up * ((bottom + top) / 2) +
-                   picture.toward * dot(picture.middle, picture.toward);
+  picture.center = picture.right * ((left + right) / 2) + picture.up * ((bottom + top) / 2) +
+                   picture.toward * dot(picture.center, picture.toward);
 }
 
 }  // namespace
@@ -76,7 +76,7 @@ Picture::Picture(const Camera& camera, const Frame& frame, std::uint32_t size)
     : right(camera.right),
       up(camera.up),
       toward(camera.toward),
-      middle(Vec3d(camera.center[0] - frame.center[0], camera.center[1] - frame.center[1],
+      center(Vec3d(camera.center[0] - frame.center[0], camera.center[1] - frame.center[1],
                    camera.center[2] - frame.center[2]) *
              frame.scale),
       half_side(camera.half_side * frame.scale),
@@ -85,14 +85,15 @@ Picture::Picture(const Camera& camera, const Frame& frame, std::uint32_t size)
 Vec3d Picture::point(std::uint32_t index) const {
   const std::uint32_t each = subpixels * subpixels;
   const std::uint32_t pixel = index / each, sub = index % each;
-  const std::uint32_t tile = pixel / (kTile * kTile), within = pixel % (kTile * kTile);
-  const std::uint32_t x = tile % (pixels / kTile) * kTile + within % kTile;
-  const std::uint32_t y = tile / (pixels / kTile) * kTile + within / kTile;
+  const std::uint32_t tile = pixel / (kTileSide * kTileSide),
+                      within = pixel % (kTileSide * kTileSide);
+  const std::uint32_t x = tile % (pixels / kTileSide) * kTileSide + within % kTileSide;
+  const std::uint32_t y = tile / (pixels / kTileSide) * kTileSide + within / kTileSide;
   const double step = 2 * half_side / pixels;
-  const std::uint32_t across = sub % subpixels, down = sub / subpixels;
-  const double right_by = ((across + 0.5) / subpixels - 0.5) * footprint;
-  const double down_by = ((down + 0.5) / subpixels - 0.5) * footprint;
-  return middle + right * ((x + 0.5) * step - half_side + right_by) +
+  const std::uint32_t subpixel_column = sub % subpixels, down = sub / subpixels;
+  const double right_by = ((subpixel_column + 0.5) / subpixels - 0.5) * pixel_footprint;
+  const double down_by = ((down + 0.5) / subpixels - 0.5) * pixel_footprint;
+  return center + right * ((x + 0.5) * step - half_side + right_by) +
          up * (half_side - (y + 0.5) * step - down_by);
 }
 
@@ -109,16 +110,16 @@ kiln_view Picture::view(std::uint32_t first) const {
   store(toward, to.toward);
   const double scale = pixels / (2 * half_side);
   to.scale = static_cast<float>(scale);
-  to.left = static_cast<float>(pixels / 2.0 - dot(middle, right) * scale);
-  to.top = static_cast<float>(pixels / 2.0 + dot(middle, up) * scale);
+  to.left = static_cast<float>(pixels / 2.0 - dot(center, right) * scale);
+  to.top = static_cast<float>(pixels / 2.0 + dot(center, up) * scale);
   to.width = to.height = pixels;
   to.first = first;
   return to;
 }
 
-std::vector<Picture> pictures_of(const Source::Impl& source, const std::vector<ViewAngles>& views,
-                                 const PictureGrid& grid) {
-  const Mesh box = box_of(source);
+std::vector<Picture> make_pictures(const Source::Impl& source, const std::vector<ViewAngles>& views,
+                                   const PictureGrid& grid) {
+  const Mesh box = bounding_box_mesh(source);
   const CameraTarget target = CameraTarget::of(box);
   std::vector<Picture> pictures;
   for (const ViewAngles& view : views) {
@@ -127,26 +128,26 @@ std::vector<Picture> pictures_of(const Source::Impl& source, const std::vector<V
     options.elevation_degrees = view.elevation_degrees;
     pictures.emplace_back(Camera::fit(target, options), source.frame, grid.pixels);
   }
-  if (grid.screen == 0) return pictures;
+  if (grid.pixels_on_screen == 0) return pictures;
   const std::vector<Vec3d> positions = used_positions(source);
   parallel_for(pictures.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       Picture& picture = pictures[i];
       fit_closely(positions, picture);
       picture.subpixels = kScreenSubpixels;
-      picture.footprint = 2 * picture.half_side / grid.screen;
+      picture.pixel_footprint = 2 * picture.half_side / grid.pixels_on_screen;
     }
   });
   return pictures;
 }
 
 /// The nearest triangle of a mesh at every point.
-PictureHits hits_by_rays(cl::Context& context, const RayCaster& rays,
-                         const std::vector<Picture>& pictures, double start) {
+PictureHits cast_hits(cl::Context& context, const RayCaster& rays,
+                      const std::vector<Picture>& pictures, double start) {
   const std::uint32_t each = pictures[0].points();
   const auto count = static_cast<std::uint32_t>(each * pictures.size());
   std::vector<float> points(std::size_t{7} * count, 0.0F);
-  parallel_for(count, kPictureGrain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(count, kPointsPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Picture& picture = pictures[i / each];
       const Vec3d at = picture.point(static_cast<std::uint32_t>(i % each));
@@ -170,17 +171,17 @@ PictureHits hits_by_rays(cl::Context& context, const RayCaster& rays,
 
 /// Computes the hits of the high poly by rasterization, without barycentric coordinates, which follow from the pixel.
 /// \param needed  true for each picture that is rasterized; the others remain empty
-PictureHits hits_by_raster(const Source::Impl& source, const std::vector<Picture>& pictures,
+PictureHits rasterize_hits(const Source::Impl& source, const std::vector<Picture>& pictures,
                            const std::vector<bool>& needed) {
   cl::Context& context = context_of(source.device);
   const std::uint32_t pixels = pictures[0].pixels;
   const auto keys_each = static_cast<std::uint32_t>(DepthKeys::count(pixels, pixels));
   std::vector<kiln_view> views;
-  std::vector<std::size_t> picture_of_view;
+  std::vector<std::size_t> picture_of_raster_view;
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     if (!needed[i]) continue;
     views.push_back(pictures[i].view(static_cast<std::uint32_t>(views.size()) * keys_each));
-    picture_of_view.push_back(i);
+    picture_of_raster_view.push_back(i);
   }
   PictureHits hits;
   const std::size_t each = std::size_t{pixels} * pixels;
@@ -191,12 +192,12 @@ PictureHits hits_by_raster(const Source::Impl& source, const std::vector<Picture
   for (std::size_t v = 0; v < views.size(); ++v) {
     const std::vector<std::uint64_t> rows = keys.picture(context, views[v]);
     for (std::uint32_t i = 0; i < each; ++i) {
-      const std::uint32_t tile = i / (kTile * kTile), within = i % (kTile * kTile);
-      const std::uint32_t x = tile % (pixels / kTile) * kTile + within % kTile;
-      const std::uint32_t y = tile / (pixels / kTile) * kTile + within / kTile;
+      const std::uint32_t tile = i / (kTileSide * kTileSide), within = i % (kTileSide * kTileSide);
+      const std::uint32_t x = tile % (pixels / kTileSide) * kTileSide + within % kTileSide;
+      const std::uint32_t y = tile / (pixels / kTileSide) * kTileSide + within / kTileSide;
       const std::uint64_t key = rows[std::size_t{y} * pixels + x];
       if (key == KILN_RASTER_EMPTY) continue;
-      hits.triangle[each * picture_of_view[v] + i] = static_cast<std::uint32_t>(key);
+      hits.triangle[each * picture_of_raster_view[v] + i] = static_cast<std::uint32_t>(key);
     }
   }
   return hits;
@@ -216,12 +217,12 @@ Vec3d dense_normal(const Source::Impl& source, const std::vector<std::uint32_t>&
     return flat[a][0] * flat[b][1] - flat[b][0] * flat[a][1];
   };
   const double weights[3] = {area(1, 2), area(2, 0), area(0, 1)};
-  const double whole = weights[0] + weights[1] + weights[2];
+  const double weight_sum = weights[0] + weights[1] + weights[2];
   const Vec3d face = cross(corners[1] - corners[0], corners[2] - corners[0]);
   Vec3d sum{};
   for (std::size_t k = 0; k < 3; ++k) {
     const float* n = &normals[3 * std::size_t{normal_indices[3 * std::size_t{triangle} + k]}];
-    sum += Vec3d(n[0], n[1], n[2]) * (weights[k] / whole);
+    sum += Vec3d(n[0], n[1], n[2]) * (weights[k] / weight_sum);
   }
   double size = length(sum);
   if (!(size > 0)) {

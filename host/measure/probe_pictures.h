@@ -16,15 +16,15 @@ namespace kiln {
 /// A camera in the high poly's frame.
 struct Picture {
   Vec3d right{}, up{}, toward{};
-  Vec3d middle{};
+  Vec3d center{};
   double half_side = 0;
   std::uint32_t pixels = 0;     ///< Side of the picture in pixels
   std::uint32_t subpixels = 1;  ///< Number of points along a pixel's side
-  double footprint = 0;         ///< Side of the square that a pixel's points cover
+  double pixel_footprint = 0;   ///< Side of the square that a pixel's points cover
 
   Picture(const Camera& camera, const Frame& frame, std::uint32_t size);
 
-  /// Number of points of a picture.
+  /// Number of points in a picture.
   std::uint32_t points() const { return pixels * pixels * subpixels * subpixels; }
   /// Position of a point in the plane through the centre. Pixels are ordered by tiles, so that rays adjacent in
   /// memory are close in the picture; the points of a pixel are consecutive.
@@ -44,29 +44,29 @@ struct PictureGrid {
   std::uint32_t pixels = kPictureTile;
   /// Side of the displayed picture in pixels. A sampled pixel has the size of a displayed one, and its points cover
   /// it. 0: a pixel is a single point.
-  std::uint32_t screen = 0;
+  std::uint32_t pixels_on_screen = 0;
   static constexpr std::uint32_t kPictureTile = 8;
 };
 
-/// Number of points along a pixel's side if PictureGrid::screen is set.
+/// Number of points along a pixel's side if PictureGrid::pixels_on_screen is set.
 inline constexpr std::uint32_t kScreenSubpixels = 3;
 
 /// Number of sampled pixels along the side of pictures with a size on screen.
 inline constexpr std::uint32_t kScreenPixels = 24;
 /// Distance from the centre at which rays to the high poly start; the mesh lies within a radius of 1.
-inline constexpr double kDenseStart = 1.5;
+inline constexpr double kHighPolyRayStart = 1.5;
 
-/// Pictures that the high poly fills.
-std::vector<Picture> pictures_of(const Source::Impl& source, const std::vector<ViewAngles>& views,
-                                 const PictureGrid& grid);
+/// Makes the pictures. The high poly fills each of them from side to side.
+std::vector<Picture> make_pictures(const Source::Impl& source, const std::vector<ViewAngles>& views,
+                                   const PictureGrid& grid);
 
 /// \param start  distance of rays' origins from the centre
-PictureHits hits_by_rays(cl::Context& context, const RayCaster& rays,
-                         const std::vector<Picture>& pictures, double start);
+PictureHits cast_hits(cl::Context& context, const RayCaster& rays,
+                      const std::vector<Picture>& pictures, double start);
 
 /// Computes the hits of the high poly by rasterization, for pictures whose pixels are single points.
 /// \param needed  true for each picture that is rasterized; the others remain empty
-PictureHits hits_by_raster(const Source::Impl& source, const std::vector<Picture>& pictures,
+PictureHits rasterize_hits(const Source::Impl& source, const std::vector<Picture>& pictures,
                            const std::vector<bool>& needed);
 
 /// The high poly's shading normal where a pixel's ray hits a triangle, flipped towards the viewer.

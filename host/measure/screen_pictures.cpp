@@ -21,10 +21,12 @@ HighPolyView shown_from(const Source::Impl& source, std::uint32_t screen,
   std::vector<ViewAngles> views;
   views.reserve(toward.size());
   for (const Vec3& direction : toward) views.push_back(view_angles(direction));
-  const std::uint32_t full_pixels = screen == 0 ? kSampledPixels : kScreenPixels;
+  const std::uint32_t pixels_per_side = screen == 0 ? kSampledPixels : kScreenPixels;
   HighPolyView shown;
-  shown.pictures = pictures_of(source, views, {coarse ? full_pixels * 2 / 3 : full_pixels, screen});
-  shown.hits = hits_by_rays(context_of(source.device), source.rays(), shown.pictures, kDenseStart);
+  shown.pictures =
+      make_pictures(source, views, {coarse ? pixels_per_side * 2 / 3 : pixels_per_side, screen});
+  shown.hits =
+      cast_hits(context_of(source.device), source.rays(), shown.pictures, kHighPolyRayStart);
   return shown;
 }
 
@@ -52,13 +54,13 @@ ScreenPictures::ScreenPictures(const Source& source, std::uint32_t screen, std::
 ScreenPictures::~ScreenPictures() = default;
 
 double ScreenPictures::degrees(const Mesh& low) const {
-  const NormalProbe probe(impl_of(impl_->source), with_any_uvs(low), impl_->shown);
-  return probe.without_map().mean_degrees;
+  const NormalProbe normal_probe(impl_of(impl_->source), with_any_uvs(low), impl_->shown);
+  return normal_probe.without_map().mean_degrees;
 }
 
 double ScreenPictures::degrees(const Mesh& low, const Image& map, const BakeOptions& baked) const {
-  const NormalProbe probe(impl_of(impl_->source), low, impl_->shown);
-  return probe.with_map(map, baked).mean_degrees;
+  const NormalProbe normal_probe(impl_of(impl_->source), low, impl_->shown);
+  return normal_probe.with_map(map, baked).mean_degrees;
 }
 
 }  // namespace kiln

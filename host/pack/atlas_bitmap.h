@@ -25,11 +25,13 @@ struct PackOrder {
 };
 
 /// The result of placing outlines in one order.
-struct Packed {
-  double left_out = 0;                 ///< Total area of the outlines without a place.
-  std::vector<std::uint32_t> refused;  ///< Outlines without a place.
-  std::uint32_t height = 0;            ///< Number of used rows
-  double weight = 0;  ///< Sum over outlines of area times top row; lower is more compact.
+struct PackedOutlines {
+  /// Total area of the outlines that did not get a place.
+  double left_out_area = 0;
+  /// Indices of the outlines that did not get a place.
+  std::vector<std::uint32_t> left_out_outlines;
+  std::uint32_t height = 0;  ///< Number of used rows
+  double height_weight = 0;  ///< Sum over outlines of area times top row; lower is more compact.
   std::vector<OutlinePlace> places;
   std::vector<std::int8_t> turn;  ///< Rotation of each placed outline, or -1.
   std::vector<std::uint32_t> x, y;
@@ -37,14 +39,14 @@ struct Packed {
 
 /// Masks of all outlines at one scale and all rotations.
 struct AtlasBitmap {
-  static constexpr std::uint32_t kTurns = 16;
+  static constexpr std::uint32_t kRotations = 16;
 
   std::uint32_t cells = 0;
   double scale = 0;  ///< Cells per unit of the outlines
   std::vector<ChartMask> masks;
 
   const ChartMask& mask(std::uint32_t outline, std::int8_t turn) const {
-    return masks[std::size_t{outline} * kTurns + static_cast<std::size_t>(turn)];
+    return masks[std::size_t{outline} * kRotations + static_cast<std::size_t>(turn)];
   }
 };
 
@@ -56,7 +58,7 @@ inline std::uint32_t random_below(std::mt19937& random, std::size_t n) {
 /// Rasterises outlines at any scale, and places the masks.
 class AtlasPacker {
  public:
-  static constexpr std::uint32_t kTurns = AtlasBitmap::kTurns;
+  static constexpr std::uint32_t kRotations = AtlasBitmap::kRotations;
 
   /// \param outlines  outlines, which must outlive this object
   /// \param size  side of the atlas in texels
@@ -71,27 +73,27 @@ class AtlasPacker {
   double area() const { return area_; }
   /// Number of rotations at which an outline is rasterised. Large outlines are rasterised at all rotations, since
   /// they determine the result; for small ones, few rotations suffice.
-  std::uint32_t rotations_of(std::uint32_t outline) const { return rotations_of_[outline]; }
+  std::uint32_t rotation_count(std::uint32_t outline) const { return rotation_counts_[outline]; }
 
   /// \param scale  cells per unit of the outlines
   AtlasBitmap draw(std::uint32_t cells, double scale) const;
 
   /// Places each outline where its top is lowest. Outlines without a free place are left out.
   /// \param most  packing stops as soon as the area of outlines without a place exceeds this
-  /// \param done  an earlier result on this sheet. The first `same` outlines of the order keep their places from it.
-  ///              For the others, their rotations in it are tried first, which saves time if they are good
-  Packed pack(const AtlasBitmap& sheet, const PackOrder& order,
-              double most = std::numeric_limits<double>::infinity(), const Packed* done = nullptr,
-              std::size_t same = 0) const;
+  /// \param done  an earlier result on this sheet. The first `same` outlines of the order keep the places that they
+  ///     have in it. The other outlines' rotations in it are tried first, which saves time if they are good
+  PackedOutlines pack(const AtlasBitmap& sheet, const PackOrder& order,
+                      double most = std::numeric_limits<double>::infinity(),
+                      const PackedOutlines* done = nullptr, std::size_t same = 0) const;
 
  private:
-  void record_place(const AtlasBitmap& sheet, std::uint32_t outline, Packed& packed) const;
+  void record_place(const AtlasBitmap& sheet, std::uint32_t outline, PackedOutlines& packed) const;
 
   std::span<const Outline> outlines_;
   std::uint32_t size_;
   double padding_, area_ = 0;
   std::vector<double> angles_;
-  std::vector<std::uint32_t> rotations_of_;
+  std::vector<std::uint32_t> rotation_counts_;
 };
 
 }  // namespace kiln

@@ -25,12 +25,12 @@ constexpr std::uint32_t kMaxTriesTimesSquare = 120000, kMinTries = 4, kMaxTriesP
 constexpr std::uint32_t kSearches = 4, kTriesPerSearch = 120;
 /// Up to kFineGridOutlines outlines, rounds of searches with new seeds are repeated until the outlines cover this
 /// share, but at most kSearchRounds times. The last round starts with the orders by size again.
-constexpr double kTargetShare = 0.785;
+constexpr double kTargetCoverage = 0.785;
 constexpr std::uint32_t kSearchRounds = 3;
-/// Share of the square that outlines cover at the first scale: kMaxFirstCoverage. It is less if outlines with
-/// padding, widened by kRasterLossCells, would cover more than kLikelyFill, and kMinFirstCoverage if padding alone
-/// would cover that much.
-constexpr double kMaxFirstCoverage = 0.72, kLikelyFill = 0.8, kRasterLossCells = 0.5,
+/// The first scale is that at which outlines cover the share kMaxFirstCoverage of the square. It is smaller if the
+/// outlines with their padding, widened by kRasterLossCells, would cover more than kLikelyCoverage of the square. If
+/// padding alone covers that share, the first scale is that for kMinFirstCoverage.
+constexpr double kMaxFirstCoverage = 0.72, kLikelyCoverage = 0.8, kRasterLossCells = 0.5,
                  kMinFirstCoverage = 1e-4;
 /// Maximum number of tries without progress at one scale before a smaller one is tried; fewer if the total number of
 /// tries is small.
@@ -42,48 +42,51 @@ constexpr double kMinScaleStep = 1.004, kMaxScaleStep = 1.1;
 
 class PackingSearch {
  public:
-  PackingSearch(const AtlasPacker& sheets, std::uint32_t size, double padding, std::uint32_t seed)
-      : sheets_(sheets),
-        cells_(sheets.outlines().size() > kFineGridOutlines ? kFineGridCells
-                                                            : std::min(size, kCoarseGridCells)),
-        margin_(0.5 * padding * cells_ / size),
+  PackingSearch(const AtlasPacker& packer, std::uint32_t size, double padding, std::uint32_t seed)
+      : packer_(packer),
+        grid_cells_(packer.outlines().size() > kFineGridOutlines
+                        ? kFineGridCells
+                        : std::min(size, kCoarseGridCells)),
+        half_padding_cells_(0.5 * padding * grid_cells_ / size),
         random_(seed) {}
 
   PackState run(std::uint32_t effort, const PackState* from) {
-    const auto count = static_cast<std::uint32_t>(sheets_.outlines().size());
+    const auto count = static_cast<std::uint32_t>(packer_.outlines().size());
     const std::uint32_t most = std::min(effort, kMaxTriesPerSquare * count * count);
     const std::uint32_t tries = std::clamp(kMaxTriesTimesSquare / std::max(1U, count * count),
                                            std::min(kMinTries, most), most);
     if (from == nullptr || from->order.order.empty()) {
       begin();
     } else if (from->packed.places.empty()) {
-      begin_with(*from);
+      begin_with_order(*from);
     } else {
       state_ = *from;
     }
-    state_.angles = sheets_.angles();
+    state_.angles = packer_.angles();
     if (state_.share == 0 || count == 0) return std::move(state_);
     const double ahead = state_.attempt_coverage > state_.share
                              ? std::sqrt(state_.attempt_coverage / state_.share)
-                             : step_after(state_.packed);
-    patience_ = std::clamp(tries / 4, 1U, kMaxTriesPerScale);
+                             : scale_step_after(state_.packed);
+    max_tries_at_scale_ = std::clamp(tries / 4, 1U, kMaxTriesPerScale);
     start_attempt(ahead, state_.attempt_coverage > 0 ? state_.attempt : state_.order);
     for (std::uint32_t i = 0; i < tries && tries_without_progress_ < kMaxTriesWithoutProgress; ++i)
-      improve();
+      try_random_change();
     state_.attempt = std::move(order_);
-    state_.attempt_coverage = share_of(sheet_);
+    state_.attempt_coverage = covered_share_at(current_masks_);
     return std::move(state_);
   }
 
  private:
-  double share_of(const AtlasBitmap& sheet) const {
+  double covered_share_at(const AtlasBitmap& sheet) const {
     const double side = sheet.scale / sheet.cells;
-    return sheets_.area() * side * side;
+    return packer_.area() * side * side;
   }
-  double scale_of(double share) const { return std::sqrt(share / sheets_.area()) * cells_; }
+  double scale_for_share(double share) const {
+    return std::sqrt(share / packer_.area()) * grid_cells_;
+  }
 
-  double step_after(const Packed& packed) const {
-    return std::clamp(std::sqrt(static_cast<double>(cells_) / packed.height), kMinScaleStep,
+  double scale_step_after(const PackedOutlines& packed) const {
+    return std::clamp(std::sqrt(static_cast<double>(grid_cells_) / packed.height), kMinScaleStep,
                       kMaxScaleStep);
   }
 
@@ -91,27 +94,29 @@ class PackingSearch {
   /// box.
   PackOrder order_by_size(const AtlasBitmap& sheet, bool by_box) const {
     std::vector<std::tuple<double, std::uint32_t>> keys;
-    for (std::uint32_t i = 0; i < sheets_.outlines().size(); ++i) {
-      const ChartMask& mask = sheet.masks[std::size_t{i} * AtlasPacker::kTurns];
+    for (std::uint32_t i = 0; i < packer_.outlines().size(); ++i) {
+      const ChartMask& mask = sheet.masks[std::size_t{i} * AtlasPacker::kRotations];
       const double box = by_box ? std::max(mask.width, mask.height) : 1;
-      keys.emplace_back(-box * std::sqrt(sheets_.outlines()[i].area), i);
+      keys.emplace_back(-box * std::sqrt(packer_.outlines()[i].area), i);
     }
     std::sort(keys.begin(), keys.end());
     PackOrder plan;
     for (const auto& [key, i] : keys) plan.order.push_back(i);
-    plan.turn.assign(sheets_.outlines().size(), -1);
+    plan.turn.assign(packer_.outlines().size(), -1);
     return plan;
   }
 
-  static auto rank(const Packed& packed) { return std::tie(packed.left_out, packed.weight); }
+  static auto rank(const PackedOutlines& packed) {
+    return std::tie(packed.left_out_area, packed.height_weight);
+  }
 
   /// Estimates the share of the square that outlines can cover, which is low if they are small relative to the
   /// padding.
   double estimate_share() const {
-    double length = 0, rings = 0, longest = 0;
-    for (const Outline& outline : sheets_.outlines()) {
+    double length = 0, ring_count = 0, longest = 0;
+    for (const Outline& outline : packer_.outlines()) {
       for (const auto& ring : outline.rings) {
-        rings += 1;
+        ring_count += 1;
         for (std::size_t i = 0; i < ring.size(); ++i) {
           const Vec2d side = ring[(i + 1) % ring.size()] - ring[i], reach = ring[i] - ring[0];
           length += std::sqrt(dot(side, side));
@@ -119,50 +124,54 @@ class PackingSearch {
         }
       }
     }
-    // Widening adds a strip along the outline, and a disc, to its area.
-    const double margin = margin_ + kRasterLossCells, area = sheets_.area();
-    const double strip = 0.5 * margin * length / area;
-    const double free_area =
-        kLikelyFill * cells_ * cells_ - std::numbers::pi * margin * margin * rings;
+    // Widening an outline adds to its area a strip along each ring, and the area of a disc for each ring.
+    const double margin = half_padding_cells_ + kRasterLossCells, area = packer_.area();
+    const double widening_strip = 0.5 * margin * length / area;
+    const double free_area = kLikelyCoverage * grid_cells_ * grid_cells_ -
+                             std::numbers::pi * margin * margin * ring_count;
     if (free_area <= 0) return kMinFirstCoverage;
-    const double scale = std::sqrt(strip * strip + free_area / area) - strip;
+    const double scale =
+        std::sqrt(widening_strip * widening_strip + free_area / area) - widening_strip;
     // At any rotation, an outline's bounding box has a side of at least 1 / sqrt(2) of its length, which gives an
     // upper bound of the scale. The bound also limits the cost of masks, which grows with the square of the length.
-    return std::min(area * scale * scale / (1.0 * cells_ * cells_), 2 * area / longest);
+    return std::min(area * scale * scale / (1.0 * grid_cells_ * grid_cells_), 2 * area / longest);
   }
 
   /// Starts with the better order by size, at the first scale at which all outlines fit.
   void begin() {
     constexpr int kMaxRounds = 24;
     double share = std::min(kMaxFirstCoverage, estimate_share());
-    Packed best;
+    PackedOutlines best;
     for (int round = 0; round < kMaxRounds; ++round) {
-      AtlasBitmap sheet = sheets_.draw(cells_, scale_of(share));
+      AtlasBitmap sheet = packer_.draw(grid_cells_, scale_for_share(share));
       for (const bool by_box : {true, false}) {
         PackOrder plan = order_by_size(sheet, by_box);
-        const double most = by_box ? sheets_.area() : best.left_out;
-        Packed packed = sheets_.pack(sheet, plan, most, round == 0 && by_box ? nullptr : &best);
+        const double most = by_box ? packer_.area() : best.left_out_area;
+        PackedOutlines packed =
+            packer_.pack(sheet, plan, most, round == 0 && by_box ? nullptr : &best);
         if (!by_box && rank(packed) >= rank(best)) continue;
         best = std::move(packed);
         state_.order = std::move(plan);
       }
-      if (best.refused.empty()) {
+      if (best.left_out_outlines.empty()) {
         state_.share = share;
         state_.packed = std::move(best);
         return;
       }
-      share *= std::clamp(1 - best.left_out / sheets_.area(), 0.5, 0.95);
+      share *= std::clamp(1 - best.left_out_area / packer_.area(), 0.5, 0.95);
     }
   }
 
-  /// Starts with a known order, at the largest scale up to the known one at which it fits.
-  void begin_with(const PackState& known) {
+  /// Starts with a known order, at the largest scale that is no larger than the known one and at which all outlines
+  /// fit.
+  void begin_with_order(const PackState& known) {
     constexpr double kScaleStep = 0.99;
     constexpr int kMaxRounds = 12;
     double share = known.share;
     for (int round = 0; round < kMaxRounds; ++round, share *= kScaleStep) {
-      state_.packed = sheets_.pack(sheets_.draw(cells_, scale_of(share)), known.order, 0);
-      if (!state_.packed.refused.empty()) continue;
+      state_.packed =
+          packer_.pack(packer_.draw(grid_cells_, scale_for_share(share)), known.order, 0);
+      if (!state_.packed.left_out_outlines.empty()) continue;
       state_.order = known.order;
       state_.share = share;
       return;
@@ -173,13 +182,13 @@ class PackingSearch {
   /// Starts an attempt at the largest scale that fits, times `factor`; repeats this while all outlines fit.
   void start_attempt(double factor, PackOrder order) {
     for (;;) {
-      factor_ = factor;
+      scale_step_ = factor;
       tries_without_progress_ = 0;
-      sheet_ = sheets_.draw(cells_, scale_of(state_.share) * factor);
-      current_ =
-          sheets_.pack(sheet_, order, std::numeric_limits<double>::infinity(), &state_.packed);
+      current_masks_ = packer_.draw(grid_cells_, scale_for_share(state_.share) * factor);
+      current_ = packer_.pack(current_masks_, order, std::numeric_limits<double>::infinity(),
+                              &state_.packed);
       order_ = std::move(order);
-      if (!current_.refused.empty()) return;
+      if (!current_.left_out_outlines.empty()) return;
       factor = store_attempt();
       order = order_;
     }
@@ -187,30 +196,31 @@ class PackingSearch {
 
   /// Stores the current attempt as the best that fits. \returns the factor to the next scale
   double store_attempt() {
-    state_.share = share_of(sheet_);
+    state_.share = covered_share_at(current_masks_);
     state_.order = order_;
     state_.packed = current_;
-    return step_after(current_);
+    return scale_step_after(current_);
   }
 
-  void improve() {
-    PackOrder plan = random_change();
-    Packed packed = sheets_.pack(sheet_, plan, current_.left_out, &current_, common_prefix(plan));
+  void try_random_change() {
+    PackOrder plan = changed_order();
+    PackedOutlines packed = packer_.pack(current_masks_, plan, current_.left_out_area, &current_,
+                                         common_prefix_length(plan));
     if (rank(packed) <= rank(current_)) {
-      const bool better = packed.left_out < current_.left_out;
+      const bool has_improved = packed.left_out_area < current_.left_out_area;
       current_ = std::move(packed);
       order_ = std::move(plan);
-      if (current_.refused.empty()) return start_attempt(store_attempt(), order_);
-      if (better) tries_without_progress_ = 0;
+      if (current_.left_out_outlines.empty()) return start_attempt(store_attempt(), order_);
+      if (has_improved) tries_without_progress_ = 0;
     }
-    if (++tries_without_progress_ >= patience_ && factor_ > kMinScaleStep) {
-      start_attempt(std::max(kMinScaleStep, std::sqrt(factor_)), order_);
+    if (++tries_without_progress_ >= max_tries_at_scale_ && scale_step_ > kMinScaleStep) {
+      start_attempt(std::max(kMinScaleStep, std::sqrt(scale_step_)), order_);
     }
   }
 
   /// Number of leading outlines that have the same position and rotation as in the current order, and thus keep their
   /// places.
-  std::size_t common_prefix(const PackOrder& plan) const {
+  std::size_t common_prefix_length(const PackOrder& plan) const {
     std::size_t n = 0;
     for (; n < plan.order.size() && plan.order[n] == order_.order[n]; ++n) {
       if (plan.turn[plan.order[n]] != order_.turn[plan.order[n]]) break;
@@ -218,13 +228,13 @@ class PackingSearch {
     return n;
   }
 
-  PackOrder random_change() {
+  PackOrder changed_order() {
     PackOrder plan = order_;
     const auto count = static_cast<std::uint32_t>(plan.order.size());
     const auto below = [&](std::size_t n) { return random_below(random_, n); };
     const std::uint32_t kind = below(7);
     if (kind < 4) {  // Moves an outline without a place to an earlier position
-      const std::uint32_t i = current_.refused[below(current_.refused.size())];
+      const std::uint32_t i = current_.left_out_outlines[below(current_.left_out_outlines.size())];
       const auto at = std::find(plan.order.begin(), plan.order.end(), i);
       const auto place = static_cast<std::uint32_t>(at - plan.order.begin());
       std::rotate(plan.order.begin() + below(place + 1), at, at + 1);
@@ -234,35 +244,35 @@ class PackingSearch {
       std::swap(plan.order[a], plan.order[b]);
     } else {  // Changes the rotation of one of the first 16 outlines
       const std::uint32_t i = plan.order[below(std::min(count, 16U))];
-      const std::uint32_t step = AtlasPacker::kTurns / sheets_.rotations_of(i);
-      plan.turn[i] = static_cast<std::int8_t>(below(sheets_.rotations_of(i)) * step);
+      const std::uint32_t step = AtlasPacker::kRotations / packer_.rotation_count(i);
+      plan.turn[i] = static_cast<std::int8_t>(below(packer_.rotation_count(i)) * step);
     }
     return plan;
   }
 
-  const AtlasPacker& sheets_;
-  std::uint32_t cells_;
-  double margin_;  ///< Cells by which outlines are widened
+  const AtlasPacker& packer_;
+  std::uint32_t grid_cells_;
+  double half_padding_cells_;  ///< Cells by which outlines are widened
   std::mt19937 random_;
   PackState state_;
-  // The current attempt, at a scale at which outlines are left out.
-  /// Scale of the current attempt, divided by the largest scale that fits
-  double factor_ = 1;
+  // The members below belong to the current attempt, at a scale at which outlines are left out.
+  /// Scale of the attempt, divided by the largest scale at which all outlines fit
+  double scale_step_ = 1;
   /// Number of tries since the area without a place last decreased
   std::uint32_t tries_without_progress_ = 0;
-  std::uint32_t patience_ = kMaxTriesPerScale;
-  AtlasBitmap sheet_;
+  std::uint32_t max_tries_at_scale_ = kMaxTriesPerScale;
+  AtlasBitmap current_masks_;
   PackOrder order_;
-  Packed current_;
+  PackedOutlines current_;
 };
 
 }  // namespace
 
 PackState search_packing(std::span<const Outline> outlines, std::uint32_t size, double padding,
                          std::uint32_t effort, std::uint32_t seed, const PackState* from) {
-  const AtlasPacker sheets(outlines, size, padding,
+  const AtlasPacker packer(outlines, size, padding,
                            from != nullptr ? from->angles : std::vector<double>());
-  return PackingSearch(sheets, size, padding, seed).run(effort, from);
+  return PackingSearch(packer, size, padding, seed).run(effort, from);
 }
 
 OutlinePacking pack_outlines(std::span<const Outline> outlines, std::uint32_t size, double padding,
@@ -275,9 +285,9 @@ OutlinePacking pack_outlines(std::span<const Outline> outlines, std::uint32_t si
   std::array<PackState, kSearches> searches;
   PackState start = best;
   const std::uint32_t rounds = outlines.size() > kFineGridOutlines ? 1 : kSearchRounds;
-  for (std::uint32_t round = 0; round < rounds && (round == 0 || best.share < kTargetShare);
+  for (std::uint32_t round = 0; round < rounds && (round == 0 || best.share < kTargetCoverage);
        ++round) {
-    // All searches of the last round start from the same orders by size, which do not depend on the seed.
+    // All searches of the last round start from the same orders by size, which no seed changes.
     if (round + 1 == kSearchRounds) {
       if (from != nullptr) start = search_packing(outlines, size, padding, 0, 1);
       if (start.share == 0) break;

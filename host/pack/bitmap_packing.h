@@ -13,7 +13,7 @@ namespace kiln {
 struct PackState {
   std::vector<double> angles;  ///< First rotation of each outline, in radians
   PackOrder order;             ///< The best order with which all outlines fit
-  Packed packed;               ///< The outlines' places with `order`
+  PackedOutlines packed;       ///< The outlines' places with `order`
   /// Share of the square that outlines cover; 0 if they do not fit with any order
   double share = 0;
   PackOrder attempt;  ///< The best order at a slightly larger scale, with outlines left out.

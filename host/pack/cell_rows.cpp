@@ -20,8 +20,8 @@ constexpr std::size_t kComparedRuns = 16;
 /// In rows of more than kNarrowRowWords words, only words that still have a free place are tested after the first
 /// kFullRowRuns runs.
 constexpr std::uint32_t kNarrowRowWords = 4, kFullRowRuns = 3;
-/// In such rows, the last kRecentRuns runs that blocked a row are tested first, because they usually block the next
-/// row, too.
+/// In rows of so many words, the last kRecentRuns runs that blocked a row are tested first, because they usually block
+/// the next row, too.
 constexpr std::uint32_t kRecentRuns = 4;
 
 /// Loads two words from an unaligned address.
@@ -146,8 +146,9 @@ void CellRows::update_longest_free(std::uint32_t y, std::uint32_t steps) {
     fits_[std::size_t{longest_free_[y]} * row_words_ + y / 64] &= ~(std::uint64_t{1} << y % 64);
 }
 
-/// For 64 rows from a multiple of 64, a bit for each row at which the mask may be placed, because free runs are at
-/// least as long as the mask's runs. Compares kComparedRuns rows of the mask that are far from each other.
+/// Tests 64 rows, starting at a multiple of 64, as positions of a mask. \returns a bit for each row: 0 if the mask
+/// cannot be placed there, since a run of the mask is longer than every free run of its row. Only kComparedRuns runs
+/// are compared, from rows of the mask that are far from each other.
 std::uint64_t CellRows::rows_with_room(const ChartMask& mask, std::uint32_t first) const {
   std::uint64_t result = kAllOnes;
   for (std::size_t n = 0; n < std::min(kComparedRuns, mask.runs.size()) && result != 0; ++n) {
@@ -165,10 +166,12 @@ template <std::uint32_t words>
 std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_in(
     const ChartMask& mask, const Window& window) const {
   const std::uint32_t places = width_ - mask.width + 1;
-  std::array<std::uint64_t, words> outside{}, blocked_cells{};
+  std::array<std::uint64_t, words> outside_places{}, blocked_cells{};
   for (std::uint32_t w = 0; w < words; ++w) {
     const std::uint32_t from = w * 64;
-    outside[w] = places >= from + 64 ? 0 : places <= from ? kAllOnes : kAllOnes << (places - from);
+    outside_places[w] = places >= from + 64 ? 0
+                        : places <= from    ? kAllOnes
+                                            : kAllOnes << (places - from);
   }
   const std::uint32_t top = std::min(height_, window.top);
   if (mask.height > top) return std::nullopt;
@@ -177,7 +180,7 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_in(
   std::uint64_t rows = 0;
   // Indices of the runs that blocked rows most recently, initially the first runs. The order of tests does not change
   // the result.
-  std::array<std::uint32_t, kRecentRuns> recent{0, 1, 2, 3};
+  std::array<std::uint32_t, kRecentRuns> recent_runs{0, 1, 2, 3};
   const auto runs = static_cast<std::uint32_t>(mask.runs.size());
   const std::uint32_t ahead = words > kNarrowRowWords ? std::min(kRecentRuns, runs) : 0;
   for (;;) {
@@ -190,44 +193,45 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_in(
     }
     const std::uint32_t y = first_row - 64 + static_cast<std::uint32_t>(std::countr_zero(rows));
     rows &= rows - 1;
-    blocked_cells = outside;
+    blocked_cells = outside_places;
     bool free = true;
     std::array<std::uint32_t, words> open{};
     std::uint32_t count = 0;
     for (std::uint32_t r = 0; r < ahead + runs && free; ++r) {
-      const std::uint32_t number = r < ahead ? recent[r] : r - ahead;
-      const ChartMask::Run& run = mask.runs[number];
+      const std::uint32_t run_index = r < ahead ? recent_runs[r] : r - ahead;
+      const ChartMask::Run& run = mask.runs[run_index];
       const auto record_place = [&] {
         if (free || ahead == 0) return;
         const std::uint32_t at = std::min(r, ahead - 1);
-        std::copy_backward(recent.begin(), recent.begin() + at, recent.begin() + at + 1);
-        recent[0] = number;
+        std::copy_backward(recent_runs.begin(), recent_runs.begin() + at,
+                           recent_runs.begin() + at + 1);
+        recent_runs[0] = run_index;
       };
       const std::uint32_t length = run.last - run.first + 1;
       const auto k = static_cast<std::uint32_t>(std::bit_width(length)) - 1;
       const std::uint32_t a = run.first, b = run.last + 1 - (1U << k);
       const std::uint64_t* const from = row(k, y + run.row);
-      // Bits beyond the row's end affect only places that `outside` blocks.
+      // Bits beyond the row's end affect only places that `outside_places` blocks.
       const std::uint64_t *const at_a = from + a / 64, *const at_b = from + b / 64;
-      const auto block = [&](std::uint32_t w) {
+      const auto blocked_word = [&](std::uint32_t w) {
         return blocked_cells[w] |= at_a[w] >> a % 64 | at_a[w + 1] << 1 << (63 - a % 64) |
                                    at_b[w] >> b % 64 | at_b[w + 1] << 1 << (63 - b % 64);
       };
       if (words > kNarrowRowWords && r > kFullRowRuns) {
         // In wide rows, only words with a free place are tested.
-        std::uint32_t open_count = 0;
+        std::uint32_t open_word_count = 0;
         for (std::uint32_t n = 0; n < count; ++n) {
           const std::uint32_t w = open[n];
-          open[open_count] = w;
-          open_count += block(w) != kAllOnes ? 1 : 0;
+          open[open_word_count] = w;
+          open_word_count += blocked_word(w) != kAllOnes ? 1 : 0;
         }
-        count = open_count;
+        count = open_word_count;
         free = count > 0;
         record_place();
         continue;
       }
       if constexpr (words == 1) {
-        free = block(0) != kAllOnes;
+        free = blocked_word(0) != kAllOnes;
       } else {
         const auto down_a = static_cast<int>(a % 64), down_b = static_cast<int>(b % 64);
         Word2 all{kAllOnes, kAllOnes};

@@ -29,13 +29,13 @@ struct Span {
 Double2 in_both_lanes(double value) { return Double2{value, value}; }
 
 /// The two sides of the strip around a segment, each from its lower to its upper end.
-struct Strip {
+struct EdgeStrip {
   Double2 low_x, low_y, high_x, high_y, slope;
 
-  Strip(const Vec2d& a, const Vec2d& b, const Vec2d& side) {
-    const Double2 off_x{side.x, -side.x}, off_y{side.y, -side.y};
-    const Double2 ax = in_both_lanes(a.x) + off_x, ay = in_both_lanes(a.y) + off_y;
-    const Double2 bx = in_both_lanes(b.x) + off_x, by = in_both_lanes(b.y) + off_y;
+  EdgeStrip(const Vec2d& a, const Vec2d& b, const Vec2d& side) {
+    const Double2 offset_x{side.x, -side.x}, offset_y{side.y, -side.y};
+    const Double2 ax = in_both_lanes(a.x) + offset_x, ay = in_both_lanes(a.y) + offset_y;
+    const Double2 bx = in_both_lanes(b.x) + offset_x, by = in_both_lanes(b.y) + offset_y;
     const auto is_rising = ay <= by;
     low_x = select(is_rising, ax, bx), low_y = select(is_rising, ay, by);
     high_x = select(is_rising, bx, ax), high_y = select(is_rising, by, ay);
@@ -43,7 +43,7 @@ struct Strip {
   }
 
   /// Extends a span by the strip's extent within the slab.
-  void add_to(Span& span, double bottom) const {
+  void extend(Span& span, double bottom) const {
     const Double2 from = in_both_lanes(bottom), to = in_both_lanes(bottom + 1);
     const Double2 begin = select(low_y < from, low_x + (from - low_y) * slope, low_x);
     const Double2 end = select(high_y > to, high_x + (to - high_y) * slope, high_x);
@@ -59,21 +59,21 @@ struct Strip {
 /// Extends a span by a disc's extent within the slab.
 inline void add_disc(const Vec2d& centre, double radius, double bottom, Span& span) {
   const double away = centre.y - std::clamp(centre.y, bottom, bottom + 1);
-  const double squared = radius * radius - away * away;
-  if (squared < 0) return;
-  const double reach = std::sqrt(squared);
+  const double squared_reach = radius * radius - away * away;
+  if (squared_reach < 0) return;
+  const double reach = std::sqrt(squared_reach);
   span.add(centre.x - reach);
   span.add(centre.x + reach);
 }
 
 /// A bitmap of cells, in rows of 64-bit words.
-class Cells {
+class CellBitmap {
  public:
-  Cells(std::uint32_t width, std::uint32_t height)
+  CellBitmap(std::uint32_t width, std::uint32_t height)
       : width_(width), height_(height), words_(width / 64 + 1), occupied_(words_ * height, 0) {}
 
   /// Sets every cell within `margin` of the ring.
-  void widen(const std::vector<Vec2d>& ring, double margin) {
+  void set_within_margin(const std::vector<Vec2d>& ring, double margin) {
     if (ring.empty()) return;
     Disc first, a, b;
     find(first, ring[0], margin);
@@ -81,7 +81,7 @@ class Cells {
     for (std::size_t i = 0; i < ring.size(); ++i) {
       const bool is_last = i + 1 == ring.size();
       if (!is_last) find(b, ring[i + 1], margin);
-      widen(ring[i], ring[is_last ? 0 : i + 1], margin, a, is_last ? first : b);
+      set_within_margin(ring[i], ring[is_last ? 0 : i + 1], margin, a, is_last ? first : b);
       std::swap(a, b);
     }
   }
@@ -101,19 +101,19 @@ class Cells {
       }
     }
     for (std::uint32_t y = 0; y < height_; ++y) {
-      std::uint64_t carry = 0;
+      std::uint64_t carry_bits = 0;
       for (std::size_t w = 0; w < words_; ++w) {
         std::uint64_t& word = row(y)[w];
         for (std::uint32_t shift = 1; shift < 64; shift *= 2) word ^= word << shift;
-        word ^= carry;
-        carry = (word >> 63) != 0 ? ~std::uint64_t{0} : 0;
+        word ^= carry_bits;
+        carry_bits = (word >> 63) != 0 ? ~std::uint64_t{0} : 0;
       }
     }
   }
 
   /// The bitmap rotated by 90 degrees: rows become columns, the lowest row becomes the last column.
-  Cells turned() const {
-    Cells result(height_, width_);
+  CellBitmap turned() const {
+    CellBitmap result(height_, width_);
     std::array<std::uint64_t, 64> block;
     for (std::size_t w = 0; w < words_; ++w) {
       for (std::uint32_t base = 0; base < height_; base += 64) {
@@ -151,7 +151,7 @@ class Cells {
     std::uint32_t first = 0;
     std::vector<Span> rows;
 
-    void add_to(Span& span, std::uint32_t y) const {
+    void extend(Span& span, std::uint32_t y) const {
       // Differences of rows below `first` wrap to large numbers
       if (y - first >= rows.size()) return;
       span.low = std::min(span.low, rows[y - first].low);
@@ -169,17 +169,20 @@ class Cells {
 
   /// Sets the cells within `margin` of one edge: in each row, the extent of the discs around its two vertices and of
   /// the strip between them.
-  void widen(const Vec2d& a, const Vec2d& b, double margin, const Disc& at_a, const Disc& at_b) {
-    const Vec2d along = b - a;
-    const double size = std::sqrt(dot(along, along));
-    const Strip strip(a, b, size > 0 ? Vec2d{-along.y, along.x} * (margin / size) : Vec2d{0, 0});
+  void set_within_margin(const Vec2d& a, const Vec2d& b, double margin, const Disc& at_a,
+                         const Disc& at_b) {
+    const Vec2d edge_direction = b - a;
+    const double size = std::sqrt(dot(edge_direction, edge_direction));
+    const EdgeStrip strip(
+        a, b,
+        size > 0 ? Vec2d{-edge_direction.y, edge_direction.x} * (margin / size) : Vec2d{0, 0});
     const std::uint32_t first = row_at(std::min(a.y, b.y) - margin - kRoundingMargin);
     const std::uint32_t last = row_at(std::max(a.y, b.y) + margin + kRoundingMargin);
     for (std::uint32_t y = first; y <= last; ++y) {
       Span span;
-      at_a.add_to(span, y);
-      at_b.add_to(span, y);
-      strip.add_to(span, y);
+      at_a.extend(span, y);
+      at_b.extend(span, y);
+      strip.extend(span, y);
       if (span.low <= span.high) set(y, span.low - kRoundingMargin, span.high + kRoundingMargin);
     }
   }
@@ -241,12 +244,12 @@ class Cells {
 };
 
 /// A mask whose runs are not set yet, and the bitmap from which they are computed.
-struct DrawnMask {
+struct MaskBitmap {
   ChartMask mask;
-  Cells cells;
+  CellBitmap cells;
 };
 
-DrawnMask draw(const Outline& outline, double angle, double scale, double margin) {
+MaskBitmap draw(const Outline& outline, double angle, double scale, double margin) {
   ChartMask mask;
   mask.turn = {std::cos(angle), std::sin(angle)};
   std::vector<std::vector<Vec2d>> rings = outline.rings;
@@ -266,9 +269,9 @@ DrawnMask draw(const Outline& outline, double angle, double scale, double margin
   for (auto& ring : rings) {
     for (Vec2d& p : ring) p = p + mask.shift;
   }
-  Cells grid(mask.width, mask.height);
+  CellBitmap grid(mask.width, mask.height);
   grid.fill(rings);
-  for (const auto& ring : rings) grid.widen(ring, margin);
+  for (const auto& ring : rings) grid.set_within_margin(ring, margin);
   return {std::move(mask), std::move(grid)};
 }
 
@@ -285,26 +288,27 @@ void ChartMask::arrange() {
   if (most == nullptr) return;
   // Neighbouring rows are similar, so a blocking row is found sooner if rows far apart are tested first. Rows are
   // sorted by the power of 2 that divides their index, up to this exponent.
-  static constexpr std::uint32_t kHalvings = 4;
+  static constexpr std::uint32_t kMaxRowExponent = 4;
   const auto place = [](const Run& run) {
-    return kHalvings - std::min(kHalvings, static_cast<std::uint32_t>(std::countr_zero(run.row)));
+    return kMaxRowExponent -
+           std::min(kMaxRowExponent, static_cast<std::uint32_t>(std::countr_zero(run.row)));
   };
-  std::array<std::size_t, kHalvings + 2> starts{};
+  std::array<std::size_t, kMaxRowExponent + 2> starts{};
   for (const Run& run : runs) ++starts[place(run) + 1];
   for (std::size_t i = 1; i < starts.size(); ++i) starts[i] += starts[i - 1];
-  std::vector<Run> arranged(runs.size());
+  std::vector<Run> arranged_runs(runs.size());
   // The longest run comes first, which shifts by one the starts of all groups up to the run's own group.
   for (std::uint32_t i = 0; i <= place(*most); ++i) starts[i] += 1;
-  arranged[0] = *most;
+  arranged_runs[0] = *most;
   for (const Run& run : runs) {
-    if (&run != most) arranged[starts[place(run)]++] = run;
+    if (&run != most) arranged_runs[starts[place(run)]++] = run;
   }
-  runs = std::move(arranged);
+  runs = std::move(arranged_runs);
 }
 
 std::array<ChartMask, 4> make_turned_masks(const Outline& outline, double angle, double scale,
                                            double margin) {
-  DrawnMask drawn = draw(outline, angle, scale, margin);
+  MaskBitmap drawn = draw(outline, angle, scale, margin);
   std::array<ChartMask, 4> masks;
   for (std::size_t quarter = 0; quarter < 4; ++quarter) {
     ChartMask& mask = masks[quarter];
@@ -334,9 +338,9 @@ std::array<ChartMask, 4> make_turned_masks(const Outline& outline, double angle,
 
 double best_box_angle(const Outline& outline) {
   double best = 0, least = std::numeric_limits<double>::max();
-  constexpr int kSteps = 48;
-  for (int i = 0; i < kSteps; ++i) {
-    const double angle = i * (0.5 * std::numbers::pi / kSteps);
+  constexpr int kAngleSteps = 48;
+  for (int i = 0; i < kAngleSteps; ++i) {
+    const double angle = i * (0.5 * std::numbers::pi / kAngleSteps);
     const Vec2d turn{std::cos(angle), std::sin(angle)};
     Box<Vec2d> box;
     for (const auto& ring : outline.rings) {

@@ -18,11 +18,11 @@ class Skyline {
 
   struct Candidate {
     std::uint32_t top = std::numeric_limits<std::uint32_t>::max();
-    std::uint64_t waste = 0;  ///< Area below the rectangle that becomes unreachable
+    std::uint64_t wasted_area = 0;  ///< Area below the rectangle that no later rectangle can use
     std::uint32_t x = 0, y = 0;
     std::size_t node = 0;
-    bool found = false;
-    auto key() const { return std::tuple(y, waste, x); }
+    bool is_found = false;
+    auto key() const { return std::tuple(y, wasted_area, x); }
   };
 
   Candidate best(std::uint32_t width, std::uint32_t height) const {
@@ -40,9 +40,9 @@ class Skyline {
       for (std::size_t j = i; j < nodes_.size() && nodes_[j].x < x + width; ++j) {
         const std::uint32_t end =
             std::min(j + 1 < nodes_.size() ? nodes_[j + 1].x : side_, x + width);
-        candidate.waste += std::uint64_t{end - nodes_[j].x} * (y - nodes_[j].y);
+        candidate.wasted_area += std::uint64_t{end - nodes_[j].x} * (y - nodes_[j].y);
       }
-      if (!result.found || candidate.key() < result.key()) result = candidate;
+      if (!result.is_found || candidate.key() < result.key()) result = candidate;
     }
     return result;
   }
@@ -79,10 +79,10 @@ bool pack_skyline(std::span<const PackSize> sizes, std::span<const std::uint32_t
     const PackSize& size = sizes[i];
     const auto upright_spot = skyline.best(size.width, size.height);
     const auto rotated_spot = skyline.best(size.height, size.width);
-    const bool is_rotated =
-        rotated_spot.found && (!upright_spot.found || rotated_spot.key() < upright_spot.key());
+    const bool is_rotated = rotated_spot.is_found &&
+                            (!upright_spot.is_found || rotated_spot.key() < upright_spot.key());
     const auto& chosen_spot = is_rotated ? rotated_spot : upright_spot;
-    if (!chosen_spot.found) return false;
+    if (!chosen_spot.is_found) return false;
     skyline.place(chosen_spot, is_rotated ? size.height : size.width);
     places[i] = {chosen_spot.x, chosen_spot.y, is_rotated};
   }
@@ -91,17 +91,17 @@ bool pack_skyline(std::span<const PackSize> sizes, std::span<const std::uint32_t
 
 bool pack_shelves(std::span<const PackSize> sizes, std::span<const std::uint32_t> order,
                   std::uint32_t side, std::vector<PackPlace>& places) {
-  std::uint64_t shelf = 0, height = 0, x = 0;
+  std::uint64_t shelf_bottom = 0, height = 0, x = 0;
   for (const std::uint32_t i : order) {
     const std::uint32_t across = std::min(sizes[i].width, sizes[i].height);
     const std::uint32_t up = std::max(sizes[i].width, sizes[i].height);
     if (x + across > side) {
-      shelf += height;
+      shelf_bottom += height;
       x = 0;
     }
     if (x == 0) height = up;
-    if (across > side || shelf + height > side) return false;
-    places[i] = {static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(shelf),
+    if (across > side || shelf_bottom + height > side) return false;
+    places[i] = {static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(shelf_bottom),
                  sizes[i].width > sizes[i].height};
     x += across;
   }

@@ -205,7 +205,8 @@ bool LevelEvaluator::choose_match(std::size_t level) {
     }
     // Other matches are skipped if none of them can reduce the error by the factor kMaxErrorRatioOfBetterMatch, which
     // is typical of meshes with hard edges.
-    if (method == first_method && probe.least_share(infinite_map) >= kMaxErrorRatioOfBetterMatch)
+    if (method == first_method &&
+        probe.min_error_share(infinite_map) >= kMaxErrorRatioOfBetterMatch)
       break;
   }
   std::erase(bake_.match.fallback, bake_.match.method);

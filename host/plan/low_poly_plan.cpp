@@ -53,7 +53,7 @@ class LowPolyPlanner {
         search();
       } while (!rebuild_without_folds());
     } while (!finish());
-    plan_.reached = meets_bounds(plan_.chosen) && all_reached(plan_.bounds);
+    plan_.reached = meets_bounds(plan_.chosen) && are_all_bounds_reached(plan_.bounds);
     return std::move(plan_);
   }
 
@@ -312,7 +312,7 @@ class LowPolyPlanner {
       plan_.bounds =
           reached_bounds(impl_of(source_), plan_.low, plan_.bake, options_.bounds, *plan_.result);
     }
-    if (!all_reached(plan_.bounds) && best_built.candidate.size < sizes_.back()) {
+    if (!are_all_bounds_reached(plan_.bounds) && best_built.candidate.size < sizes_.back()) {
       // A map other than the normal map exceeds its bound at this size on any mesh, so smaller sizes are excluded.
       std::erase_if(sizes_, [&](std::uint32_t size) { return size <= best_built.candidate.size; });
       return false;

@@ -216,7 +216,7 @@ class MatchPlanner {
       return false;  // computing the lower bound would require a BVH
     const Stopwatch watch;
     const NormalProbe::InfiniteMap& infinite_map = infinite_maps_.at(nearest.name);
-    plan_.least = infinite_map.error.mean_degrees * probe_->least_share(infinite_map);
+    plan_.least = infinite_map.error.mean_degrees * probe_->min_error_share(infinite_map);
     plan_.seconds_measure += watch.total();
     return plan_.least + texels_.at(largest_size()) > target_error_;
   }
@@ -373,7 +373,7 @@ class MatchPlanner {
     plan_.wanted = target_error_ > 0 ? target_error_ : plan_.chosen.error.mean_degrees;
     if (!options_.bounds.empty()) bake_within_bounds();
     plan_.reached = has_chosen_points_ && plan_.chosen.error.mean_degrees <= plan_.wanted &&
-                    all_reached(plan_.bounds);
+                    are_all_bounds_reached(plan_.bounds);
     return std::move(plan_);
   }
 
@@ -390,7 +390,7 @@ class MatchPlanner {
       set_error(baked);
       plan_.chosen = baked.trial;
       plan_.result = std::move(baked.result);
-      if (all_reached(plan_.bounds) || size == largest_size()) return;
+      if (are_all_bounds_reached(plan_.bounds) || size == largest_size()) return;
     }
   }
 

@@ -11,7 +11,7 @@ namespace kiln {
 namespace {
 
 /// Sine and cosine, exact at multiples of 90 degrees, so that views along an axis are exactly aligned.
-std::pair<double, double> sine_cosine(double degrees) {
+std::pair<double, double> exact_sine_cosine(double degrees) {
   constexpr double kPi = 3.14159265358979323846;
   const double quarters = std::nearbyint(degrees / 90);
   const double radians = (degrees - quarters * 90) * (kPi / 180);
@@ -23,21 +23,21 @@ std::pair<double, double> sine_cosine(double degrees) {
 }
 
 /// Converts a vector from axes with +Y up and +Z to the front, to the axes of the options.
-Vec3d oriented(const Vec3d& v, bool z_up) { return z_up ? Vec3d{v.x, -v.z, v.y} : v; }
+Vec3d to_option_axes(const Vec3d& v, bool z_up) { return z_up ? Vec3d{v.x, -v.z, v.y} : v; }
 
 Vec3d unit(const Vec3d& v) { return v * (1 / length(v)); }
 
-/// Direction of the key light: from the front, above, on the left. That light would hardly shade sheets such as
-/// terrains and reliefs; for these, the angle between the light and the mean normal is 60 degrees, so that slopes are
-/// visible.
+/// Direction of the key light. By default it comes from the front, above, on the left. Flat meshes such as terrains and
+/// reliefs would hardly be shaded by that; for these, the angle between the light and the mean normal is 60 degrees, so
+/// that slopes are visible.
 Vec3d key_light(const Vec3d& facing, const Camera& camera) {
   constexpr double kMinSheetFacing = 0.7;
   const Vec3d default_light = {-0.5145, 0.6860, 0.5145};
   if (length(facing) < kMinSheetFacing) return default_light;
   Vec3d n = unit({dot(facing, camera.right), dot(facing, camera.up), dot(facing, camera.toward)});
-  if (n.z < 0) n = n * -1.0;  // Back faces are shaded as front faces
-  const Vec3d left_up = {-1, 1, 0};
-  const Vec3d across = left_up - n * dot(left_up, n);
+  if (n.z < 0) n = n * -1.0;  // Shading treats back faces as front faces
+  const Vec3d from_upper_left = {-1, 1, 0};
+  const Vec3d across = from_upper_left - n * dot(from_upper_left, n);
   if (length(across) < 1e-6) return default_light;
   return n * 0.5 + unit(across) * std::sqrt(0.75);
 }
@@ -54,11 +54,11 @@ std::array<double, 3> PictureGeometry::project(const std::array<double, 3>& poin
 
 CameraTarget CameraTarget::of(const Mesh& mesh) {
   CameraTarget target{Frame::of(mesh), {}, {}};
-  std::vector<bool> is_used(mesh.positions.size());
+  std::vector<bool> is_used_vertex(mesh.positions.size());
   double area = 0;
   for (const Triangle& triangle : mesh.triangles) {
     if (!has_area(mesh.positions, triangle)) continue;
-    for (std::uint32_t i : triangle) is_used[i] = true;
+    for (std::uint32_t i : triangle) is_used_vertex[i] = true;
     const Vec3d a = to_double(target.frame.to_frame(mesh, triangle[0]));
     const Vec3d normal = cross(to_double(target.frame.to_frame(mesh, triangle[1])) - a,
                                to_double(target.frame.to_frame(mesh, triangle[2])) - a);
@@ -68,8 +68,8 @@ CameraTarget CameraTarget::of(const Mesh& mesh) {
   if (area > 0) target.facing = target.facing * (1 / area);
   constexpr double kMaxFrameDistance =
       1;  // Largest coordinate in frame units; vertices farther out are not shown, see Frame
-  for (std::size_t i = 0; i < is_used.size(); ++i) {
-    if (!is_used[i]) continue;
+  for (std::size_t i = 0; i < is_used_vertex.size(); ++i) {
+    if (!is_used_vertex[i]) continue;
     const Vec3 point = target.frame.to_frame(mesh, i);
     if (length(to_double(point)) <= kMaxFrameDistance) target.points.push_back(point);
   }
@@ -77,12 +77,12 @@ CameraTarget CameraTarget::of(const Mesh& mesh) {
 }
 
 Camera Camera::fit(const CameraTarget& target, const RenderOptions& options) {
-  const auto [sin_a, cos_a] = sine_cosine(options.azimuth_degrees);
-  const auto [sin_e, cos_e] = sine_cosine(options.elevation_degrees);
+  const auto [sin_a, cos_a] = exact_sine_cosine(options.azimuth_degrees);
+  const auto [sin_e, cos_e] = exact_sine_cosine(options.elevation_degrees);
   Camera camera;
-  camera.right = oriented({cos_a, 0, -sin_a}, options.z_up);
-  camera.up = oriented({-sin_a * sin_e, cos_e, -cos_a * sin_e}, options.z_up);
-  camera.toward = oriented({sin_a * cos_e, sin_e, cos_a * cos_e}, options.z_up);
+  camera.right = to_option_axes({cos_a, 0, -sin_a}, options.z_up);
+  camera.up = to_option_axes({-sin_a * sin_e, cos_e, -cos_a * sin_e}, options.z_up);
+  camera.toward = to_option_axes({sin_a * cos_e, sin_e, cos_a * cos_e}, options.z_up);
 
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   double low_x = kInfinity;
@@ -98,13 +98,13 @@ Camera Camera::fit(const CameraTarget& target, const RenderOptions& options) {
     high_y = std::max(high_y, y);
   }
   // The minimum extent gives a picture even to a line that is seen end-on.
-  constexpr double kMargin = 0.04;
+  constexpr double kMarginShare = 0.04;
   const double extent_x = high_x - low_x, extent_y = high_y - low_y;
   const double extent = std::max({extent_x, extent_y, 1e-6});
-  const double side = extent / (1 - 2 * kMargin);
+  const double side = extent / (1 - 2 * kMarginShare);
   camera.half_side = side / 2 / target.frame.scale / options.zoom;
   const auto pixels = [&](double reach) {
-    const double share = options.trim ? (reach + 2 * kMargin * side) / side : 1;
+    const double share = options.trim ? (reach + 2 * kMarginShare * side) / side : 1;
     return static_cast<std::uint32_t>(std::max(1.0, std::ceil(share * options.size - 1e-6)));
   };
   camera.width = std::min(options.size, pixels(extent_x));

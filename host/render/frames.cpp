@@ -29,7 +29,7 @@ void check_frame(const RenderOptions& options) {
 }
 
 /// The camera as a depth view with the picture's pixels, exact to 1/512 pixel.
-kiln_view view_of(const kiln_render_params& params) {
+kiln_view depth_view_of(const kiln_render_params& params) {
   kiln_view view{};
   std::copy_n(params.right, 3, view.right);
   std::copy_n(params.up, 3, view.up);
@@ -46,7 +46,7 @@ kiln_view view_of(const kiln_render_params& params) {
   return view;
 }
 
-std::vector<Vec3> vectors_of(const std::vector<float>& numbers) {
+std::vector<Vec3> to_vectors(const std::vector<float>& numbers) {
   std::vector<Vec3> result(numbers.size() / 3);
   for (std::size_t i = 0; i < result.size(); ++i) {
     result[i] = {numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]};
@@ -69,50 +69,50 @@ class FramePainter {
       : scene_(scene),
         context_(context_of(scene.device)),
         with_map_(scene.has_map && !options.ignore_map && !options.flat),
-        raster_(context_, vectors_of(scene.positions.download(context_)),
-                triangles_of(scene.position_indices.download(context_))) {
+        rasterizer_(context_, to_vectors(scene.positions.download(context_)),
+                    triangles_of(scene.position_indices.download(context_))) {
     grow(options.size, options.size);
   }
 
   bool with_map() const { return with_map_; }
 
-  /// Parameters of a camera position.
+  /// Makes the kernels' parameters for a camera position.
   /// \param options  options whose size is that of the painter
-  kiln_render_params place(const CameraTarget& target, const RenderOptions& options) const {
-    RenderOptions single_sample = options;
-    single_sample.samples = 1;
-    kiln_render_params params =
-        camera_params(Camera::fit(target, single_sample), scene_.target.frame, single_sample);
+  kiln_render_params place_camera(const CameraTarget& target, const RenderOptions& options) const {
+    RenderOptions single_sample_options = options;
+    single_sample_options.samples = 1;
+    kiln_render_params params = camera_params(Camera::fit(target, single_sample_options),
+                                              scene_.target.frame, single_sample_options);
     const std::uint32_t rows = (params.height + KILN_RENDER_TILE - 1) / KILN_RENDER_TILE;
     params.pixel_count = params.sample_count = params.tile_columns * rows * kFrameTilePixels;
-    params.capacity = capacity_;
+    params.capacity = sample_capacity_;
     return params;
   }
 
-  /// Enqueues the kernels without waiting.
+  /// Enqueues the kernels of a frame, without waiting for them.
   void draw(const kiln_render_params& params) {
-    const kiln_view view = view_of(params);
-    raster_.draw({&view, 1}, keys_);
+    const kiln_view view = depth_view_of(params);
+    rasterizer_.draw({&view, 1}, depth_keys_);
     const std::uint32_t count = params.pixel_count;
     context_.launch(context_.kernel("render", "kiln_render_keys"), count, kLocal, params,
-                    keys_.keys, keys_.drawn, scene_.position_indices, scene_.positions,
-                    match_.triangle, match_.barycentric);
+                    depth_keys_.keys, depth_keys_.drawn, scene_.position_indices, scene_.positions,
+                    hits_.triangle, hits_.barycentric);
     context_.launch(context_.kernel("render", "kiln_render_surface"), count, kLocal, params,
-                    match_.triangle, match_.barycentric, scene_.position_indices, scene_.positions,
+                    hits_.triangle, hits_.barycentric, scene_.position_indices, scene_.positions,
                     scene_.normal_indices, scene_.normals, surface_);
     if (with_map_) {
       kiln_render_map_params map = scene_.map_params;
       map.count = count;
       map.capacity = params.capacity;
       context_.launch(context_.kernel("render", "kiln_render_map"), count, kLocal, map,
-                      match_.triangle, match_.barycentric, scene_.shading, scene_.uvs, scene_.map,
+                      hits_.triangle, hits_.barycentric, scene_.shading, scene_.uvs, scene_.map,
                       surface_);
     }
     context_.launch(context_.kernel("render", "kiln_render_shade"), count, kLocal, params,
-                    match_.triangle, surface_, open_, colors_);
+                    hits_.triangle, surface_, unoccluded_, colors_);
   }
 
-  void finish() { context_.finish(); }
+  void wait_for_kernels() { context_.finish(); }
 
   std::vector<float> colors() { return colors_.download(context_); }
 
@@ -121,26 +121,26 @@ class FramePainter {
     const auto tiles = [](std::uint32_t pixels) {
       return (pixels + KILN_RENDER_TILE - 1) / KILN_RENDER_TILE;
     };
-    capacity_ = tiles(width) * tiles(height) * kFrameTilePixels;
-    keys_ = DepthKeys(context_, DepthKeys::count(width, height));
-    match_ = DeviceCorrespondence(context_, capacity_);
-    surface_ = cl::Array<float>(context_, std::size_t{KILN_SURFACE_PLANES} * capacity_);
-    open_ = cl::Array<std::uint8_t>(context_, capacity_);
-    colors_ = cl::Array<float>(context_, std::size_t{3} * capacity_);
+    sample_capacity_ = tiles(width) * tiles(height) * kFrameTilePixels;
+    depth_keys_ = DepthKeys(context_, DepthKeys::count(width, height));
+    hits_ = DeviceCorrespondence(context_, sample_capacity_);
+    surface_ = cl::Array<float>(context_, std::size_t{KILN_SURFACE_PLANES} * sample_capacity_);
+    unoccluded_ = cl::Array<std::uint8_t>(context_, sample_capacity_);
+    colors_ = cl::Array<float>(context_, std::size_t{3} * sample_capacity_);
   }
 
   const Scene::Impl& scene_;
   cl::Context& context_;
   bool with_map_;
-  Rasterizer raster_;
-  std::uint32_t capacity_ = 0;
-  DepthKeys keys_;
-  DeviceCorrespondence match_;
+  Rasterizer rasterizer_;
+  std::uint32_t sample_capacity_ = 0;
+  DepthKeys depth_keys_;
+  DeviceCorrespondence hits_;
   cl::Array<float> surface_, colors_;
-  cl::Array<std::uint8_t> open_;
+  cl::Array<std::uint8_t> unoccluded_;
 };
 
-CameraTarget framed(const Scene::Impl& scene, const RenderOptions& options) {
+CameraTarget frame_target(const Scene::Impl& scene, const RenderOptions& options) {
   return options.frame == nullptr ? scene.target : CameraTarget::of(*options.frame);
 }
 
@@ -151,8 +151,8 @@ std::uint64_t count_vertices(const Scene::Impl& scene, bool with_map) {
   const std::vector<std::uint32_t> normal = scene.normal_indices.download(context);
   std::vector<float> uv;
   if (with_map) uv = scene.uvs.download(context);
-  using Corner = std::array<std::uint64_t, 2>;
-  std::vector<Corner> corners(position.size());
+  using CornerKey = std::array<std::uint64_t, 2>;
+  std::vector<CornerKey> corners(position.size());
   for (std::size_t i = 0; i < corners.size(); ++i) {
     corners[i] = {std::uint64_t{position[i]} << 32 | normal[i], 0};
     if (!with_map) continue;
@@ -169,11 +169,11 @@ std::uint64_t count_vertices(const Scene::Impl& scene, bool with_map) {
 Image Scene::Impl::rasterise(const RenderOptions& options) const {
   check_frame(options);
   FramePainter painter(*this, options);
-  const kiln_render_params params = painter.place(framed(*this, options), options);
+  const kiln_render_params params = painter.place_camera(frame_target(*this, options), options);
   painter.draw(params);
   Image image{params.width, params.height, 3, {}};
   image.pixels.resize(std::size_t{params.width} * params.height * 3);
-  place_pixels(painter.colors(), params, image);
+  copy_pixels_to_picture(painter.colors(), params, image);
   return image;
 }
 
@@ -186,16 +186,16 @@ FrameCost Scene::Impl::time_frames(const RenderOptions& options, std::uint32_t f
   FramePainter painter(*this, options);
   FrameCost cost;
   cost.frames = frames;
-  const CameraTarget shown = framed(*this, options);
+  const CameraTarget shown = frame_target(*this, options);
   std::vector<double> seconds;
   for (std::uint32_t i = 0; i < frames + kWarmUpFrames; ++i) {
     RenderOptions rotated_options = options;
     rotated_options.azimuth_degrees += 360.0 * (i % frames) / frames;
-    const kiln_render_params params = painter.place(shown, rotated_options);
-    painter.finish();
+    const kiln_render_params params = painter.place_camera(shown, rotated_options);
+    painter.wait_for_kernels();
     const auto start = std::chrono::steady_clock::now();
     painter.draw(params);
-    painter.finish();
+    painter.wait_for_kernels();
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
     cost.width = params.width;
     cost.height = params.height;

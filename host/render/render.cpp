@@ -22,16 +22,17 @@ constexpr double kMinZoom = 0.01, kMaxZoom = 1e5;
 constexpr double kMaxOccluderShare = 0.4;
 
 template <typename T>
-cl::Array<T> upload(cl::Context& context, const T* data, std::size_t size) {
+cl::Array<T> upload_array(cl::Context& context, const T* data, std::size_t size) {
   return {context, std::span<const T>(data, size)};
 }
 
-cl::Array<std::uint32_t> upload(cl::Context& context, const std::vector<Triangle>& triangles) {
-  return upload(context, triangles.data()->data(), triangles.size() * 3);
+cl::Array<std::uint32_t> upload_array(cl::Context& context,
+                                      const std::vector<Triangle>& triangles) {
+  return upload_array(context, triangles.data()->data(), triangles.size() * 3);
 }
 
-cl::Array<float> upload(cl::Context& context, const std::vector<Vec3>& vectors) {
-  return upload(context, &vectors.data()->x, vectors.size() * 3);
+cl::Array<float> upload_array(cl::Context& context, const std::vector<Vec3>& vectors) {
+  return upload_array(context, &vectors.data()->x, vectors.size() * 3);
 }
 
 /// Evenly distributed points of the unit disc (Vogel 1979); projected up to the hemisphere, they have a cosine
@@ -102,21 +103,23 @@ void check_render(const RenderOptions& options) {
 kiln_render_params camera_params(const Camera& camera, const Frame& frame,
                                  const RenderOptions& options) {
   kiln_render_params params{};
-  const Vec3d middle = Vec3d(camera.center[0] - frame.center[0], camera.center[1] - frame.center[1],
-                             camera.center[2] - frame.center[2]) *
-                       frame.scale;
+  const Vec3d picture_center =
+      Vec3d(camera.center[0] - frame.center[0], camera.center[1] - frame.center[1],
+            camera.center[2] - frame.center[2]) *
+      frame.scale;
   const double pixel = camera.pixel() * frame.scale;
   set(params.right, camera.right);
   set(params.up, camera.up);
   set(params.toward, camera.toward);
-  params.left_edge = static_cast<float>(dot(middle, camera.right) - pixel * camera.width / 2);
-  params.top_edge = static_cast<float>(dot(middle, camera.up) + pixel * camera.height / 2);
+  params.left_edge =
+      static_cast<float>(dot(picture_center, camera.right) - pixel * camera.width / 2);
+  params.top_edge = static_cast<float>(dot(picture_center, camera.up) + pixel * camera.height / 2);
   params.pixel = static_cast<float>(pixel);
   params.width = camera.width;
   params.height = camera.height;
   set(params.key, camera.key);
-  const Vec3d half_way = camera.key + Vec3d{0, 0, 1};
-  set(params.half_way, half_way * (1 / length(half_way)));
+  const Vec3d half_vector = camera.key + Vec3d{0, 0, 1};
+  set(params.half_way, half_vector * (1 / length(half_vector)));
   params.samples = options.samples;
   params.tile_columns = (camera.width + KILN_RENDER_TILE - 1) / KILN_RENDER_TILE;
   params.flat = options.flat ? 1 : 0;
@@ -125,15 +128,15 @@ kiln_render_params camera_params(const Camera& camera, const Frame& frame,
   return params;
 }
 
-void place_pixels(const std::vector<float>& colors, const kiln_render_params& params,
-                  Image& image) {
+void copy_pixels_to_picture(const std::vector<float>& colors, const kiln_render_params& params,
+                            Image& image) {
   for (std::uint32_t i = 0; i < params.pixel_count; ++i) {
     const std::uint32_t tile = params.first_tile + i / kTilePixels;
-    const std::uint32_t within = i % kTilePixels;
+    const std::uint32_t index_in_tile = i % kTilePixels;
     const std::uint32_t x =
-        tile % params.tile_columns * KILN_RENDER_TILE + within % KILN_RENDER_TILE;
+        tile % params.tile_columns * KILN_RENDER_TILE + index_in_tile % KILN_RENDER_TILE;
     const std::uint32_t y =
-        tile / params.tile_columns * KILN_RENDER_TILE + within / KILN_RENDER_TILE;
+        tile / params.tile_columns * KILN_RENDER_TILE + index_in_tile / KILN_RENDER_TILE;
     if (x < params.width && y < params.height) {
       std::copy_n(&colors[std::size_t{3} * i], 3, image.at(x, y));
     }
@@ -168,18 +171,19 @@ Scene::Impl::Impl(const Device& opened, const Mesh& mesh, const NormalMap& norma
   if (const std::string coarse = coarse_steps(mesh, target.frame); !coarse.empty()) {
     warnings.push_back({"coarse-source", "'" + mesh.name + "': " + coarse, 1});
   }
-  positions = upload(context, frame_positions);
-  position_indices = upload(context, mesh.triangles);
+  positions = upload_array(context, frame_positions);
+  position_indices = upload_array(context, mesh.triangles);
   const CornerNormals corners = corner_normals(mesh, frame_positions);
-  normals = upload(context, corners.normals);
-  normal_indices = upload(context, corners.triangles);
+  normals = upload_array(context, corners.normals);
+  normal_indices = upload_array(context, corners.triangles);
   if (normal_map.image != nullptr) upload_map(mesh, normal_map);
 }
 
 void Scene::Impl::upload_map(const Mesh& mesh, const NormalMap& normal_map) {
   const Image& image = *normal_map.image;
-  const std::size_t texels = std::size_t{image.width} * image.height;
-  if (texels == 0 || image.channels < 3 || image.pixels.size() != texels * image.channels) {
+  const std::size_t texel_count = std::size_t{image.width} * image.height;
+  if (texel_count == 0 || image.channels < 3 ||
+      image.pixels.size() != texel_count * image.channels) {
     throw Error(ErrorCode::input, "The normal map is " + std::to_string(image.width) + "x" +
                                       std::to_string(image.height) + " with " +
                                       std::to_string(image.channels) +
@@ -203,10 +207,10 @@ void Scene::Impl::upload_map(const Mesh& mesh, const NormalMap& normal_map) {
       corner_uvs.push_back(corner.uv.y);
     }
   }
-  uvs = upload(context, corner_uvs.data(), corner_uvs.size());
+  uvs = upload_array(context, corner_uvs.data(), corner_uvs.size());
 
-  std::vector<std::uint16_t> quantised(texels * 3);
-  parallel_for(texels, 1 << 16, [&](std::size_t begin, std::size_t end) {
+  std::vector<std::uint16_t> quantised_texels(texel_count * 3);
+  parallel_for(texel_count, 1 << 16, [&](std::size_t begin, std::size_t end) {
     constexpr float kFlat[3] = {0.5F, 0.5F, 1};
     for (std::size_t i = begin; i < end; ++i) {
       const float* texel = &image.pixels[i * image.channels];
@@ -216,11 +220,11 @@ void Scene::Impl::upload_map(const Mesh& mesh, const NormalMap& normal_map) {
       for (std::size_t c = 0; c < 3; ++c) {
         const float value = std::clamp(from[c], 0.0F, 1.0F) * KILN_RENDER_MAP_ONE;
         const float up = value + 0.5F;
-        quantised[i * 3 + c] = static_cast<std::uint16_t>(up);
+        quantised_texels[i * 3 + c] = static_cast<std::uint16_t>(up);
       }
     }
   });
-  map = upload(context, quantised.data(), quantised.size());
+  map = upload_array(context, quantised_texels.data(), quantised_texels.size());
   map_params.width = image.width;
   map_params.height = image.height;
   map_params.y_scale = normal_map.flip_y ? -1.0F : 1.0F;
@@ -261,9 +265,9 @@ Image Scene::Impl::draw_depth(const RenderOptions& options) const {
   const Camera from = camera(options);
   const Image shown = trace(from, one, true);
   const Frame& frame = target.frame;
-  const Vec3d middle = {from.center[0] - frame.center[0], from.center[1] - frame.center[1],
-                        from.center[2] - frame.center[2]};
-  const double plane = dot(middle, from.toward);
+  const Vec3d picture_center = {from.center[0] - frame.center[0], from.center[1] - frame.center[1],
+                                from.center[2] - frame.center[2]};
+  const double plane = dot(picture_center, from.toward);
   Image depth{shown.width, shown.height, 1, {}};
   depth.pixels.reserve(shown.pixels.size() / 3);
   for (std::size_t i = 0; i < shown.pixels.size(); i += 3) {
@@ -276,15 +280,15 @@ Image Scene::Impl::draw_depth(const RenderOptions& options) const {
 
 Image Scene::Impl::trace(const Camera& camera, const RenderOptions& options, bool depth) const {
   kiln_render_params params = camera_params(camera, target.frame, options);
-  const std::uint32_t per_pixel = options.samples * options.samples;
+  const std::uint32_t samples_per_pixel = options.samples * options.samples;
   if (depth) {
     params.show_depth = 1;
     params.show_normals = params.show_colors = 0;
   } else if (!options.show_normals && !options.show_colors) {
-    params.ambient_passes = (options.ambient_rays + per_pixel - 1) / per_pixel;
+    params.ambient_passes = (options.ambient_rays + samples_per_pixel - 1) / samples_per_pixel;
   }
 
-  const std::uint32_t samples_per_tile = kTilePixels * per_pixel;
+  const std::uint32_t samples_per_tile = kTilePixels * samples_per_pixel;
   const std::uint32_t tiles =
       params.tile_columns * ((camera.height + KILN_RENDER_TILE - 1) / KILN_RENDER_TILE);
   const std::uint32_t tiles_per_part = std::min(tiles, kMaxSamplesPerPart / samples_per_tile);
@@ -294,7 +298,7 @@ Image Scene::Impl::trace(const Camera& camera, const RenderOptions& options, boo
   // anything is allocated.
   constexpr std::uint64_t kBytesPerSample =
       7 * sizeof(float) + KILN_SURFACE_PLANES * sizeof(float) + 2 + 17;
-  constexpr std::uint64_t kLaunchBytes = 12 << 20;  // PoCL holds 11 MiB while it draws
+  constexpr std::uint64_t kLaunchBytes = 12 << 20;  // Memory that PoCL itself holds while it draws
   require_memory("The picture",
                  kLaunchBytes + std::uint64_t{camera.width} * camera.height * 3 * sizeof(float) +
                      kBytesPerSample * params.capacity +
@@ -302,16 +306,16 @@ Image Scene::Impl::trace(const Camera& camera, const RenderOptions& options, boo
   cl::Context& context = context_of(device);
   Part part(context, params.capacity, tiles_per_part * kTilePixels);
   const std::vector<float> disc =
-      vogel_disc(std::max(1U, params.ambient_passes) * std::size_t{per_pixel});
-  const cl::Array<float> device_disc = upload(context, disc.data(), disc.size());
+      vogel_disc(std::max(1U, params.ambient_passes) * std::size_t{samples_per_pixel});
+  const cl::Array<float> device_disc = upload_array(context, disc.data(), disc.size());
 
   RayQuery surface_ray;
-  // Length of a ray through the bounding sphere, from the kernel's start at 0.75
+  // Ray length that reaches through the bounding sphere; the kernel starts rays at a distance of 0.75
   surface_ray.t_max = 1.5F;
   surface_ray.two_sided = true;
   RayQuery occlusion_ray;
   occlusion_ray.t_min = 5e-5F;
-  // In an extreme close-up, the maximum distance of occluders could be below t_min.
+  // In an extreme close-up, the maximum distance of occluders could be less than t_min, the minimum distance of a hit.
   occlusion_ray.t_max =
       std::max(occlusion_ray.t_min,
                static_cast<float>(
@@ -323,7 +327,7 @@ Image Scene::Impl::trace(const Camera& camera, const RenderOptions& options, boo
   std::vector<float> colors(part.colors.size());
   for (params.first_tile = 0; params.first_tile < tiles; params.first_tile += tiles_per_part) {
     params.pixel_count = std::min(tiles_per_part, tiles - params.first_tile) * kTilePixels;
-    params.sample_count = params.pixel_count * per_pixel;
+    params.sample_count = params.pixel_count * samples_per_pixel;
     const std::uint32_t count = params.sample_count;
     context.launch(context.kernel("render", "kiln_render_camera"), count, kLocal, params,
                    part.points);
@@ -350,7 +354,7 @@ Image Scene::Impl::trace(const Camera& camera, const RenderOptions& options, boo
     context.launch(context.kernel("render", "kiln_render_shade"), params.pixel_count, kLocal,
                    params, part.match.triangle, part.surface, part.open, part.colors);
     part.colors.read(context, std::span(colors).first(std::size_t{3} * params.pixel_count));
-    place_pixels(colors, params, image);
+    copy_pixels_to_picture(colors, params, image);
   }
   return image;
 }

@@ -52,6 +52,7 @@ kiln_render_params camera_params(const Camera& camera, const Frame& frame,
                                  const RenderOptions& options);
 
 /// Copies a part's pixels, which are ordered by tiles, to the picture.
-void place_pixels(const std::vector<float>& colors, const kiln_render_params& params, Image& image);
+void copy_pixels_to_picture(const std::vector<float>& colors, const kiln_render_params& params,
+                            Image& image);
 
 }  // namespace kiln

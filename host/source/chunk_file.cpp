@@ -18,24 +18,27 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr char kMagic[8] = {'k', 'i', 'l', 'n', 'c', 'h', 'k', '1'};
-constexpr const char* kEnding = ".chunks";
-constexpr std::chrono::hours kMaxAge(24 * 30);  // of files that no run has used
-constexpr std::chrono::hours kLeftoverAge(24);  // of temporary files whose process was killed
-constexpr std::size_t kWaitingBytes = std::size_t{64} << 20;  // of all chunks' records together
-constexpr std::size_t kLeastAtOnce = 16, kMostAtOnce = std::size_t{1} << 16;
+constexpr const char* kFileSuffix = ".chunks";
+// Files that no run has used for longer than this are removed
+constexpr std::chrono::hours kMaxUnusedFileAge(24 * 30);
+// Temporary files that are older than this are removed: their process was killed
+constexpr std::chrono::hours kMaxTemporaryFileAge(24);
+// Memory in bytes for all chunks' records that wait to be written
+constexpr std::size_t kMaxWaitingRecordBytes = std::size_t{64} << 20;
+constexpr std::size_t kMinRecordsAtOnce = 16, kMaxRecordsAtOnce = std::size_t{1} << 16;
 
 static_assert(sizeof(ChunkRecord) == 16 && sizeof(ChunkBox) == 24);
 
-/// The end of a file: what follows the tables.
+/// The last bytes of a file, after its tables.
 struct Tail {
-  std::uint64_t tables = 0;  ///< Offset of the tables
+  std::uint64_t tables = 0;  ///< Offset of the tables in the file
   std::uint64_t chunks = 0, extents = 0, key_bytes = 0;
-  std::uint64_t hash = 0;  ///< Of the tables
+  std::uint64_t hash = 0;  ///< Hash of the tables
   char magic[8] = {};
 };
 
 std::string file_name(const std::string& key) {
-  return formatted("%016llx", static_cast<unsigned long long>(fnv1a(key))) + kEnding;
+  return formatted("%016llx", static_cast<unsigned long long>(fnv1a(key))) + kFileSuffix;
 }
 
 std::uint64_t hash_of(const std::vector<char>& bytes) {
@@ -43,7 +46,7 @@ std::uint64_t hash_of(const std::vector<char>& bytes) {
 }
 
 template <typename T>
-void append(std::vector<char>& to, std::span<const T> values) {
+void append_bytes(std::vector<char>& to, std::span<const T> values) {
   const char* const at = reinterpret_cast<const char*>(values.data());
   to.insert(to.end(), at, at + values.size_bytes());
 }
@@ -61,28 +64,32 @@ bool read_all(int file, std::uint64_t offset, void* to, std::size_t bytes) {
 }
 
 /// Removes files that have not been used for long.
-void remove_old(const fs::path& folder) {
+void remove_unused_files(const fs::path& folder) {
   std::error_code error;
   const auto now = fs::file_time_type::clock::now();
   for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
     std::error_code gone;
-    const bool complete = at->path().extension() == kEnding;
+    const bool complete = at->path().extension() == kFileSuffix;
     const bool temporary = at->path().extension() == ".tmp";
     if (!complete && !temporary) continue;
     const auto age = now - at->last_write_time(gone);
-    if (!gone && age > (complete ? kMaxAge : kLeftoverAge)) fs::remove(at->path(), gone);
+    if (!gone && age > (complete ? kMaxUnusedFileAge : kMaxTemporaryFileAge))
+      fs::remove(at->path(), gone);
   }
 }
 
 }  // namespace
 
 ChunkFile::Writer::Writer(fs::path folder, std::string key, std::size_t chunks)
-    : folder_(std::move(folder)), key_(std::move(key)), waiting_(chunks), extents_(chunks) {
+    : folder_(std::move(folder)),
+      key_(std::move(key)),
+      waiting_records_(chunks),
+      record_ranges_(chunks) {
   os::create_private_folders(folder_);
-  remove_old(folder_);
+  remove_unused_files(folder_);
   records_at_once_ =
-      std::clamp(kWaitingBytes / sizeof(ChunkRecord) / std::max<std::size_t>(chunks, 1),
-                 kLeastAtOnce, kMostAtOnce);
+      std::clamp(kMaxWaitingRecordBytes / sizeof(ChunkRecord) / std::max<std::size_t>(chunks, 1),
+                 kMinRecordsAtOnce, kMaxRecordsAtOnce);
   file_ = os::create_unnamed(folder_);
   if (file_ >= 0) return;
   // Some file systems have no files without names.
@@ -106,16 +113,16 @@ void ChunkFile::Writer::fail(int error) const {
 }
 
 void ChunkFile::Writer::add(std::size_t chunk, const ChunkRecord& record) {
-  std::vector<ChunkRecord>& records = waiting_[chunk];
+  std::vector<ChunkRecord>& records = waiting_records_[chunk];
   if (records.capacity() == 0) records.reserve(records_at_once_);
   records.push_back(record);
   if (records.size() >= records_at_once_) flush(chunk);
 }
 
 void ChunkFile::Writer::flush(std::size_t chunk) {
-  std::vector<ChunkRecord>& records = waiting_[chunk];
+  std::vector<ChunkRecord>& records = waiting_records_[chunk];
   if (records.empty()) return;
-  extents_[chunk].push_back({written_, records.size()});
+  record_ranges_[chunk].push_back({written_records_, records.size()});
   write(records.data(), records.size() * sizeof(ChunkRecord));
   records.clear();
 }
@@ -129,17 +136,17 @@ void ChunkFile::Writer::write(const void* data, std::size_t bytes) {
     if (now <= 0) fail(now == 0 ? ENOSPC : errno);
     done += static_cast<std::size_t>(now);
   }
-  written_ += bytes;
+  written_records_ += bytes;
 }
 
 ChunkFile ChunkFile::Writer::finish(
     const ChunkSummary& summary,
     const std::function<std::vector<ChunkBox>(const ChunkFile&)>& find_boxes) {
-  for (std::size_t chunk = 0; chunk < waiting_.size(); ++chunk) flush(chunk);
-  waiting_ = {};
+  for (std::size_t chunk = 0; chunk < waiting_records_.size(); ++chunk) flush(chunk);
+  waiting_records_ = {};
   ChunkFile file;
   file.path_ = folder_ / file_name(key_);
-  file.extents_ = extents_;
+  file.record_ranges_ = record_ranges_;
   file.summary_ = summary;
   file.file_ =
       os::open_to_read(temporary_.empty() ? fs::path(os::name_of_open(file_)) : temporary_);
@@ -148,23 +155,23 @@ ChunkFile ChunkFile::Writer::finish(
 
   std::vector<char> tables;
   Tail tail;
-  tail.tables = written_;
-  tail.chunks = extents_.size();
+  tail.tables = written_records_;
+  tail.chunks = record_ranges_.size();
   tail.key_bytes = key_.size();
-  append(tables, std::span<const ChunkBox>(file.boxes_));
-  append(tables, std::span<const ChunkSummary>(&summary, 1));
-  for (const Extents& extents : extents_) {
+  append_bytes(tables, std::span<const ChunkBox>(file.boxes_));
+  append_bytes(tables, std::span<const ChunkSummary>(&summary, 1));
+  for (const RecordRange& extents : record_ranges_) {
     const std::uint64_t count = extents.size();
     tail.extents += count;
-    append(tables, std::span<const std::uint64_t>(&count, 1));
-    append(tables, std::span<const std::array<std::uint64_t, 2>>(extents));
+    append_bytes(tables, std::span<const std::uint64_t>(&count, 1));
+    append_bytes(tables, std::span<const std::array<std::uint64_t, 2>>(extents));
   }
-  append(tables, std::span<const char>(key_));
+  append_bytes(tables, std::span<const char>(key_));
   tail.hash = hash_of(tables);
   std::memcpy(tail.magic, kMagic, sizeof kMagic);
   write(tables.data(), tables.size());
   write(&tail, sizeof tail);
-  // The file gets a name of its own first, since another run may have written one of the same key.
+  // The file first gets a temporary, unique name, since another run may just write a file of the same key.
   const fs::path own = folder_ / (file_name(key_) + "-" + os::process_mark() + "-" +
                                   std::to_string(os::process_id()) + ".tmp");
   if (temporary_.empty()) {
@@ -183,7 +190,7 @@ ChunkFile::~ChunkFile() { close(); }
 ChunkFile::ChunkFile(ChunkFile&& other) noexcept
     : path_(std::move(other.path_)),
       file_(std::exchange(other.file_, -1)),
-      extents_(std::move(other.extents_)),
+      record_ranges_(std::move(other.record_ranges_)),
       boxes_(std::move(other.boxes_)),
       summary_(other.summary_) {}
 
@@ -192,7 +199,7 @@ ChunkFile& ChunkFile::operator=(ChunkFile&& other) noexcept {
   close();
   path_ = std::move(other.path_);
   file_ = std::exchange(other.file_, -1);
-  extents_ = std::move(other.extents_);
+  record_ranges_ = std::move(other.record_ranges_);
   boxes_ = std::move(other.boxes_);
   summary_ = other.summary_;
   return *this;
@@ -229,10 +236,10 @@ bool ChunkFile::open(const fs::path& folder, const std::string& key) {
   };
   if (tail.chunks > tables.size()) return false;
   boxes_.resize(static_cast<std::size_t>(tail.chunks));
-  extents_.assign(boxes_.size(), {});
+  record_ranges_.assign(boxes_.size(), {});
   if (!take(boxes_.data(), boxes_.size() * sizeof(ChunkBox)) || !take(&summary_, sizeof summary_))
     return false;
-  for (Extents& extents : extents_) {
+  for (RecordRange& extents : record_ranges_) {
     std::uint64_t count = 0;
     if (!take(&count, sizeof count) || count > tables.size()) return false;
     extents.resize(static_cast<std::size_t>(count));
@@ -247,14 +254,14 @@ bool ChunkFile::open(const fs::path& folder, const std::string& key) {
 
 std::uint64_t ChunkFile::records(std::size_t chunk) const {
   std::uint64_t count = 0;
-  for (const auto& [offset, records] : extents_[chunk]) count += records;
+  for (const auto& [offset, records] : record_ranges_[chunk]) count += records;
   return count;
 }
 
 std::vector<ChunkRecord> ChunkFile::read(std::size_t chunk) const {
   std::vector<ChunkRecord> result(static_cast<std::size_t>(records(chunk)));
   std::size_t at = 0;
-  for (const auto& [offset, records] : extents_[chunk]) {
+  for (const auto& [offset, records] : record_ranges_[chunk]) {
     if (!read_all(file_, offset, &result[at],
                   static_cast<std::size_t>(records) * sizeof(ChunkRecord))) {
       throw Error(ErrorCode::input, "'" + path_.string() +

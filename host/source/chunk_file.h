@@ -17,7 +17,7 @@ namespace kiln {
 /// A triangle of a chunk.
 struct ChunkRecord {
   Triangle corners{};          ///< Vertices of the whole mesh
-  std::uint32_t triangle = 0;  ///< Its index in the whole mesh
+  std::uint32_t triangle = 0;  ///< The triangle's index in the whole mesh
 };
 
 /// A box, in the working frame.
@@ -27,9 +27,11 @@ struct ChunkBox {
 
 /// Values that are found while the chunks are sorted, so that a later run need not find them again.
 struct ChunkSummary {
-  std::array<double, 3> low{}, high{};  ///< Box of the mesh's triangles with area, in its own units
-  ChunkBox used;              ///< Box of all triangles' finite corners, in the working frame
-  std::uint64_t skipped = 0;  ///< Triangles that no search finds
+  /// Box of the mesh's triangles with area, in the mesh's units
+  std::array<double, 3> low{}, high{};
+  ChunkBox used;  ///< Box of all triangles' finite corners, in the working frame
+  /// Number of triangles that no search finds, since they have no area
+  std::uint64_t unsearchable_triangles = 0;
 };
 
 /// A file of chunks. Its records are in the order in which they were added, within each chunk.
@@ -38,7 +40,7 @@ struct ChunkSummary {
 /// days are removed when another one is written.
 class ChunkFile {
  public:
-  /// Collects records, and writes the file.
+  /// Collects the records of all chunks, and writes them to the file.
   class Writer {
    public:
     /// \param folder  created if it is missing \throws Error(output) if it cannot be written to
@@ -48,7 +50,7 @@ class ChunkFile {
     Writer& operator=(const Writer&) = delete;
 
     void add(std::size_t chunk, const ChunkRecord& record);
-    /// Completes the file under its name. \param boxes  of the chunks
+    /// Completes the file and gives it its name. \param boxes  box of each chunk
     ChunkFile finish(const ChunkSummary& summary,
                      const std::function<std::vector<ChunkBox>(const ChunkFile&)>& find_boxes);
 
@@ -60,10 +62,10 @@ class ChunkFile {
     std::filesystem::path folder_, temporary_;
     std::string key_;
     int file_ = -1;
-    std::uint64_t written_ = 0;
+    std::uint64_t written_records_ = 0;
     std::size_t records_at_once_ = 0;
-    std::vector<std::vector<ChunkRecord>> waiting_;
-    std::vector<std::vector<std::array<std::uint64_t, 2>>> extents_;
+    std::vector<std::vector<ChunkRecord>> waiting_records_;
+    std::vector<std::vector<std::array<std::uint64_t, 2>>> record_ranges_;
   };
 
   ChunkFile() = default;
@@ -74,7 +76,7 @@ class ChunkFile {
   /// Opens the file of a key, and marks it as used. \returns false if there is none, or if it is damaged
   bool open(const std::filesystem::path& folder, const std::string& key);
 
-  std::size_t size() const { return extents_.size(); }  ///< Number of chunks
+  std::size_t size() const { return record_ranges_.size(); }  ///< Number of chunks
   std::uint64_t records(std::size_t chunk) const;
   const ChunkBox& box(std::size_t chunk) const { return boxes_[chunk]; }
   const ChunkSummary& summary() const { return summary_; }
@@ -83,14 +85,14 @@ class ChunkFile {
 
  private:
   friend class Writer;
-  /// Places of a chunk's records: offset in the file, and number of records.
-  using Extents = std::vector<std::array<std::uint64_t, 2>>;
+  /// A range of a chunk's records: its offset in the file, and its number of records.
+  using RecordRange = std::vector<std::array<std::uint64_t, 2>>;
 
   void close() noexcept;
 
   std::filesystem::path path_;
   int file_ = -1;
-  std::vector<Extents> extents_;
+  std::vector<RecordRange> record_ranges_;
   std::vector<ChunkBox> boxes_;
   ChunkSummary summary_;
 };

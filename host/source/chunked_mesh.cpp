@@ -20,11 +20,12 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kItemsPerTask = std::size_t{1} << 15;
-constexpr std::size_t kTrianglesAtOnce = std::size_t{1} << 19;
+constexpr std::size_t kElementsPerRead = std::size_t{1} << 15;
+constexpr std::size_t kTrianglesPerTask = std::size_t{1} << 19;
 constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
-// Cells of the grid that triangles are sorted by, in Morton order: neighbours in space are mostly neighbours in it.
+// Cells of the grid by which triangles are sorted. Cells are in Morton order, in which neighbours in space are mostly
+// neighbours, too.
 constexpr std::uint32_t kCellBits = 7, kCellsASide = 1U << kCellBits;
 constexpr std::size_t kCells = std::size_t{1} << (3 * kCellBits);
 
@@ -53,7 +54,7 @@ constexpr ChunkBox kEmptyBox = {
     {-std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity(),
      -std::numeric_limits<float>::infinity()}};
 
-void include(ChunkBox& box, const Vec3& p) {
+void extend_box(ChunkBox& box, const Vec3& p) {
   const float xyz[3] = {p.x, p.y, p.z};
   for (std::size_t k = 0; k < 3; ++k) {
     box.low[k] = std::min(box.low[k], xyz[k]);
@@ -61,59 +62,62 @@ void include(ChunkBox& box, const Vec3& p) {
   }
 }
 
-void include(ChunkBox& box, const ChunkBox& other) {
+void extend_box(ChunkBox& box, const ChunkBox& other) {
   for (std::size_t k = 0; k < 3; ++k) {
     box.low[k] = std::min(box.low[k], other.low[k]);
     box.high[k] = std::max(box.high[k], other.high[k]);
   }
 }
 
-/// Members of a set of numbers, and the rank of each.
+/// A set of integers that returns the rank of each member.
 class RankedSet {
  public:
-  explicit RankedSet(std::size_t size) : words_(size / 64 + 1), before_(words_.size()) {}
+  explicit RankedSet(std::size_t size) : words_(size / 64 + 1), members_before_(words_.size()) {}
 
   void add(std::uint32_t i) { words_[i / 64] |= std::uint64_t{1} << (i % 64); }
   /// Prepares rank_of(). \returns the members, ascending
   std::vector<std::uint32_t> list() {
     std::uint32_t count = 0;
     for (std::size_t w = 0; w < words_.size(); ++w) {
-      before_[w] = count;
+      members_before_[w] = count;
       count += static_cast<std::uint32_t>(std::popcount(words_[w]));
     }
-    std::vector<std::uint32_t> members(count);
-    parallel_for(words_.size(), kItemsPerTask, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::uint32_t> ascending_members(count);
+    parallel_for(words_.size(), kElementsPerRead, [&](std::size_t begin, std::size_t end) {
       for (std::size_t w = begin; w < end; ++w) {
-        std::size_t at = before_[w];
+        std::size_t at = members_before_[w];
         for (std::uint64_t left = words_[w]; left != 0; left &= left - 1) {
-          members[at++] =
+          ascending_members[at++] =
               static_cast<std::uint32_t>(w * 64 + static_cast<std::size_t>(std::countr_zero(left)));
         }
       }
     });
-    return members;
+    return ascending_members;
   }
   std::uint32_t rank_of(std::uint32_t i) const {
     const std::uint64_t lower = (std::uint64_t{1} << (i % 64)) - 1;
-    return before_[i / 64] + static_cast<std::uint32_t>(std::popcount(words_[i / 64] & lower));
+    return members_before_[i / 64] +
+           static_cast<std::uint32_t>(std::popcount(words_[i / 64] & lower));
   }
 
  private:
   std::vector<std::uint64_t> words_;
-  std::vector<std::uint32_t> before_;
+  std::vector<std::uint32_t> members_before_;
 };
 
-/// Reads some elements of a file. \param at  their places, ascending \param read  reads consecutive elements
+/// Reads chosen elements of an array in a file. \param at  the elements' indices, ascending \param read  function that
+/// reads consecutive elements
 template <typename T, typename Read>
-std::vector<T> read_some(std::span<const std::uint32_t> at, const Read& read) {
-  constexpr std::size_t kMaxGap =
-      256;  // elements that are read and not used, rather than read apart
+std::vector<T> read_elements(std::span<const std::uint32_t> at, const Read& read) {
+  // Up to this number of unused elements between two used ones are read along, since a second read would cost more
+  constexpr std::size_t kMaxReadGap = 256;
   std::vector<T> result(at.size());
-  parallel_for(at.size(), kItemsPerTask, [&](std::size_t begin, std::size_t end) {
+  parallel_for(at.size(), kElementsPerRead, [&](std::size_t begin, std::size_t end) {
     std::vector<T> piece;
     for (std::size_t i = begin, next = begin; i < end; i = next) {
       next = i + 1;
-      while (next < end && at[next] - at[next - 1] <= kMaxGap && at[next] - at[i] < kItemsPerTask) {
+      while (next < end && at[next] - at[next - 1] <= kMaxReadGap &&
+             at[next] - at[i] < kElementsPerRead) {
         ++next;
       }
       piece.resize(at[next - 1] - at[i] + std::size_t{1});
@@ -124,26 +128,26 @@ std::vector<T> read_some(std::span<const std::uint32_t> at, const Read& read) {
   return result;
 }
 
-/// Looks up the first of some vertices at a position.
-class Places {
+/// A hash table of vertices by position: finds the first vertex at a position.
+class PositionTable {
  public:
-  /// \param first  of weld_vertices(positions)
-  Places(std::span<const Vec3> positions, std::span<const std::uint32_t> first)
-      : positions_(positions), slots_(std::bit_ceil(2 * positions.size() + 2), kNone) {
+  /// \param first  for each vertex, the first vertex at its position: the result of weld_vertices(positions)
+  PositionTable(std::span<const Vec3> positions, std::span<const std::uint32_t> first)
+      : positions_(positions), table_(std::bit_ceil(2 * positions.size() + 2), kNone) {
     for_each_alive(positions.size(), [&](std::size_t v) {
       if (first[v] != v || !is_finite(positions[v])) return;
       std::size_t slot = start(positions[v]);
-      while (slots_[slot] != kNone) slot = (slot + 1) & (slots_.size() - 1);
-      slots_[slot] = static_cast<std::uint32_t>(v);
+      while (table_[slot] != kNone) slot = (slot + 1) & (table_.size() - 1);
+      table_[slot] = static_cast<std::uint32_t>(v);
     });
   }
   std::uint32_t find(const Vec3& p) const {
     if (!is_finite(p)) return kNone;
     std::size_t slot = start(p);
-    while (slots_[slot] != kNone && !(positions_[slots_[slot]] == p)) {
-      slot = (slot + 1) & (slots_.size() - 1);
+    while (table_[slot] != kNone && !(positions_[table_[slot]] == p)) {
+      slot = (slot + 1) & (table_.size() - 1);
     }
-    return slots_[slot];
+    return table_[slot];
   }
 
  private:
@@ -151,11 +155,11 @@ class Places {
     const auto bits = [](float x) { return std::bit_cast<std::uint32_t>(x + 0.0F); };
     std::uint64_t hash = bits(p.x) | std::uint64_t{bits(p.y)} << 32U;
     hash = (hash ^ bits(p.z) * std::uint64_t{0x9E3779B1}) * 0x9E3779B97F4A7C15U;
-    return (hash ^ hash >> 32U) & (slots_.size() - 1);
+    return (hash ^ hash >> 32U) & (table_.size() - 1);
   }
 
   std::span<const Vec3> positions_;
-  std::vector<std::uint32_t> slots_;
+  std::vector<std::uint32_t> table_;
 };
 
 }  // namespace
@@ -187,7 +191,7 @@ ChunkedMesh::ChunkedMesh(std::shared_ptr<const MeshStream> mesh, const ChunkOpti
   require_memory("The positions of '" + mesh_->path() + "'", vertices * sizeof(Vec3));
   ProgressGuard::poll_in("reading the high poly's vertices");
   positions_.resize(vertices);
-  parallel_for(vertices, kItemsPerTask, [&](std::size_t begin, std::size_t end) {
+  parallel_for(vertices, kElementsPerRead, [&](std::size_t begin, std::size_t end) {
     mesh_->read_positions(begin, std::span(positions_).subspan(begin, end - begin));
   });
   sample_ = sample_of(*mesh_);
@@ -202,23 +206,24 @@ ChunkedMesh::ChunkedMesh(std::shared_ptr<const MeshStream> mesh, const ChunkOpti
 
 /// Converts the positions to the working frame. Vertices beyond the box belong to no triangle with area.
 void ChunkedMesh::to_frame() {
-  constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
-  parallel_for(positions_.size(), kItemsPerTask, [&](std::size_t begin, std::size_t end) {
+  constexpr float kBeyondBox = std::numeric_limits<float>::quiet_NaN();
+  parallel_for(positions_.size(), kElementsPerRead, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       Vec3& p = positions_[i];
       p = frame_.to_frame(p, {});
       if (dot(to_double(p), to_double(p)) <= Frame::kReach * Frame::kReach) continue;
-      p = {kNowhere, kNowhere, kNowhere};
+      p = {kBeyondBox, kBeyondBox, kBeyondBox};
     }
   });
 }
 
 namespace {
 
-/// Calls take(first, triangles) for pieces of all triangles, on all threads.
+/// Calls take(first, triangles) for consecutive pieces of the mesh's triangles, on all threads; `first` is the index of
+/// a piece's first triangle.
 template <typename Take>
-void each_piece(const MeshStream& mesh, std::size_t begin, std::size_t end, const Take& take) {
-  parallel_for(end - begin, kItemsPerTask, [&](std::size_t from, std::size_t to) {
+void for_each_piece(const MeshStream& mesh, std::size_t begin, std::size_t end, const Take& take) {
+  parallel_for(end - begin, kElementsPerRead, [&](std::size_t from, std::size_t to) {
     std::vector<Triangle> triangles(to - from);
     mesh.read_triangles(begin + from, std::span(triangles));
     take(begin + from, std::span<const Triangle>(triangles));
@@ -229,36 +234,38 @@ Bounds bounds_of(const MeshStream& mesh, std::span<const Vec3> positions) {
   constexpr double kUnbounded = std::numeric_limits<double>::infinity();
   Bounds bounds{{kUnbounded, kUnbounded, kUnbounded}, {-kUnbounded, -kUnbounded, -kUnbounded}};
   std::mutex mutex;
-  each_piece(mesh, 0, mesh.triangle_count(), [&](std::size_t, std::span<const Triangle> triangles) {
-    ChunkBox box = kEmptyBox;
-    for (const Triangle& triangle : triangles) {
-      if (!has_area(positions, triangle)) continue;
-      for (const std::uint32_t corner : triangle) include(box, positions[corner]);
-    }
-    const std::lock_guard lock(mutex);
-    for (std::size_t k = 0; k < 3; ++k) {
-      bounds.low[k] = std::min(bounds.low[k], box.low[k] + 0.0);  // Adding 0 converts -0 to 0
-      bounds.high[k] = std::max(bounds.high[k], box.high[k] + 0.0);
-    }
-  });
+  for_each_piece(
+      mesh, 0, mesh.triangle_count(), [&](std::size_t, std::span<const Triangle> triangles) {
+        ChunkBox box = kEmptyBox;
+        for (const Triangle& triangle : triangles) {
+          if (!has_area(positions, triangle)) continue;
+          for (const std::uint32_t corner : triangle) extend_box(box, positions[corner]);
+        }
+        const std::lock_guard lock(mutex);
+        for (std::size_t k = 0; k < 3; ++k) {
+          bounds.low[k] = std::min(bounds.low[k], box.low[k] + 0.0);  // Adding 0 converts -0 to 0
+          bounds.high[k] = std::max(bounds.high[k], box.high[k] + 0.0);
+        }
+      });
   return bounds;
 }
 
-/// Rejects meshes that a reader of whole files would move, or measure without their outliers.
-void check_place(const MeshStream& mesh, const Mesh& sample, const Bounds& bounds) {
+/// Rejects meshes that a reader of whole files would move to the origin, or whose outliers it would leave out of the
+/// mesh's size.
+void check_coordinates(const MeshStream& mesh, const Mesh& sample, const Bounds& bounds) {
   if (!(bounds.low[0] <= bounds.high[0])) {
     throw Error(ErrorCode::input, "'" + mesh.path() +
                                       "' has no triangle with finite, distinct corners: nothing "
                                       "can be baked from it. Check the file's coordinates.");
   }
   std::array<double, 3> center{};
-  double squared = 0;
+  double squared_size = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     const double side = bounds.high[k] - bounds.low[k];
     center[k] = bounds.low[k] + side / 2;
-    squared += side * side;
+    squared_size += side * side;
   }
-  if (local_origin(center, std::sqrt(squared)) != std::array<double, 3>{}) {
+  if (local_origin(center, std::sqrt(squared_size)) != std::array<double, 3>{}) {
     throw Error(ErrorCode::input, "'" + mesh.path() +
                                       "' is larger than memory, and lies far from the world's "
                                       "origin: move it there, or raise the " +
@@ -279,42 +286,43 @@ void ChunkedMesh::sort(const std::filesystem::path& folder, const std::string& k
                        std::size_t most) {
   ProgressGuard::poll_in("measuring the high poly");
   const Bounds bounds = bounds_of(*mesh_, positions_);
-  check_place(*mesh_, sample_, bounds);
+  check_coordinates(*mesh_, sample_, bounds);
   frame_ = Frame::of(sample_, bounds);
   to_frame();
   ChunkSummary summary{bounds.low, bounds.high, kEmptyBox};
-  std::vector<std::atomic<std::uint32_t>> counts(kCells);
+  std::vector<std::atomic<std::uint32_t>> cell_counts(kCells);
   std::mutex mutex;
   std::uint64_t found = 0;
-  each_piece(*mesh_, 0, mesh_->triangle_count(),
-             [&](std::size_t, std::span<const Triangle> triangles) {
-               ChunkBox box = kEmptyBox;
-               std::uint64_t own = 0;
-               for (const Triangle& triangle : triangles) {
-                 const std::uint32_t cell = cell_of(positions_, triangle);
-                 for (const std::uint32_t v : triangle) {
-                   if (is_finite(positions_[v])) include(box, positions_[v]);
-                 }
-                 if (cell == kNone) continue;
-                 counts[cell].fetch_add(1, std::memory_order_relaxed);
-                 ++own;
-               }
-               const std::lock_guard lock(mutex);
-               include(summary.used, box);
-               found += own;
-             });
-  summary.skipped = mesh_->triangle_count() - found;
+  for_each_piece(*mesh_, 0, mesh_->triangle_count(),
+                 [&](std::size_t, std::span<const Triangle> triangles) {
+                   ChunkBox box = kEmptyBox;
+                   std::uint64_t own = 0;
+                   for (const Triangle& triangle : triangles) {
+                     const std::uint32_t cell = cell_of(positions_, triangle);
+                     for (const std::uint32_t v : triangle) {
+                       if (is_finite(positions_[v])) extend_box(box, positions_[v]);
+                     }
+                     if (cell == kNone) continue;
+                     cell_counts[cell].fetch_add(1, std::memory_order_relaxed);
+                     ++own;
+                   }
+                   const std::lock_guard lock(mutex);
+                   extend_box(summary.used, box);
+                   found += own;
+                 });
+  summary.unsearchable_triangles = mesh_->triangle_count() - found;
   if (found == 0) {
     throw Error(ErrorCode::input,
                 "All triangles of '" + mesh_->path() +
                     "' have no area once they are rounded: nothing can be baked from it.");
   }
   // Neighbouring cells share a chunk; a cell with too many triangles has several.
-  std::vector<std::uint32_t> chunk_of(kCells), taken(kCells);
+  std::vector<std::uint32_t> chunk_of(kCells), taken_triangles(kCells);
   std::uint32_t chunks = 0;
-  std::size_t held = most;  // triangles of the last chunk; full before there is one
+  // Number of triangles in the last chunk. At first it is the maximum, so that the first triangle opens a chunk
+  std::size_t held = most;
   for (std::size_t cell = 0; cell < kCells; ++cell) {
-    const std::size_t count = counts[cell];
+    const std::size_t count = cell_counts[cell];
     if (count == 0) continue;
     if (held + count > most) {
       ++chunks;
@@ -328,24 +336,24 @@ void ChunkedMesh::sort(const std::filesystem::path& folder, const std::string& k
   }
   ChunkFile::Writer writer(folder, key, chunks);
   std::vector<Triangle> triangles;
-  std::vector<std::uint32_t> cells;
-  for (std::size_t first = 0; first < mesh_->triangle_count(); first += kTrianglesAtOnce) {
+  std::vector<std::uint32_t> triangle_cells;
+  for (std::size_t first = 0; first < mesh_->triangle_count(); first += kTrianglesPerTask) {
     ProgressGuard::poll_in("sorting the high poly into " + std::to_string(chunks) + " chunks");
     const std::size_t count =
-        std::min<std::size_t>(kTrianglesAtOnce, mesh_->triangle_count() - first);
+        std::min<std::size_t>(kTrianglesPerTask, mesh_->triangle_count() - first);
     triangles.resize(count);
-    cells.resize(count);
-    each_piece(*mesh_, first, first + count,
-               [&](std::size_t from, std::span<const Triangle> piece) {
-                 for (std::size_t i = 0; i < piece.size(); ++i) {
-                   triangles[from - first + i] = piece[i];
-                   cells[from - first + i] = cell_of(positions_, piece[i]);
-                 }
-               });
+    triangle_cells.resize(count);
+    for_each_piece(*mesh_, first, first + count,
+                   [&](std::size_t from, std::span<const Triangle> piece) {
+                     for (std::size_t i = 0; i < piece.size(); ++i) {
+                       triangles[from - first + i] = piece[i];
+                       triangle_cells[from - first + i] = cell_of(positions_, piece[i]);
+                     }
+                   });
     for (std::size_t i = 0; i < count; ++i) {
-      const std::uint32_t cell = cells[i];
+      const std::uint32_t cell = triangle_cells[i];
       if (cell == kNone) continue;
-      const auto piece = static_cast<std::uint32_t>(taken[cell]++ / most);
+      const auto piece = static_cast<std::uint32_t>(taken_triangles[cell]++ / most);
       writer.add(chunk_of[cell] + piece, {triangles[i], static_cast<std::uint32_t>(first + i)});
     }
   }
@@ -354,7 +362,7 @@ void ChunkedMesh::sort(const std::filesystem::path& folder, const std::string& k
     parallel_for(boxes.size(), 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t chunk = begin; chunk < end; ++chunk) {
         for (const ChunkRecord& record : file.read(chunk)) {
-          for (const std::uint32_t v : record.corners) include(boxes[chunk], positions_[v]);
+          for (const std::uint32_t v : record.corners) extend_box(boxes[chunk], positions_[v]);
         }
       }
     });
@@ -374,79 +382,79 @@ ChunkTriangles ChunkedMesh::read(std::size_t chunk) const {
   return result;
 }
 
-/// Angle-weighted sums of the normals of all faces around some vertices, summed in the mesh's order.
-/// \param places  of the vertices \param welded  true: all vertices at a place share its sum, as in corner_normals();
-///                then only the first of them has one. False: as vertex_normals()
+/// For each of some vertices, the angle-weighted sum of the normals of all faces around it, added in the mesh's order.
+/// \param places  positions of the vertices \param welded  true: vertices at the same position have one sum, which only
+/// the first of them gets, as in corner_normals(). False: each vertex has its own sum, as in vertex_normals()
 std::vector<Vec3> ChunkedMesh::smooth_normals(std::span<const std::uint32_t> vertices,
                                               std::span<const Vec3> places, bool welded) const {
-  std::vector<std::uint32_t> slot_of(positions_.size(), kNone);
+  std::vector<std::uint32_t> index_at(positions_.size(), kNone);
   if (welded) {
-    const Places at(places, weld_vertices(places));
-    parallel_for(positions_.size(), kItemsPerTask, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t v = begin; v < end; ++v) slot_of[v] = at.find(positions_[v]);
+    const PositionTable at(places, weld_vertices(places));
+    parallel_for(positions_.size(), kElementsPerRead, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t v = begin; v < end; ++v) index_at[v] = at.find(positions_[v]);
     });
   } else {
-    for (std::uint32_t i = 0; i < vertices.size(); ++i) slot_of[vertices[i]] = i;
+    for (std::uint32_t i = 0; i < vertices.size(); ++i) index_at[vertices[i]] = i;
   }
   struct Sum {
     Vec3d normal{};
     double total = 0;
   };
   std::vector<Sum> sums(vertices.size());
-  std::vector<Vec3> first_face(welded ? 0 : vertices.size());
-  std::vector<Triangle> slots;
+  std::vector<Vec3> first_corner(welded ? 0 : vertices.size());
+  std::vector<Triangle> normal_slots;
   std::vector<CornerWeights> weights;
-  for (std::size_t first = 0; first < mesh_->triangle_count(); first += kTrianglesAtOnce) {
+  for (std::size_t first = 0; first < mesh_->triangle_count(); first += kTrianglesPerTask) {
     ProgressGuard::poll_in("smoothing the high poly's normals");
     const std::size_t count =
-        std::min<std::size_t>(kTrianglesAtOnce, mesh_->triangle_count() - first);
-    slots.resize(count);
+        std::min<std::size_t>(kTrianglesPerTask, mesh_->triangle_count() - first);
+    normal_slots.resize(count);
     weights.resize(count);
-    each_piece(*mesh_, first, first + count,
-               [&](std::size_t from, std::span<const Triangle> piece) {
-                 for (std::size_t i = 0; i < piece.size(); ++i) {
-                   Triangle& own = slots[from - first + i];
-                   for (std::size_t k = 0; k < 3; ++k) own[k] = slot_of[piece[i][k]];
-                   if (own == Triangle{kNone, kNone, kNone}) continue;
-                   weights[from - first + i] = corner_weights(positions_, piece[i]);
-                 }
-               });
+    for_each_piece(*mesh_, first, first + count,
+                   [&](std::size_t from, std::span<const Triangle> piece) {
+                     for (std::size_t i = 0; i < piece.size(); ++i) {
+                       Triangle& own = normal_slots[from - first + i];
+                       for (std::size_t k = 0; k < 3; ++k) own[k] = index_at[piece[i][k]];
+                       if (own == Triangle{kNone, kNone, kNone}) continue;
+                       weights[from - first + i] = corner_weights(positions_, piece[i]);
+                     }
+                   });
     for (std::size_t i = 0; i < count; ++i) {
       for (std::size_t k = 0; k < 3; ++k) {
-        const std::uint32_t slot = slots[i][k];
+        const std::uint32_t slot = normal_slots[i][k];
         if (slot == kNone) continue;
         const CornerWeights& own = weights[i];
         sums[slot].normal += own.normal * own.angles[k];
         sums[slot].total += own.angles[k];
-        if (!welded && first_face[slot] == Vec3{}) first_face[slot] = to_float(own.normal);
+        if (!welded && first_corner[slot] == Vec3{}) first_corner[slot] = to_float(own.normal);
       }
     }
   }
   std::vector<Vec3> result(vertices.size());
-  parallel_for(result.size(), kItemsPerTask, [&](std::size_t begin, std::size_t end) {
+  parallel_for(result.size(), kElementsPerRead, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       result[i] = normalized_sum(sums[i].normal, sums[i].total);
       if (welded || result[i] != Vec3{}) continue;
-      result[i] = first_face[i] != Vec3{} ? first_face[i] : Vec3{0, 0, 1};
+      result[i] = first_corner[i] != Vec3{} ? first_corner[i] : Vec3{0, 0, 1};
     }
   });
   return result;
 }
 
 std::vector<Triangle> ChunkedMesh::triangles(std::span<const std::uint32_t> ids) const {
-  return read_some<Triangle>(
+  return read_elements<Triangle>(
       ids, [&](std::size_t first, std::span<Triangle> to) { mesh_->read_triangles(first, to); });
 }
 
 std::vector<std::uint32_t> ChunkedMesh::renumber(std::span<std::uint32_t> triangles) const {
-  RankedSet listed(mesh_->triangle_count());
+  RankedSet listed_triangles(mesh_->triangle_count());
   for (const std::uint32_t t : triangles) {
-    if (t != kNone) listed.add(t);
+    if (t != kNone) listed_triangles.add(t);
   }
-  std::vector<std::uint32_t> ids = listed.list();
-  parallel_for(triangles.size(), kItemsPerTask, [&](std::size_t begin, std::size_t end) {
+  std::vector<std::uint32_t> ids = listed_triangles.list();
+  parallel_for(triangles.size(), kElementsPerRead, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      if (triangles[i] != kNone) triangles[i] = listed.rank_of(triangles[i]);
+      if (triangles[i] != kNone) triangles[i] = listed_triangles.rank_of(triangles[i]);
     }
   });
   return ids;
@@ -460,7 +468,7 @@ MeshPart ChunkedMesh::part(std::span<const std::uint32_t> ids) const {
     for (const std::uint32_t v : part.triangles[t]) used.add(v);
   });
   const std::vector<std::uint32_t> vertices = used.list();
-  parallel_for(part.triangles.size(), kItemsPerTask, [&](std::size_t begin, std::size_t end) {
+  parallel_for(part.triangles.size(), kElementsPerRead, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       for (std::uint32_t& v : part.triangles[t]) v = used.rank_of(v);
     }
@@ -469,7 +477,7 @@ MeshPart ChunkedMesh::part(std::span<const std::uint32_t> ids) const {
   for_each_alive(vertices.size(),
                  [&](std::size_t i) { part.positions[i] = positions_[vertices[i]]; });
   if (mesh_->has_colors()) {
-    part.colors = read_some<MeshStream::Color>(
+    part.colors = read_elements<MeshStream::Color>(
         vertices,
         [&](std::size_t first, std::span<MeshStream::Color> to) { mesh_->read_colors(first, to); });
   }
@@ -483,7 +491,7 @@ MeshPart ChunkedMesh::part(std::span<const std::uint32_t> ids) const {
     use_faces_where_zero(part.positions, part.triangles, part.normals);
     return part;
   }
-  part.normals.normals = read_some<Vec3>(
+  part.normals.normals = read_elements<Vec3>(
       vertices, [&](std::size_t first, std::span<Vec3> to) { mesh_->read_normals(first, to); });
   part.normals.triangles = part.triangles;
   use_given_normals(part.triangles, part.normals,

@@ -17,15 +17,17 @@
 
 namespace kiln {
 
-/// Evenly spaced triangles of a mesh, in its own units: enough for messages about its place.
+/// A sample of a mesh's triangles, evenly spaced in its list, in the mesh's units: enough for messages about where the
+/// mesh lies.
 Mesh sample_of(const MeshStream& mesh);
 
 /// How a mesh is cut into chunks.
 struct ChunkOptions {
-  /// Largest number of a chunk's triangles. A chunk of the default takes about 200 MB with its BVH, and a second of two
-  /// processors.
+  /// Maximum number of triangles in a chunk. With the default, a chunk takes about 200 MB with its BVH, which two
+  /// processors build in about a second.
   std::size_t triangles = std::size_t{1} << 20;
-  std::filesystem::path folder;  ///< Of the file; empty: `chunks` beside Kiln's kernels
+  /// Folder of the file; if empty, the folder `chunks` beside that of Kiln's compiled kernels
+  std::filesystem::path folder;
 };
 
 /// Triangles of a chunk, or those that some samples matched. Ids ascend.
@@ -38,7 +40,8 @@ struct ChunkTriangles {
 struct MeshPart {
   std::vector<Vec3> positions;  ///< In the working frame
   std::vector<Triangle> triangles;
-  CornerNormals normals;  ///< As corner_normals() of the whole mesh has them
+  /// Normals, equal to those that corner_normals() computes for the whole mesh
+  CornerNormals normals;
   std::vector<MeshStream::Color> colors;
 };
 
@@ -61,13 +64,14 @@ class ChunkedMesh {
   const ChunkBox& box(std::size_t chunk) const { return file_.box(chunk); }
   std::uint64_t records(std::size_t chunk) const { return file_.records(chunk); }
   ChunkTriangles read(std::size_t chunk) const;
-  /// Some triangles by their ids, which ascend.
+  /// Reads chosen triangles. Their ids must ascend.
   std::vector<Triangle> triangles(std::span<const std::uint32_t> ids) const;
 
-  /// Numbers triangles by their rank among all that are listed. Those that are KILN_NO_TRIANGLE stay.
-  /// \returns the ids of the new numbers
+  /// Replaces each triangle id in a list by its rank among the list's distinct ids. KILN_NO_TRIANGLE stays. \returns
+  /// the distinct ids, ascending
   std::vector<std::uint32_t> renumber(std::span<std::uint32_t> triangles) const;
-  /// The same as triangles() with all that maps read. If the mesh has no normals, this reads all of its triangles.
+  /// Reads chosen triangles with all attributes that maps read. If the mesh has no normals, all of its triangles are
+  /// read to compute them.
   MeshPart part(std::span<const std::uint32_t> ids) const;
 
  private:

@@ -19,7 +19,7 @@ class LoadedChunks {
  public:
   struct Chunk {
     ChunkTriangles triangles;
-    std::shared_ptr<const Tree> tree;  ///< Null: there are no triangles
+    std::shared_ptr<const Tree> tree;  ///< Null if there are no triangles
   };
 
   LoadedChunks(cl::Context& context, std::shared_ptr<const ChunkedMesh> mesh)
@@ -29,12 +29,13 @@ class LoadedChunks {
   const ChunkedMesh& mesh() const { return *mesh_; }
   /// Loads a chunk, and builds its BVH.
   std::shared_ptr<const Chunk> load(std::size_t chunk) const;
-  /// The same with the triangles near some boxes alone, which is much faster where these are few. May be empty.
-  /// \param boxes  one for each search, which reaches no triangle that lies beyond
+  /// Loads only those triangles of a chunk that lie near some boxes, and builds their BVH. This is much faster if they
+  /// are few. The result may have no triangles. \param boxes  for each search, a box that contains all points that it
+  /// can reach
   std::shared_ptr<const Chunk> load_near(std::size_t chunk, std::span<const ChunkBox> boxes) const;
-  /// Frees all chunks that nobody uses.
+  /// Frees all chunks that no search is using.
   void forget() const;
-  /// Time spent on loading and building so far.
+  /// Seconds spent so far on loading chunks and building BVHs.
   double seconds() const;
 
  private:

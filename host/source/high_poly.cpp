@@ -35,11 +35,12 @@ Pointer& build_once(Pointer& slot, Source::Stats& stats, const Make& make) {
   return slot;
 }
 
-/// Largest coordinate of moving vertices, which start within 1. The margin is for triangles that gain area later.
+/// Largest coordinate of moving vertices. They start with coordinates up to 1; the margin is for triangles that gain
+/// area later.
 constexpr double kMaxMovedCoordinate = 2;
 
 // Number of elements that kernels read beyond the end of an array.
-constexpr std::size_t kReadAhead = 1;
+constexpr std::size_t kPaddingElements = 1;
 
 /// Checks that moved vertices are within bounds: kernels require coordinates of at most about 1 in the frame, and the
 /// bounds are at 0.5.
@@ -68,8 +69,8 @@ const T& poll_before_copy(const T& argument) {
 }  // namespace
 
 SourceAttributes::SourceAttributes(cl::Context& context, const CornerNormals& corners)
-    : normal_indices(context, corners.triangles.size() * 3 + kReadAhead),
-      normals(context, corners.normals.size() * 3 + kReadAhead) {
+    : normal_indices(context, corners.triangles.size() * 3 + kPaddingElements),
+      normals(context, corners.normals.size() * 3 + kPaddingElements) {
   if (!corners.triangles.empty()) {
     normal_indices.write(context, std::span<const std::uint32_t>(corners.triangles[0].data(),
                                                                  corners.triangles.size() * 3));
@@ -131,7 +132,7 @@ Source::Impl::Impl(const Device& opened, const Mesh& high, Traversal wanted,
 Source::Impl::Impl(const Impl& whole, const std::vector<std::uint32_t>& some)
     : device(whole.device), frame(whole.frame), traversal(whole.traversal) {
   std::unordered_map<std::uint32_t, std::uint32_t>
-      places;  // Sized as the part, since a mesh may have many parts
+      places;  // The arrays have the size of the part, since a mesh may have many parts
   for (const std::uint32_t t : some) {
     Triangle corners = whole.triangles[t];
     for (std::uint32_t& corner : corners) {
@@ -159,17 +160,17 @@ Source::Impl::Impl(const Device& opened, std::shared_ptr<const ChunkedMesh> mesh
   positions = {corner(summary.used.low), corner(summary.used.high)};
   triangles = {{0, 1, 1}};
   stats_.triangles = chunked.mesh().triangle_count();
-  stats_.skipped_triangles = summary.skipped;
+  stats_.skipped_triangles = summary.unsearchable_triangles;
   stats_.diagonal = frame.diagonal;
   chunked_rays_ = std::make_unique<ChunkedRays>(chunks_, traversal);
   chunked_closest_ = std::make_unique<ChunkedClosest>(chunks_, traversal);
-  if (summary.skipped != 0) {
+  if (summary.unsearchable_triangles != 0) {
     warnings.push_back({"source-skipped",
-                        std::to_string(summary.skipped) + " of " +
+                        std::to_string(summary.unsearchable_triangles) + " of " +
                             std::to_string(stats_.triangles) + " triangles of '" +
                             chunked.mesh().name() +
                             "' have no area or are not finite; rays pass through them.",
-                        summary.skipped});
+                        summary.unsearchable_triangles});
   }
   const std::string coarse = coarse_steps(chunked.sample(), frame);
   if (!coarse.empty()) {
@@ -190,12 +191,12 @@ std::unique_ptr<Source::Impl> Source::Impl::matched_part() const {
 
 void Source::Impl::read_matched(DeviceCorrespondence& match) {
   cl::Context& context = context_of(device);
-  // The chunks make room for the triangles.
+  // Frees cached chunks, to make room for the triangles.
   chunks_->forget();
   std::vector<std::uint32_t> found(match.count);
   match.triangle.read(context, found);
   std::vector<std::uint32_t> ids = chunks_->mesh().renumber(found);
-  if (ids.empty()) ids.push_back(0);  // arrays on the device are never empty
+  if (ids.empty()) ids.push_back(0);  // Arrays on the device must not be empty
   match.triangle.write(context, std::span<const std::uint32_t>(found));
   MeshPart part = chunks_->mesh().part(ids);
   attributes = SourceAttributes(context, part.normals);
@@ -207,18 +208,18 @@ void Source::Impl::read_matched(DeviceCorrespondence& match) {
 std::vector<std::array<Vec3, 3>> Source::Impl::corners_of(
     std::span<const std::uint32_t> some) const {
   std::vector<std::array<Vec3, 3>> corners(some.size());
-  std::vector<std::uint32_t> numbers(some.begin(), some.end());
+  std::vector<std::uint32_t> triangle_ids(some.begin(), some.end());
   std::vector<Triangle> read;
   std::span<const Triangle> all = triangles;
   std::span<const Vec3> places = positions;
   if (is_streamed()) {
-    read = chunks_->mesh().triangles(chunks_->mesh().renumber(numbers));
+    read = chunks_->mesh().triangles(chunks_->mesh().renumber(triangle_ids));
     all = read;
     places = chunks_->mesh().positions();
   }
   for (std::size_t i = 0; i < some.size(); ++i) {
     if (some[i] == KILN_NO_TRIANGLE) continue;
-    for (std::size_t k = 0; k < 3; ++k) corners[i][k] = places[all[numbers[i]][k]];
+    for (std::size_t k = 0; k < 3; ++k) corners[i][k] = places[all[triangle_ids[i]][k]];
   }
   return corners;
 }
@@ -226,7 +227,8 @@ std::vector<std::array<Vec3, 3>> Source::Impl::corners_of(
 void Source::Impl::check_in_core() const {
   if (!is_streamed()) return;
   throw Error(ErrorCode::internal,
-              "A high poly larger than memory was searched as if it were in memory.");
+              "Internal error: a search of the whole high poly was requested, but only parts of it "
+              "are in memory.");
 }
 
 const RaySearch& Source::Impl::ray_search() const {
@@ -248,16 +250,16 @@ void Source::Impl::move(std::uint32_t first, std::span<const Vec3> moved,
                         std::span<const std::uint32_t> triangles_moved) {
   const std::lock_guard lock(mutex_);
   const auto count_usable = [&] {
-    std::vector<bool> usable;
-    if (tree_ == nullptr) return usable;
+    std::vector<bool> are_usable;
+    if (tree_ == nullptr) return are_usable;
     for (const std::uint32_t t : triangles_moved)
-      usable.push_back(has_area(positions, triangles[t]));
-    return usable;
+      are_usable.push_back(has_area(positions, triangles[t]));
+    return are_usable;
   };
   const std::vector<bool> before = count_usable();
   std::copy(moved.begin(), moved.end(), positions.begin() + first);
   raster_.reset();
-  facets_.reset();
+  facet_size_.reset();
   by_positions_ = std::make_shared<MadeOnce>();
   if (tree_ == nullptr) return;
   if (count_usable() == before) {
@@ -297,8 +299,8 @@ std::shared_ptr<MadeOnce> Source::Impl::by_positions() const {
 
 double Source::Impl::facets() const {
   const auto lock = lock_polling(mutex_);
-  if (!facets_) facets_ = facet_size(positions, triangles);
-  return *facets_;
+  if (!facet_size_) facet_size_ = facet_size(positions, triangles);
+  return *facet_size_;
 }
 
 std::shared_ptr<LowSurface> Source::Impl::low_surface(const Mesh& low, const Mesh* cage,
@@ -318,7 +320,7 @@ std::shared_ptr<LowSurface> Source::Impl::low_surface(const Mesh& low, const Mes
     LowSurface::check(low);
     known.shape = shape_hash(low);
     known.with_uvs = LowSurface::find_with_uvs(low);
-    std::vector<Tangent> tangents;  // of triangles with UVs
+    std::vector<Tangent> tangents;  // Number of triangles with UVs
     if (!low.tangents.empty()) {
       for (const std::size_t t : known.with_uvs) {
         const auto first = low.tangents.begin() + static_cast<std::ptrdiff_t>(3 * t);
@@ -399,9 +401,9 @@ Source::Source(const Device& device, const Mesh& high, RayTraversal traversal,
 std::optional<Source> Source::build(const Device& device, const Mesh& high,
                                     const Progress& progress, RayTraversal traversal,
                                     const std::optional<Bounds>& bounds) {
-  ProgressGuard guard(progress);
+  ProgressGuard progress_guard(progress);
   try {
-    const Progress tell = guard.progress();
+    const Progress tell = progress_guard.progress();
     if (tell && !tell(0, "source")) return std::nullopt;
     Source source(device, high, traversal, bounds);
     source.impl_->rays();

@@ -45,8 +45,8 @@ struct KILN_HIDDEN Source::Impl {
   Impl(const Device& opened, std::shared_ptr<const ChunkedMesh> mesh, Traversal wanted);
   /// A source for maps, of the same high poly: empty but for one triangle, until read_matched() is called.
   std::unique_ptr<Impl> matched_part() const;
-  /// For matched_part(): replaces its triangles by those that samples matched, and numbers the match by them.
-  /// \param match  with triangles of the whole mesh
+  /// Called on matched_part(): replaces its triangles by those that samples matched, and changes the match to their new
+  /// indices. \param match  on entry, refers to triangles of the whole mesh
   void read_matched(DeviceCorrespondence& match);
   /// True if the high poly is larger than memory.
   bool is_streamed() const { return chunks_ != nullptr; }
@@ -62,7 +62,7 @@ struct KILN_HIDDEN Source::Impl {
   std::vector<UvSet> other_uvs;  ///< Other UV sets, indexed by the same uv_triangles
   SourceAttributes attributes;
   std::vector<std::array<std::uint8_t, 4>> colors;  ///< Colours of vertices; may be empty
-  /// Names of triangles as in Mesh: the names, and an index for each triangle, or no indices.
+  /// Names of triangles as in Mesh: a list of names, and for each triangle an index in it. There may be no indices.
   struct Names {
     std::vector<std::uint32_t> of;
     std::vector<std::string> names;
@@ -75,7 +75,8 @@ struct KILN_HIDDEN Source::Impl {
   const ClosestSearch& closest_search() const;
   /// Corners of some triangles in the frame; those of KILN_NO_TRIANGLE are undefined.
   std::vector<std::array<Vec3, 3>> corners_of(std::span<const std::uint32_t> some) const;
-  /// Structures for searches, each built at its first use. \throws Error(internal) if the high poly is_streamed()
+  /// BVH and other structures for searches, each built at its first use. \throws Error(internal) if the high poly
+  /// is_streamed()
   RayCaster& rays() const;
   ClosestFinder& closest() const;
   Rasterizer& raster() const;
@@ -88,10 +89,12 @@ struct KILN_HIDDEN Source::Impl {
   /// tangents, as another texture set of the same low poly does, only UVs and tangents are processed. The result may
   /// be shared and must not be changed. Surfaces with a cage are not cached.
   std::shared_ptr<LowSurface> low_surface(const Mesh& low, const Mesh* cage, UvCopies copies) const;
-  /// A low poly whose layouts low_surface() need neither check nor hash (SetLayouts).
+  /// A low poly whose layouts low_surface() neither has to check nor to hash; set by SetLayouts.
   struct KnownLow {
-    const Mesh* mesh = nullptr;           ///< Identifies it; null: none
-    std::uint64_t shape = 0, layout = 0;  ///< As of LastLow; `layout` is unique to a layout
+    /// The mesh's address, which identifies it; null if no low poly is known
+    const Mesh* mesh = nullptr;
+    /// Hashes as in LastLow; `layout` is a number that no other layout has
+    std::uint64_t shape = 0, layout = 0;
     std::vector<std::uint32_t> with_uvs;  ///< find_with_uvs()
   };
   void set_known_low(KnownLow known) const;
@@ -114,7 +117,8 @@ struct KILN_HIDDEN Source::Impl {
 
   void check_in_core() const;
 
-  std::shared_ptr<const LoadedChunks> chunks_;  ///< Null: the whole mesh is in memory
+  /// Chunks of a mesh that is larger than memory; null if the whole mesh is in memory
+  std::shared_ptr<const LoadedChunks> chunks_;
   std::unique_ptr<RaySearch> chunked_rays_;
   std::unique_ptr<ClosestSearch> chunked_closest_;
   mutable std::mutex mutex_;
@@ -122,7 +126,7 @@ struct KILN_HIDDEN Source::Impl {
   mutable std::unique_ptr<RayCaster> rays_;
   mutable std::unique_ptr<ClosestFinder> closest_;
   mutable std::unique_ptr<Rasterizer> raster_;
-  mutable std::optional<double> facets_;
+  mutable std::optional<double> facet_size_;
   std::shared_ptr<MadeOnce> by_positions_ = std::make_shared<MadeOnce>();
   struct LastLow {
     /// Hash of everything except UVs and tangents; hash of UVs and tangents
@@ -140,7 +144,7 @@ struct KILN_HIDDEN SourceAccess {
   static Source make(std::shared_ptr<const Source::Impl> impl) { return Source(std::move(impl)); }
 };
 
-/// A source that is larger than memory, see Source::Impl.
+/// Constructs a source of a high poly that is larger than memory; see Source::Impl.
 Source streamed_source(const Device& device, std::shared_ptr<const ChunkedMesh> mesh,
                        RayTraversal traversal = RayTraversal::automatic);
 

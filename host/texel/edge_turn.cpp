@@ -5,13 +5,13 @@
 namespace kiln {
 namespace {
 
-void add(const Vec3& v, std::vector<float>& values) {
-  values.insert(values.end(), {v.x, v.y, v.z});
+void add(const Vec3& v, std::vector<float>& packed_values) {
+  packed_values.insert(packed_values.end(), {v.x, v.y, v.z});
 }
 
 /// Packs the hard edges near each triangle into the kernel's layout.
-std::vector<float> packed(const HardEdges& hard, const HardEdges::Near& near,
-                          std::span<const float> widths) {
+std::vector<float> pack_near_edges(const HardEdges& hard, const HardEdges::Near& near,
+                                   std::span<const float> widths) {
   std::vector<float> edges;
   edges.reserve(7 * near.edge.size());
   for (const std::uint32_t e : near.edge) {
@@ -26,7 +26,7 @@ std::vector<float> packed(const HardEdges& hard, const HardEdges::Near& near,
 
 EdgeTurn::EdgeTurn(cl::Context& context, const LowSurface& surface, const std::vector<float>& edges,
                    const std::vector<std::uint32_t>& first, bool painted)
-    : turns_(true), painted_(painted) {
+    : blends_directions_(true), painted_(painted) {
   std::vector<float> normals, weights;
   normals.reserve(9 * surface.triangles.size());
   for (const auto& corners : surface.triangles) {
@@ -35,12 +35,13 @@ EdgeTurn::EdgeTurn(cl::Context& context, const LowSurface& surface, const std::v
       if (painted) weights.push_back(corner.straight);
     }
   }
-  // Kernel arguments must not be empty arrays, even if unused.
+  // Unused kernel arguments must not be empty arrays, either.
   const std::vector<float> none(7);
   normals_ = cl::Array<float>(context, std::span<const float>(normals));
   weights_ = cl::Array<float>(context, std::span<const float>(painted ? weights : none));
   edges_ = cl::Array<float>(context, std::span<const float>(edges.empty() ? none : edges));
-  first_edges_ = cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(first));
+  first_edge_of_triangle_ =
+      cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(first));
 }
 
 EdgeTurn::EdgeTurn(cl::Context& context, const LowSurface& surface)
@@ -55,14 +56,14 @@ EdgeTurn::EdgeTurn(cl::Context& context, const LowSurface& surface, const HardEd
     return;
   }
   const HardEdges::Near near = hard.near(surface, widths);
-  *this = EdgeTurn(context, surface, packed(hard, near, widths), near.first, false);
+  *this = EdgeTurn(context, surface, pack_near_edges(hard, near, widths), near.first, false);
 }
 
-void EdgeTurn::apply(cl::Context& context, TexelBand& band) const {
-  if (!turns() || band.sample_count == 0) return;
+void EdgeTurn::set_directions(cl::Context& context, TexelBand& band) const {
+  if (!blends_directions() || band.sample_count == 0) return;
   context.launch(context.kernel("turn", "kiln_texel_turn"), band.sample_count, kLocal,
                  band.sample_count, band.capacity, painted_ ? 1U : 0U, normals_, weights_,
-                 first_edges_, edges_, band.triangle, band.barycentric, band.points);
+                 first_edge_of_triangle_, edges_, band.triangle, band.barycentric, band.points);
 }
 
 }  // namespace kiln

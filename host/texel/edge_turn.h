@@ -12,28 +12,29 @@
 
 namespace kiln {
 
-/// The default-constructed object leaves directions unchanged. kernels/texel/turn.cl describes the field of directions.
+/// Sets the directions of samples, and their blending near hard edges; kernels/texel/turn.cl describes the field of
+/// directions. A default-constructed object leaves directions unchanged.
 class EdgeTurn {
  public:
   EdgeTurn() = default;
-  /// \param widths blend width of each hard edge, frame units, above 0; empty: directions are the mesh's own
-  /// normals
+  /// \param widths blend width of each hard edge, in frame units, above 0. If empty, directions are the mesh's own
+  ///     normals
   EdgeTurn(cl::Context& context, const LowSurface& surface, const HardEdges& hard,
            std::span<const float> widths);
   /// Blends directions by weights that are painted in the mesh's colours (LowSurface::Corner::straight).
   EdgeTurn(cl::Context& context, const LowSurface& surface);
 
-  bool turns() const { return turns_; }
+  bool blends_directions() const { return blends_directions_; }
   /// Sets the directions of a newly sampled band; must be called once.
-  void apply(cl::Context& context, TexelBand& band) const;
+  void set_directions(cl::Context& context, TexelBand& band) const;
 
  private:
   EdgeTurn(cl::Context& context, const LowSurface& surface, const std::vector<float>& edges,
            const std::vector<std::uint32_t>& first, bool painted);
 
-  bool turns_ = false, painted_ = false;
+  bool blends_directions_ = false, painted_ = false;
   cl::Array<float> normals_, weights_, edges_;
-  cl::Array<std::uint32_t> first_edges_;
+  cl::Array<std::uint32_t> first_edge_of_triangle_;
 };
 
 }  // namespace kiln

@@ -32,7 +32,7 @@ struct HostCorrespondence {
     match.status.read(context, status);
   }
 
-  /// Copies the point of sample `from` of another correspondence, without its status.
+  /// Copies triangle, weights and distance of sample `from` of another correspondence, without its status.
   void take(std::size_t i, const HostCorrespondence& other, std::size_t from) {
     triangle[i] = other.triangle[from];
     u[i] = other.u[from];

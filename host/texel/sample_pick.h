@@ -27,7 +27,8 @@ class SamplePick {
   std::uint32_t count() const { return count_; }
   std::uint32_t capacity() const { return capacity_; }
 
-  /// Gathers planes of values of 1 or 4 bytes; 0 beyond the last sample. \param capacity  elements of a plane of `from`
+  /// Gathers planes of values of 1 or 4 bytes; entries beyond the last sample are 0. \param capacity  elements of a
+  /// plane of `from`
   template <typename T>
   cl::Array<T> of(const cl::Array<T>& from, std::uint32_t capacity, std::uint32_t planes) const {
     static_assert(sizeof(T) == 1 || sizeof(T) == 4);
@@ -38,8 +39,8 @@ class SamplePick {
     return to;
   }
 
-  /// Gathers a band's points only.
-  TexelBand points_of(const TexelBand& band) const {
+  /// Gathers the samples' points from a band, and nothing else of it.
+  TexelBand gather_points(const TexelBand& band) const {
     TexelBand some;
     some.sample_count = count_;
     some.capacity = capacity_;
@@ -60,7 +61,8 @@ class SamplePick {
   }
 
   /// Copies the correspondence of the samples back into `match`; misses leave `match` unchanged.
-  void put_back(const DeviceCorrespondence& found, const DeviceCorrespondence& match) const {
+  void scatter_correspondence(const DeviceCorrespondence& found,
+                              const DeviceCorrespondence& match) const {
     context_.launch(context_.kernel("texel", "kiln_texel_put_back"), count_, kLocal, count_,
                     found.capacity, match.capacity, samples_, found.triangle, found.barycentric,
                     found.distance, found.status, match.triangle, match.barycentric, match.distance,

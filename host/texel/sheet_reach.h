@@ -1,4 +1,4 @@
-// Search distance of samples on open sheets of a low poly that have no surface nearby.
+// Search distance of samples on open sheets of a low poly, such as cards for leaves, that have no surface nearby.
 #pragma once
 
 #include <vector>
@@ -9,21 +9,21 @@
 
 namespace kiln {
 
-/// Writes the search distance of samples (TexelBand::points, the last plane): that of their open sheet
-/// (mesh/open_sheets.h), or 0 for samples on no sheet. Does nothing for low polys without open sheets.
+/// Writes search distances for samples (TexelBand::points, the last plane): the size of the sample's open sheet
+/// (mesh/open_sheets.h), or 0 for a sample that is on no such sheet. Does nothing for low polys without open sheets.
 class SheetReach {
  public:
   SheetReach() = default;
   explicit SheetReach(const LowSurface& surface);
 
-  /// Largest search distance in frame units; 0: there are no sheets
-  float farthest() const { return farthest_; }
+  /// Largest search distance in frame units; 0 if the low poly has no open sheets
+  float max_search_distance() const { return max_search_distance_; }
   /// Writes the search distances of a newly sampled band.
-  void apply(cl::Context& context, TexelBand& band) const;
+  void write_search_distances(cl::Context& context, TexelBand& band) const;
 
  private:
-  float farthest_ = 0;
-  std::vector<float> of_triangle_;
+  float max_search_distance_ = 0;
+  std::vector<float> triangle_search_distances_;
 };
 
 }  // namespace kiln

@@ -15,12 +15,12 @@ namespace kiln {
 namespace {
 
 // Maximum distance in texels of an assigned texel from its chart.
-constexpr std::int64_t kMaxDistance = 8;
+constexpr std::int64_t kMaxTexelDistance = 8;
 // log2 of a tile's side: tiles of 64 x 64 texels without small charts are skipped
 constexpr std::uint32_t kTileShift = 6;
 constexpr std::size_t kTrianglesPerTask = 1 << 14;
-// minimum inradius in samples of a triangle that certainly covers a sample's centre; above sqrt(1/2)
-constexpr double kMinInradius = 0.75;
+// Minimum inradius, in samples, of a triangle that certainly covers a sample's centre; any value above sqrt(1/2)
+constexpr double kMinCoveringInradius = 0.75;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 std::int64_t floor_div(std::int64_t a, std::int64_t b) {
@@ -29,8 +29,8 @@ std::int64_t floor_div(std::int64_t a, std::int64_t b) {
 }
 
 /// Exact range of columns of the samples that a piece covers in a row.
-SampleRange covered_columns(const kiln_texel_piece& piece, std::uint32_t shift, std::int64_t row,
-                            std::int64_t count) {
+SampleRange covered_column_range(const kiln_texel_piece& piece, std::uint32_t shift,
+                                 std::int64_t row, std::int64_t count) {
   SampleRange columns{0, count - 1};
   for (std::size_t k = 0; k < 3; ++k) {
     const std::int64_t open = ((piece.closed >> k) & 1U) != 0 ? 0 : 1;
@@ -49,15 +49,15 @@ SampleRange covered_columns(const kiln_texel_piece& piece, std::uint32_t shift, 
 }
 
 /// True if the triangle certainly covers the centre of a sample.
-bool is_large(const FixedTriangle& f, const UvGrid& grid) {
+bool surely_covers_sample(const FixedTriangle& f, const UvGrid& grid) {
   if (grid.beyond_square(f)) return false;
-  double around = 0;
+  double perimeter = 0;
   for (std::size_t k = 0; k < 3; ++k) {
-    around += std::hypot(double{1.0} * f.x[k] - f.x[(k + 1) % 3],
-                         double{1.0} * f.y[k] - f.y[(k + 1) % 3]);
+    perimeter += std::hypot(double{1.0} * f.x[k] - f.x[(k + 1) % 3],
+                            double{1.0} * f.y[k] - f.y[(k + 1) % 3]);
   }
   const double area = std::abs(static_cast<double>(doubled_area(f)));
-  return area > kMinInradius * std::ldexp(around, static_cast<int>(grid.shift));
+  return area > kMinCoveringInradius * std::ldexp(perimeter, static_cast<int>(grid.shift));
 }
 
 /// Hash of a corner's UV and position; corners of equal hashes are one vertex of a chart.
@@ -72,10 +72,10 @@ std::uint64_t vertex_hash(const LowSurface::Corner& corner) {
 }
 
 /// A UV triangle in texels, with rows downwards.
-struct Outline {
+struct TexelTriangle {
   std::array<double, 3> x{}, y{};
 
-  Outline(const LowSurface& surface, std::uint32_t triangle, double width, double height) {
+  TexelTriangle(const LowSurface& surface, std::uint32_t triangle, double width, double height) {
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec2& uv = surface.triangles[triangle][k].uv;
       x[k] = uv.x * width;
@@ -85,7 +85,7 @@ struct Outline {
 
   /// Range of x of the triangle between two values of y; empty (minimum above maximum) if the triangle lies
   /// outside.
-  std::array<double, 2> across(double top, double bottom) const {
+  std::array<double, 2> x_range_between(double top, double bottom) const {
     double low = kInfinity, high = -kInfinity;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::size_t next = (k + 1) % 3;
@@ -114,10 +114,10 @@ struct Outline {
   }
 };
 
-class Finder {
+class SmallChartFinder {
  public:
-  Finder(const LowSurface& surface, const TexelPieces& pieces, std::uint32_t width,
-         std::uint32_t height, std::uint32_t samples)
+  SmallChartFinder(const LowSurface& surface, const TexelPieces& pieces, std::uint32_t width,
+                   std::uint32_t height, std::uint32_t samples)
       : surface_(surface),
         pieces_(pieces),
         width_(width),
@@ -129,29 +129,29 @@ class Finder {
     find_uncovered();
     find_charts();
     if (result_.triangles.empty()) return std::move(result_);
-    mark_covered();
+    mark_occupied_texels();
     assign_texels();
     return std::move(result_);
   }
 
  private:
-  struct Place {
+  struct FreeTexel {
     double squared_distance = kInfinity;
     std::int64_t row = 0, column = 0;
     bool found() const { return squared_distance < kInfinity; }
-    bool operator<(const Place& other) const {
+    bool operator<(const FreeTexel& other) const {
       return std::tie(squared_distance, row, column) <
              std::tie(other.squared_distance, other.row, other.column);
     }
   };
 
-  bool covers_any(std::size_t i) const {
+  bool covers_any_sample(std::size_t i) const {
     const FixedTriangle& f = pieces_.fixed[i];
-    if (is_large(f, grid_)) return true;
-    const SampleRange rows = rows_of(f, pieces_.shift, height_ * samples_);
+    if (surely_covers_sample(f, grid_)) return true;
+    const SampleRange rows = rows_of(f, pieces_.fraction_bits, height_ * samples_);
     for (std::int64_t row = rows.first; row <= rows.last; ++row) {
-      const SampleRange columns =
-          covered_columns(pieces_.pieces[i], pieces_.shift, row, std::int64_t{width_} * samples_);
+      const SampleRange columns = covered_column_range(pieces_.pieces[i], pieces_.fraction_bits,
+                                                       row, std::int64_t{width_} * samples_);
       if (columns.first <= columns.last) return true;
     }
     return false;
@@ -159,28 +159,30 @@ class Finder {
 
   /// Finds the triangles that have pieces, none of which covers a sample.
   void find_uncovered() {
-    coverage_.assign(surface_.triangles.size(), kNoPiece);
-    std::vector<std::uint8_t> piece_covers(pieces_.pieces.size());
-    parallel_for(piece_covers.size(), kTrianglesPerTask, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) piece_covers[i] = covers_any(i) ? 1 : 0;
-    });
-    for (std::size_t i = 0; i < piece_covers.size(); ++i) {
-      std::uint8_t& covers = coverage_[pieces_.pieces[i].triangle];
-      covers = std::max(covers, piece_covers[i] != 0 ? kCovers : kCoversNone);
+    triangle_states_.assign(surface_.triangles.size(), kNoPiece);
+    std::vector<std::uint8_t> piece_covers_sample(pieces_.pieces.size());
+    parallel_for(piece_covers_sample.size(), kTrianglesPerTask,
+                 [&](std::size_t begin, std::size_t end) {
+                   for (std::size_t i = begin; i < end; ++i)
+                     piece_covers_sample[i] = covers_any_sample(i) ? 1 : 0;
+                 });
+    for (std::size_t i = 0; i < piece_covers_sample.size(); ++i) {
+      std::uint8_t& covers = triangle_states_[pieces_.pieces[i].triangle];
+      covers = std::max(covers, piece_covers_sample[i] != 0 ? kCoversSample : kCoversNoSample);
     }
-    for (std::uint32_t t = 0; t < coverage_.size(); ++t) {
-      if (coverage_[t] == kCoversNone) uncovered_.push_back(t);
+    for (std::uint32_t t = 0; t < triangle_states_.size(); ++t) {
+      if (triangle_states_[t] == kCoversNoSample) uncovered_triangles_.push_back(t);
     }
   }
 
   /// Finds the charts in which no triangle covers a sample.
   void find_charts() {
-    if (uncovered_.empty()) return;
+    if (uncovered_triangles_.empty()) return;
     // vertex index by hash, for corners of uncovered triangles
     std::unordered_map<std::uint64_t, std::uint32_t> at;
     std::vector<std::array<std::uint32_t, 3>> corners;
-    at.reserve(3 * uncovered_.size());
-    for (const std::uint32_t t : uncovered_) {
+    at.reserve(3 * uncovered_triangles_.size());
+    for (const std::uint32_t t : uncovered_triangles_) {
       std::array<std::uint32_t, 3> own{};
       for (std::size_t k = 0; k < 3; ++k) {
         own[k] =
@@ -194,40 +196,45 @@ class Finder {
       sets.join(own[0], own[1]);
       sets.join(own[0], own[2]);
     }
-    std::vector<std::uint8_t> touched(at.size()), touches(at.size());
-    parallel_for(coverage_.size(), kTrianglesPerTask, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t t = begin; t < end; ++t) {
-        if (coverage_[t] != kCovers) continue;
-        for (const LowSurface::Corner& corner : surface_.triangles[t]) {
-          const auto found = at.find(vertex_hash(corner));
-          if (found == at.end()) continue;
-          std::atomic_ref<std::uint8_t>(touched[found->second]).store(1, std::memory_order_relaxed);
-        }
-      }
-    });
-    for (std::uint32_t i = 0; i < touched.size(); ++i) {
-      if (touched[i] != 0) touches[sets.find(i)] = 1;
+    std::vector<std::uint8_t> is_at_covered_triangle(at.size()), touches(at.size());
+    parallel_for(triangle_states_.size(), kTrianglesPerTask,
+                 [&](std::size_t begin, std::size_t end) {
+                   for (std::size_t t = begin; t < end; ++t) {
+                     if (triangle_states_[t] != kCoversSample) continue;
+                     for (const LowSurface::Corner& corner : surface_.triangles[t]) {
+                       const auto found = at.find(vertex_hash(corner));
+                       if (found == at.end()) continue;
+                       std::atomic_ref<std::uint8_t>(is_at_covered_triangle[found->second])
+                           .store(1, std::memory_order_relaxed);
+                     }
+                   }
+                 });
+    for (std::uint32_t i = 0; i < is_at_covered_triangle.size(); ++i) {
+      if (is_at_covered_triangle[i] != 0) touches[sets.find(i)] = 1;
     }
-    std::unordered_map<std::uint32_t, std::uint32_t> number;
-    for (std::size_t i = 0; i < uncovered_.size(); ++i) {
+    std::unordered_map<std::uint32_t, std::uint32_t> chart_of_root;
+    for (std::size_t i = 0; i < uncovered_triangles_.size(); ++i) {
       const std::uint32_t root = sets.find(corners[i][0]);
       if (touches[root] != 0) continue;
-      const auto chart = number.emplace(root, static_cast<std::uint32_t>(charts_.size())).first;
-      if (chart->second == charts_.size()) charts_.emplace_back();
-      charts_[chart->second].push_back(static_cast<std::uint32_t>(result_.triangles.size()));
-      result_.triangles.push_back(uncovered_[i]);
-      outlines_.emplace_back(surface_, uncovered_[i], width_, height_);
+      const auto chart =
+          chart_of_root.emplace(root, static_cast<std::uint32_t>(chart_triangles_.size())).first;
+      if (chart->second == chart_triangles_.size()) chart_triangles_.emplace_back();
+      chart_triangles_[chart->second].push_back(
+          static_cast<std::uint32_t>(result_.triangles.size()));
+      result_.triangles.push_back(uncovered_triangles_[i]);
+      texel_triangles_.emplace_back(surface_, uncovered_triangles_[i], width_, height_);
     }
   }
 
-  std::size_t tile_of(std::int64_t column, std::int64_t row) const {
+  std::size_t tile_index(std::int64_t column, std::int64_t row) const {
     return static_cast<std::size_t>((row >> kTileShift) * tiles_across_ + (column >> kTileShift));
   }
 
   /// Calls `visit(column, row)` for the map's texels within `reach` texels of a triangle, and for a few
   /// slightly farther ones; with reach 0, exactly for the texels that overlap the triangle.
   template <class Visit>
-  void for_texels_near(const Outline& outline, std::int64_t reach, const Visit& visit) const {
+  void for_each_texel_near(const TexelTriangle& outline, std::int64_t reach,
+                           const Visit& visit) const {
     const auto [top, bottom] = std::minmax({outline.y[0], outline.y[1], outline.y[2]});
     const auto to_texel = [](double x, std::uint32_t size) {
       return static_cast<std::int64_t>(std::clamp(x, -16.0, size + 16.0));
@@ -236,8 +243,8 @@ class Finder {
     const std::int64_t last = to_texel(std::ceil(bottom), height_) - 1 + reach;
     for (std::int64_t row = std::max<std::int64_t>(first, 0);
          row <= std::min<std::int64_t>(last, std::int64_t{height_} - 1); ++row) {
-      const auto [low, high] =
-          outline.across(static_cast<double>(row - reach), static_cast<double>(row + reach + 1));
+      const auto [low, high] = outline.x_range_between(static_cast<double>(row - reach),
+                                                       static_cast<double>(row + reach + 1));
       if (low > high) continue;
       const std::int64_t left = to_texel(std::floor(low), width_) - reach;
       const std::int64_t right = to_texel(std::ceil(high), width_) - 1 + reach;
@@ -249,34 +256,36 @@ class Finder {
   }
 
   /// Marks the texels near small charts that have a covered sample as occupied.
-  void mark_covered() {
+  void mark_occupied_texels() {
     tiles_across_ = (std::int64_t{width_} >> kTileShift) + 1;
-    tiles_.assign(tile_of(0, std::int64_t{height_}) + static_cast<std::size_t>(tiles_across_), 0);
-    for (const Outline& outline : outlines_) {
-      for_texels_near(outline, kMaxDistance, [&](std::int64_t column, std::int64_t row) {
-        tiles_[tile_of(column, row)] = 1;
+    is_tile_used_.assign(
+        tile_index(0, std::int64_t{height_}) + static_cast<std::size_t>(tiles_across_), 0);
+    for (const TexelTriangle& outline : texel_triangles_) {
+      for_each_texel_near(outline, kMaxTexelDistance, [&](std::int64_t column, std::int64_t row) {
+        is_tile_used_[tile_index(column, row)] = 1;
       });
     }
     is_occupied_.assign(std::size_t{width_} * height_, false);
     const auto samples = std::int64_t{samples_};
     for (std::size_t i = 0; i < pieces_.pieces.size(); ++i) {
       const FixedTriangle& f = pieces_.fixed[i];
-      const SampleRange rows = rows_of(f, pieces_.shift, height_ * samples_);
+      const SampleRange rows = rows_of(f, pieces_.fraction_bits, height_ * samples_);
       const auto [low, high] = std::minmax_element(f.x.begin(), f.x.end());
-      const std::int64_t texel = samples << pieces_.shift;
+      const std::int64_t texel = samples << pieces_.fraction_bits;
       const auto tile = [&](std::int64_t column) {
         return std::clamp<std::int64_t>(column, 0, std::int64_t{width_} - 1) >> kTileShift;
       };
       const std::int64_t left = tile(floor_div(*low, texel)), right = tile(floor_div(*high, texel));
       for (std::int64_t row = rows.first; row <= rows.last; ++row) {
-        const auto first = tiles_.begin() + static_cast<std::ptrdiff_t>(tile_of(0, row / samples));
+        const auto first =
+            is_tile_used_.begin() + static_cast<std::ptrdiff_t>(tile_index(0, row / samples));
         if (std::find(first + left, first + right + 1, 1) == first + right + 1) {
-          // Skips to the next row of tiles.
+          // Continues with the next row of tiles.
           row = ((row / samples >> kTileShift) + 1) * (samples << kTileShift) - 1;
           continue;
         }
-        const SampleRange columns =
-            covered_columns(pieces_.pieces[i], pieces_.shift, row, std::int64_t{width_} * samples);
+        const SampleRange columns = covered_column_range(pieces_.pieces[i], pieces_.fraction_bits,
+                                                         row, std::int64_t{width_} * samples);
         if (columns.first > columns.last) continue;
         const auto line =
             is_occupied_.begin() + static_cast<std::ptrdiff_t>(row / samples * width_);
@@ -285,41 +294,41 @@ class Finder {
     }
   }
 
-  std::size_t index_of(std::int64_t column, std::int64_t row) const {
+  std::size_t texel_index(std::int64_t column, std::int64_t row) const {
     return static_cast<std::size_t>(row * std::int64_t{width_} + column);
   }
 
-  void assign_texel(std::uint32_t small, const Place& place) {
-    is_occupied_[index_of(place.column, place.row)] = true;
+  void assign_texel(std::uint32_t small, const FreeTexel& place) {
+    is_occupied_[texel_index(place.column, place.row)] = true;
     has_[small] = 1;
     result_.texels.push_back({static_cast<std::uint32_t>(place.column),
                               static_cast<std::uint32_t>(place.row), result_.triangles[small]});
   }
 
   /// Finds the free texel with the nearest centre.
-  Place nearest(const Outline& outline) const {
-    Place best;
-    for (std::int64_t reach = 1; reach <= kMaxDistance; reach *= 2) {
-      for_texels_near(outline, reach, [&](std::int64_t column, std::int64_t row) {
-        if (is_occupied_[index_of(column, row)]) return;
-        best = std::min(best, Place{outline.squared_distance(column, row), row, column});
+  FreeTexel nearest_free_texel(const TexelTriangle& outline) const {
+    FreeTexel best;
+    for (std::int64_t reach = 1; reach <= kMaxTexelDistance; reach *= 2) {
+      for_each_texel_near(outline, reach, [&](std::int64_t column, std::int64_t row) {
+        if (is_occupied_[texel_index(column, row)]) return;
+        best = std::min(best, FreeTexel{outline.squared_distance(column, row), row, column});
       });
-      // Centres of texels that were not visited are more than `reach` + 1/2 texels away.
+      // Texels that were not visited have centres more than `reach` + 1/2 texels away.
       const double certain_distance = static_cast<double>(reach) + 0.5;
       if (best.squared_distance <= certain_distance * certain_distance) break;
     }
-    const double max_distance = static_cast<double>(kMaxDistance);
-    return best.squared_distance <= max_distance * max_distance ? best : Place{};
+    const double max_distance = static_cast<double>(kMaxTexelDistance);
+    return best.squared_distance <= max_distance * max_distance ? best : FreeTexel{};
   }
 
   void assign_texels() {
-    has_.assign(outlines_.size(), 0);
-    search_failed_.assign(outlines_.size(), 0);
-    for (const std::vector<std::uint32_t>& chart : charts_) {
-      Place best;
+    has_.assign(texel_triangles_.size(), 0);
+    search_failed_.assign(texel_triangles_.size(), 0);
+    for (const std::vector<std::uint32_t>& chart : chart_triangles_) {
+      FreeTexel best;
       std::uint32_t owner = 0;
       for (const std::uint32_t small : chart) {
-        const Place place = nearest(outlines_[small]);
+        const FreeTexel place = nearest_free_texel(texel_triangles_[small]);
         search_failed_[small] = place.found() ? 0 : 1;
         if (!(place < best)) continue;
         best = place;
@@ -328,10 +337,11 @@ class Finder {
       if (best.found()) assign_texel(owner, best);
     }
     assign_overlapped_texels();
-    for (std::uint32_t small = 0; small < outlines_.size(); ++small) {
+    for (std::uint32_t small = 0; small < texel_triangles_.size(); ++small) {
       if (has_[small] != 0) continue;
       // Texels never become free again, so a failed search is not repeated.
-      const Place place = search_failed_[small] != 0 ? Place{} : nearest(outlines_[small]);
+      const FreeTexel place =
+          search_failed_[small] != 0 ? FreeTexel{} : nearest_free_texel(texel_triangles_[small]);
       if (place.found()) {
         assign_texel(small, place);
       } else {
@@ -345,52 +355,56 @@ class Finder {
   }
 
   void assign_overlapped_texels() {
-    struct Reached {
+    struct OverlappedTexel {
       std::size_t texel;
       double squared_distance;
       std::uint32_t small;
     };
-    std::vector<Reached> reached;
-    for (std::uint32_t small = 0; small < outlines_.size(); ++small) {
-      for_texels_near(outlines_[small], 0, [&](std::int64_t column, std::int64_t row) {
-        const std::size_t texel = index_of(column, row);
+    std::vector<OverlappedTexel> overlapped_texels;
+    for (std::uint32_t small = 0; small < texel_triangles_.size(); ++small) {
+      for_each_texel_near(texel_triangles_[small], 0, [&](std::int64_t column, std::int64_t row) {
+        const std::size_t texel = texel_index(column, row);
         if (is_occupied_[texel]) return;
-        reached.push_back({texel, outlines_[small].squared_distance(column, row), small});
+        overlapped_texels.push_back(
+            {texel, texel_triangles_[small].squared_distance(column, row), small});
       });
     }
-    std::sort(reached.begin(), reached.end(), [](const Reached& a, const Reached& b) {
-      return std::tie(a.texel, a.squared_distance, a.small) <
-             std::tie(b.texel, b.squared_distance, b.small);
-    });
-    for (const auto& [texel, squared_distance, small] : reached) {
+    std::sort(overlapped_texels.begin(), overlapped_texels.end(),
+              [](const OverlappedTexel& a, const OverlappedTexel& b) {
+                return std::tie(a.texel, a.squared_distance, a.small) <
+                       std::tie(b.texel, b.squared_distance, b.small);
+              });
+    for (const auto& [texel, squared_distance, small] : overlapped_texels) {
       if (is_occupied_[texel]) continue;
       assign_texel(small, {squared_distance, static_cast<std::int64_t>(texel / width_),
                            static_cast<std::int64_t>(texel % width_)});
     }
   }
 
-  static constexpr std::uint8_t kNoPiece = 0, kCoversNone = 1, kCovers = 2;
+  static constexpr std::uint8_t kNoPiece = 0, kCoversNoSample = 1, kCoversSample = 2;
 
   const LowSurface& surface_;
   const TexelPieces& pieces_;
   std::uint32_t width_, height_, samples_;
   UvGrid grid_;
   SmallCharts result_;
-  std::vector<std::uint8_t> coverage_;  // state of each triangle
-  std::vector<std::uint32_t> uncovered_;
-  std::vector<Outline> outlines_;                   // outlines of result_.triangles
-  std::vector<std::vector<std::uint32_t>> charts_;  // indices into result_.triangles
+  // For each triangle, whether it covers a sample, covers none, or has no piece
+  std::vector<std::uint8_t> triangle_states_;
+  std::vector<std::uint32_t> uncovered_triangles_;
+  // The triangles of result_.triangles, in texels
+  std::vector<TexelTriangle> texel_triangles_;
+  std::vector<std::vector<std::uint32_t>> chart_triangles_;  // indices into result_.triangles
   std::vector<std::uint8_t> has_, search_failed_;
   std::int64_t tiles_across_ = 0;
-  std::vector<std::uint8_t> tiles_;  // tiles near small charts
-  std::vector<bool> is_occupied_;    // texels that are covered or assigned
+  std::vector<std::uint8_t> is_tile_used_;  // For each tile, 1 if a small chart is near
+  std::vector<bool> is_occupied_;           // Texels that have a covered sample or are assigned
 };
 
 }  // namespace
 
 SmallCharts SmallCharts::of(const LowSurface& surface, const TexelPieces& pieces,
                             std::uint32_t width, std::uint32_t height, std::uint32_t samples) {
-  return Finder(surface, pieces, width, height, samples).run();
+  return SmallChartFinder(surface, pieces, width, height, samples).run();
 }
 
 }  // namespace kiln

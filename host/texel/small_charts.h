@@ -11,9 +11,11 @@ namespace kiln {
 
 /// Texels for charts that contain no sample's centre.
 struct SmallCharts {
-  std::vector<OwnedTexel> texels;        ///< Sorted by row, then column; unique
-  std::vector<std::uint32_t> triangles;  ///< Triangles of these charts, ascending
-  /// The triangles among these for which no texel was found, ascending
+  /// Assigned texels, sorted by row, then column; each occurs once
+  std::vector<OwnedTexel> texels;
+  /// Triangles of charts that contain no sample's centre, ascending
+  std::vector<std::uint32_t> triangles;
+  /// Those of these triangles for which no texel was found, ascending
   std::vector<std::uint32_t> triangles_without_texel;
 
   /// A small chart is a set of triangles connected at corners of equal UV and position, none of which covers a sample

@@ -40,42 +40,44 @@ TexelGrid TexelGrid::of(std::uint32_t width, std::uint32_t height, std::uint32_t
 }
 
 std::vector<std::int32_t> TexelGrid::slot_table() const {
-  const std::size_t pitch = std::size_t{8} * slot_groups;
-  constexpr std::int32_t kOutside = 1 << 18;
-  std::vector<std::int32_t> table(4 * pitch, 0);
-  std::fill_n(table.begin(), pitch, kOutside);
+  const std::size_t slot_plane_size = std::size_t{8} * slot_groups;
+  constexpr std::int32_t kOutsideSlot = 1 << 18;
+  std::vector<std::int32_t> slot_values(4 * slot_plane_size, 0);
+  std::fill_n(slot_values.begin(), slot_plane_size, kOutsideSlot);
   for (std::uint32_t ty = 0; ty < block_texels; ++ty) {
     for (std::uint32_t tx = 0; tx < block_texels; ++tx) {
       const std::uint32_t texel = interleave(tx, ty);
-      table[3 * pitch + texel] = static_cast<std::int32_t>(ty * width + tx);
+      slot_values[3 * slot_plane_size + texel] = static_cast<std::int32_t>(ty * width + tx);
       for (std::uint32_t place = 0; place < samples * samples; ++place) {
         const std::size_t slot = std::size_t{texel} * samples * samples + place;
-        table[slot] = static_cast<std::int32_t>(tx * samples + place % samples);
-        table[pitch + slot] = static_cast<std::int32_t>(ty * samples + place / samples);
-        table[2 * pitch + slot] = static_cast<std::int32_t>(place);
+        slot_values[slot] = static_cast<std::int32_t>(tx * samples + place % samples);
+        slot_values[slot_plane_size + slot] =
+            static_cast<std::int32_t>(ty * samples + place / samples);
+        slot_values[2 * slot_plane_size + slot] = static_cast<std::int32_t>(place);
       }
     }
   }
-  return table;
+  return slot_values;
 }
 
 TexelBins::TexelBins(const TexelGrid& grid, const TexelPieces& pieces)
-    : grid_(grid), pieces_(pieces), band_first_(grid.band_count() + std::size_t{1}, 0) {
+    : grid_(grid), pieces_(pieces), band_first_entries_(grid.band_count() + std::size_t{1}, 0) {
   const std::int64_t band_samples = std::int64_t{grid.band_rows()} * grid.samples;
   const auto bands_of = [&](const FixedTriangle& f) {
-    const SampleRange rows = rows_of(f, pieces.shift, grid.height * grid.samples);
+    const SampleRange rows = rows_of(f, pieces.fraction_bits, grid.height * grid.samples);
     if (rows.last < rows.first) return SampleRange{0, -1};
     return SampleRange{rows.first / band_samples, rows.last / band_samples};
   };
   for (const FixedTriangle& f : pieces.fixed) {
     const SampleRange bands = bands_of(f);
     for (std::int64_t b = bands.first; b <= bands.last; ++b) {
-      ++band_first_[static_cast<std::size_t>(b) + 1];
+      ++band_first_entries_[static_cast<std::size_t>(b) + 1];
     }
   }
-  for (std::size_t b = 1; b < band_first_.size(); ++b) band_first_[b] += band_first_[b - 1];
-  band_pieces_.resize(band_first_.back());
-  std::vector<std::uint32_t> cursor(band_first_.begin(), band_first_.end() - 1);
+  for (std::size_t b = 1; b < band_first_entries_.size(); ++b)
+    band_first_entries_[b] += band_first_entries_[b - 1];
+  band_pieces_.resize(band_first_entries_.back());
+  std::vector<std::uint32_t> cursor(band_first_entries_.begin(), band_first_entries_.end() - 1);
   for (std::size_t i = 0; i < pieces.fixed.size(); ++i) {
     const SampleRange bands = bands_of(pieces.fixed[i]);
     for (std::int64_t b = bands.first; b <= bands.last; ++b) {
@@ -93,7 +95,7 @@ std::uint32_t TexelBins::key(std::uint32_t column, std::uint32_t row) const {
 
 void TexelBins::add_spans(std::uint32_t piece, std::uint32_t first_row, std::uint32_t last_row) {
   const FixedTriangle& f = pieces_.fixed[piece];
-  const std::uint32_t shift = pieces_.shift;
+  const std::uint32_t shift = pieces_.fraction_bits;
   const SampleRange rows = rows_of(f, shift, grid_.height * grid_.samples);
   struct Edge {
     double x, y, y_low, y_high, slope;
@@ -133,40 +135,42 @@ void TexelBins::add_spans(std::uint32_t piece, std::uint32_t first_row, std::uin
       high = std::max({high, x0, x1});
     }
     if (high < low) continue;
-    // The range is widened by one unit on each side, far more than the error of double precision.
+    // The range is widened on each side by one fixed-point unit, far more than the error of double precision.
     const SampleRange columns = samples_within(static_cast<std::int64_t>(std::floor(low)) - 1,
                                                static_cast<std::int64_t>(std::ceil(high)) + 1,
                                                shift, grid_.width * grid_.samples);
     if (columns.last < columns.first) continue;
-    spans_.push_back({piece, row - first_row, static_cast<std::uint32_t>(columns.first) / side,
-                      static_cast<std::uint32_t>(columns.last) / side + 1});
+    block_spans_.push_back({piece, row - first_row,
+                            static_cast<std::uint32_t>(columns.first) / side,
+                            static_cast<std::uint32_t>(columns.last) / side + 1});
   }
 }
 
 void TexelBins::fill(std::uint32_t band, Bins& bins) {
   const std::uint32_t rows = grid_.band_tiles * grid_.tile_blocks;
   const std::uint32_t first_row = band * rows;
-  spans_.clear();
-  for (std::uint32_t i = band_first_[band]; i < band_first_[band + std::size_t{1}]; ++i) {
+  block_spans_.clear();
+  for (std::uint32_t i = band_first_entries_[band]; i < band_first_entries_[band + std::size_t{1}];
+       ++i) {
     add_spans(band_pieces_[i], first_row, first_row + rows);
   }
 
   const std::uint32_t t = grid_.tile_blocks;
   const std::uint32_t tile_texels = t * grid_.block_texels;
   const std::uint32_t tiles_across = (grid_.width + tile_texels - 1) / tile_texels;
-  cursor_.assign(std::size_t{grid_.band_tiles} * tiles_across * t * t, 0);
-  for (const Span& span : spans_) {
+  block_cursors_.assign(std::size_t{grid_.band_tiles} * tiles_across * t * t, 0);
+  for (const Span& span : block_spans_) {
     for (std::uint32_t column = span.begin; column < span.end; ++column) {
-      ++cursor_[key(column, span.row)];
+      ++block_cursors_[key(column, span.row)];
     }
   }
   bins.blocks.clear();
-  std::uint32_t total = 0;
+  std::uint32_t piece_entry_count = 0;
   for (std::uint32_t tile = 0; tile < grid_.band_tiles * tiles_across; ++tile) {
     for (std::uint32_t place = 0; place < t * t; ++place) {
-      std::uint32_t& entry = cursor_[tile * t * t + place];
+      std::uint32_t& entry = block_cursors_[tile * t * t + place];
       const std::uint32_t count = entry;
-      entry = total;
+      entry = piece_entry_count;
       if (count == 0) continue;
       std::uint32_t column = 0;
       std::uint32_t row = 0;
@@ -177,15 +181,15 @@ void TexelBins::fill(std::uint32_t band, Bins& bins) {
       column += tile % tiles_across * t;
       row += tile / tiles_across * t + first_row;
       bins.blocks.push_back({static_cast<kiln_int>(column * grid_.block_samples),
-                             static_cast<kiln_int>(row * grid_.block_samples), total,
-                             total + count});
-      total += count;
+                             static_cast<kiln_int>(row * grid_.block_samples), piece_entry_count,
+                             piece_entry_count + count});
+      piece_entry_count += count;
     }
   }
-  bins.lists.resize(total);
-  for (const Span& span : spans_) {
+  bins.piece_lists.resize(piece_entry_count);
+  for (const Span& span : block_spans_) {
     for (std::uint32_t column = span.begin; column < span.end; ++column) {
-      bins.lists[cursor_[key(column, span.row)]++] = span.piece;
+      bins.piece_lists[block_cursors_[key(column, span.row)]++] = span.piece;
     }
   }
 }

@@ -18,7 +18,8 @@ struct TexelGrid {
   std::uint32_t block_samples = 8;      ///< Side of a block, samples
   std::uint32_t tile_blocks = 8;        ///< Side of a tile, blocks: a power of two
   std::uint32_t band_tiles = 1;         ///< Rows of tiles in a band
-  std::uint32_t slot_groups = 8;        ///< Groups of 8 slots for a block's samples
+  /// Number of groups of 8 slots, which hold a block's samples
+  std::uint32_t slot_groups = 8;
 
   /// Chooses bands of at most max_samples samples, but at least one row of blocks.
   static TexelGrid of(std::uint32_t width, std::uint32_t height, std::uint32_t samples,
@@ -26,7 +27,7 @@ struct TexelGrid {
 
   std::uint32_t band_rows() const { return band_tiles * tile_blocks * block_texels; }
   std::uint32_t band_count() const { return (height + band_rows() - 1) / band_rows(); }
-  /// The kernels' table of slots: planes x, y, place and texel (see texel.cl).
+  /// The kernels' table of slots: for each slot, the planes x, y, index within the texel, and texel (see texel.cl).
   std::vector<std::int32_t> slot_table() const;
 };
 
@@ -36,8 +37,8 @@ class TexelBins {
   TexelBins(const TexelGrid& grid, const TexelPieces& pieces);
 
   struct Bins {
-    std::vector<kiln_texel_block> blocks;  ///< Blocks with pieces, tile by tile
-    std::vector<std::uint32_t> lists;      ///< Piece indices, ascending in each list
+    std::vector<kiln_texel_block> blocks;    ///< Blocks with pieces, tile by tile
+    std::vector<std::uint32_t> piece_lists;  ///< Piece indices, ascending in each list
   };
   /// Fills the lists of a band. Lists are conservative: the range of blocks in a row may be up to a unit in
   /// the last place too wide.
@@ -52,10 +53,12 @@ class TexelBins {
 
   TexelGrid grid_;
   const TexelPieces& pieces_;
-  std::vector<std::uint32_t> band_first_;  // [bands + 1] first entry of each band in band_pieces_
+  // [bands + 1] Index of each band's first entry in band_pieces_
+  std::vector<std::uint32_t> band_first_entries_;
   std::vector<std::uint32_t> band_pieces_;
-  std::vector<Span> spans_;
-  std::vector<std::uint32_t> cursor_;  // write position of each block of the band
+  std::vector<Span> block_spans_;
+  // Next position in the lists at which each block of the band writes
+  std::vector<std::uint32_t> block_cursors_;
 };
 
 }  // namespace kiln

@@ -17,31 +17,31 @@ namespace {
 
 // Share of the way to a triangle's centre by which points are moved inward: points exactly on the border may miss a
 // high poly that ends there.
-constexpr double kInset = 1.0 / 256;
+constexpr double kPointInset = 1.0 / 256;
 
 /// Number of triangles with an imperfection, and the first of them.
-struct Finding {
+struct CountedFlaw {
   std::uint64_t count = 0;
   std::size_t example = 0;
   void add(std::size_t triangle) {
     if (count++ == 0) example = triangle;
   }
-  void add(const Finding& later) {
+  void add(const CountedFlaw& later) {
     if (count == 0) example = later.example;
     count += later.count;
   }
 };
 
 /// Builds the pieces of a range of triangles.
-struct Builder {
+struct PieceBuilder {
   UvGrid grid;
   std::vector<kiln_texel_piece> pieces;
   std::vector<kiln_texel_corners> corners;
   std::vector<FixedTriangle> fixed;
-  Finding outside, degenerate_uv, missing_uv, degenerate_low;
+  CountedFlaw outside, degenerate_uv, missing_uv, degenerate_low;
 
   void add_triangle(const LowSurface& surface, std::size_t t) {
-    // a copy shares the texels of its original
+    // A UV copy is not baked: it shares the texels of its original
     if (surface.usable[t] == 0 || surface.is_copy(t)) return;
     const auto& triangle = surface.triangles[t];
     const auto first = static_cast<std::uint32_t>(pieces.size());
@@ -57,9 +57,9 @@ struct Builder {
       }
       if (grid.beyond_square(f)) outside.add(t);
       if (grid.misses_square(f)) return;
-      std::array<ClipVertex, 3> whole;
-      for (std::size_t k = 0; k < 3; ++k) whole[k].weight[k] = 1;
-      add_piece(f, triangle, whole, t, first);
+      std::array<ClipVertex, 3> uncut_corners;
+      for (std::size_t k = 0; k < 3; ++k) uncut_corners[k].weight[k] = 1;
+      add_piece(f, triangle, uncut_corners, t, first);
       return;
     }
     outside.add(t);
@@ -126,17 +126,17 @@ struct Builder {
 };
 
 /// Triangles of the low poly that are not usable, counted once for all texture sets.
-struct Unusable {
-  Finding triangles;
+struct UnusableTriangles {
+  CountedFlaw triangles;
 };
 
-/// Usable triangles without UVs. Takes no longer than a texture set is large, but for the search of the example.
-Finding without_uvs(const LowSurface& surface, std::uint64_t unusable_count) {
+/// Finds usable triangles without UVs. Only the search for an example visits more triangles than the texture set has.
+CountedFlaw find_without_uvs(const LowSurface& surface, std::uint64_t unusable_count) {
   const std::vector<std::uint32_t>& with_uvs = surface.with_uvs;
   const auto usable_with_uvs =
       std::count_if(with_uvs.begin(), with_uvs.end(),
                     [&](const std::uint32_t t) { return surface.usable[t] != 0; });
-  Finding result;
+  CountedFlaw result;
   result.count =
       surface.triangles.size() - unusable_count - static_cast<std::uint64_t>(usable_with_uvs);
   if (result.count == 0) return result;
@@ -150,7 +150,7 @@ Finding without_uvs(const LowSurface& surface, std::uint64_t unusable_count) {
   }
 }
 
-std::string triangles_are(std::uint64_t count) {
+std::string name_triangles(std::uint64_t count) {
   return std::to_string(count) +
          (count == 1 ? " triangle of the low poly " : " triangles of the low poly ");
 }
@@ -164,12 +164,12 @@ std::string uv_of_triangle(const LowSurface& surface, std::size_t t) {
   return text;
 }
 
-std::vector<Warning> describe(const LowSurface& surface, const Builder& merged) {
+std::vector<Warning> flaw_warnings(const LowSurface& surface, const PieceBuilder& merged_builder) {
   std::vector<Warning> warnings;
-  if (const Finding& found = merged.outside; found.count != 0) {
+  if (const CountedFlaw& found = merged_builder.outside; found.count != 0) {
     warnings.push_back(
         {"uv-outside",
-         triangles_are(found.count) + (found.count == 1 ? "reaches" : "reach") +
+         name_triangles(found.count) + (found.count == 1 ? "reaches" : "reach") +
              " out of the unit square of UV space, for example " +
              uv_of_triangle(surface, found.example) +
              ": what lies outside has no texel and was not baked. Move the charts into the unit "
@@ -177,26 +177,26 @@ std::vector<Warning> describe(const LowSurface& surface, const Builder& merged) 
              option("sets", "udim") + ").",
          found.count});
   }
-  if (const Finding& found = merged.degenerate_uv; found.count != 0) {
+  if (const CountedFlaw& found = merged_builder.degenerate_uv; found.count != 0) {
     warnings.push_back(
         {"uv-degenerate",
-         triangles_are(found.count) + (found.count == 1 ? "has" : "have") +
+         name_triangles(found.count) + (found.count == 1 ? "has" : "have") +
              " no area in UV space, for example " + uv_of_triangle(surface, found.example) +
              ": they cover no texel and were not baked. Unwrap them if they are seen.",
          found.count});
   }
-  if (const Finding& found = merged.missing_uv; found.count != 0) {
+  if (const CountedFlaw& found = merged_builder.missing_uv; found.count != 0) {
     warnings.push_back({"uv-missing",
-                        triangles_are(found.count) + (found.count == 1 ? "has" : "have") +
+                        name_triangles(found.count) + (found.count == 1 ? "has" : "have") +
                             " a corner without UVs, for example triangle " +
                             std::to_string(found.example) +
                             ": they cover no texel and were not baked. Unwrap them if they are "
                             "seen.",
                         found.count});
   }
-  if (const Finding& found = merged.degenerate_low; found.count != 0) {
+  if (const CountedFlaw& found = merged_builder.degenerate_low; found.count != 0) {
     warnings.push_back({"low-degenerate",
-                        triangles_are(found.count) + (found.count == 1 ? "has" : "have") +
+                        name_triangles(found.count) + (found.count == 1 ? "has" : "have") +
                             " no area or a non-finite corner, for example triangle " +
                             std::to_string(found.example) +
                             ": they were not baked. Clean up the mesh if they should be.",
@@ -209,25 +209,25 @@ std::vector<Warning> describe(const LowSurface& surface, const Builder& merged) 
 
 TexelPieces TexelPieces::of(const LowSurface& surface, std::uint32_t sample_width,
                             std::uint32_t sample_height) {
-  Builder merged;
-  merged.grid = UvGrid::of(sample_width, sample_height);
+  PieceBuilder merged_builder;
+  merged_builder.grid = UvGrid::of(sample_width, sample_height);
 
   const std::size_t count = surface.with_uvs.size();
-  merged.degenerate_low = surface.made
-                              ->get<Unusable>([&] {
-                                Unusable result;
-                                for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-                                  if (surface.usable[t] == 0) result.triangles.add(t);
-                                }
-                                return result;
-                              })
-                              ->triangles;
-  merged.missing_uv = without_uvs(surface, merged.degenerate_low.count);
+  merged_builder.degenerate_low = surface.made
+                                      ->get<UnusableTriangles>([&] {
+                                        UnusableTriangles result;
+                                        for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+                                          if (surface.usable[t] == 0) result.triangles.add(t);
+                                        }
+                                        return result;
+                                      })
+                                      ->triangles;
+  merged_builder.missing_uv = find_without_uvs(surface, merged_builder.degenerate_low.count);
   constexpr std::size_t kTrianglesPerRun = 1 << 14;
-  std::vector<Builder> runs((count + kTrianglesPerRun - 1) / kTrianglesPerRun);
+  std::vector<PieceBuilder> runs((count + kTrianglesPerRun - 1) / kTrianglesPerRun);
   parallel_for(runs.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t r = begin; r < end; ++r) {
-      runs[r].grid = merged.grid;
+      runs[r].grid = merged_builder.grid;
       const std::size_t last = std::min(count, (r + 1) * kTrianglesPerRun);
       for (std::size_t i = r * kTrianglesPerRun; i < last; ++i) {
         runs[r].add_triangle(surface, surface.with_uvs[i]);
@@ -235,29 +235,30 @@ TexelPieces TexelPieces::of(const LowSurface& surface, std::uint32_t sample_widt
     }
   });
 
-  for (Builder& run : runs) {
-    const auto offset = static_cast<std::uint32_t>(merged.pieces.size());
+  for (PieceBuilder& run : runs) {
+    const auto offset = static_cast<std::uint32_t>(merged_builder.pieces.size());
     for (kiln_texel_piece& piece : run.pieces) piece.first += offset;
-    merged.pieces.insert(merged.pieces.end(), run.pieces.begin(), run.pieces.end());
-    merged.corners.insert(merged.corners.end(), run.corners.begin(), run.corners.end());
-    merged.fixed.insert(merged.fixed.end(), run.fixed.begin(), run.fixed.end());
-    merged.outside.add(run.outside);
-    merged.degenerate_uv.add(run.degenerate_uv);
-    run = Builder{};
+    merged_builder.pieces.insert(merged_builder.pieces.end(), run.pieces.begin(), run.pieces.end());
+    merged_builder.corners.insert(merged_builder.corners.end(), run.corners.begin(),
+                                  run.corners.end());
+    merged_builder.fixed.insert(merged_builder.fixed.end(), run.fixed.begin(), run.fixed.end());
+    merged_builder.outside.add(run.outside);
+    merged_builder.degenerate_uv.add(run.degenerate_uv);
+    run = PieceBuilder{};
   }
   TexelPieces result;
-  result.shift = merged.grid.shift;
-  result.warnings = describe(surface, merged);
-  result.pieces = std::move(merged.pieces);
-  result.corners = std::move(merged.corners);
-  result.fixed = std::move(merged.fixed);
+  result.fraction_bits = merged_builder.grid.shift;
+  result.warnings = flaw_warnings(surface, merged_builder);
+  result.pieces = std::move(merged_builder.pieces);
+  result.corners = std::move(merged_builder.corners);
+  result.fixed = std::move(merged_builder.fixed);
   return result;
 }
 
 void TexelPieces::own(const LowSurface& surface, std::span<const OwnedTexel> texels,
                       std::uint32_t width, std::uint32_t height, std::uint32_t samples) {
-  Builder merged;
-  merged.grid = UvGrid::of(width * samples, height * samples);
+  PieceBuilder merged_builder;
+  merged_builder.grid = UvGrid::of(width * samples, height * samples);
   for (const OwnedTexel& texel : texels) {
     const auto& triangle = surface.triangles[texel.triangle];
     std::array<double, 3> x{}, y{};
@@ -265,27 +266,27 @@ void TexelPieces::own(const LowSurface& surface, std::span<const OwnedTexel> tex
       x[k] = double{triangle[k].uv.x} * width;
       y[k] = (1 - double{triangle[k].uv.y}) * height;
     }
-    const auto first = static_cast<std::uint32_t>(pieces.size() + merged.pieces.size());
-    // The texel's square as two triangles.
+    const auto first = static_cast<std::uint32_t>(pieces.size() + merged_builder.pieces.size());
+    // Splits the texel's square into two triangles.
     for (const auto& half : {std::array<std::uint32_t, 3>{0, 1, 3}, {0, 3, 2}}) {
       FixedTriangle f{};
       std::array<ClipVertex, 3> points;
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t column = texel.column + half[k] % 2, row = texel.row + half[k] / 2;
-        f.x[k] = static_cast<std::int32_t>(std::int64_t{column} * samples << shift);
-        f.y[k] = static_cast<std::int32_t>(std::int64_t{row} * samples << shift);
+        f.x[k] = static_cast<std::int32_t>(std::int64_t{column} * samples << fraction_bits);
+        f.y[k] = static_cast<std::int32_t>(std::int64_t{row} * samples << fraction_bits);
         auto [u, v] = samples == 1 ? nearest_weights(x, y, texel.column + 0.5, texel.row + 0.5)
                                    : nearest_weights(x, y, column, row);
-        u += (1.0 / 3 - u) * kInset;
-        v += (1.0 / 3 - v) * kInset;
+        u += (1.0 / 3 - u) * kPointInset;
+        v += (1.0 / 3 - v) * kPointInset;
         points[k].weight = {1 - u - v, u, v};
       }
-      merged.add_piece(f, triangle, points, texel.triangle, first);
+      merged_builder.add_piece(f, triangle, points, texel.triangle, first);
     }
   }
-  pieces.insert(pieces.end(), merged.pieces.begin(), merged.pieces.end());
-  corners.insert(corners.end(), merged.corners.begin(), merged.corners.end());
-  fixed.insert(fixed.end(), merged.fixed.begin(), merged.fixed.end());
+  pieces.insert(pieces.end(), merged_builder.pieces.begin(), merged_builder.pieces.end());
+  corners.insert(corners.end(), merged_builder.corners.begin(), merged_builder.corners.end());
+  fixed.insert(fixed.end(), merged_builder.fixed.begin(), merged_builder.fixed.end());
 }
 
 std::array<double, 2> nearest_weights(const std::array<double, 3>& x,
@@ -295,7 +296,7 @@ std::array<double, 2> nearest_weights(const std::array<double, 3>& x,
   const double area = bx * cy - by * cx;
   const double u = (px * cy - py * cx) / area, v = (bx * py - by * px) / area;
   if (u >= 0 && v >= 0 && u + v <= 1) return {u, v};
-  constexpr std::array<std::array<double, 2>, 3> kCorners = {{{0, 0}, {1, 0}, {0, 1}}};
+  constexpr std::array<std::array<double, 2>, 3> kUnitTriangle = {{{0, 0}, {1, 0}, {0, 1}}};
   std::array<double, 2> best{};
   double min_distance = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < 3; ++k) {
@@ -309,7 +310,7 @@ std::array<double, 2> nearest_weights(const std::array<double, 3>& x,
     if (!(away < min_distance)) continue;
     min_distance = away;
     for (std::size_t c = 0; c < 2; ++c) {
-      best[c] = kCorners[k][c] + share * (kCorners[next][c] - kCorners[k][c]);
+      best[c] = kUnitTriangle[k][c] + share * (kUnitTriangle[next][c] - kUnitTriangle[k][c]);
     }
   }
   return best;

@@ -19,16 +19,16 @@ struct OwnedTexel {
   std::uint32_t triangle = 0;
 };
 
-/// Pieces of a low poly for scan conversion: those of its triangles in ascending order, then those that own()
-/// adds.
+/// Pieces of a low poly for scan conversion: first the pieces of its triangles in ascending order, then the pieces that
+/// own() adds for assigned texels.
 struct TexelPieces {
-  std::uint32_t shift = 0;  ///< Fixed-point bits below one sample, 10 to 28
+  std::uint32_t fraction_bits = 0;  ///< Fixed-point bits below one sample, 10 to 28
   std::vector<kiln_texel_piece> pieces;
   std::vector<kiln_texel_corners> corners;
   std::vector<FixedTriangle> fixed;
   std::vector<Warning> warnings;  ///< "uv-outside", "uv-degenerate", "uv-missing", "low-degenerate"
 
-  /// Snaps all usable triangles to the grid of 2^-shift samples. Triangles that reach more than one unit beyond the
+  /// Snaps all usable triangles to the grid of 2^-fraction_bits samples. Triangles that reach more than one unit beyond the
   /// unit square are clipped to [-1, 2] x [-1, 2] and become several pieces, in double precision, with the same
   /// result for both triangles at a shared edge. Parts beyond the unit square are counted as outside; triangles
   /// completely outside have no piece.

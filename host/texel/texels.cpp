@@ -27,7 +27,7 @@ void check_options(const TexelOptions& options) {
 
 /// Grows an array to at least `size` elements; growing discards its contents.
 template <typename T>
-void reserve(cl::Context& context, cl::Array<T>& array, std::size_t size) {
+void grow_to(cl::Context& context, cl::Array<T>& array, std::size_t size) {
   if (array.size() >= size) return;
   array = cl::Array<T>();
   array = cl::Array<T>(context, size + size / 8);
@@ -35,7 +35,7 @@ void reserve(cl::Context& context, cl::Array<T>& array, std::size_t size) {
 
 template <typename T>
 void upload(cl::Context& context, cl::Array<T>& array, const std::vector<T>& data) {
-  reserve(context, array, data.size());
+  grow_to(context, array, data.size());
   array.write(context, std::span<const T>(data));
 }
 
@@ -58,7 +58,7 @@ struct TexelSampler::Impl {
                                options.height * options.samples)),
         small(assign_texels(surface, options)),
         bins(grid, pieces),
-        sampled(grid.band_count(), false),
+        is_band_sampled(grid.band_count(), false),
         slots(grid.slot_table()) {
     cover = context.kernel("texel", "kiln_texel_cover");
     fill = context.kernel("texel", "kiln_texel_fill");
@@ -67,7 +67,8 @@ struct TexelSampler::Impl {
         cl::Array<kiln_texel_piece>(context, std::span<const kiln_texel_piece>(pieces.pieces));
     device_corners =
         cl::Array<kiln_texel_corners>(context, std::span<const kiln_texel_corners>(pieces.corners));
-    pieces.corners = {};  // only the device uses the corners from now on
+    // From here on, only the device uses the corners, so the host's copy is freed
+    pieces.corners = {};
     report.warnings = pieces.warnings;
   }
 
@@ -81,12 +82,12 @@ struct TexelSampler::Impl {
 
   kiln_texel_params params(std::uint32_t first_row) const {
     kiln_texel_params result{};
-    result.block_count = static_cast<kiln_uint>(current.blocks.size());
+    result.block_count = static_cast<kiln_uint>(current_bins.blocks.size());
     result.group_count = grid.slot_groups;
     result.block_texels = grid.block_texels * grid.block_texels;
     result.texel_samples = grid.samples * grid.samples;
     result.samples = grid.samples;
-    result.shift = pieces.shift;
+    result.shift = pieces.fraction_bits;
     result.sample_width = static_cast<kiln_int>(grid.width * grid.samples);
     result.sample_height = static_cast<kiln_int>(grid.height * grid.samples);
     result.width = grid.width;
@@ -104,10 +105,10 @@ struct TexelSampler::Impl {
   SmallCharts small;
   TexelBins bins;
   TexelReport report;
-  std::vector<bool> sampled;
+  std::vector<bool> is_band_sampled;
   Overlap overlap;
   std::vector<kiln_int> slots;
-  TexelBins::Bins current;
+  TexelBins::Bins current_bins;
   std::vector<std::uint32_t> counts, first_samples, first_texels;
 
   cl::Kernel cover, fill;
@@ -132,14 +133,16 @@ void TexelSampler::Impl::record_overlap(const kiln_texel_block& block) {
       continue;
     const kiln_texel_piece* first = nullptr;
     for (std::uint32_t entry = block.list_begin; entry < block.list_end; ++entry) {
-      const kiln_texel_piece& piece = pieces.pieces[current.lists[entry]];
-      bool inside = true;
+      const kiln_texel_piece& piece = pieces.pieces[current_bins.piece_lists[entry]];
+      bool is_inside_triangle = true;
       for (std::size_t k = 0; k < 3; ++k) {
         const std::int64_t e =
-            (piece.a[k] * x + piece.b[k] * y) * (std::int64_t{1} << pieces.shift) + piece.c[k];
-        inside = inside && (e > 0 || (e == 0 && ((piece.closed >> k) & 1U) != 0));
+            (piece.a[k] * x + piece.b[k] * y) * (std::int64_t{1} << pieces.fraction_bits) +
+            piece.c[k];
+        is_inside_triangle =
+            is_inside_triangle && (e > 0 || (e == 0 && ((piece.closed >> k) & 1U) != 0));
       }
-      if (!inside) continue;
+      if (!is_inside_triangle) continue;
       if (first == nullptr) {
         first = &piece;
       } else if (first->triangle != piece.triangle) {
@@ -183,13 +186,13 @@ TexelBand TexelSampler::Impl::sample(std::uint32_t index, TexelBand&& recycled) 
   band.samples = grid.samples;
   band.small_triangles = small.triangles.empty() ? nullptr : &small.triangles;
 
-  bins.fill(index, current);
-  const std::size_t block_count = current.blocks.size();
+  bins.fill(index, current_bins);
+  const std::size_t block_count = current_bins.blocks.size();
   kiln_texel_params parameters = params(band.first_row);
-  upload(context, device_blocks, current.blocks);
-  upload(context, device_lists, current.lists);
-  reserve(context, device_counts, block_count);
-  reserve(context, device_ids, block_count * 8 * grid.slot_groups);
+  upload(context, device_blocks, current_bins.blocks);
+  upload(context, device_lists, current_bins.piece_lists);
+  grow_to(context, device_counts, block_count);
+  grow_to(context, device_ids, block_count * 8 * grid.slot_groups);
   context.launch(cover, block_count, kLocal, parameters, device_blocks, device_lists, device_pieces,
                  device_slots, device_ids, device_counts);
   counts.resize(block_count);
@@ -205,11 +208,11 @@ TexelBand TexelSampler::Impl::sample(std::uint32_t index, TexelBand&& recycled) 
     band.texel_count += KILN_TEXEL_TEXELS(counts[i]);
     const std::uint32_t overlapping = KILN_TEXEL_OVERLAPS(counts[i]);
     overlaps += overlapping;
-    if (overlapping != 0) record_overlap(current.blocks[i]);
+    if (overlapping != 0) record_overlap(current_bins.blocks[i]);
   }
 
-  reserve(context, band.texel_index, band.texel_count);
-  reserve(context, band.texel_first, band.texel_count + std::size_t{1});
+  grow_to(context, band.texel_index, band.texel_count);
+  grow_to(context, band.texel_first, band.texel_count + std::size_t{1});
   const std::size_t room = std::min({band.sample_slot.size(), band.triangle.size(),
                                      band.barycentric.size() / 2, band.points.size() / 7});
   band.capacity = static_cast<std::uint32_t>(room);
@@ -238,8 +241,8 @@ TexelBand TexelSampler::Impl::sample(std::uint32_t index, TexelBand&& recycled) 
   band.texel_first.write(context, std::span<const std::uint32_t>(&band.sample_count, 1),
                          band.texel_count);
 
-  if (!sampled[index]) {
-    sampled[index] = true;
+  if (!is_band_sampled[index]) {
+    is_band_sampled[index] = true;
     report.texels += band.texel_count;
     report.samples += band.sample_count;
     report.overlapping_samples += overlaps;

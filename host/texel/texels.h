@@ -22,7 +22,7 @@ struct TexelBand {
   std::uint32_t texel_count = 0;
   std::uint32_t sample_count = 0;
   std::uint32_t samples = 1;             ///< N: a whole texel has N x N samples
-  std::uint32_t capacity = 0;            ///< Elements of a plane of the arrays below
+  std::uint32_t capacity = 0;            ///< Number of elements in each plane of the arrays below
   cl::Array<std::uint32_t> texel_index;  ///< [texel_count] (row - first_row) * width + column
   cl::Array<std::uint32_t> texel_first;  ///< [texel_count + 1] first sample of each texel
   cl::Array<std::uint32_t> sample_slot;  ///< [sample_count] index within the texel: sy * N + sx
@@ -38,8 +38,9 @@ struct TexelBand {
 struct TexelOptions {
   std::uint32_t width = 1024;
   std::uint32_t height = 1024;
-  std::uint32_t samples = 1;                     ///< N: N x N samples a texel, 1 to 16
-  std::uint32_t max_samples_per_band = 1 << 22;  ///< Limits device memory
+  std::uint32_t samples = 1;  ///< N: N x N samples a texel, 1 to 16
+  /// Maximum number of samples in a band, which limits device memory
+  std::uint32_t max_samples_per_band = 1 << 22;
   bool small_charts = true;  ///< Assign texels to charts without a sample's centre; see SmallCharts
 };
 

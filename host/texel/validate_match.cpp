@@ -12,7 +12,7 @@ namespace kiln {
 namespace {
 
 // Maximum side of a map in samples: 16384 texels times 16.
-constexpr std::uint32_t kMaxSide = 16384 * 16;
+constexpr std::uint32_t kMaxSideInSamples = 16384 * 16;
 constexpr std::uint32_t kMaxSamples = 16;
 // Tolerance for barycentric weights outside of [0, 1].
 constexpr float kWeightTolerance = 1e-3F;
@@ -23,8 +23,9 @@ bool is_weight(float value) {
   return value >= -kWeightTolerance && value <= 1.0F + kWeightTolerance;
 }
 
-/// Id of a sample's fault; null if it has none. For samples without a point, only the status is checked.
-const char* fault(const Match& match, std::size_t i) {
+/// Returns the identifier of the error in a sample, or null if it is valid. For samples without a point, only the
+/// status is checked.
+const char* sample_fault(const Match& match, std::size_t i) {
   const std::uint8_t status = match.status[i];
   if (status >= KILN_STATUS_COUNT) return "match-status";
   if (status == KILN_STATUS_NONE || status == KILN_STATUS_MISS) return nullptr;
@@ -37,8 +38,8 @@ const char* fault(const Match& match, std::size_t i) {
 
 void check_sizes(const Match& match) {
   const std::size_t count = std::size_t{match.width} * match.height;
-  if (count != 0 && match.width <= kMaxSide && match.height <= kMaxSide && match.samples >= 1 &&
-      match.samples <= kMaxSamples && match.width % match.samples == 0 &&
+  if (count != 0 && match.width <= kMaxSideInSamples && match.height <= kMaxSideInSamples &&
+      match.samples >= 1 && match.samples <= kMaxSamples && match.width % match.samples == 0 &&
       match.height % match.samples == 0 && match.triangle.size() == count &&
       match.u.size() == count && match.v.size() == count && match.distance.size() == count &&
       match.status.size() == count) {
@@ -61,18 +62,18 @@ void check_sizes(const Match& match) {
 void validate(const Match& match) {
   check_sizes(match);
   const std::size_t count = match.status.size();
-  std::atomic<std::size_t> worst{count};
+  std::atomic<std::size_t> first_faulty{count};
   parallel_for(count, std::size_t{1} << 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      if (fault(match, i) == nullptr) continue;
-      std::size_t seen = worst;
-      while (i < seen && !worst.compare_exchange_weak(seen, i)) {
+      if (sample_fault(match, i) == nullptr) continue;
+      std::size_t seen = first_faulty;
+      while (i < seen && !first_faulty.compare_exchange_weak(seen, i)) {
       }
       return;
     }
   });
-  if (worst == count) return;
-  const std::size_t i = worst;
+  if (first_faulty == count) return;
+  const std::size_t i = first_faulty;
   throw Error(ErrorCode::input,
               "A match's sample " + std::to_string(i % match.width) + ", " +
                   std::to_string(i / match.width) + " has triangle " +
@@ -80,7 +81,7 @@ void validate(const Match& match) {
                   std::to_string(match.source_triangles) + ", weights " + decimal(match.u[i]) +
                   " and " + decimal(match.v[i]) + ", distance " + decimal(match.distance[i]) +
                   " and status " + std::to_string(match.status[i]) + ", which is invalid.",
-              fault(match, i));
+              sample_fault(match, i));
 }
 
 }  // namespace kiln

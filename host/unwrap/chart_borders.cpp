@@ -34,7 +34,8 @@ std::uint32_t ChartBorders::glue(const Run& given, std::uint32_t count_a, std::u
                                  std::vector<std::uint32_t>& glued) {
   glued.clear();
   Run run = given;
-  // If the run is all of a border, one edge of the run remains open; zipping closes it if the chart stays a disc.
+  // If the run is a whole border, one edge of the run stays open at first. It is glued in the next step, where mates
+  // have become neighbours, if the chart stays a disc.
   while (run.count >= count_a || run.count >= count_b) {
     if (run.count == 1) return kNoIndex;
     run.last = previous_[run.last];

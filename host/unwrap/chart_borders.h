@@ -25,10 +25,11 @@ class ChartBorders {
   /// The longest run through half-edge h, which must be open and have a mate in another chart.
   Run run_through(std::uint32_t h) const;
 
-  /// Glues along a run, then zips up every pair of mates that have become neighbours on the ring.
+  /// Glues the edges of a run, then also glues every pair of mates that have become neighbours on the ring.
   /// \param charts  lengths of the two borders in half-edges
   /// \param glued   [out] one half-edge of every glued edge, for unglue()
-  /// \returns a half-edge of the new border; kNoIndex, with nothing changed, if fewer than 3 half-edges would be left
+  /// \returns a half-edge of the new border; kNoIndex, with nothing changed, if the border would have fewer than 3
+  /// half-edges
   std::uint32_t glue(const Run& run, std::uint32_t count_a, std::uint32_t count_b,
                      std::vector<std::uint32_t>& glued);
 

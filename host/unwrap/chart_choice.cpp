@@ -24,26 +24,28 @@ namespace {
 /// length, in units of the square root of the surface's area. Without this limit, a few long strips would determine
 /// the scale of all charts.
 constexpr double kMinCoverage = 0.5, kMaxChartLength = 1.3;
-/// Penalties in the search for cuts. A seam as long as the square root of the mesh's area must save the fraction `seam`
-/// of that area in bounding boxes. A chart of the whole mesh counts as wasting the fraction `size` of its area.
-struct CutChoice {
+/// Penalties in the search for cuts. A cut must shrink the total area of bounding boxes: a seam as long as the square
+/// root of the mesh's area has to save the fraction `seam` of that area. Large charts are expected to waste space: a
+/// single chart of the whole mesh counts as wasting the fraction `size` of its area.
+struct CutPenalties {
   double seam = 0, size = 0;
 };
-constexpr std::array<CutChoice, 5> kCutChoices{
+constexpr std::array<CutPenalties, 5> kCutPenalties{
     {{0.005, 0.3}, {0.035, 0.3}, {0.01, 0}, {0.02, 0.4}, {0.002, 0.1}}};
-/// A surface that is a single chart with less energy than kMaxFlatEnergy is hardly worth cutting: only kFlatChoice is
-/// tried.
-constexpr CutChoice kFlatChoice{0.02, 0};
+/// A surface that is a single chart with less distortion energy than kMaxFlatEnergy is hardly worth cutting: only
+/// kFlatPenalties are tried.
+constexpr CutPenalties kFlatPenalties{0.02, 0};
 constexpr double kMaxFlatEnergy = 1e-3;
-/// Coverage below this counts twice: the shortfall is subtracted once more from the score.
+/// A candidate whose coverage of the map is lower than this is penalized: the shortfall is subtracted from its score
+/// once more.
 constexpr double kTargetCoverage = 0.77;
 /// Number of orders in which the charts of each candidate are packed.
-constexpr std::uint32_t kCutEffort = 20;
-/// Above this number of charts, only the first pair of penalties is tried, and no pair at all if added vertices
+constexpr std::uint32_t kPackingOrders = 20;
+/// For more charts than this, only the first pair of penalties is tried. No pair is tried if the seams' added vertices
 /// already exceed their allowance.
 constexpr std::size_t kMaxChartsToCut = 150;
-/// Allowance of added vertices, as a multiple of the square root of the number of positions. Vertices within it only
-/// cost kAllowancePrice.
+/// Number of vertices that seams may add at the low price kAllowancePrice, as a multiple of the square root of the
+/// number of positions.
 constexpr double kAllowanceFactor = 9.3;
 /// Cost of a vertex within the allowance, as a fraction of kVertexPrice.
 constexpr double kAllowancePrice = 0.1;
@@ -65,29 +67,30 @@ struct ChartCandidate {
   double worth = -std::numeric_limits<double>::infinity();
 };
 
-ChartCandidate& best_of(std::vector<ChartCandidate>& tried) {
+ChartCandidate& best_candidate(std::vector<ChartCandidate>& tried) {
   return *std::max_element(
       tried.begin(), tried.end(),
       [](const ChartCandidate& a, const ChartCandidate& b) { return a.worth < b.worth; });
 }
 
-CutPrice price_of(const ChartSurface& surface, const UnwrapOptions& options,
-                  const CutChoice& choice) {
+CutPrice cut_price(const ChartSurface& surface, const UnwrapOptions& options,
+                   const CutPenalties& penalties) {
   const double extent = std::sqrt(surface.total_area);
   const double padding =
       extent / std::sqrt(kExpectedCoverage) * options.border_texels / options.size;
-  return {0.5 * padding, choice.seam * extent, choice.size / surface.total_area,
+  return {0.5 * padding, penalties.seam * extent, penalties.size / surface.total_area,
           kMinPartShare * surface.total_area};
 }
 
 /// Cuts charts with each of several cost weights and straightens the seams. \returns one candidate for each weight
 std::vector<ChartCandidate> cut(const ChartSurface& surface, const UnwrapOptions& options,
-                                std::span<const CutChoice> choices, const ChosenCharts& grown,
-                                int threads) {
+                                std::span<const CutPenalties> all_penalties,
+                                const ChosenCharts& grown, int threads) {
   std::vector<CutPrice> prices;
-  for (const CutChoice& choice : choices) prices.push_back(price_of(surface, options, choice));
+  for (const CutPenalties& penalties : all_penalties)
+    prices.push_back(cut_price(surface, options, penalties));
   std::vector<CutCharts> parts = cut_charts(surface, grown.borders, prices, grown.charts, threads);
-  std::vector<ChartCandidate> result(choices.size(), ChartCandidate{{grown.borders, {}}});
+  std::vector<ChartCandidate> result(all_penalties.size(), ChartCandidate{{grown.borders, {}}});
   const auto trim = [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       ChosenCharts& chosen = result[i].chosen;
@@ -106,19 +109,20 @@ double vertex_price(const ChartSurface& surface, const std::vector<FlatChart>& c
   for (const FlatChart& chart : charts) added += static_cast<double>(chart.points.size());
   // A seam has more vertices on the finer surface: their number grows with the square root of the number of
   // triangles.
-  added *= std::sqrt(surface.finer);
-  const double positions = static_cast<double>(surface.positions.size()) * surface.finer;
+  added *= std::sqrt(surface.finer_per_triangle);
+  const double positions =
+      static_cast<double>(surface.positions.size()) * surface.finer_per_triangle;
   const double beyond = std::max(0.0, added - kAllowanceFactor * std::sqrt(positions));
   return kVertexPrice * (beyond + kAllowancePrice * (added - beyond)) / positions;
 }
 
 /// Penalties to try when cutting these charts.
-std::vector<CutChoice> choices_for(const ChartSurface& surface,
-                                   const std::vector<FlatChart>& charts) {
-  if (charts.size() == 1 && distortion(charts[0]).energy < kMaxFlatEnergy) return {kFlatChoice};
-  if (charts.size() <= kMaxChartsToCut) return {kCutChoices.begin(), kCutChoices.end()};
+std::vector<CutPenalties> penalties_for(const ChartSurface& surface,
+                                        const std::vector<FlatChart>& charts) {
+  if (charts.size() == 1 && distortion(charts[0]).energy < kMaxFlatEnergy) return {kFlatPenalties};
+  if (charts.size() <= kMaxChartsToCut) return {kCutPenalties.begin(), kCutPenalties.end()};
   if (vertex_price(surface, charts) > 0) return {};
-  return {kCutChoices.front()};
+  return {kCutPenalties.front()};
 }
 
 /// Indices of candidates whose seams differ from all previous ones.
@@ -136,7 +140,7 @@ std::vector<std::size_t> distinct_candidates(const std::vector<ChartCandidate>& 
 /// Packs a candidate's charts and sets its score.
 void pack(const ChartSurface& surface, const UnwrapOptions& options, ChartCandidate& one) {
   PackState packed = search_packing(outlines_of(one.chosen.charts), options.size,
-                                    options.border_texels, kCutEffort, 1);
+                                    options.border_texels, kPackingOrders, 1);
   one.worth = packed.share - std::max(0.0, kTargetCoverage - packed.share) -
               vertex_price(surface, one.chosen.charts);
   if (packed.share > 0) one.chosen.packed = std::move(packed);
@@ -149,23 +153,23 @@ ChartCandidate grow_and_cut(const ChartSurface& surface, const UnwrapOptions& op
   grown.charts = grow_charts(surface, grown.borders, limits, threads);
   relax_charts(grown.charts, threads);
   trim_charts(surface, grown.borders, {}, grown.charts);
-  const std::vector<CutChoice> choices = choices_for(surface, grown.charts);
-  if (choices.empty()) {
-    grown.any_size = true;
+  const std::vector<CutPenalties> all_penalties = penalties_for(surface, grown.charts);
+  if (all_penalties.empty()) {
+    grown.is_independent_of_size = true;
     return {std::move(grown)};
   }
-  std::vector<ChartCandidate> tried = cut(surface, options, choices, grown, threads);
+  std::vector<ChartCandidate> tried = cut(surface, options, all_penalties, grown, threads);
   if (grown.charts.size() > kMaxChartsToCut) return std::move(tried[0]);
   const std::vector<std::size_t> which = distinct_candidates(tried);
   const auto pack_one = [&](std::size_t begin, std::size_t end) {
     for (std::size_t n = begin; n < end; ++n) pack(surface, options, tried[which[n]]);
   };
   parallel_for(which.size(), 1, pack_one, threads);
-  return std::move(best_of(tried));
+  return std::move(best_candidate(tried));
 }
 
-ChosenCharts choose(const ChartSurface& surface, const UnwrapOptions& options, ChartLimits limits,
-                    int threads) {
+ChosenCharts choose_directly(const ChartSurface& surface, const UnwrapOptions& options,
+                             ChartLimits limits, int threads) {
   ChartCandidate best = grow_and_cut(surface, options, limits, threads);
   if (!best.chosen.packed || best.chosen.packed->share >= kMinCoverage)
     return std::move(best.chosen);
@@ -177,19 +181,21 @@ ChosenCharts choose(const ChartSurface& surface, const UnwrapOptions& options, C
 }  // namespace
 
 ChosenCharts choose_charts(const ChartSurface& surface, const UnwrapOptions& options, int threads) {
-  if (surface.triangles.size() <= kMaxDirectTriangles) return choose(surface, options, {}, threads);
+  if (surface.triangles.size() <= kMaxDirectTriangles)
+    return choose_directly(surface, options, {}, threads);
   const VertexFans fans(surface);
   const ChartProxy proxy = chart_proxy(surface, fans, kProxyTriangles);
-  // The proxy of a mesh of many small components may have nearly as many triangles as the mesh.
+  // A proxy keeps small components whole, so that of a mesh of many such components may have nearly as many triangles
+  // as the mesh.
   if (proxy.surface.triangles.size() > kMaxDirectTriangles)
-    return choose(surface, options, {}, threads);
-  const ChosenCharts chosen = choose(proxy.surface, options, kProxyLimits, threads);
+    return choose_directly(surface, options, {}, threads);
+  const ChosenCharts chosen = choose_directly(proxy.surface, options, kProxyLimits, threads);
   std::size_t regrown_triangles = 0;
   ChartCandidate made{
       transfer_charts(surface, fans, proxy, chosen, kTransferLimits, threads, regrown_triangles)};
   if (static_cast<double>(regrown_triangles) >
       kMaxRegrownShare * static_cast<double>(surface.triangles.size()))
-    return choose(surface, options, {}, threads);
+    return choose_directly(surface, options, {}, threads);
   if (!chosen.packed || made.chosen.packed) return std::move(made.chosen);
   pack(surface, options, made);
   return std::move(made.chosen);
@@ -200,7 +206,7 @@ void relax_charts(std::vector<FlatChart>& charts, int threads) {
     for (std::size_t i = begin; i < end; ++i) {
       if (charts[i].triangles.size() == 1) continue;
       injective_rounds(charts[i], kRelaxingRounds);
-      normalise(charts[i]);
+      scale_to_surface_area(charts[i]);
     }
   };
   parallel_for(charts.size(), 1, relax, threads);

@@ -23,11 +23,12 @@ struct ChosenCharts {
   ChartBorders borders;  ///< Glued edges of the surface
   std::vector<FlatChart> charts;
   std::optional<PackState> packed = std::nullopt;  ///< Packing of the charts, if computed
-  bool any_size = false;  ///< True if the charts do not depend on the map's size and padding
+  bool is_independent_of_size =
+      false;  ///< True if the charts do not depend on the map's size and padding
 };
 
-/// Grows charts, cuts them with a few cost weights, and packs each candidate with few orders. Returns the charts with the
-/// best coverage less the price of added vertices. Deterministic.
+/// Grows charts, cuts them with several penalties, and packs each candidate in a few orders. Returns the candidate with
+/// the highest score: its coverage of the map minus the price of the vertices that its seams add. Deterministic.
 ChosenCharts choose_charts(const ChartSurface& surface, const UnwrapOptions& options, int threads);
 
 /// Lowers the energy of injective charts, then scales each chart to its area on the surface.

@@ -22,19 +22,20 @@ constexpr double kMaxCreaseCosine = 0.5, kCreaseLength = 3, kMinFlatCosine = 0.9
 constexpr double kMaxChainCosine = 0.26, kMinSmoothCosine = 0.906, kChainLength = 8,
                  kFlatChainLength = 18;
 
-class Creases {
+class CreaseFinder {
  public:
-  explicit Creases(ChartSurface& surface)
+  explicit CreaseFinder(ChartSurface& surface)
       : surface_(surface),
-        side_(std::sqrt(surface.total_area / static_cast<double>(surface.triangles.size()))),
-        flat_(surface.triangles.size(), 0),
-        bent_(surface.triangles.size(), 0),
-        smooth_(surface.triangles.size(), 0) {
+        mean_triangle_side_(
+            std::sqrt(surface.total_area / static_cast<double>(surface.triangles.size()))),
+        flat_triangles_(surface.triangles.size(), 0),
+        bent_triangles_(surface.triangles.size(), 0),
+        smooth_triangles_(surface.triangles.size(), 0) {
     for (std::uint32_t h = 0; h < surface.mate.size(); ++h) {
       const double cosine = turn(h);
-      if (cosine > kMinFlatCosine) flat_[h / 3] = 1;
+      if (cosine > kMinFlatCosine) flat_triangles_[h / 3] = 1;
       if (surface.mate[h] == kNoIndex || cosine <= kMaxChainCosine) continue;
-      (cosine < kMinSmoothCosine ? bent_ : smooth_)[h / 3] = 1;
+      (cosine < kMinSmoothCosine ? bent_triangles_ : smooth_triangles_)[h / 3] = 1;
     }
   }
 
@@ -44,7 +45,7 @@ class Creases {
     for (std::uint32_t h = 0; h < surface_.mate.size(); ++h) {
       const std::uint32_t m = surface_.mate[h];
       if (m == kNoIndex || m < h || turn(h) >= kMaxCreaseCosine) continue;
-      if (between_flats(h) && surface_.length[h] >= kCreaseLength * side_) {
+      if (between_flats(h) && surface_.length[h] >= kCreaseLength * mean_triangle_side_) {
         creases.push_back(h);
       } else if (turn(h) < kMaxChainCosine && is_smooth(h / 3) && is_smooth(m / 3)) {
         chain_edges.push_back(h);
@@ -59,9 +60,11 @@ class Creases {
 
  private:
   /// True if the triangle has a smooth neighbour, and all others lie across creases.
-  bool is_smooth(std::uint32_t t) const { return smooth_[t] != 0 && bent_[t] == 0; }
+  bool is_smooth(std::uint32_t t) const {
+    return smooth_triangles_[t] != 0 && bent_triangles_[t] == 0;
+  }
   bool between_flats(std::uint32_t h) const {
-    return flat_[h / 3] != 0 && flat_[surface_.mate[h] / 3] != 0;
+    return flat_triangles_[h / 3] != 0 && flat_triangles_[surface_.mate[h] / 3] != 0;
   }
   double turn(std::uint32_t h) const {
     const std::uint32_t m = surface_.mate[h];
@@ -78,21 +81,24 @@ class Creases {
     std::vector<double> length(surface_.positions.size(), 0);
     for (const std::uint32_t h : edges) length[sets.find(ends(h).first)] += surface_.length[h];
     for (const std::uint32_t h : edges) {
-      const double least = (between_flats(h) ? kFlatChainLength : kChainLength) * side_;
-      if (length[sets.find(ends(h).first)] >= least) creases.push_back(h);
+      const double min_length =
+          (between_flats(h) ? kFlatChainLength : kChainLength) * mean_triangle_side_;
+      if (length[sets.find(ends(h).first)] >= min_length) creases.push_back(h);
     }
   }
 
   ChartSurface& surface_;
-  double side_;
-  std::vector<std::uint8_t> flat_;  ///< 1 for triangles with a neighbour in the same plane
+  double mean_triangle_side_;
+  std::vector<std::uint8_t>
+      flat_triangles_;  ///< 1 for triangles with a neighbour in the same plane
   /// 1 for triangles whose angle to a neighbour is too large for a smooth surface, but too small for a crease.
-  std::vector<std::uint8_t> bent_;
-  std::vector<std::uint8_t> smooth_;  ///< 1 for triangles with a small angle to a neighbour
+  std::vector<std::uint8_t> bent_triangles_;
+  std::vector<std::uint8_t>
+      smooth_triangles_;  ///< 1 for triangles with a small angle to a neighbour
 };
 
 }  // namespace
 
-void separate_at_creases(ChartSurface& surface) { Creases(surface).part(); }
+void separate_at_creases(ChartSurface& surface) { CreaseFinder(surface).part(); }
 
 }  // namespace kiln

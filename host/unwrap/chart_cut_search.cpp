@@ -24,7 +24,7 @@ constexpr double kMinCutShare = 0.01;
 /// A connected piece of a band counts as an island if its area is below this share of the chart's area.
 constexpr double kMaxIslandShare = 0.002;
 
-using Reach = CutShape::Reach;
+using Extents = CutShape::Extents;
 
 Vec2d direction_of(std::size_t d) {
   const double angle = static_cast<double>(d) * std::numbers::pi / CutShape::kDirections;
@@ -33,26 +33,27 @@ Vec2d direction_of(std::size_t d) {
 
 /// Finds the best cut along parallel lines across one direction. The lines divide the triangles into bands; the
 /// connected components of a band are nodes of a graph. Each line is then tested on this small graph.
-class Sweep {
+class LineSearch {
  public:
-  Sweep(const CutShape& shape, std::span<const CutPrice> prices)
+  LineSearch(const CutShape& shape, std::span<const CutPrice> prices)
       : shape_(shape),
         prices_(prices),
-        count_(static_cast<std::uint32_t>(shape.chart.triangles.size())),
+        triangle_count_(static_cast<std::uint32_t>(shape.chart.triangles.size())),
         cut_off_(prices.size()),
-        best_(prices.size()) {}
+        best_cuts_(prices.size()) {}
 
   std::vector<ChartCut> run(std::size_t direction) {
     find_nodes(direction);
     find_links();
     absorb_islands();
     for (int line = 1; line <= kLinesPerDirection; ++line) test_line(line);
-    for (std::size_t p = 0; p < best_.size(); ++p) {
-      if (best_[p].gain <= 0) continue;
-      best_[p].apart.resize(count_);
-      for (std::uint32_t i = 0; i < count_; ++i) best_[p].apart[i] = cut_off_[p][node_of_[i]];
+    for (std::size_t p = 0; p < best_cuts_.size(); ++p) {
+      if (best_cuts_[p].gain <= 0) continue;
+      best_cuts_[p].apart.resize(triangle_count_);
+      for (std::uint32_t i = 0; i < triangle_count_; ++i)
+        best_cuts_[p].apart[i] = cut_off_[p][node_of_triangle_[i]];
     }
-    return std::move(best_);
+    return std::move(best_cuts_);
   }
 
  private:
@@ -66,7 +67,7 @@ class Sweep {
     std::uint32_t a = 0, b = 0;
     double length = 0;
   };
-  /// A connected component of nodes on one side of a line.
+  /// A connected component of the nodes that lie on one side of the current line.
   struct Part {
     std::uint32_t neighbour = kNoIndex;
     bool leaf = true;   ///< True if the part is adjacent to a single other part
@@ -75,41 +76,42 @@ class Sweep {
   };
 
   void find_nodes(std::size_t direction) {
-    const double low = -shape_.whole.to[direction + CutShape::kDirections];
-    const double high = shape_.whole.to[direction];
+    const double low = -shape_.chart_extents.to[direction + CutShape::kDirections];
+    const double high = shape_.chart_extents.to[direction];
     const double bands = high > low ? (kLinesPerDirection + 1) / (high - low) : 0;
-    std::vector<int> band(count_);
-    // Projects the points on the direction again, since this is contiguous in memory, unlike the points' reaches.
+    std::vector<int> band(triangle_count_);
+    // Computes the projections again, although vertex_extents has them: a separate array is contiguous in memory.
     const std::vector<Vec2d>& points = shape_.chart.points;
     const Vec2d to = direction_of(direction);
     std::vector<float> projections(points.size());
     for (std::size_t v = 0; v < projections.size(); ++v)
       projections[v] = static_cast<float>(dot(to, points[v]));
-    for (std::uint32_t i = 0; i < count_; ++i) {
-      double across = 0;
-      for (const std::uint32_t v : shape_.chart.triangles[i]) across += projections[v];
-      band[i] = static_cast<int>((across / 3 - low) * bands);
+    for (std::uint32_t i = 0; i < triangle_count_; ++i) {
+      double projection_sum = 0;
+      for (const std::uint32_t v : shape_.chart.triangles[i]) projection_sum += projections[v];
+      band[i] = static_cast<int>((projection_sum / 3 - low) * bands);
     }
-    node_of_.resize(count_);
-    std::iota(node_of_.begin(), node_of_.end(), 0U);
+    node_of_triangle_.resize(triangle_count_);
+    std::iota(node_of_triangle_.begin(), node_of_triangle_.end(), 0U);
     for (const CutShape::Edge& edge : shape_.edges) {
       if (band[edge.a] != band[edge.b]) {
         band_edges_.push_back(edge);
         continue;
       }
-      const std::uint32_t a = find_root(node_of_, edge.a), b = find_root(node_of_, edge.b);
-      node_of_[std::max(a, b)] = std::min(a, b);
+      const std::uint32_t a = find_root(node_of_triangle_, edge.a),
+                          b = find_root(node_of_triangle_, edge.b);
+      node_of_triangle_[std::max(a, b)] = std::min(a, b);
     }
     // The root is the first triangle of its node, so its entry is replaced by the node's number before other
     // triangles read it.
-    for (std::uint32_t i = 0; i < count_; ++i) {
-      if (node_of_[i] == i) {
-        node_of_[i] = static_cast<std::uint32_t>(nodes_.size());
+    for (std::uint32_t i = 0; i < triangle_count_; ++i) {
+      if (node_of_triangle_[i] == i) {
+        node_of_triangle_[i] = static_cast<std::uint32_t>(nodes_.size());
         nodes_.push_back({band[i], 0});
       } else {
-        node_of_[i] = node_of_[node_of_[i]];
+        node_of_triangle_[i] = node_of_triangle_[node_of_triangle_[i]];
       }
-      nodes_[node_of_[i]].area += shape_.chart.rest[i].area;
+      nodes_[node_of_triangle_[i]].area += shape_.chart.rest[i].area;
     }
   }
 
@@ -122,13 +124,13 @@ class Sweep {
   void find_links() {
     std::vector<std::vector<Link>> from(nodes_.size());
     for (const CutShape::Edge& edge : band_edges_) {
-      add_link(from, node_of_[edge.a], node_of_[edge.b], edge.length);
+      add_link(from, node_of_triangle_[edge.a], node_of_triangle_[edge.b], edge.length);
     }
-    gather(from);
+    collect_links(from);
   }
 
-  /// Merges islands into the neighbour with the longest shared border. Bands have ragged sides, and a separate piece
-  /// there would keep a line from cutting the chart into two parts.
+  /// Merges islands into the neighbour with the longest shared border. Triangles make the sides of bands ragged. A
+  /// separate piece at such a side would be a third part of a cut along the line.
   void absorb_islands() {
     const auto count = static_cast<std::uint32_t>(nodes_.size());
     std::vector<std::uint32_t> to(count);
@@ -143,28 +145,28 @@ class Sweep {
       if (best[n] == nullptr || nodes_[n].area >= kMaxIslandShare * shape_.area) continue;
       to[find_root(to, n)] = find_root(to, best[n]->a == n ? best[n]->b : best[n]->a);
     }
-    std::vector<std::uint32_t> number(count, kNoIndex);
+    std::vector<std::uint32_t> new_index(count, kNoIndex);
     std::vector<Node> nodes;
     for (std::uint32_t n = 0; n < count; ++n) {
       if (to[n] != n) continue;
-      number[n] = static_cast<std::uint32_t>(nodes.size());
+      new_index[n] = static_cast<std::uint32_t>(nodes.size());
       nodes.push_back({nodes_[n].band, 0});
     }
     for (std::uint32_t n = 0; n < count; ++n) {
-      number[n] = number[find_root(to, n)];
-      nodes[number[n]].area += nodes_[n].area;
+      new_index[n] = new_index[find_root(to, n)];
+      nodes[new_index[n]].area += nodes_[n].area;
     }
     if (nodes.size() == count) return;
     nodes_ = std::move(nodes);
-    for (std::uint32_t& node : node_of_) node = number[node];
+    for (std::uint32_t& node : node_of_triangle_) node = new_index[node];
     std::vector<std::vector<Link>> from(nodes_.size());
     for (const Link& link : links_) {
-      add_link(from, number[link.a], number[link.b], link.length);
+      add_link(from, new_index[link.a], new_index[link.b], link.length);
     }
-    gather(from);
+    collect_links(from);
   }
 
-  void gather(const std::vector<std::vector<Link>>& from) {
+  void collect_links(const std::vector<std::vector<Link>>& from) {
     links_.clear();
     for (const std::vector<Link>& some : from)
       links_.insert(links_.end(), some.begin(), some.end());
@@ -186,24 +188,25 @@ class Sweep {
   void test_line(int line) {
     line_ = static_cast<std::size_t>(line);
     const auto is_low = [&](std::uint32_t node) { return nodes_[node].band < line; };
-    part_.resize(nodes_.size());
-    std::iota(part_.begin(), part_.end(), 0U);
+    part_of_node_.resize(nodes_.size());
+    std::iota(part_of_node_.begin(), part_of_node_.end(), 0U);
     for (const Link& link : links_) {
       if (is_low(link.a) != is_low(link.b)) continue;
-      const std::uint32_t a = find_root(part_, link.a), b = find_root(part_, link.b);
-      part_[std::max(a, b)] = std::min(a, b);
+      const std::uint32_t a = find_root(part_of_node_, link.a),
+                          b = find_root(part_of_node_, link.b);
+      part_of_node_[std::max(a, b)] = std::min(a, b);
     }
     parts_.assign(nodes_.size(), {});
-    part_reaches_.clear();
+    part_extents_.clear();
     parts_count_ = 0;
     for (std::uint32_t n = 0; n < nodes_.size(); ++n) {
-      part_[n] = find_root(part_, n);
-      parts_count_ += part_[n] == n ? 1 : 0;
-      parts_[part_[n]].area += nodes_[n].area;
+      part_of_node_[n] = find_root(part_of_node_, n);
+      parts_count_ += part_of_node_[n] == n ? 1 : 0;
+      parts_[part_of_node_[n]].area += nodes_[n].area;
     }
     if (parts_count_ < 2) return;
     for (const Link& link : links_) {
-      const std::uint32_t a = part_[link.a], b = part_[link.b];
+      const std::uint32_t a = part_of_node_[link.a], b = part_of_node_[link.b];
       if (a == b) continue;
       for (const auto& [one, other] : {std::pair{a, b}, std::pair{b, a}}) {
         Part& part = parts_[one];
@@ -213,128 +216,132 @@ class Sweep {
       }
     }
     for (std::uint32_t p = 0; p < parts_.size(); ++p) {
-      if (part_[p] == p && parts_[p].leaf) test_part(p);
+      if (part_of_node_[p] == p && parts_[p].leaf) test_part(p);
     }
   }
 
   void test_part(std::uint32_t p) {
     const Part& part = parts_[p];
     const double rest = shape_.area - part.area;
-    double boxes = -1;  // Sum of both parts' box areas; computed on first use
+    double box_area_sum = -1;  // Sum of both parts' box areas; computed on first use
     for (std::size_t n = 0; n < prices_.size(); ++n) {
       const CutPrice& price = prices_[n];
-      ChartCut& best = best_[n];
-      if (std::min(part.area, rest) < std::max(price.least, kMinCutShare * shape_.area)) continue;
+      ChartCut& best = best_cuts_[n];
+      if (std::min(part.area, rest) < std::max(price.min_part_area, kMinCutShare * shape_.area))
+        continue;
       const double cost =
           part.length * (2 * price.margin + price.seam) - 2 * price.size * part.area * rest;
       const double worth = best.gain_at(part.length);
       if (shape_.box - kMinBoxRatio * shape_.area - cost <= worth) continue;
-      if (boxes < 0) boxes = boxes_of(p);
-      const double gain = shape_.box - boxes - cost;
+      if (box_area_sum < 0) box_area_sum = box_area_with_and_without(p);
+      const double gain = shape_.box - box_area_sum - cost;
       if (gain <= worth) continue;
       best.gain = gain;
       best.length = part.length;
       cut_off_[n].resize(nodes_.size());
-      for (std::uint32_t i = 0; i < nodes_.size(); ++i) cut_off_[n][i] = part_[i] == p;
+      for (std::uint32_t i = 0; i < nodes_.size(); ++i) cut_off_[n][i] = part_of_node_[i] == p;
     }
   }
 
   /// Area of the smallest box of part p, plus that of the chart without p.
-  double boxes_of(std::uint32_t p) {
-    if (reaches_.empty()) find_reaches();
-    if (parts_count_ == 2) {  // One part lies below the line, and one above
-      return below_[line_].smallest_box() + above_[line_].smallest_box();
+  double box_area_with_and_without(std::uint32_t p) {
+    if (node_extents_.empty()) compute_extents();
+    if (parts_count_ == 2) {  // Both parts are all nodes on one side of the line
+      return extents_below_[line_].smallest_box() + extents_above_[line_].smallest_box();
     }
-    if (part_reaches_.empty()) {
-      part_reaches_.resize(nodes_.size());
-      for (std::uint32_t n = 0; n < nodes_.size(); ++n) part_reaches_[part_[n]].add(reaches_[n]);
+    if (part_extents_.empty()) {
+      part_extents_.resize(nodes_.size());
+      for (std::uint32_t n = 0; n < nodes_.size(); ++n)
+        part_extents_[part_of_node_[n]].add(node_extents_[n]);
     }
-    Reach outside_reach;
+    Extents remaining_extents;
     for (std::uint32_t n = 0; n < nodes_.size(); ++n) {
-      if (n != p && part_[n] == n) outside_reach.add(part_reaches_[n]);
+      if (n != p && part_of_node_[n] == n) remaining_extents.add(part_extents_[n]);
     }
-    return part_reaches_[p].smallest_box() + outside_reach.smallest_box();
+    return part_extents_[p].smallest_box() + remaining_extents.smallest_box();
   }
 
   /// Computes the extents of all nodes in one pass over the border vertices, which determine them.
-  void find_reaches() {
-    reaches_.assign(nodes_.size(), {});
-    std::vector<std::uint32_t> last(shape_.reach.size(), kNoIndex);
+  void compute_extents() {
+    node_extents_.assign(nodes_.size(), {});
+    std::vector<std::uint32_t> last(shape_.vertex_extents.size(), kNoIndex);
     const auto add = [&](std::uint32_t i, std::uint32_t v) {
-      const std::uint32_t node = node_of_[i];
-      if (last[v] == node) return;  // Skips most repeated visits of a vertex
+      const std::uint32_t node = node_of_triangle_[i];
+      if (last[v] == node) return;  // The vertex has just been added to this node
       last[v] = node;
-      reaches_[node].add(shape_.reach[v]);
+      node_extents_[node].add(shape_.vertex_extents[v]);
     };
-    for (const CutShape::Rim& rim : shape_.rim) add(rim.triangle, rim.vertex);
+    for (const CutShape::BorderVertex& border_vertices : shape_.border_vertices)
+      add(border_vertices.triangle, border_vertices.vertex);
     for (const std::size_t side : {0, 1}) {
       for (const CutShape::Edge& edge : band_edges_) {
-        if (node_of_[edge.a] == node_of_[edge.b]) continue;
+        if (node_of_triangle_[edge.a] == node_of_triangle_[edge.b]) continue;
         for (const std::uint32_t v : edge.ends) add(side == 0 ? edge.a : edge.b, v);
       }
     }
     // Prefix and suffix sums of extents: all nodes below, and all nodes above, each line.
-    below_.assign(kLinesPerDirection + 2, {});
-    above_.assign(kLinesPerDirection + 2, {});
+    extents_below_.assign(kLinesPerDirection + 2, {});
+    extents_above_.assign(kLinesPerDirection + 2, {});
     for (std::uint32_t n = 0; n < nodes_.size(); ++n) {
       const auto band = static_cast<std::size_t>(std::clamp(nodes_[n].band, 0, kLinesPerDirection));
-      below_[band + 1].add(reaches_[n]);
-      above_[band].add(reaches_[n]);
+      extents_below_[band + 1].add(node_extents_[n]);
+      extents_above_[band].add(node_extents_[n]);
     }
-    for (std::size_t line = 1; line < below_.size(); ++line) {
-      below_[line].add(below_[line - 1]);
-      above_[below_.size() - 1 - line].add(above_[below_.size() - line]);
+    for (std::size_t line = 1; line < extents_below_.size(); ++line) {
+      extents_below_[line].add(extents_below_[line - 1]);
+      extents_above_[extents_below_.size() - 1 - line].add(
+          extents_above_[extents_below_.size() - line]);
     }
   }
 
   const CutShape& shape_;
   std::span<const CutPrice> prices_;
-  std::uint32_t count_;
-  std::vector<std::uint32_t> node_of_;  ///< Node of each triangle
+  std::uint32_t triangle_count_;
+  std::vector<std::uint32_t> node_of_triangle_;  ///< Node of each triangle
   std::vector<Node> nodes_;
   std::vector<Link> links_;
   std::vector<CutShape::Edge> band_edges_;  ///< Edges between triangles of different bands
-  std::vector<Reach> reaches_;              ///< Extent of each node; empty until first use
-  std::vector<Reach> below_,
-      above_;  ///< Extents below and above each line, computed with reaches_.
+  std::vector<Extents> node_extents_;       ///< Extent of each node; empty until first use
+  std::vector<Extents> extents_below_,
+      extents_above_;  ///< Extents below and above each line, computed with node_extents_.
   /// The current line, and the number of parts it cuts the chart into
   std::size_t line_ = 0, parts_count_ = 0;
-  std::vector<std::uint32_t> part_;  ///< For each node, the first node of its part
+  std::vector<std::uint32_t> part_of_node_;  ///< For each node, the first node of its part
   std::vector<Part> parts_;
-  std::vector<Reach> part_reaches_;  ///< Extent of each part; empty until first use
+  std::vector<Extents> part_extents_;  ///< Extent of each part; empty until first use
   /// For each price and each node, 1 if the node is on the cut-off side of the best cut.
   std::vector<std::vector<std::uint8_t>> cut_off_;
-  std::vector<ChartCut> best_;
+  std::vector<ChartCut> best_cuts_;
 };
 
 }  // namespace
 
-double CutShape::Reach::smallest_box() const {
+double CutShape::Extents::smallest_box() const {
   const auto span = [&](std::size_t d) { return double{to[d]} + double{to[d + kDirections]}; };
-  double least = std::numeric_limits<double>::max();
+  double smallest_area = std::numeric_limits<double>::max();
   for (std::size_t k = 0; k < kDirections / 2; ++k) {
-    least = std::min(least, span(k) * span(k + kDirections / 2));
+    smallest_area = std::min(smallest_area, span(k) * span(k + kDirections / 2));
   }
-  return least;
+  return smallest_area;
 }
 
 double smallest_box(const FlatChart& chart) {
-  Reach whole;
+  Extents chart_extents;
   for (std::size_t d = 0; d < CutShape::kDirections; ++d) {
     const Vec2d to = direction_of(d);
     for (const std::uint32_t v : chart.boundary) {
       const auto projection = static_cast<float>(dot(to, chart.points[v]));
-      whole.to[d] = std::max(whole.to[d], projection);
-      whole.to[d + CutShape::kDirections] =
-          std::max(whole.to[d + CutShape::kDirections], -projection);
+      chart_extents.to[d] = std::max(chart_extents.to[d], projection);
+      chart_extents.to[d + CutShape::kDirections] =
+          std::max(chart_extents.to[d + CutShape::kDirections], -projection);
     }
   }
-  return whole.smallest_box();
+  return chart_extents.smallest_box();
 }
 
 CutShape::CutShape(const ChartSurface& surface, const FlatChart& given,
                    const ChartNeighbours& neighbour)
-    : chart(given), reach(given.points.size()) {
+    : chart(given), vertex_extents(given.points.size()) {
   edges.reserve(neighbour.size() / 2);
   for (std::uint32_t i = 0; i < chart.source.size(); ++i) {
     for (std::uint32_t k = 0; k < 3; ++k) {
@@ -348,32 +355,33 @@ CutShape::CutShape(const ChartSurface& surface, const FlatChart& given,
   }
   for (std::size_t d = 0; d < kDirections; ++d) {
     const Vec2d to = direction_of(d);
-    for (std::size_t v = 0; v < reach.size(); ++v) {
+    for (std::size_t v = 0; v < vertex_extents.size(); ++v) {
       const auto projection = static_cast<float>(dot(to, chart.points[v]));
-      reach[v].to[d] = projection;
-      reach[v].to[d + kDirections] = -projection;
+      vertex_extents[v].to[d] = projection;
+      vertex_extents[v].to[d + kDirections] = -projection;
     }
   }
   std::vector<std::uint8_t> open(chart.points.size(), 0);
   for (const std::uint32_t v : chart.boundary) {
     open[v] = 1;
-    whole.add(reach[v]);
+    chart_extents.add(vertex_extents[v]);
   }
   for (std::uint32_t i = 0; i < chart.triangles.size(); ++i) {
     for (const std::uint32_t v : chart.triangles[i]) {
-      if (open[v] != 0) rim.push_back({i, v});
+      if (open[v] != 0) border_vertices.push_back({i, v});
     }
   }
-  box = whole.smallest_box();
+  box = chart_extents.smallest_box();
 }
 
 bool CutShape::may_reduce_cost(const CutPrice& price) const {
-  return area >= 2 * price.least && box - kMinBoxRatio * area + 0.5 * price.size * area * area > 0;
+  return area >= 2 * price.min_part_area &&
+         box - kMinBoxRatio * area + 0.5 * price.size * area * area > 0;
 }
 
 std::vector<ChartCut> CutShape::best_cuts(std::size_t direction,
                                           std::span<const CutPrice> prices) const {
-  return Sweep(*this, prices).run(direction);
+  return LineSearch(*this, prices).run(direction);
 }
 
 }  // namespace kiln

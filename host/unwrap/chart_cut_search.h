@@ -22,23 +22,23 @@ struct ChartCut {
   /// 1 for each triangle of the chart that belongs to the cut-off part
   std::vector<std::uint8_t> apart;
 
-  /// Gain above which a cut of length `other` is better than this one.
+  /// Gain that another cut, of length `other`, must exceed to be better than this one.
   double gain_at(double other) const { return gain > 0 ? gain / length * other : 0; }
 };
 
 /// Area of the smallest bounding box of a chart over some rotations.
 double smallest_box(const FlatChart& chart);
 
-/// A chart prepared for the search.
+/// A chart with the lengths, areas and extents that the search for cuts needs.
 class CutShape {
  public:
   /// Number of directions in 180 degrees. Bounding boxes are aligned to each pair of perpendicular directions.
   static constexpr std::size_t kDirections = 16;
   /// Maximal coordinates of points along each direction, and along its opposite.
-  struct Reach {
+  struct Extents {
     std::array<float, 2 * kDirections> to;
-    Reach() { to.fill(-std::numeric_limits<float>::max()); }
-    void add(const Reach& other) {
+    Extents() { to.fill(-std::numeric_limits<float>::max()); }
+    void add(const Extents& other) {
       for (std::size_t d = 0; d < to.size(); ++d) {
         to[d] = to[d] < other.to[d] ? other.to[d] : to[d];
       }
@@ -53,7 +53,7 @@ class CutShape {
     double length = 0;
   };
   /// A triangle at the chart's border, and its vertex on the border.
-  struct Rim {
+  struct BorderVertex {
     std::uint32_t triangle = 0, vertex = 0;
   };
 
@@ -66,12 +66,12 @@ class CutShape {
   std::vector<ChartCut> best_cuts(std::size_t direction, std::span<const CutPrice> prices) const;
 
   const FlatChart& chart;
-  std::vector<Edge> edges;   ///< Every inner edge once
-  std::vector<Rim> rim;      ///< All triangles and vertices at the border
-  std::vector<Reach> reach;  ///< Extent of each vertex
-  Reach whole;               ///< Extent of the whole chart
-  double area = 0;           ///< Area on the surface
-  double box = 0;            ///< Area of the smallest bounding box
+  std::vector<Edge> edges;                    ///< Every inner edge once
+  std::vector<BorderVertex> border_vertices;  ///< All triangles and vertices at the border
+  std::vector<Extents> vertex_extents;        ///< Extent of each vertex
+  Extents chart_extents;                      ///< Extent of the whole chart
+  double area = 0;                            ///< Area on the surface
+  double box = 0;                             ///< Area of the smallest bounding box
 };
 
 }  // namespace kiln

@@ -15,28 +15,29 @@
 namespace kiln {
 namespace {
 
-FlatChart part_of(const ChartSurface& surface, const ChartBorders& borders, const FlatChart& whole,
-                  const std::vector<std::uint8_t>& is_apart, bool apart,
-                  std::vector<std::uint32_t>& local) {
-  std::vector<std::uint32_t> triangles, places;
+FlatChart extract_part(const ChartSurface& surface, const ChartBorders& borders,
+                       const FlatChart& chart, const std::vector<std::uint8_t>& is_apart,
+                       bool apart, std::vector<std::uint32_t>& index_in_chart) {
+  std::vector<std::uint32_t> triangles, part_triangles;
   std::vector<RestShape> rest;
   for (std::uint32_t i = 0; i < is_apart.size(); ++i) {
     if ((is_apart[i] != 0) != apart) continue;
-    triangles.push_back(whole.source[i]);
-    places.push_back(i);
-    rest.push_back(whole.rest[i]);
+    triangles.push_back(chart.source[i]);
+    part_triangles.push_back(i);
+    rest.push_back(chart.rest[i]);
   }
-  FlatChart part = cut_open(surface, triangles, borders.glued(), local, {}, std::move(rest));
-  for (std::size_t i = 0; i < places.size(); ++i) {
+  FlatChart part =
+      cut_open(surface, triangles, borders.glued(), index_in_chart, {}, std::move(rest));
+  for (std::size_t i = 0; i < part_triangles.size(); ++i) {
     for (std::size_t k = 0; k < 3; ++k) {
-      part.points[part.triangles[i][k]] = whole.points[whole.triangles[places[i]][k]];
+      part.points[part.triangles[i][k]] = chart.points[chart.triangles[part_triangles[i]][k]];
     }
   }
   return part;
 }
 
-/// A tree of charts and the parts into which they are cut for several CutPrices. A part that results for several of
-/// them is a single node.
+/// A tree of charts and the parts into which they are cut, for several CutPrices at once. A part that results for
+/// several prices is a single node.
 class CutTree {
  public:
   CutTree(const ChartSurface& surface, const ChartBorders& borders,
@@ -44,9 +45,9 @@ class CutTree {
       : surface_(surface), borders_(borders), prices_(prices), threads_(threads) {}
 
   void run(std::vector<FlatChart> charts) {
-    std::vector<std::uint32_t> local(surface_.triangles.size());
+    std::vector<std::uint32_t> index_in_chart(surface_.triangles.size());
     for (const FlatChart& chart : charts) {
-      for (std::uint32_t i = 0; i < chart.source.size(); ++i) local[chart.source[i]] = i;
+      for (std::uint32_t i = 0; i < chart.source.size(); ++i) index_in_chart[chart.source[i]] = i;
     }
     std::vector<std::uint32_t> all_prices(prices_.size());
     std::iota(all_prices.begin(), all_prices.end(), 0U);
@@ -55,12 +56,13 @@ class CutTree {
       for (const std::uint32_t t : node.chart.source) {
         for (std::uint32_t k = 0; k < 3; ++k) {
           const std::uint32_t h = 3 * t + k;
-          node.neighbour.push_back(borders_.is_glued(h) ? local[surface_.mate[h] / 3] : kNoIndex);
+          node.neighbour.push_back(borders_.is_glued(h) ? index_in_chart[surface_.mate[h] / 3]
+                                                        : kNoIndex);
         }
       }
       nodes_.push_back(std::move(node));
     }
-    first_ = nodes_.size();
+    root_count_ = nodes_.size();
     for (std::size_t begin = 0; begin < nodes_.size();) {
       const std::size_t end = nodes_.size();
       cut_level(begin, end);
@@ -68,11 +70,11 @@ class CutTree {
     }
   }
 
-  CutCharts collect(std::uint32_t price) const {
-    std::vector<std::size_t> ids(first_);
+  CutCharts charts_for_price(std::uint32_t price) const {
+    std::vector<std::size_t> ids(root_count_);
     std::iota(ids.begin(), ids.end(), std::size_t{0});
     for (std::size_t i = 0; i < ids.size();) {
-      const Split* const split = split_at(nodes_[ids[i]], price);
+      const NodeSplit* const split = split_for_price(nodes_[ids[i]], price);
       if (split == nullptr) {
         ++i;
         continue;
@@ -81,20 +83,21 @@ class CutTree {
       ids[i] = split->rest;
     }
     CutCharts result{borders_.glued(), {}};
-    std::vector<std::size_t> owner(surface_.triangles.size());
+    std::vector<std::size_t> node_of_triangle(surface_.triangles.size());
     for (const std::size_t id : ids) {
-      for (const std::uint32_t t : nodes_[id].chart.source) owner[t] = id;
+      for (const std::uint32_t t : nodes_[id].chart.source) node_of_triangle[t] = id;
       result.charts.push_back(nodes_[id].chart);
     }
     for (std::uint32_t h = 0; h < surface_.mate.size(); ++h) {
-      if (result.glued[h] != 0 && owner[h / 3] != owner[surface_.mate[h] / 3]) result.glued[h] = 0;
+      if (result.glued[h] != 0 && node_of_triangle[h / 3] != node_of_triangle[surface_.mate[h] / 3])
+        result.glued[h] = 0;
     }
     return result;
   }
 
  private:
   /// A cut and the prices that choose it; node indices of both parts.
-  struct Split {
+  struct NodeSplit {
     std::vector<std::uint32_t> prices;
     std::size_t rest = 0, apart = 0;
   };
@@ -102,16 +105,16 @@ class CutTree {
     FlatChart chart;
     ChartNeighbours neighbour;
     std::vector<std::uint32_t> prices;  ///< Prices whose cuts lead to this part
-    std::vector<Split> splits;
+    std::vector<NodeSplit> splits;
   };
   /// Scratch of one thread, with an entry for each half-edge and triangle of the surface.
   struct Scratch {
     ChartBorders borders;
-    std::vector<std::uint32_t> local;
+    std::vector<std::uint32_t> index_in_chart;
   };
 
-  static const Split* split_at(const Node& node, std::uint32_t price) {
-    for (const Split& split : node.splits) {
+  static const NodeSplit* split_for_price(const Node& node, std::uint32_t price) {
+    for (const NodeSplit& split : node.splits) {
       if (std::find(split.prices.begin(), split.prices.end(), price) != split.prices.end())
         return &split;
     }
@@ -144,7 +147,7 @@ class CutTree {
       }
     };
     parallel_for(cuts.size(), 1, look, threads_);
-    std::vector<std::vector<Parts>> parts(count);
+    std::vector<std::vector<CutParts>> parts(count);
     const auto split = [&](std::size_t from, std::size_t to) {
       for (std::size_t i = from; i < to; ++i) {
         parts[i] = split_node(nodes_[begin + i], std::span(cuts).subspan(i * CutShape::kDirections,
@@ -153,7 +156,7 @@ class CutTree {
     };
     parallel_for(count, 1, split, threads_);
     for (std::size_t i = 0; i < count; ++i) {
-      for (Parts& made : parts[i]) {
+      for (CutParts& made : parts[i]) {
         nodes_[begin + i].splits.push_back({made.rest.prices, nodes_.size(), nodes_.size() + 1});
         nodes_.push_back(std::move(made.rest));
         nodes_.push_back(std::move(made.apart));
@@ -161,19 +164,20 @@ class CutTree {
     }
   }
 
-  struct Parts {
+  struct CutParts {
     Node rest, apart;
   };
 
   /// The two parts of each distinct cut that is best at some price, if both parts are discs.
-  std::vector<Parts> split_node(const Node& node, std::span<std::vector<ChartCut>> by_direction) {
+  std::vector<CutParts> split_node(const Node& node,
+                                   std::span<std::vector<ChartCut>> by_direction) {
     std::vector<ChartCut> best(node.prices.size());
     for (std::vector<ChartCut>& cuts : by_direction) {
       for (std::size_t p = 0; p < best.size(); ++p) {
         if (cuts[p].gain > best[p].gain_at(cuts[p].length)) best[p] = std::move(cuts[p]);
       }
     }
-    std::vector<Parts> result;
+    std::vector<CutParts> result;
     std::unique_ptr<Scratch> scratch;
     for (std::size_t p = 0; p < best.size(); ++p) {
       if (best[p].gain <= 0) continue;
@@ -184,14 +188,14 @@ class CutTree {
         if (q != p) best[q].gain = 0;
       }
       if (!scratch) scratch = acquire(node);
-      Parts parts{{node.chart, {}, prices, {}}, {{}, {}, prices, {}}};
+      CutParts parts{{node.chart, {}, prices, {}}, {{}, {}, prices, {}}};
       const std::vector<std::uint8_t>& apart = best[p].apart;
-      const bool done = cut_apart(surface_, scratch->borders, apart, scratch->local,
+      const bool done = cut_apart(surface_, scratch->borders, apart, scratch->index_in_chart,
                                   parts.rest.chart, parts.apart.chart);
       mark(node, *scratch, true);
       if (!done) continue;
-      parts.rest.neighbour = part_of(node.neighbour, apart, 0);
-      parts.apart.neighbour = part_of(node.neighbour, apart, 1);
+      parts.rest.neighbour = neighbours_in_part(node.neighbour, apart, 0);
+      parts.apart.neighbour = neighbours_in_part(node.neighbour, apart, 1);
       result.push_back(std::move(parts));
     }
     if (scratch) release(node, std::move(scratch));
@@ -201,7 +205,7 @@ class CutTree {
   /// Sets a scratch's glued edges for a node. \param apart  true: opens edges to other nodes; false: restores borders_
   void mark(const Node& node, Scratch& scratch, bool apart) const {
     for (std::uint32_t i = 0; i < node.chart.source.size(); ++i) {
-      scratch.local[node.chart.source[i]] = i;
+      scratch.index_in_chart[node.chart.source[i]] = i;
       for (std::uint32_t k = 0; k < 3; ++k) {
         const std::uint32_t h = 3 * node.chart.source[i] + k;
         if (!borders_.is_glued(h)) continue;
@@ -214,9 +218,9 @@ class CutTree {
     std::unique_ptr<Scratch> scratch;
     {
       const std::lock_guard lock(mutex_);
-      if (!free_.empty()) {
-        scratch = std::move(free_.back());
-        free_.pop_back();
+      if (!free_scratches_.empty()) {
+        scratch = std::move(free_scratches_.back());
+        free_scratches_.pop_back();
       }
     }
     if (!scratch) {
@@ -230,21 +234,22 @@ class CutTree {
   void release(const Node& node, std::unique_ptr<Scratch> scratch) {
     mark(node, *scratch, false);
     const std::lock_guard lock(mutex_);
-    free_.push_back(std::move(scratch));
+    free_scratches_.push_back(std::move(scratch));
   }
 
   /// Neighbours within one of two parts.
-  static ChartNeighbours part_of(const ChartNeighbours& whole,
-                                 const std::vector<std::uint8_t>& apart, std::uint8_t side) {
-    std::vector<std::uint32_t> place(apart.size(), kNoIndex);
+  static ChartNeighbours neighbours_in_part(const ChartNeighbours& whole,
+                                            const std::vector<std::uint8_t>& apart,
+                                            std::uint8_t side) {
+    std::vector<std::uint32_t> index_in_part(apart.size(), kNoIndex);
     std::uint32_t count = 0;
     for (std::size_t i = 0; i < apart.size(); ++i) {
-      if (apart[i] == side) place[i] = count++;
+      if (apart[i] == side) index_in_part[i] = count++;
     }
     ChartNeighbours part;
     for (std::size_t i = 0; i < whole.size(); ++i) {
       if (apart[i / 3] != side) continue;
-      part.push_back(whole[i] == kNoIndex ? kNoIndex : place[whole[i]]);
+      part.push_back(whole[i] == kNoIndex ? kNoIndex : index_in_part[whole[i]]);
     }
     return part;
   }
@@ -254,27 +259,28 @@ class CutTree {
   std::span<const CutPrice> prices_;
   int threads_;
   std::vector<Node> nodes_;
-  std::size_t first_ = 0;  ///< Index of the first node that is an uncut chart
-  std::mutex mutex_;       ///< Guards the members below.
-  std::vector<std::unique_ptr<Scratch>> free_;
+  std::size_t root_count_ = 0;  ///< Number of roots: the uncut charts, which come first
+  std::mutex mutex_;            ///< Guards free_scratches_
+  std::vector<std::unique_ptr<Scratch>> free_scratches_;
 };
 
 }  // namespace
 
 bool cut_apart(const ChartSurface& surface, ChartBorders& borders,
-               const std::vector<std::uint8_t>& is_apart, std::vector<std::uint32_t>& local,
-               FlatChart& chart, FlatChart& apart) {
+               const std::vector<std::uint8_t>& is_apart,
+               std::vector<std::uint32_t>& index_in_chart, FlatChart& chart, FlatChart& apart) {
   std::vector<std::uint32_t> opened_edges;
   for (std::uint32_t i = 0; i < chart.source.size(); ++i) {
     for (std::uint32_t k = 0; k < 3; ++k) {
       const std::uint32_t h = 3 * chart.source[i] + k, mate = surface.mate[h];
-      if (!borders.is_glued(h) || mate < h || is_apart[i] == is_apart[local[mate / 3]]) continue;
+      if (!borders.is_glued(h) || mate < h || is_apart[i] == is_apart[index_in_chart[mate / 3]])
+        continue;
       opened_edges.push_back(h);
     }
   }
   for (const std::uint32_t h : opened_edges) borders.set_glued(h, false);
-  FlatChart a = part_of(surface, borders, chart, is_apart, true, local);
-  FlatChart b = part_of(surface, borders, chart, is_apart, false, local);
+  FlatChart a = extract_part(surface, borders, chart, is_apart, true, index_in_chart);
+  FlatChart b = extract_part(surface, borders, chart, is_apart, false, index_in_chart);
   if (!is_disc(a) || !is_disc(b) || !is_injective(a) || !is_injective(b)) {
     for (const std::uint32_t h : opened_edges) borders.set_glued(h, true);
     return false;
@@ -290,7 +296,7 @@ std::vector<CutCharts> cut_charts(const ChartSurface& surface, const ChartBorder
   CutTree tree(surface, borders, prices, threads);
   tree.run(charts);
   std::vector<CutCharts> result;
-  for (std::uint32_t p = 0; p < prices.size(); ++p) result.push_back(tree.collect(p));
+  for (std::uint32_t p = 0; p < prices.size(); ++p) result.push_back(tree.charts_for_price(p));
   return result;
 }
 

@@ -16,10 +16,11 @@ struct CutPrice {
   double margin = 0;
   /// Area of bounding boxes that each unit of a cut's length must save in addition.
   double seam = 0;
-  /// Factor on a chart's squared area, which estimates the waste of large charts: these pack less tightly.
+  /// Factor by which a chart's squared area is multiplied to estimate the space that packing wastes: large charts pack
+  /// less tightly.
   double size = 0;
   /// Minimum area of a part.
-  double least = 0;
+  double min_part_area = 0;
 };
 
 /// The charts after cutting.
@@ -43,12 +44,12 @@ std::vector<CutCharts> cut_charts(const ChartSurface& surface, const ChartBorder
 
 /// Cuts a chart in two if both parts are discs that stay injective.
 /// \param is_apart  1 for each triangle of the chart that belongs to the cut-off part
-/// \param local     scratch, one entry per triangle of the surface; on entry, the index in the chart for each of the
+/// \param index_in_chart     scratch, one entry per triangle of the surface; on entry, the index in the chart for each of the
 ///     chart's triangles
 /// \param apart     [out] the cut-off part; `chart` becomes the other part
 /// \returns false if nothing was changed
 bool cut_apart(const ChartSurface& surface, ChartBorders& borders,
-               const std::vector<std::uint8_t>& is_apart, std::vector<std::uint32_t>& local,
-               FlatChart& chart, FlatChart& apart);
+               const std::vector<std::uint8_t>& is_apart,
+               std::vector<std::uint32_t>& index_in_chart, FlatChart& chart, FlatChart& apart);
 
 }  // namespace kiln

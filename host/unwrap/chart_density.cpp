@@ -14,11 +14,13 @@
 namespace kiln {
 namespace {
 
-/// Constant added to errors (lengths of differences of unit normals): a sixteenth of a degree, which no map resolves.
+/// Constant added to errors, which are lengths of differences of unit normals. It corresponds to a sixteenth of a
+/// degree, which no map resolves.
 constexpr double kErrorFloor = 0.001;
 /// Largest exponent of the error's power law: the error decreases at most with the square of the texel's side.
 constexpr double kMaxErrorExponent = 2;
-/// Regularizes charts with few samples: the mesh's mean is blended in with the weight of this share of the area.
+/// Weight of the mesh's mean error, as a share of the mesh's area. The mean is blended into each chart's error, to
+/// regularize charts with few samples.
 constexpr double kMeanWeight = 0.0005;
 /// Number of directions of cuts in 180 degrees.
 constexpr std::size_t kCutDirections = 8;
@@ -35,7 +37,7 @@ struct PowerLaw {
   }
 };
 
-TexelNeed sum_of(std::span<const TexelNeed> needs) {
+TexelNeed sum_needs(std::span<const TexelNeed> needs) {
   TexelNeed sum;
   for (const TexelNeed& need : needs) {
     sum.area += need.area;
@@ -83,64 +85,64 @@ class DensityCut {
  public:
   DensityCut(const ChartSurface& surface, const ChartBorders& borders, const DensityPrice& price,
              const TexelNeed& whole, double weight)
-      : surface_(surface), borders_(borders), price_(price), whole_(whole), weight_(weight) {}
+      : surface_(surface), borders_(borders), price_(price), whole_(whole), texel_price_(weight) {}
 
-  struct Found {
+  struct FoundCut {
     double gain = 0;
     std::vector<std::uint8_t> apart;
   };
 
   /// The best cut of each direction that has one, in order of gain.
-  /// \param local  for each of the chart's triangles, its index in the chart
-  std::vector<Found> run(const FlatChart& chart, std::span<const TexelNeed> needs,
-                         const std::vector<std::uint32_t>& local) {
+  /// \param index_in_chart  for each of the chart's triangles, its index in the chart
+  std::vector<FoundCut> run(const FlatChart& chart, std::span<const TexelNeed> needs,
+                            const std::vector<std::uint32_t>& index_in_chart) {
     chart_ = &chart;
-    local_ = &local;
+    index_in_chart_ = &index_in_chart;
     needs_.clear();
     for (const std::uint32_t t : chart.source) needs_.push_back(needs[t]);
-    chart_sum_ = sum_of(needs_);
-    if (chart_sum_.area < 2 * price_.least) return {};
-    chart_cost_ = cost(chart_sum_);
-    std::vector<Found> found;
+    chart_sum_ = sum_needs(needs_);
+    if (chart_sum_.area < 2 * price_.min_part_area) return {};
+    uncut_cost_ = cost(chart_sum_);
+    std::vector<FoundCut> cuts;
     for (std::size_t d = 0; d < kCutDirections; ++d) {
-      Found cut = best_cut_across(static_cast<double>(d) * std::numbers::pi / kCutDirections);
-      if (cut.gain > 0) found.push_back(std::move(cut));
+      FoundCut cut = best_cut_across(static_cast<double>(d) * std::numbers::pi / kCutDirections);
+      if (cut.gain > 0) cuts.push_back(std::move(cut));
     }
-    std::stable_sort(found.begin(), found.end(),
-                     [](const Found& a, const Found& b) { return a.gain > b.gain; });
-    return found;
+    std::stable_sort(cuts.begin(), cuts.end(),
+                     [](const FoundCut& a, const FoundCut& b) { return a.gain > b.gain; });
+    return cuts;
   }
 
  private:
   struct Cost {
-    double value = 0, scale = 1;
+    double cost = 0, scale = 1;
   };
 
   /// Error plus the price of texels at the optimal scale.
   Cost cost(const TexelNeed& need) const {
     const PowerLaw law = fit_power_law(need, whole_);
     const double s =
-        law.best(weight_, 1 / std::sqrt(kMaxDensityRatio), std::sqrt(kMaxDensityRatio));
-    return {law.error(s) / weight_ + law.area * s * s, s};
+        law.best(texel_price_, 1 / std::sqrt(kMaxDensityRatio), std::sqrt(kMaxDensityRatio));
+    return {law.error(s) / texel_price_ + law.area * s * s, s};
   }
 
   double gain(const TexelNeed& part, double length) const {
     TexelNeed rest = chart_sum_;
     rest.area -= part.area;
     for (std::size_t k = 0; k < rest.errors.size(); ++k) rest.errors[k] -= part.errors[k];
-    if (std::min(part.area, rest.area) < price_.least) return 0;
+    if (std::min(part.area, rest.area) < price_.min_part_area) return 0;
     const Cost a = cost(part), b = cost(rest);
-    return chart_cost_.value - a.value - b.value -
+    return uncut_cost_.cost - a.cost - b.cost -
            length * (price_.seam + price_.margin * (a.scale + b.scale));
   }
 
   std::uint32_t neighbour(std::uint32_t i, std::uint32_t k) const {
     const std::uint32_t h = 3 * chart_->source[i] + k;
-    return borders_.is_glued(h) ? (*local_)[surface_.mate[h] / 3] : kNoIndex;
+    return borders_.is_glued(h) ? (*index_in_chart_)[surface_.mate[h] / 3] : kNoIndex;
   }
 
   /// The best cut among the lines perpendicular to a direction.
-  Found best_cut_across(double angle) const {
+  FoundCut best_cut_across(double angle) const {
     const auto count = static_cast<std::uint32_t>(chart_->source.size());
     const Vec2d to{std::cos(angle), std::sin(angle)};
     std::vector<double> at(count);
@@ -166,8 +168,8 @@ class DensityCut {
         const double side = surface_.length[3 * chart_->source[i] + k];
         length += apart[other] != 0 ? -side : side;
       }
-      const double value = gain(part, length);
-      if (value > best) best = value, max_scale = n + 1;
+      const double cut_gain = gain(part, length);
+      if (cut_gain > best) best = cut_gain, max_scale = n + 1;
     }
     if (max_scale == 0) return {};
     for (std::size_t n = 0; n < count; ++n) apart[order[n]] = n < max_scale ? 1 : 0;
@@ -180,8 +182,8 @@ class DensityCut {
   }
 
   /// Reduces each side to its largest connected component; other components are moved to the opposite side.
-  Found split_connected(std::vector<std::uint8_t> apart) const {
-    for (const std::uint8_t side : {1, 0}) keep_largest(apart, side);
+  FoundCut split_connected(std::vector<std::uint8_t> apart) const {
+    for (const std::uint8_t side : {1, 0}) keep_largest_component(apart, side);
     TexelNeed part;
     double length = 0;
     for (std::uint32_t i = 0; i < apart.size(); ++i) {
@@ -193,27 +195,27 @@ class DensityCut {
         length += surface_.length[3 * chart_->source[i] + k];
       }
     }
-    const double value = gain(part, length);
-    return {value, std::move(apart)};
+    const double cut_gain = gain(part, length);
+    return {cut_gain, std::move(apart)};
   }
 
-  void keep_largest(std::vector<std::uint8_t>& apart, std::uint8_t side) const {
-    std::vector<std::uint32_t> piece(apart.size(), kNoIndex), stack;
+  void keep_largest_component(std::vector<std::uint8_t>& apart, std::uint8_t side) const {
+    std::vector<std::uint32_t> component(apart.size(), kNoIndex), stack;
     std::vector<double> areas;
     for (std::uint32_t seed = 0; seed < apart.size(); ++seed) {
-      if (apart[seed] != side || piece[seed] != kNoIndex) continue;
+      if (apart[seed] != side || component[seed] != kNoIndex) continue;
       const auto id = static_cast<std::uint32_t>(areas.size());
       areas.push_back(0);
       stack.assign(1, seed);
-      piece[seed] = id;
+      component[seed] = id;
       while (!stack.empty()) {
         const std::uint32_t i = stack.back();
         stack.pop_back();
         areas[id] += needs_[i].area;
         for (std::uint32_t k = 0; k < 3; ++k) {
           const std::uint32_t other = neighbour(i, k);
-          if (other == kNoIndex || apart[other] != side || piece[other] != kNoIndex) continue;
-          piece[other] = id;
+          if (other == kNoIndex || apart[other] != side || component[other] != kNoIndex) continue;
+          component[other] = id;
           stack.push_back(other);
         }
       }
@@ -222,7 +224,7 @@ class DensityCut {
     const auto largest =
         static_cast<std::uint32_t>(std::max_element(areas.begin(), areas.end()) - areas.begin());
     for (std::uint32_t i = 0; i < apart.size(); ++i) {
-      if (apart[i] == side && piece[i] != largest) apart[i] = 1 - side;
+      if (apart[i] == side && component[i] != largest) apart[i] = 1 - side;
     }
   }
 
@@ -230,18 +232,18 @@ class DensityCut {
   const ChartBorders& borders_;
   const DensityPrice& price_;
   const TexelNeed& whole_;
-  double weight_;  ///< Lagrange multiplier: the price of a texel in units of error
+  double texel_price_;  ///< Lagrange multiplier: the price of a texel in units of error
   const FlatChart* chart_ = nullptr;
-  const std::vector<std::uint32_t>* local_ = nullptr;
+  const std::vector<std::uint32_t>* index_in_chart_ = nullptr;
   std::vector<TexelNeed> needs_;  ///< Texel needs of the chart's triangles
   TexelNeed chart_sum_;
-  Cost chart_cost_;
+  Cost uncut_cost_;
 };
 
 }  // namespace
 
 std::vector<double> texel_scales(std::span<const TexelNeed> needs) {
-  const TexelNeed whole = sum_of(needs);
+  const TexelNeed whole = sum_needs(needs);
   const std::vector<PowerLaw> laws = fit_power_laws(needs, whole);
   const double weight = lagrange_multiplier(laws, whole.area);
   std::vector<double> scales;
@@ -256,7 +258,7 @@ std::vector<double> texel_scales(std::span<const TexelNeed> needs) {
 }
 
 double expected_error(std::span<const TexelNeed> needs, std::span<const double> scales) {
-  const std::vector<PowerLaw> laws = fit_power_laws(needs, sum_of(needs));
+  const std::vector<PowerLaw> laws = fit_power_laws(needs, sum_needs(needs));
   double sum = 0;
   for (std::size_t i = 0; i < laws.size(); ++i) sum += laws[i].error(scales[i]);
   return sum;
@@ -266,14 +268,14 @@ FlatTriangles flat_triangles(const ChartSurface& surface, const ChartBorders& bo
                              const std::vector<FlatChart>& charts, std::size_t count) {
   FlatTriangles flat;
   flat.corners.resize(count);
-  flat.beside.assign(count, {kNoIndex, kNoIndex, kNoIndex});
+  flat.neighbours.assign(count, {kNoIndex, kNoIndex, kNoIndex});
   for (const FlatChart& chart : charts) {
     for (std::size_t i = 0; i < chart.source.size(); ++i) {
       const std::uint32_t t = surface.source[chart.source[i]];
       for (std::uint32_t k = 0; k < 3; ++k) {
         flat.corners[t][k] = chart.points[chart.triangles[i][k]];
         const std::uint32_t h = 3 * chart.source[i] + k;
-        if (borders.is_glued(h)) flat.beside[t][k] = surface.source[surface.mate[h] / 3];
+        if (borders.is_glued(h)) flat.neighbours[t][k] = surface.source[surface.mate[h] / 3];
       }
     }
   }
@@ -297,24 +299,25 @@ std::vector<TexelNeed> chart_needs(const std::vector<FlatChart>& charts,
   for (const FlatChart& chart : charts) {
     chart_needs_of_part.clear();
     for (const std::uint32_t t : chart.source) chart_needs_of_part.push_back(needs[t]);
-    result.push_back(sum_of(chart_needs_of_part));
+    result.push_back(sum_needs(chart_needs_of_part));
   }
   return result;
 }
 
 void cut_by_density(const ChartSurface& surface, ChartBorders& borders, const DensityPrice& price,
                     std::span<const TexelNeed> needs, std::vector<FlatChart>& charts) {
-  const TexelNeed whole = sum_of(needs);
+  const TexelNeed whole = sum_needs(needs);
   const double weight =
       lagrange_multiplier(fit_power_laws(chart_needs(charts, needs), whole), whole.area);
   DensityCut search(surface, borders, price, whole, weight);
-  std::vector<std::uint32_t> local(surface.triangles.size());
+  std::vector<std::uint32_t> index_in_chart(surface.triangles.size());
   for (std::size_t i = 0; i < charts.size();) {
-    for (std::uint32_t t = 0; t < charts[i].source.size(); ++t) local[charts[i].source[t]] = t;
+    for (std::uint32_t t = 0; t < charts[i].source.size(); ++t)
+      index_in_chart[charts[i].source[t]] = t;
     bool cut = false;
-    for (const auto& found : search.run(charts[i], needs, local)) {
+    for (const auto& cuts : search.run(charts[i], needs, index_in_chart)) {
       FlatChart apart;
-      cut = cut_apart(surface, borders, found.apart, local, charts[i], apart);
+      cut = cut_apart(surface, borders, cuts.apart, index_in_chart, charts[i], apart);
       if (!cut) continue;
       charts.push_back(std::move(apart));
       break;

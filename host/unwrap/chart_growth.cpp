@@ -16,8 +16,8 @@
 namespace kiln {
 namespace {
 
-/// Number of merges tried in one batch, for any number of threads. Since most merges are refused, few trials of a
-/// batch are superseded.
+/// Number of merges tried in one batch; independent of the number of threads, so that results are, too. Most merges are
+/// refused, so few trials are wasted on charts that an earlier merge of the batch has consumed.
 constexpr std::size_t kTrialsPerBatch = 6;
 /// Number of tasks in which patches are flattened.
 constexpr std::size_t kFlatteningTasks = 32;
@@ -25,10 +25,10 @@ constexpr std::size_t kFlatteningTasks = 32;
 constexpr int kRigidRounds = 5, kInjectiveRounds = 15;
 /// Largest variance of normals within a patch: 1 - |mean normal|.
 constexpr double kMaxNormalVariance = 0.2;
-/// Merges of fewer triangles run on one thread, since starting threads would take longer.
+/// Merges of charts with fewer triangles run on one thread, since starting threads would take longer.
 constexpr std::size_t kMinTrianglesForThreads = 200;
 
-/// Triangles of a patch, from its tree of merges, whose leaves are triangles.
+/// Triangles of a patch: the leaves of its tree of merges.
 std::vector<std::uint32_t> triangles_of(const std::vector<ChartPatch>& patches, std::uint32_t p) {
   std::vector<std::uint32_t> triangles, stack{p};
   while (!stack.empty()) {
@@ -46,21 +46,22 @@ std::vector<std::uint32_t> triangles_of(const std::vector<ChartPatch>& patches, 
 
 /// A patch, and the path down its tree of merges through the larger part, for a binary search of the largest part that
 /// can be flattened.
-struct Descent {
+struct PartSearch {
   std::vector<std::uint32_t> path;  ///< Merge tree nodes from the patch to a triangle.
   /// Indices in the path: the last node that fails, and the first that can be flattened
   int last_failing = -1, fits = 0;
   FlatChart chart;  ///< Flattened chart of the largest part so far
 
   bool is_done() const { return last_failing + 1 == fits && !chart.source.empty(); }
-  /// The index to try next: much smaller parts until one can be flattened, then bisection.
+  /// The index in `path` to try next: much smaller parts until one can be flattened, then bisection.
   int next(std::span<const std::uint32_t> sizes) const {
-    constexpr double kShrinkFactor = 0.7;
+    constexpr double kMaxNextSizeRatio = 0.7;
     if (last_failing < 0 || last_failing + 1 == fits) return last_failing + 1;
     if (!chart.source.empty()) return (last_failing + fits) / 2;
     int at = last_failing + 1;
-    while (at < fits && sizes[path[static_cast<std::size_t>(at)]] >
-                            kShrinkFactor * sizes[path[static_cast<std::size_t>(last_failing)]]) {
+    while (at < fits &&
+           sizes[path[static_cast<std::size_t>(at)]] >
+               kMaxNextSizeRatio * sizes[path[static_cast<std::size_t>(last_failing)]]) {
       ++at;
     }
     return at;
@@ -77,28 +78,28 @@ class PatchFlattener {
         limits_(limits),
         borders_(borders),
         scratches_(surface) {
-    sizes_.reserve(patches.size());
+    patch_sizes_.reserve(patches.size());
     for (const ChartPatch& patch : patches) {  // Parts precede the patches merged from them
       const auto [a, b] = patch.parts;
-      sizes_.push_back(a == kNoIndex ? 1 : sizes_[a] + sizes_[b]);
+      patch_sizes_.push_back(a == kNoIndex ? 1 : patch_sizes_[a] + patch_sizes_[b]);
     }
   }
 
   std::vector<FlatChart> run(int threads) {
-    std::vector<Descent> open_descents;
+    std::vector<PartSearch> open_searches;
     for (std::uint32_t p = 0; p < patches_.size(); ++p) {
-      if (patches_[p].alive) open_descents.push_back(descent(p));
+      if (patches_[p].is_current) open_searches.push_back(start_part_search(p));
     }
     std::vector<FlatChart> charts;
-    while (!open_descents.empty()) {
+    while (!open_searches.empty()) {
       const auto lay = [&](std::size_t begin, std::size_t end) {
         std::unique_ptr<CutScratch> scratch = scratches_.acquire();
-        for (std::size_t i = begin; i < end; ++i) try_next(open_descents[i], *scratch);
+        for (std::size_t i = begin; i < end; ++i) try_next_part(open_searches[i], *scratch);
         scratches_.release(std::move(scratch));
       };
-      parallel_for(open_descents.size(), open_descents.size() / kFlatteningTasks + 1, lay, threads);
-      std::vector<Descent> next;
-      for (Descent& one : open_descents) {
+      parallel_for(open_searches.size(), open_searches.size() / kFlatteningTasks + 1, lay, threads);
+      std::vector<PartSearch> next;
+      for (PartSearch& one : open_searches) {
         if (!one.is_done()) {
           next.push_back(std::move(one));
           continue;
@@ -107,39 +108,39 @@ class PatchFlattener {
         for (std::size_t n = 0; n < static_cast<std::size_t>(one.fits); ++n) {
           const ChartPatch& patch = patches_[one.path[n]];
           borders_.unglue(patch.glued);
-          next.push_back(descent(patch.parts[patch.parts[0] == one.path[n + 1] ? 1 : 0]));
+          next.push_back(start_part_search(patch.parts[patch.parts[0] == one.path[n + 1] ? 1 : 0]));
         }
       }
-      open_descents = std::move(next);
+      open_searches = std::move(next);
     }
     return charts;
   }
 
  private:
-  Descent descent(std::uint32_t p) const {
-    Descent result;
+  PartSearch start_part_search(std::uint32_t p) const {
+    PartSearch result;
     result.path.push_back(p);
     while (patches_[p].parts[0] != kNoIndex) {
       const auto [a, b] = patches_[p].parts;
-      p = sizes_[b] > sizes_[a] ? b : a;
+      p = patch_sizes_[b] > patch_sizes_[a] ? b : a;
       result.path.push_back(p);
     }
     result.fits = static_cast<int>(result.path.size()) - 1;
     return result;
   }
 
-  void try_next(Descent& one, CutScratch& scratch) const {
-    const auto at = static_cast<std::size_t>(one.next(sizes_));
+  void try_next_part(PartSearch& one, CutScratch& scratch) const {
+    const auto at = static_cast<std::size_t>(one.next(patch_sizes_));
     const auto set_above = [&](std::uint8_t value) {
       for (std::size_t n = 0; n < at; ++n)
         scratch.mark(surface_, patches_[one.path[n]].glued, value);
     };
     set_above(1);
     FlatChart chart = cut_open(surface_, triangles_of(patches_, one.path[at]), borders_.glued(),
-                               scratch.local, scratch.other);
+                               scratch.index_in_chart, scratch.inverted);
     set_above(0);
-    const bool is_flat = lay_flat(chart, surface_);
-    const bool done = chart.source.size() == 1 || (is_flat && within(chart, limits_));
+    const bool is_flat = flatten_chart(chart, surface_);
+    const bool done = chart.source.size() == 1 || (is_flat && is_within_limits(chart, limits_));
     if (!done) {
       one.last_failing = static_cast<int>(at);
       return;
@@ -152,69 +153,69 @@ class PatchFlattener {
   const std::vector<ChartPatch>& patches_;
   const ChartLimits& limits_;
   ChartBorders& borders_;
-  std::vector<std::uint32_t> sizes_;  ///< Number of triangles of each patch.
+  std::vector<std::uint32_t> patch_sizes_;  ///< Number of triangles of each patch.
   ScratchPool scratches_;
 };
 
 /// Patches of triangles with similar normals; those that cannot be flattened within the limits are split again.
 std::vector<FlatChart> grow_patches(const ChartSurface& surface, const ChartLimits& limits,
                                     ChartBorders& borders, int threads) {
-  ChartMerger merger(surface, borders);
+  ChartMerger chart_merger(surface, borders);
   for (std::uint32_t t = 0; t < surface.triangles.size(); ++t) {
     ChartPatch patch;
     patch.open = 3 * t;
     patch.area = surface.area[t];
     patch.normal = surface.normal[t] * surface.area[t];
-    merger.assign_owner(t, merger.add(std::move(patch)));
+    chart_merger.assign_owner(t, chart_merger.add(std::move(patch)));
   }
-  merger.run(
+  chart_merger.run(
       1,
       [&](double area, const Vec3d& normal) {
         return variance(area, normal) <= kMaxNormalVariance * area;
       },
       [](std::span<const ChartPatch>, std::span<std::uint8_t>) {});
 
-  return PatchFlattener(surface, merger.patches(), limits, borders).run(threads);
+  return PatchFlattener(surface, chart_merger.patches(), limits, borders).run(threads);
 }
 
 /// Initializes a joined chart: copies the layouts of both parts, and moves the second layout so that the joint
 /// coincides.
-void lay_edge_to_edge(FlatChart& joined, const FlatChart& a, const FlatChart& b) {
+void place_edge_to_edge(FlatChart& joined, const FlatChart& a, const FlatChart& b) {
   const std::size_t split = a.triangles.size();
-  std::vector<std::uint8_t> is_in_a(joined.points.size(), 0);
+  std::vector<std::uint8_t> is_vertex_of_a(joined.points.size(), 0);
   for (std::size_t i = 0; i < split; ++i) {
     for (std::size_t k = 0; k < 3; ++k) {
       joined.points[joined.triangles[i][k]] = a.points[a.triangles[i][k]];
-      is_in_a[joined.triangles[i][k]] = 1;
+      is_vertex_of_a[joined.triangles[i][k]] = 1;
     }
   }
-  Vec2d mean_a{}, mean_b{};
+  Vec2d mean_point_a{}, mean_point_b{};
   double count = 0;
   const auto each_joint = [&](const auto& body) {
     for (std::size_t i = 0; i < b.triangles.size(); ++i) {
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t v = joined.triangles[split + i][k];
-        if (is_in_a[v] != 0) body(joined.points[v], b.points[b.triangles[i][k]]);
+        if (is_vertex_of_a[v] != 0) body(joined.points[v], b.points[b.triangles[i][k]]);
       }
     }
   };
   each_joint([&](const Vec2d& in_a, const Vec2d& in_b) {
-    mean_a = mean_a + in_a, mean_b = mean_b + in_b, ++count;
+    mean_point_a = mean_point_a + in_a, mean_point_b = mean_point_b + in_b, ++count;
   });
-  mean_a = mean_a * (1 / count), mean_b = mean_b * (1 / count);
+  mean_point_a = mean_point_a * (1 / count), mean_point_b = mean_point_b * (1 / count);
   double c = 0, s = 0;
   each_joint([&](const Vec2d& in_a, const Vec2d& in_b) {
-    c += dot(in_b - mean_b, in_a - mean_a);
-    s += cross(in_b - mean_b, in_a - mean_a);
+    c += dot(in_b - mean_point_b, in_a - mean_point_a);
+    s += cross(in_b - mean_point_b, in_a - mean_point_a);
   });
   const double size = std::hypot(c, s);
   c = size > 0 ? c / size : 1, s = size > 0 ? s / size : 0;
   for (std::size_t i = 0; i < b.triangles.size(); ++i) {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t v = joined.triangles[split + i][k];
-      if (is_in_a[v] != 0) continue;
-      const Vec2d p = b.points[b.triangles[i][k]] - mean_b;
-      joined.points[v] = mean_a + Vec2d{c * p.x - s * p.y, s * p.x + c * p.y};
+      if (is_vertex_of_a[v] != 0) continue;
+      const Vec2d p = b.points[b.triangles[i][k]] - mean_point_b;
+      joined.points[v] = mean_point_a + Vec2d{c * p.x - s * p.y, s * p.x + c * p.y};
     }
   }
 }
@@ -232,35 +233,36 @@ FlatChart join(const ChartSurface& surface, const ChartBorders& borders,
     rest.insert(rest.end(), part->rest.begin(), part->rest.end());
   }
   scratch.mark(surface, joint, 1);
-  FlatChart joined =
-      cut_open(surface, triangles, borders.glued(), scratch.local, scratch.other, std::move(rest));
+  FlatChart joined = cut_open(surface, triangles, borders.glued(), scratch.index_in_chart,
+                              scratch.inverted, std::move(rest));
   scratch.mark(surface, joint, 0);
-  lay_edge_to_edge(joined, a, b);
+  place_edge_to_edge(joined, a, b);
   return joined;
 }
 
 /// Relaxes a joined chart. \returns whether it is injective and within the limits
-bool lay_joined(FlatChart& chart, const ChartLimits& limits) {
+bool relax_joined_chart(FlatChart& chart, const ChartLimits& limits) {
   if (!is_short(chart, limits)) return false;
   const auto system = rigid_system(chart);
   if (!rigid_rounds(chart, kRigidRounds, *system)) return false;
-  if (is_injective(chart)) return within(chart, limits);
-  if (rigid_energy(chart) > limits.energy + chart.forced) return false;
+  if (is_injective(chart)) return is_within_limits(chart, limits);
+  if (rigid_energy(chart) > limits.energy + chart.roughness_energy) return false;
   if (!untangle(chart, {}, *system)) return false;
-  if (!within(chart, limits)) injective_rounds(chart, kInjectiveRounds, &limits, system.get());
-  return within(chart, limits);
+  if (!is_within_limits(chart, limits))
+    injective_rounds(chart, kInjectiveRounds, &limits, system.get());
+  return is_within_limits(chart, limits);
 }
 
 }  // namespace
 
-bool lay_flat(FlatChart& chart, const ChartSurface& surface) {
-  constexpr int kRounds = 4;
+bool flatten_chart(FlatChart& chart, const ChartSurface& surface) {
+  constexpr int kInitialRigidRounds = 4;
   if (chart.triangles.size() == 1) {
-    lay_single(chart, surface);
+    lay_out_triangle(chart, surface);
     return is_injective(chart);
   }
-  project(chart, surface);
-  return rigid_rounds(chart, kRounds, *rigid_system(chart)) && is_injective(chart);
+  project_to_mean_plane(chart, surface);
+  return rigid_rounds(chart, kInitialRigidRounds, *rigid_system(chart)) && is_injective(chart);
 }
 
 namespace {
@@ -268,11 +270,11 @@ namespace {
 /// Merges charts greedily; each merge is tried by flattening.
 void join_charts(const ChartSurface& surface, ChartBorders& borders, const ChartLimits& limits,
                  std::vector<FlatChart>& charts, int threads) {
-  ChartMerger merger(surface, borders);
+  ChartMerger chart_merger(surface, borders);
   for (std::uint32_t c = 0; c < charts.size(); ++c) {
     ChartPatch patch;
     for (const std::uint32_t t : charts[c].source) {
-      merger.assign_owner(t, c);
+      chart_merger.assign_owner(t, c);
       patch.area += surface.area[t];
       patch.normal += surface.normal[t] * surface.area[t];
       for (std::uint32_t k = 0; k < 3; ++k) {
@@ -280,13 +282,13 @@ void join_charts(const ChartSurface& surface, ChartBorders& borders, const Chart
       }
     }
     patch.border = borders.trace(patch.open);
-    merger.add(std::move(patch));
+    chart_merger.add(std::move(patch));
   }
   ScratchPool scratches(surface);
   const auto accept = [&](std::span<const ChartPatch> joined, std::span<std::uint8_t> accepted) {
-    std::array<FlatChart, kTrialsPerBatch> laid_out;
+    std::array<FlatChart, kTrialsPerBatch> trial_charts;
     MergeTrials<kTrialsPerBatch> trials(joined);
-    // Trials start with the largest, for load balance, but those that another trial may supersede come last.
+    // The largest trials start first, for load balance. Trials that another trial may make useless come last.
     std::array<std::size_t, kTrialsPerBatch> order{}, sizes{};
     std::size_t triangles = 0;
     for (std::size_t i = 0; i < joined.size(); ++i) {
@@ -308,24 +310,24 @@ void join_charts(const ChartSurface& surface, ChartBorders& borders, const Chart
           continue;
         }
         const FlatChart &a = charts[joined[i].parts[0]], &b = charts[joined[i].parts[1]];
-        laid_out[i] = join(surface, borders, joined[i].glued, a, b, *scratch);
-        accepted[i] = lay_joined(laid_out[i], limits) ? 1 : 0;
-        trials.record(i, accepted[i] != 0);
+        trial_charts[i] = join(surface, borders, joined[i].glued, a, b, *scratch);
+        accepted[i] = relax_joined_chart(trial_charts[i], limits) ? 1 : 0;
+        trials.record_outcome(i, accepted[i] != 0);
       }
       scratches.release(std::move(scratch));
     };
     parallel_for(joined.size(), 1, lay, triangles < kMinTrianglesForThreads ? 1 : threads);
     for (std::size_t i = 0; i < joined.size(); ++i) {
       for (const std::uint32_t part : joined[i].parts) {
-        // An earlier merge has consumed the chart
+        // An earlier merge has consumed one of the charts
         if (charts[part].source.empty()) accepted[i] = 0;
       }
       if (accepted[i] == 0) continue;
       for (const std::uint32_t part : joined[i].parts) charts[part] = {};
-      charts.push_back(std::move(laid_out[i]));
+      charts.push_back(std::move(trial_charts[i]));
     }
   };
-  merger.run(
+  chart_merger.run(
       kTrialsPerBatch, [](double, const Vec3d&) { return true; }, accept);
   std::erase_if(charts, [](const FlatChart& chart) { return chart.source.empty(); });
 }

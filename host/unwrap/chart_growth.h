@@ -25,6 +25,6 @@ std::vector<FlatChart> grow_charts(const ChartSurface& surface, ChartBorders& bo
 
 /// Flattens a chart without an initial layout: projects it, then relaxes it.
 /// \returns whether it is injective
-bool lay_flat(FlatChart& chart, const ChartSurface& surface);
+bool flatten_chart(FlatChart& chart, const ChartSurface& surface);
 
 }  // namespace kiln

@@ -23,13 +23,13 @@ namespace kiln {
 inline constexpr double kSmallPatchPriority = 0.02;
 
 struct ChartPatch {
-  /// A half-edge of the patch's border, and the border's length in half-edges.
+  /// `open` is a half-edge of the patch's border; `border` is that border's length in half-edges.
   std::uint32_t open = 0, border = 3;
   double area = 0;
-  Vec3d normal{};  ///< Area-weighted sum of normals
+  Vec3d normal{};  ///< Area-weighted sum of the triangles' normals
   std::array<std::uint32_t, 2> parts{kNoIndex, kNoIndex};
   std::vector<std::uint32_t> glued;  ///< Half-edges along which the two parts were joined
-  bool alive = true;
+  bool is_current = true;
 };
 
 inline double variance(double area, const Vec3d& normal) { return area - length(normal); }
@@ -44,7 +44,7 @@ class MergeTrials {
   /// True if flattening merge i is useless, since an earlier accepted merge contains one of its parts. Thread-safe.
   bool is_superseded(std::size_t i) const {
     for (std::size_t j = 0; j < i; ++j) {
-      if (shares_part(i, j) && outcome_[j] == 1 && is_final(j)) return true;
+      if (shares_part(i, j) && trial_outcomes_[j] == 1 && is_final(j)) return true;
     }
     return false;
   }
@@ -54,7 +54,9 @@ class MergeTrials {
     }
     return false;
   }
-  void record(std::size_t i, bool laid) { outcome_[i] = laid ? 1 : -1; }
+  void record_outcome(std::size_t i, bool is_accepted) {
+    trial_outcomes_[i] = is_accepted ? 1 : -1;
+  }
 
  private:
   bool shares_part(std::size_t i, std::size_t j) const {
@@ -65,14 +67,14 @@ class MergeTrials {
   /// True if an accepted merge is final: no earlier accepted merge shares a part.
   bool is_final(std::size_t i) const {
     for (std::size_t j = 0; j < i; ++j) {
-      if (shares_part(i, j) && outcome_[j] != -1 && !is_superseded(j)) return false;
+      if (shares_part(i, j) && trial_outcomes_[j] != -1 && !is_superseded(j)) return false;
     }
     return true;
   }
 
   std::span<const ChartPatch> joined_;
   /// Result of each trial. 0: not tried yet, 1: accepted, -1: refused
-  std::array<std::atomic<int>, count> outcome_{};
+  std::array<std::atomic<int>, count> trial_outcomes_{};
 };
 
 /// Greedy merging; the caller decides which merges are accepted.
@@ -84,21 +86,21 @@ class ChartMerger {
   std::uint32_t add(ChartPatch patch) {
     patches_.push_back(std::move(patch));
     root_.push_back(static_cast<std::uint32_t>(root_.size()));
-    waiting_.emplace_back();
-    place_.push_back(kNoIndex);
+    waiting_pairs_.emplace_back();
+    neighbour_index_.push_back(kNoIndex);
     return root_.back();
   }
   void assign_owner(std::uint32_t triangle, std::uint32_t patch) { owner_[triangle] = patch; }
   std::vector<ChartPatch>& patches() { return patches_; }
 
   /// Merges until no pair is left. `fits(area, normal)` is a cheap test before a pair is queued. `accept(joined,
-  /// accepted)` receives up to `width` merged patches, the cheapest first, and sets 0 for those it refuses. Several of
-  /// them may share a part: if one of these is accepted, the later ones must be refused. For a width above 1, the
-  /// joints are open during the call.
+  /// accepted)` receives up to `width` merged patches, the cheapest first, and sets `accepted` to 0 for patches that it
+  /// refuses. Several patches may share a part: if one of these is accepted, the later ones must be refused. For a
+  /// width above 1, the edges between both parts of each patch are still open during the call.
   template <typename Fits, typename Accept>
   void run(std::size_t width, const Fits& fits, const Accept& accept) {
     for (std::uint32_t p = 0; p < patches_.size(); ++p) {
-      if (patches_[p].alive) propose(p, true, fits);
+      if (patches_[p].is_current) queue_neighbour_pairs(p, true, fits);
     }
     std::vector<ChartPatch> joined;
     std::vector<std::uint8_t> accepted;
@@ -115,12 +117,12 @@ class ChartMerger {
         if (width > 1) glue(joined[i]);
         const auto [a, b] = joined[i].parts;
         for (const std::uint32_t part : {a, b}) {
-          patches_[part].alive = false;
-          waiting_[part] = {};
+          patches_[part].is_current = false;
+          waiting_pairs_[part] = {};
         }
         const std::uint32_t id = add(std::move(joined[i]));
         root_[a] = root_[b] = id;
-        propose(id, false, fits);
+        queue_neighbour_pairs(id, false, fits);
       }
     }
   }
@@ -129,8 +131,9 @@ class ChartMerger {
   struct Pair {
     double cost = 0;
     std::uint32_t a = 0, b = 0, half_edge = 0;
-    std::uint32_t from = 0;                    ///< The part that queued the pair
-    bool operator<(const Pair& other) const {  // Orders the cheapest pair on top.
+    std::uint32_t from = 0;  ///< The patch that queued the pair
+    bool operator<(
+        const Pair& other) const {  // Comparison for heaps with the cheapest pair on top.
       return std::tie(cost, a, b) > std::tie(other.cost, other.a, other.b);
     }
   };
@@ -143,7 +146,7 @@ class ChartMerger {
       queue_.pop();
       queue_next(pair.from);
       const ChartPatch &a = patches_[pair.a], &b = patches_[pair.b];
-      if (!a.alive || !b.alive) continue;
+      if (!a.is_current || !b.is_current) continue;
       ChartPatch patch;
       patch.open = pair.half_edge;
       patch.parts = {pair.a, pair.b};
@@ -176,12 +179,12 @@ class ChartMerger {
   /// Queues the cheapest waiting pair of a patch. The other pairs of the patch wait in a separate heap: most are
   /// never needed, and the queue stays short.
   void queue_next(std::uint32_t p) {
-    std::vector<Pair>& waiting = waiting_[p];
+    std::vector<Pair>& waiting = waiting_pairs_[p];
     while (!waiting.empty()) {
       std::pop_heap(waiting.begin(), waiting.end());
       const Pair pair = waiting.back();
       waiting.pop_back();
-      if (!patches_[pair.a].alive || !patches_[pair.b].alive) continue;
+      if (!patches_[pair.a].is_current || !patches_[pair.b].is_current) continue;
       queue_.push(pair);
       return;
     }
@@ -189,26 +192,26 @@ class ChartMerger {
 
   /// Queues the pairs of a patch with each of its neighbours, at the longest shared run.
   template <typename Fits>
-  void propose(std::uint32_t p, bool later_only, const Fits& fits) {
+  void queue_neighbour_pairs(std::uint32_t p, bool later_only, const Fits& fits) {
     std::vector<std::pair<std::uint32_t, ChartBorders::Run>> best;
     const std::uint32_t open = patches_[p].open;
     std::uint32_t h = open;
     const auto look = [&](std::uint32_t half_edge) {
       const ChartBorders::Run run = borders_.run_through(half_edge);
       const std::uint32_t other = owner(surface_.mate[half_edge]);
-      if (place_[other] == kNoIndex) {
-        place_[other] = static_cast<std::uint32_t>(best.size());
+      if (neighbour_index_[other] == kNoIndex) {
+        neighbour_index_[other] = static_cast<std::uint32_t>(best.size());
         best.push_back({other, run});
-      } else if (run.length > best[place_[other]].second.length) {
-        best[place_[other]].second = run;
+      } else if (run.length > best[neighbour_index_[other]].second.length) {
+        best[neighbour_index_[other]].second = run;
       }
     };
     bool any = false;
-    std::uint32_t last_shared = kNoIndex;
+    std::uint32_t last_shared_edge = kNoIndex;
     do {
       const std::uint32_t m = surface_.mate[h];
       if (m != kNoIndex && owner(m) != p) {
-        last_shared = h;
+        last_shared_edge = h;
         const std::uint32_t before = borders_.previous(h);
         const bool goes_on =
             surface_.mate[before] != kNoIndex && borders_.next(m) == surface_.mate[before];
@@ -216,11 +219,11 @@ class ChartMerger {
       }
       h = borders_.next(h);
     } while (h != open);
-    if (!any && last_shared != kNoIndex) look(last_shared);
+    if (!any && last_shared_edge != kNoIndex) look(last_shared_edge);
     const ChartPatch& patch = patches_[p];
-    std::vector<Pair>& waiting = waiting_[p];
+    std::vector<Pair>& waiting = waiting_pairs_[p];
     for (const auto& [other, run] : best) {
-      place_[other] = kNoIndex;
+      neighbour_index_[other] = kNoIndex;
       if (later_only && other < p) continue;
       const ChartPatch& neighbour = patches_[other];
       const double area = patch.area + neighbour.area;
@@ -241,10 +244,10 @@ class ChartMerger {
   ChartBorders& borders_;
   std::vector<std::uint32_t> owner_, root_;
   std::vector<ChartPatch> patches_;
-  std::priority_queue<Pair> queue_;         ///< The cheapest pair of each patch
-  std::vector<std::vector<Pair>> waiting_;  ///< For each patch, a heap of its other pairs
+  std::priority_queue<Pair> queue_;               ///< The cheapest pair of each patch
+  std::vector<std::vector<Pair>> waiting_pairs_;  ///< For each patch, a heap of its other pairs
   /// Scratch of propose(): for each patch, kNoIndex or its index in the list of neighbours.
-  std::vector<std::uint32_t> place_;
+  std::vector<std::uint32_t> neighbour_index_;
 };
 
 }  // namespace kiln

@@ -15,15 +15,15 @@
 namespace kiln {
 namespace {
 
-/// Weight of an edge's squared length times the area around its start in the cost, relative to squared distances. It
-/// favours short edges where the surface is flat.
+/// Weight, in the cost of a collapse, of the edge's squared length times the area around its start, relative to the
+/// quadric error. It favours short edges where the surface is flat.
 constexpr double kLengthCost = 0.003;
 /// Weight of the perpendicular plane through a border edge, relative to the edge's squared length.
 constexpr double kBorderWeight = 1;
 /// Minimum cosine between normals of a triangle before and after a collapse.
 constexpr double kMinCosine = 0.3;
-/// Minimum area of a triangle after a collapse, as a share of the area of an equilateral triangle with the same sum
-/// of squared sides; triangles below it must not get worse.
+/// Minimum area of a triangle after a collapse, as a share of the area of an equilateral triangle with the same sum of
+/// squared sides. The share of a triangle that is already below it must not decrease.
 constexpr double kMinShape = 0.05;
 
 /// The half-edge that starts a vertex's fan: at a border, the half-edge without a mate, otherwise any.
@@ -42,17 +42,17 @@ class ProxyCollapse {
       : surface_(surface),
         at_(fans.of),
         mate_(surface.mate),
-        curve_(surface.mate.size()),
+        surface_edge_(surface.mate.size()),
         first_(fans.first),
         piece_(surface.triangles.size()),
         is_removed_(surface.triangles.size(), 0),
-        inside_(surface.mate.size(), 0),
+        is_inside_piece_(surface.mate.size(), 0),
         area_(surface.area),
         position_(fans.first.size()),
         quadric_(fans.first.size()),
-        queued_(fans.first.size(), 0),
+        is_queued_(fans.first.size(), 0),
         triangles_left_(surface.triangles.size()) {
-    std::iota(curve_.begin(), curve_.end(), 0U);
+    std::iota(surface_edge_.begin(), surface_edge_.end(), 0U);
     std::iota(piece_.begin(), piece_.end(), 0U);
     for (std::uint32_t v = 0; v < first_.size(); ++v)
       position_[v] = surface.positions[start_of(surface, first_[v])];
@@ -62,9 +62,9 @@ class ProxyCollapse {
       from.add_plane(surface.normal[t], position_[at_[h]], surface.area[t]);
       from.area += surface.area[t];
       if (mate_[h] != kNoIndex) continue;
-      const double squared = surface.length[h] * surface.length[h];
+      const double squared_length = surface.length[h] * surface.length[h];
       const Quadric plane = standing_plane(position_[at_[h]], position_[end(h)], surface.normal[t],
-                                           kBorderWeight * squared);
+                                           kBorderWeight * squared_length);
       from += plane;
       quadric_[end(h)] += plane;
     }
@@ -75,9 +75,9 @@ class ProxyCollapse {
     while (triangles_left_ > triangles && !queue_.empty()) {
       const Candidate next = queue_.top();
       queue_.pop();
-      queued_[next.from] = 0;
-      // The queued cost may be outdated if neighbours have changed since.
-      const Candidate now = cheapest(next.from);
+      is_queued_[next.from] = 0;
+      // The queued cost may be outdated, since neighbours may have changed.
+      const Candidate now = cheapest_collapse(next.from);
       if (now.half_edge == kNoIndex) continue;
       if (now.cost > next.cost) {
         push(now);
@@ -90,12 +90,12 @@ class ProxyCollapse {
 
   ChartProxy result() {
     ChartProxy proxy;
-    std::vector<std::uint32_t> number(is_removed_.size(), kNoIndex),
+    std::vector<std::uint32_t> new_triangle(is_removed_.size(), kNoIndex),
         vertex(first_.size(), kNoIndex);
     ChartSurface& proxy_surface = proxy.surface;
     for (std::uint32_t t = 0; t < is_removed_.size(); ++t) {
       if (is_removed_[t] != 0) continue;
-      number[t] = static_cast<std::uint32_t>(proxy_surface.triangles.size());
+      new_triangle[t] = static_cast<std::uint32_t>(proxy_surface.triangles.size());
       Triangle corners{};
       for (std::uint32_t k = 0; k < 3; ++k) {
         const std::uint32_t v = at_[3 * t + k];
@@ -104,7 +104,7 @@ class ProxyCollapse {
           proxy_surface.positions.push_back(position_[v]);
         }
         corners[k] = vertex[v];
-        proxy.curve.push_back(curve_[3 * t + k]);
+        proxy.surface_edge.push_back(surface_edge_[3 * t + k]);
       }
       proxy_surface.triangles.push_back(corners);
       proxy_surface.source.push_back(surface_.source[t]);
@@ -112,11 +112,11 @@ class ProxyCollapse {
     for (std::uint32_t t = 0; t < is_removed_.size(); ++t) {
       for (std::uint32_t k = 0; is_removed_[t] == 0 && k < 3; ++k) {
         const std::uint32_t m = mate_[3 * t + k];
-        proxy_surface.mate.push_back(m == kNoIndex ? kNoIndex : 3 * number[m / 3] + m % 3);
+        proxy_surface.mate.push_back(m == kNoIndex ? kNoIndex : 3 * new_triangle[m / 3] + m % 3);
       }
-      proxy.piece.push_back(number[piece_of(t)]);
+      proxy.piece.push_back(new_triangle[piece_of(t)]);
     }
-    proxy.inside = std::move(inside_);
+    proxy.is_inside_piece = std::move(is_inside_piece_);
     return proxy;
   }
 
@@ -125,14 +125,15 @@ class ProxyCollapse {
   struct Candidate {
     double cost = 0;
     std::uint32_t from = 0, half_edge = kNoIndex;
-    Vec3d place{};  ///< Position of the remaining vertex after the collapse
-    bool operator<(const Candidate& other) const {  // Orders the cheapest on top
+    Vec3d position{};  ///< Position of the remaining vertex after the collapse
+    bool operator<(
+        const Candidate& other) const {  // Comparison for a heap with the cheapest collapse on top
       return std::tie(cost, from) > std::tie(other.cost, other.from);
     }
   };
 
   std::uint32_t end(std::uint32_t h) const { return at_[next_half_edge(h)]; }
-  bool at_border(std::uint32_t v) const { return mate_[first_[v]] == kNoIndex; }
+  bool is_at_border(std::uint32_t v) const { return mate_[first_[v]] == kNoIndex; }
 
   std::uint32_t piece_of(std::uint32_t t) {
     while (piece_[t] != t) t = piece_[t] = piece_[piece_[t]];
@@ -142,7 +143,7 @@ class ProxyCollapse {
   /// Calls `body(h)` for the half-edges that start at a vertex; at a border, then calls `last(h)` for the border
   /// half-edge that ends at the vertex.
   template <typename Body, typename Last>
-  void for_each_from(std::uint32_t v, const Body& body, const Last& last) const {
+  void for_each_half_edge_from(std::uint32_t v, const Body& body, const Last& last) const {
     const std::uint32_t begin = first_[v];
     std::uint32_t h = begin;
     do {
@@ -157,31 +158,32 @@ class ProxyCollapse {
   }
   template <typename Body>
   void for_each_neighbour(std::uint32_t v, const Body& body) const {
-    for_each_from(
+    for_each_half_edge_from(
         v, [&](std::uint32_t h) { body(end(h)); }, [&](std::uint32_t h) { body(at_[h]); });
   }
 
   void push(const Candidate& one) {
     queue_.push(one);
-    queued_[one.from] = 1;
+    is_queued_[one.from] = 1;
   }
   void propose(std::uint32_t v) {
-    const Candidate best = cheapest(v);
+    const Candidate best = cheapest_collapse(v);
     if (best.half_edge != kNoIndex) push(best);
   }
 
   /// The cheapest valid collapse of a vertex.
-  Candidate cheapest(std::uint32_t v) {
+  Candidate cheapest_collapse(std::uint32_t v) {
     candidates_.clear();
-    const bool border = at_border(v);
+    const bool border = is_at_border(v);
     const auto add = [&](std::uint32_t h, std::uint32_t to) {
       if (border && mate_[h] != kNoIndex) return;
       const Vec3d &a = position_[v], &b = position_[to], edge = b - a;
       const Quadric q = quadric_[v] + quadric_[to];
-      const Vec3d place = at_border(to) && !border ? b : q.best_near(a, b);
-      candidates_.push_back({q.at(place) + kLengthCost * dot(edge, edge) * q.area, v, h, place});
+      const Vec3d position = is_at_border(to) && !border ? b : q.best_near(a, b);
+      candidates_.push_back(
+          {q.at(position) + kLengthCost * dot(edge, edge) * q.area, v, h, position});
     };
-    for_each_from(
+    for_each_half_edge_from(
         v, [&](std::uint32_t h) { add(h, end(h)); }, [&](std::uint32_t h) { add(h, at_[h]); });
     while (!candidates_.empty()) {
       const auto best = std::max_element(
@@ -195,27 +197,27 @@ class ProxyCollapse {
     return {};
   }
 
-  std::uint32_t target(const Candidate& one) const {
+  std::uint32_t target_vertex(const Candidate& one) const {
     return at_[one.half_edge] == one.from ? end(one.half_edge) : at_[one.half_edge];
   }
 
   /// True if a half-edge's triangle vanishes when the edge of h collapses.
-  bool vanishes(std::uint32_t g, std::uint32_t h) const {
+  bool triangle_vanishes(std::uint32_t g, std::uint32_t h) const {
     return g / 3 == h / 3 || (mate_[h] != kNoIndex && g / 3 == mate_[h] / 3);
   }
 
   /// True if a collapse keeps the topology and flips no triangle.
   bool is_valid(const Candidate& one) {
-    const std::uint32_t u = one.from, v = target(one), h = one.half_edge, m = mate_[h];
+    const std::uint32_t u = one.from, v = target_vertex(one), h = one.half_edge, m = mate_[h];
     std::array<std::uint32_t, 2> sides{h, m}, apex{kNoIndex, kNoIndex};
     for (std::size_t i = 0; i < 2; ++i) {
       if (sides[i] == kNoIndex) continue;
       const std::uint32_t next = next_half_edge(sides[i]), before = previous_half_edge(sides[i]);
       if (mate_[next] == kNoIndex && mate_[before] == kNoIndex) return false;
       apex[i] = at_[before];
-      std::size_t around = 0;
-      for_each_neighbour(apex[i], [&](std::uint32_t) { ++around; });
-      if (around <= 3 && !at_border(apex[i])) return false;
+      std::size_t neighbour_count = 0;
+      for_each_neighbour(apex[i], [&](std::uint32_t) { ++neighbour_count; });
+      if (neighbour_count <= 3 && !is_at_border(apex[i])) return false;
     }
     if (apex[0] == apex[1]) return false;
     ring_.clear();
@@ -228,12 +230,12 @@ class ProxyCollapse {
     if (!is_linked) return false;
     bool is_allowed = true;
     for (const std::uint32_t w : {u, v}) {
-      for_each_from(
+      for_each_half_edge_from(
           w,
           [&](std::uint32_t g) {
-            if (!is_allowed || vanishes(g, h)) return;
+            if (!is_allowed || triangle_vanishes(g, h)) return;
             const Vec3d &a = position_[end(g)], &b = position_[at_[previous_half_edge(g)]];
-            is_allowed = keeps_shape(a, b, position_[w], one.place);
+            is_allowed = keeps_shape(a, b, position_[w], one.position);
           },
           [](std::uint32_t) {});
     }
@@ -253,31 +255,31 @@ class ProxyCollapse {
   }
 
   void collapse(const Candidate& one) {
-    const std::uint32_t u = one.from, v = target(one), h = one.half_edge, m = mate_[h];
+    const std::uint32_t u = one.from, v = target_vertex(one), h = one.half_edge, m = mate_[h];
     fan_.clear();
-    for_each_from(
+    for_each_half_edge_from(
         u, [&](std::uint32_t g) { fan_.push_back(g); }, [](std::uint32_t) {});
-    // A remaining half-edge that starts at v, used until v's fan is rebuilt.
-    std::uint32_t from_v = kNoIndex;
-    for_each_from(
+    // A half-edge that starts at v and is not removed; v's new fan is found from it.
+    std::uint32_t half_edge_from_v = kNoIndex;
+    for_each_half_edge_from(
         v,
         [&](std::uint32_t g) {
-          if (!vanishes(g, h)) from_v = g;
+          if (!triangle_vanishes(g, h)) half_edge_from_v = g;
         },
         [](std::uint32_t) {});
     for (const std::uint32_t g : fan_) {
       at_[g] = v;
-      if (!vanishes(g, h)) from_v = g;
+      if (!triangle_vanishes(g, h)) half_edge_from_v = g;
     }
     remove_triangle(h);
     if (m != kNoIndex) remove_triangle(m);
-    first_[v] = fan_begin(mate_, from_v);
+    first_[v] = fan_begin(mate_, half_edge_from_v);
     quadric_[v] += quadric_[u];
-    position_[v] = one.place;
+    position_[v] = one.position;
     for_each_neighbour(v, [&](std::uint32_t w) {
-      if (queued_[w] == 0) to_requeue_.push_back(w);
+      if (is_queued_[w] == 0) to_requeue_.push_back(w);
     });
-    if (queued_[v] == 0) to_requeue_.push_back(v);
+    if (is_queued_[v] == 0) to_requeue_.push_back(v);
     for (const std::uint32_t w : to_requeue_) propose(w);
     to_requeue_.clear();
   }
@@ -292,14 +294,15 @@ class ProxyCollapse {
     const auto area = [&](std::uint32_t g) {
       return g == kNoIndex ? std::numeric_limits<double>::infinity() : area_[piece_of(g / 3)];
     };
-    // The neighbour with the smaller piece gets the piece of the removed triangle.
+    // The piece of the removed triangle goes to the neighbour with the smaller piece.
     if (area(opposite_sides[1]) < area(opposite_sides[0]))
       std::swap(own_sides[0], own_sides[1]), std::swap(opposite_sides[0], opposite_sides[1]);
     const std::uint32_t to = opposite_sides[0] / 3;
     piece_[t] = to;
     area_[to] += area_[t];
-    inside_[curve_[own_sides[0]]] = inside_[curve_[opposite_sides[0]]] = 1;
-    curve_[opposite_sides[0]] = curve_[own_sides[1]];
+    is_inside_piece_[surface_edge_[own_sides[0]]] =
+        is_inside_piece_[surface_edge_[opposite_sides[0]]] = 1;
+    surface_edge_[opposite_sides[0]] = surface_edge_[own_sides[1]];
     mate_[opposite_sides[0]] = opposite_sides[1];
     if (opposite_sides[1] != kNoIndex) mate_[opposite_sides[1]] = opposite_sides[0];
     // The removed half-edge may have been the start of the apex's fan.
@@ -309,12 +312,12 @@ class ProxyCollapse {
   }
 
   const ChartSurface& surface_;
-  std::vector<std::uint32_t> at_, mate_, curve_, first_, piece_;
-  std::vector<std::uint8_t> is_removed_, inside_;
+  std::vector<std::uint32_t> at_, mate_, surface_edge_, first_, piece_;
+  std::vector<std::uint8_t> is_removed_, is_inside_piece_;
   std::vector<double> area_;  ///< Area of each proxy triangle's piece
   std::vector<Vec3d> position_;
   std::vector<Quadric> quadric_;
-  std::vector<std::uint8_t> queued_;
+  std::vector<std::uint8_t> is_queued_;
   std::priority_queue<Candidate> queue_;
   std::vector<Candidate> candidates_;
   std::vector<std::uint32_t> ring_, fan_, to_requeue_;
@@ -341,8 +344,8 @@ ChartProxy chart_proxy(const ChartSurface& surface, const VertexFans& fans, std:
   collapse.run(triangles);
   ChartProxy proxy = collapse.result();
   measure_surface(proxy.surface);
-  proxy.surface.finer = static_cast<double>(surface.triangles.size()) /
-                        static_cast<double>(proxy.surface.triangles.size());
+  proxy.surface.finer_per_triangle = static_cast<double>(surface.triangles.size()) /
+                                     static_cast<double>(proxy.surface.triangles.size());
   return proxy;
 }
 

@@ -18,8 +18,9 @@ struct ChartProxy {
   ChartSurface surface;
   std::vector<std::uint32_t> piece;  ///< The proxy's triangle of each finer triangle
   /// The finer half-edge that represents each half-edge of the proxy
-  std::vector<std::uint32_t> curve;
-  std::vector<std::uint8_t> inside;  ///< 1 for each finer half-edge between triangles of one piece
+  std::vector<std::uint32_t> surface_edge;
+  std::vector<std::uint8_t>
+      is_inside_piece;  ///< 1 for each finer half-edge between triangles of one piece
 };
 
 /// Fans of triangles around vertices. A vertex at which several fans meet counts once for each fan.

@@ -15,12 +15,12 @@ namespace kiln {
 namespace {
 
 /// At edges with more triangles than this, no half-edges are paired.
-constexpr std::size_t kMaxSheets = 32;
+constexpr std::size_t kMaxPairedTriangles = 32;
 
-/// Pairs the half-edges at an edge of more than two triangles, in order of increasing dihedral bend. So each of the
-/// sheets that touch at the edge continues smoothly across it.
-void pair_sheets(ChartSurface& surface,
-                 std::span<const std::pair<std::uint64_t, std::uint32_t>> edges) {
+/// Pairs the half-edges at an edge of more than two triangles, in order of increasing angle between the triangles'
+/// normals. So each of the surfaces that touch at the edge continues smoothly across it.
+void pair_by_bend(ChartSurface& surface,
+                  std::span<const std::pair<std::uint64_t, std::uint32_t>> edges) {
   struct Bend {
     double cosine = 0;
     std::uint32_t a = 0, b = 0;
@@ -45,7 +45,7 @@ void pair_sheets(ChartSurface& surface,
 /// Pairs opposite half-edges: mates run along an edge in opposite directions.
 /// \returns 1 for each vertex on an edge of more than two triangles
 std::vector<std::uint8_t> find_mates(ChartSurface& surface) {
-  std::vector<std::uint8_t> at_sheets(surface.positions.size(), 0);
+  std::vector<std::uint8_t> is_on_shared_edge(surface.positions.size(), 0);
   const std::size_t count = surface.triangles.size() * 3;
   surface.mate.assign(count, kNoIndex);
   std::vector<std::pair<std::uint64_t, std::uint32_t>> edges(count);
@@ -62,15 +62,16 @@ std::vector<std::uint8_t> find_mates(ChartSurface& surface) {
       surface.mate[a] = b;
       surface.mate[b] = a;
     } else if (end - i > 2) {
-      at_sheets[start_of(surface, a)] = at_sheets[end_of(surface, a)] = 1;
-      if (end - i <= kMaxSheets) pair_sheets(surface, std::span(edges).subspan(i, end - i));
+      is_on_shared_edge[start_of(surface, a)] = is_on_shared_edge[end_of(surface, a)] = 1;
+      if (end - i <= kMaxPairedTriangles)
+        pair_by_bend(surface, std::span(edges).subspan(i, end - i));
     }
     i = end;
   }
-  return at_sheets;
+  return is_on_shared_edge;
 }
 
-void measure(ChartSurface& surface) {
+void measure_triangles(ChartSurface& surface) {
   surface.length.resize(surface.triangles.size() * 3);
   for (std::uint32_t h = 0; h < surface.length.size(); ++h) {
     surface.length[h] =
@@ -113,20 +114,20 @@ void find_bends(ChartSurface& surface, std::vector<std::uint8_t> open) {
 }  // namespace
 
 void measure_surface(ChartSurface& surface) {
-  measure(surface);
+  measure_triangles(surface);
   find_bends(surface, std::vector<std::uint8_t>(surface.positions.size(), 0));
 }
 
 ChartSurface chart_surface(const Mesh& mesh) {
   ChartSurface surface;
   const std::vector<std::uint32_t> weld = weld_vertices(mesh.positions);
-  std::vector<std::uint32_t> number(mesh.positions.size(), kNoIndex);
+  std::vector<std::uint32_t> new_vertex(mesh.positions.size(), kNoIndex);
   std::vector<std::uint32_t> kept_triangles;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     if (!has_area(mesh.positions, mesh.triangles[t])) continue;
     Triangle corners = mesh.triangles[t];
     for (std::uint32_t& corner : corners) {
-      std::uint32_t& index = number[weld[corner]];
+      std::uint32_t& index = new_vertex[weld[corner]];
       if (index == kNoIndex) {
         index = static_cast<std::uint32_t>(kept_triangles.size());
         kept_triangles.push_back(weld[corner]);
@@ -145,7 +146,7 @@ ChartSurface chart_surface(const Mesh& mesh) {
   for (const std::uint32_t v : kept_triangles) {
     surface.positions.push_back((to_double(mesh.positions[v]) - box.low) * scale);
   }
-  measure(surface);
+  measure_triangles(surface);
   find_bends(surface, find_mates(surface));
   return surface;
 }

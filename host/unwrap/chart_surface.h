@@ -25,7 +25,8 @@ struct ChartSurface {
   /// the angle sum around the corner, divided by 360 degrees: 0 for a flat corner and at borders.
   std::vector<double> bend, bend_squared;
   double total_area = 0;
-  double finer = 1;  ///< Of a proxy: number of triangles of the finer surface per proxy triangle
+  double finer_per_triangle =
+      1;  ///< For a proxy: number of triangles of the finer surface for each proxy triangle
 };
 
 /// \param mesh  mesh whose indices are in range

@@ -18,70 +18,74 @@
 namespace kiln {
 namespace {
 
-/// Glued edges of the surface: edges inside of pieces, edges of the proxy's glued edges, and the trees around vertices,
-/// except for the branches that seams run along.
+/// Finds the glued edges of the surface: edges inside of pieces, the edges that represent glued edges of the proxy, and
+/// the border trees around proxy vertices (see chart_proxy.h), except for tree branches that seams run along.
 std::vector<std::uint8_t> glued_edges(const ChartSurface& surface, const VertexFans& fans,
                                       const ChartProxy& proxy, const ChartBorders& borders) {
-  std::vector<std::uint8_t> glued = proxy.inside;
-  std::vector<std::uint8_t> curve(glued.size(), 0);
-  for (std::uint32_t h = 0; h < proxy.curve.size(); ++h) {
-    curve[proxy.curve[h]] = 1;
-    if (borders.is_glued(h)) glued[proxy.curve[h]] = 1;
+  std::vector<std::uint8_t> glued = proxy.is_inside_piece;
+  std::vector<std::uint8_t> is_proxy_edge(glued.size(), 0);
+  for (std::uint32_t h = 0; h < proxy.surface_edge.size(); ++h) {
+    is_proxy_edge[proxy.surface_edge[h]] = 1;
+    if (borders.is_glued(h)) glued[proxy.surface_edge[h]] = 1;
   }
   const auto end = [&](std::uint32_t h) { return fans.of[next_half_edge(h)]; };
-  // Number of open edges at each fan.
+  // Number of open edges at each vertex fan.
   std::vector<std::uint32_t> open_edges(fans.first.size(), 0);
   for (std::uint32_t h = 0; h < glued.size(); ++h) {
     const std::uint32_t m = surface.mate[h];
     if (glued[h] != 0 || (m != kNoIndex && m < h)) continue;
     ++open_edges[fans.of[h]], ++open_edges[end(h)];
   }
-  std::vector<std::uint32_t> leaves;
+  std::vector<std::uint32_t> leaf_vertices;
   for (std::uint32_t v = 0; v < open_edges.size(); ++v) {
-    if (open_edges[v] == 1) leaves.push_back(v);
+    if (open_edges[v] == 1) leaf_vertices.push_back(v);
   }
-  while (!leaves.empty()) {
-    const std::uint32_t v = leaves.back();
-    leaves.pop_back();
+  while (!leaf_vertices.empty()) {
+    const std::uint32_t v = leaf_vertices.back();
+    leaf_vertices.pop_back();
     if (open_edges[v] != 1) continue;
-    std::uint32_t h = fans.first[v];  // v is not at a border, where two edges are open
+    std::uint32_t h = fans.first[v];  // v is no border vertex, since two edges are open at those
     while (glued[h] != 0) h = surface.mate[previous_half_edge(h)];
-    if (curve[h] != 0) continue;
+    if (is_proxy_edge[h] != 0) continue;
     glued[h] = glued[surface.mate[h]] = 1;
     --open_edges[v];
-    if (--open_edges[end(h)] == 1) leaves.push_back(end(h));
+    if (--open_edges[end(h)] == 1) leaf_vertices.push_back(end(h));
   }
   return glued;
 }
 
-/// Rounds of each solver to bring a chart within its limits.
-constexpr int kTransferRigidRounds = 5, kTransferInjectiveRounds = 15, kPullRounds = 40;
+/// Maximum rounds of each solver to bring a chart within its limits.
+constexpr int kTransferRigidRounds = 5, kTransferInjectiveRounds = 15, kUntangleRounds = 40;
 /// Weights that hold vertices near the proxy's layout, relative to the weights of their triangles; they are tried in
 /// this order.
 constexpr std::array<double, 2> kHoldWeights{0, 0.01};
-/// Limits of untangling: numbers of places where the border touches itself and of flipped triangles; also one touch
-/// per kSidesPerTouch border sides, and one flip per kTrianglesPerFlip triangles.
-constexpr std::size_t kMaxTransferTouches = 16, kMaxFlips = 8, kSidesPerTouch = 8,
-                      kTrianglesPerFlip = 200;
+/// Limits of untangling: the number of pairs of border sides that touch, and the number of flipped triangles. Large
+/// charts may have more: one pair for each kBorderSidesPerTouchingPair border sides, and one flipped triangle for each
+/// kTrianglesPerFlippedTriangle triangles.
+constexpr std::size_t kMaxTouchingPairs = 16, kMaxFlippedTriangles = 8,
+                      kBorderSidesPerTouchingPair = 8, kTrianglesPerFlippedTriangle = 200;
 /// Number of border vertices on each side of a touching vertex that are pushed with it.
-constexpr std::size_t kPushReach = 4;
+constexpr std::size_t kPushedNeighbours = 4;
 
 /// Flattens a chart near its initial layout. \returns whether it is injective and within the limits
-bool lay_near(FlatChart& chart, FlatStart start, const ChartLimits& limits) {
+bool flatten_near_layout(FlatChart& chart, FlatStart start, const ChartLimits& limits) {
   const auto system = rigid_system(chart);
-  const std::vector<double> holds = start.holds;
+  const std::vector<double> relative_weights = start.hold_weights;
   const UntangleEffort effort{
-      kPullRounds, std::max(kMaxTransferTouches, chart.boundary.size() / kSidesPerTouch),
-      std::max(kMaxFlips, chart.triangles.size() / kTrianglesPerFlip), kPushReach};
+      kUntangleRounds,
+      std::max(kMaxTouchingPairs, chart.boundary.size() / kBorderSidesPerTouchingPair),
+      std::max(kMaxFlippedTriangles, chart.triangles.size() / kTrianglesPerFlippedTriangle),
+      kPushedNeighbours};
   for (const double by : kHoldWeights) {
-    for (std::size_t v = 0; v < holds.size(); ++v) start.holds[v] = by * holds[v];
+    for (std::size_t v = 0; v < relative_weights.size(); ++v)
+      start.hold_weights[v] = by * relative_weights[v];
     if (!rigid_rounds(chart, kTransferRigidRounds, *system, &start)) continue;
     if (!is_injective(chart)) {
-      if (rigid_energy(chart) > limits.energy + chart.forced) continue;
+      if (rigid_energy(chart) > limits.energy + chart.roughness_energy) continue;
       if (!untangle(chart, effort, *system, &start)) continue;
     }
     injective_rounds(chart, kTransferInjectiveRounds, &limits, system.get(), true);
-    if (within(chart, limits)) return true;
+    if (is_within_limits(chart, limits)) return true;
   }
   return false;
 }
@@ -100,27 +104,27 @@ class ProxyLayout {
 
   /// \param chart  chart of the surface
   /// \param of     index of the proxy's chart that it corresponds to
-  /// \param local  scratch, one entry per triangle of the surface
+  /// \param index_in_chart  scratch, one entry per triangle of the surface
   FlatStart start_of(const FlatChart& chart, std::uint32_t of, std::span<const std::uint8_t> glued,
-                     std::vector<std::uint32_t>& local) const {
+                     std::vector<std::uint32_t>& index_in_chart) const {
     const auto count = static_cast<std::uint32_t>(chart.source.size());
     FlatStart start;
     std::vector<Vec2d>& result = start.rotations;
     result.resize(count);
-    start.places.resize(chart.points.size());
-    start.holds.resize(chart.points.size(), 0);
+    start.vertex_positions.resize(chart.points.size());
+    start.hold_weights.resize(chart.points.size(), 0);
     std::vector<std::uint8_t> is_placed(count, 0);
     std::vector<std::uint32_t> queue;
     for (std::uint32_t i = 0; i < count; ++i) {
       const std::uint32_t t = chart.source[i], piece = proxy_.piece[t];
-      local[t] = i;
+      index_in_chart[t] = i;
       if (at_[piece].first != of) continue;
       std::array<Vec2d, 3> places{};
       for (std::size_t k = 0; k < 3; ++k) {
         places[k] = place(surface_.positions[surface_.triangles[t][k]], piece);
         const std::uint32_t v = chart.triangles[i][k];
-        start.places[v] = start.places[v] + places[k];
-        ++start.holds[v];
+        start.vertex_positions[v] = start.vertex_positions[v] + places[k];
+        ++start.hold_weights[v];
       }
       result[i] = rotation(chart.rest[i], places);
       is_placed[i] = 1;
@@ -136,8 +140,8 @@ class ProxyLayout {
       const std::uint32_t i = queue[n];
       for (std::uint32_t k = 0; k < 3; ++k) {
         const std::uint32_t h = 3 * chart.source[i] + k, m = surface_.mate[h];
-        if (glued[h] == 0 || is_placed[local[m / 3]] != 0) continue;
-        const std::uint32_t j = local[m / 3];
+        if (glued[h] == 0 || is_placed[index_in_chart[m / 3]] != 0) continue;
+        const std::uint32_t j = index_in_chart[m / 3];
         const Vec2d own = side(chart.rest[i], k), other = -side(chart.rest[j], m % 3);
         const Vec2d turn{dot(other, own), cross(other, own)}, r = result[i];
         const Vec2d rotation_sum{r.x * turn.x - r.y * turn.y, r.x * turn.y + r.y * turn.x};
@@ -147,10 +151,10 @@ class ProxyLayout {
         queue.push_back(j);
       }
     }
-    for (std::size_t v = 0; v < start.holds.size(); ++v) {
-      if (start.holds[v] == 0) continue;
-      start.places[v] = start.places[v] * (1 / start.holds[v]);
-      start.holds[v] = 1;
+    for (std::size_t v = 0; v < start.hold_weights.size(); ++v) {
+      if (start.hold_weights[v] == 0) continue;
+      start.vertex_positions[v] = start.vertex_positions[v] * (1 / start.hold_weights[v]);
+      start.hold_weights[v] = 1;
     }
     return start;
   }
@@ -168,12 +172,12 @@ class ProxyLayout {
     const FlatChart& chart = *charts_[c];
     const ChartSurface& made = proxy_.surface;
     const Triangle& corners = made.triangles[piece];
-    const double doubled = 2 * made.area[piece];
+    const double doubled_area = 2 * made.area[piece];
     Vec2d result{};
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec3d& from = made.positions[corners[(k + 1) % 3]];
       const Vec3d across = cross(made.normal[piece], made.positions[corners[(k + 2) % 3]] - from);
-      const double share = dot(across, position - from) / doubled;
+      const double share = dot(across, position - from) / doubled_area;
       result = result + chart.points[chart.triangles[n][k]] * share;
     }
     return result;
@@ -199,17 +203,18 @@ class ProxyLayout {
 
 /// A separate surface of some of the triangles; edges that are not glued become borders.
 ChartSurface part_of(const ChartSurface& surface, std::span<const std::uint32_t> triangles,
-                     std::span<const std::uint8_t> glued, std::vector<std::uint32_t>& local) {
+                     std::span<const std::uint8_t> glued,
+                     std::vector<std::uint32_t>& index_in_chart) {
   ChartSurface part;
   part.positions = surface.positions;
   part.total_area = surface.total_area;
-  for (std::uint32_t i = 0; i < triangles.size(); ++i) local[triangles[i]] = i;
+  for (std::uint32_t i = 0; i < triangles.size(); ++i) index_in_chart[triangles[i]] = i;
   for (const std::uint32_t t : triangles) {
     part.triangles.push_back(surface.triangles[t]);
     part.source.push_back(t);
     for (std::uint32_t k = 0; k < 3; ++k) {
       const std::uint32_t h = 3 * t + k, m = surface.mate[h];
-      part.mate.push_back(glued[h] == 0 ? kNoIndex : 3 * local[m / 3] + m % 3);
+      part.mate.push_back(glued[h] == 0 ? kNoIndex : 3 * index_in_chart[m / 3] + m % 3);
       part.length.push_back(surface.length[h]);
     }
     part.area.push_back(surface.area[t]);
@@ -223,8 +228,8 @@ ChartSurface part_of(const ChartSurface& surface, std::span<const std::uint32_t>
 /// Grows new charts for a chart that has no flat map.
 std::vector<FlatChart> grow_again(const ChartSurface& surface, const FlatChart& chart,
                                   const ChartLimits& limits, std::vector<std::uint8_t>& glued,
-                                  std::vector<std::uint32_t>& local, int threads) {
-  const ChartSurface part = part_of(surface, chart.source, glued, local);
+                                  std::vector<std::uint32_t>& index_in_chart, int threads) {
+  const ChartSurface part = part_of(surface, chart.source, glued, index_in_chart);
   ChartBorders borders(part);
   std::vector<FlatChart> charts = grow_charts(part, borders, limits, threads);
   for (std::uint32_t h = 0; h < part.mate.size(); ++h) {
@@ -249,7 +254,7 @@ ChosenCharts transfer_charts(const ChartSurface& surface, const VertexFans& fans
   std::vector<std::uint32_t> label;
   label.reserve(proxy.piece.size());
   for (const std::uint32_t piece : proxy.piece) label.push_back(chart_of[piece]);
-  ChosenCharts made{ChartBorders(surface), {}, chosen.packed, chosen.any_size};
+  ChosenCharts made{ChartBorders(surface), {}, chosen.packed, chosen.is_independent_of_size};
   made.borders.restore(glued_edges(surface, fans, proxy, chosen.borders));
   straighten_seams(surface, made.borders, label);
   std::vector<std::vector<std::uint32_t>> triangles(chosen.charts.size());
@@ -262,10 +267,11 @@ ChosenCharts transfer_charts(const ChartSurface& surface, const VertexFans& fans
   const auto lay = [&](std::size_t begin, std::size_t end) {
     std::unique_ptr<CutScratch> scratch = scratches.acquire();
     for (std::size_t c = begin; c < end; ++c) {
-      charts[c] = cut_open(surface, triangles[c], made.borders.glued(), scratch->local);
+      charts[c] = cut_open(surface, triangles[c], made.borders.glued(), scratch->index_in_chart);
       const FlatStart start = layout.start_of(charts[c], static_cast<std::uint32_t>(c),
-                                              made.borders.glued(), scratch->local);
-      is_transferred[c] = is_disc(charts[c]) && lay_near(charts[c], start, limits) ? 1 : 0;
+                                              made.borders.glued(), scratch->index_in_chart);
+      is_transferred[c] =
+          is_disc(charts[c]) && flatten_near_layout(charts[c], start, limits) ? 1 : 0;
     }
     scratches.release(std::move(scratch));
   };
@@ -273,7 +279,7 @@ ChosenCharts transfer_charts(const ChartSurface& surface, const VertexFans& fans
   if (std::find(is_transferred.begin(), is_transferred.end(), 0) == is_transferred.end())
     return made;
   std::vector<std::uint8_t> glued = made.borders.glued();
-  std::vector<std::uint32_t> local(surface.triangles.size());
+  std::vector<std::uint32_t> index_in_chart(surface.triangles.size());
   std::vector<FlatChart> all_charts;
   for (std::size_t c = 0; c < charts.size(); ++c) {
     if (is_transferred[c] != 0) {
@@ -281,7 +287,8 @@ ChosenCharts transfer_charts(const ChartSurface& surface, const VertexFans& fans
       continue;
     }
     anew += charts[c].source.size();
-    std::vector<FlatChart> some = grow_again(surface, charts[c], limits, glued, local, threads);
+    std::vector<FlatChart> some =
+        grow_again(surface, charts[c], limits, glued, index_in_chart, threads);
     std::move(some.begin(), some.end(), std::back_inserter(all_charts));
   }
   charts = std::move(all_charts);

@@ -12,17 +12,18 @@
 
 namespace kiln {
 
-/// Scratch of cut_open() with edges whose glue state differs from the borders'.
+/// Scratch memory for cut_open() on charts with edges whose glue state differs from that in ChartBorders.
 struct CutScratch {
-  std::vector<std::uint32_t> local;
+  std::vector<std::uint32_t> index_in_chart;
   /// 1 for half-edges whose glue state is inverted; all 0 between uses
-  std::vector<std::uint8_t> other;
+  std::vector<std::uint8_t> inverted;
 
   explicit CutScratch(const ChartSurface& surface)
-      : local(surface.triangles.size()), other(surface.mate.size(), 0) {}
-  /// Marks edges whose glue state is inverted; 0: unmarks them.
-  void mark(const ChartSurface& surface, std::span<const std::uint32_t> edges, std::uint8_t value) {
-    for (const std::uint32_t h : edges) other[h] = other[surface.mate[h]] = value;
+      : index_in_chart(surface.triangles.size()), inverted(surface.mate.size(), 0) {}
+  /// Sets whether the glue state of edges is inverted.
+  void mark(const ChartSurface& surface, std::span<const std::uint32_t> edges,
+            std::uint8_t is_inverted) {
+    for (const std::uint32_t h : edges) inverted[h] = inverted[surface.mate[h]] = is_inverted;
   }
 };
 
@@ -33,20 +34,20 @@ class ScratchPool {
 
   std::unique_ptr<CutScratch> acquire() {
     const std::lock_guard lock(mutex_);
-    if (free_.empty()) return std::make_unique<CutScratch>(surface_);
-    std::unique_ptr<CutScratch> one = std::move(free_.back());
-    free_.pop_back();
+    if (free_scratches_.empty()) return std::make_unique<CutScratch>(surface_);
+    std::unique_ptr<CutScratch> one = std::move(free_scratches_.back());
+    free_scratches_.pop_back();
     return one;
   }
   void release(std::unique_ptr<CutScratch> one) {
     const std::lock_guard lock(mutex_);
-    free_.push_back(std::move(one));
+    free_scratches_.push_back(std::move(one));
   }
 
  private:
   const ChartSurface& surface_;
   std::mutex mutex_;
-  std::vector<std::unique_ptr<CutScratch>> free_;
+  std::vector<std::unique_ptr<CutScratch>> free_scratches_;
 };
 
 }  // namespace kiln

@@ -17,11 +17,11 @@ namespace {
 
 /// Minimum ratio of a triangle's height to its longest side; flatter needles are treated as if they had this height.
 constexpr double kMinHeightRatio = 2e-3;
-/// Ratio of FlatChart::forced to the variance of the chart's bends, measured as the energy of the best flat maps of
+/// Ratio of FlatChart::roughness_energy to the variance of the chart's bends, measured as the energy of the best flat maps of
 /// rough balls.
-constexpr double kForcedEnergyFactor = 3.5;
-/// Relative increase of the distortion limit of single triangles, for each unit of FlatChart::forced.
-constexpr double kForcedWorstFactor = 6;
+constexpr double kRoughnessEnergyFactor = 3.5;
+/// Relative increase of the distortion limit of single triangles, for each unit of FlatChart::roughness_energy.
+constexpr double kRoughnessStretchFactor = 6;
 /// Minimum distance between border sides, as a share of the square root of the surface's area: a few UV steps.
 constexpr double kMinBorderDistance = 1e-6;
 
@@ -57,8 +57,10 @@ RestShape rest_shape(const std::array<Vec2d, 3>& p) {
 
 /// State of glued edges, see cut_open().
 struct GluedEdges {
-  std::span<const std::uint8_t> glued, other;
-  bool operator[](std::uint32_t h) const { return glued[h] != (other.empty() ? 0 : other[h]); }
+  std::span<const std::uint8_t> glued, inverted;
+  bool operator[](std::uint32_t h) const {
+    return glued[h] != (inverted.empty() ? 0 : inverted[h]);
+  }
 };
 
 /// The border's half-edges in order: rotates around each vertex, over glued edges, to the next open half-edge.
@@ -81,12 +83,13 @@ double length_of(const FlatChart& chart) {
   for (int i = 0; i < kDirections; ++i) {
     const double angle = std::numbers::pi * i / kDirections;
     const Vec2d direction{std::cos(angle), std::sin(angle)};
-    double least = std::numeric_limits<double>::infinity(), most = -least;
+    double min_coordinate = std::numeric_limits<double>::infinity(),
+           max_coordinate = -min_coordinate;
     for (const std::uint32_t v : chart.boundary) {
-      least = std::min(least, dot(direction, chart.points[v]));
-      most = std::max(most, dot(direction, chart.points[v]));
+      min_coordinate = std::min(min_coordinate, dot(direction, chart.points[v]));
+      max_coordinate = std::max(max_coordinate, dot(direction, chart.points[v]));
     }
-    longest = std::max(longest, most - least);
+    longest = std::max(longest, max_coordinate - min_coordinate);
   }
   return longest;
 }
@@ -94,13 +97,14 @@ double length_of(const FlatChart& chart) {
 }  // namespace
 
 FlatChart cut_open(const ChartSurface& surface, std::span<const std::uint32_t> triangles,
-                   std::span<const std::uint8_t> glued_by, std::vector<std::uint32_t>& local,
+                   std::span<const std::uint8_t> glued_by,
+                   std::vector<std::uint32_t>& index_in_chart,
                    std::span<const std::uint8_t> other_by, std::vector<RestShape> rest) {
   const GluedEdges glued{glued_by, other_by};
   FlatChart chart;
   chart.source.assign(triangles.begin(), triangles.end());
   const auto count = static_cast<std::uint32_t>(triangles.size());
-  for (std::uint32_t i = 0; i < count; ++i) local[triangles[i]] = i;
+  for (std::uint32_t i = 0; i < count; ++i) index_in_chart[triangles[i]] = i;
   std::vector<std::uint32_t> root(std::size_t{count} * 3);
   std::iota(root.begin(), root.end(), 0U);
   const auto find = [&](std::uint32_t c) {
@@ -121,7 +125,7 @@ FlatChart cut_open(const ChartSurface& surface, std::span<const std::uint32_t> t
       }
       const std::uint32_t m = surface.mate[h];
       if (m < h) continue;
-      const std::uint32_t other = 3 * local[m / 3];
+      const std::uint32_t other = 3 * index_in_chart[m / 3];
       join(3 * i + k, other + (m % 3 + 1) % 3);
       join(3 * i + (k + 1) % 3, other + m % 3);
     }
@@ -147,10 +151,10 @@ FlatChart cut_open(const ChartSurface& surface, std::span<const std::uint32_t> t
     squared += surface.area[t] * surface.bend_squared[t];
   }
   bend /= area, squared /= area;
-  // Only the variance of bends counts: a uniform bend is shape, not roughness, and cuts remove it.
-  chart.forced = kForcedEnergyFactor * std::max(0.0, squared - bend * bend);
+  // Only the variance of bends counts as roughness. Cuts remove a uniform bend, which is part of the shape.
+  chart.roughness_energy = kRoughnessEnergyFactor * std::max(0.0, squared - bend * bend);
   for (const std::uint32_t h : border_of(surface, glued, open)) {
-    chart.boundary.push_back(chart.triangles[local[h / 3]][h % 3]);
+    chart.boundary.push_back(chart.triangles[index_in_chart[h / 3]][h % 3]);
   }
   chart.points.resize(chart.vertex.size());
   chart.apart = kMinBorderDistance * std::sqrt(surface.total_area);
@@ -161,7 +165,7 @@ bool is_disc(const FlatChart& chart) {
   return 2 * chart.points.size() == 2 + chart.triangles.size() + chart.boundary.size();
 }
 
-void project(FlatChart& chart, const ChartSurface& surface) {
+void project_to_mean_plane(FlatChart& chart, const ChartSurface& surface) {
   Vec3d n{};
   for (const std::uint32_t t : chart.source) n += surface.normal[t] * surface.area[t];
   const double size = length(n);
@@ -176,7 +180,7 @@ void project(FlatChart& chart, const ChartSurface& surface) {
   }
 }
 
-void lay_single(FlatChart& chart, const ChartSurface& surface) {
+void lay_out_triangle(FlatChart& chart, const ChartSurface& surface) {
   const std::array<Vec2d, 3> points = rest_points(surface, chart.source[0]);
   for (std::size_t k = 0; k < 3; ++k) chart.points[chart.triangles[0][k]] = points[k];
 }
@@ -209,7 +213,7 @@ FlatDistortion distortion(const FlatChart& chart) {
     sum += chart.rest[i].area * (squares * (1 + 1 / (det * det)) / 4 - 1);
     const double a =
         0.5 * (std::sqrt(squares + 2 * det) + std::sqrt(std::max(0.0, squares - 2 * det)));
-    result.worst = std::max({result.worst, a, a / det});
+    result.max_stretch = std::max({result.max_stretch, a, a / det});
   }
   result.energy = sum / area;
   return result;
@@ -217,7 +221,7 @@ FlatDistortion distortion(const FlatChart& chart) {
 
 bool is_short(const FlatChart& chart, const ChartLimits& limits) {
   if (std::isinf(limits.length) || length_of(chart) <= limits.length) return true;
-  // A chart as long as one of its edges cannot be shortened by cuts.
+  // Cuts cannot shorten a chart that is as long as one of its edges.
   constexpr double kMaxEdgeRatio = 1.1;
   double longest = 0;
   for (const Triangle& t : chart.triangles) {
@@ -229,11 +233,12 @@ bool is_short(const FlatChart& chart, const ChartLimits& limits) {
   return length_of(chart) <= kMaxEdgeRatio * longest;
 }
 
-bool within(const FlatChart& chart, const ChartLimits& limits) {
+bool is_within_limits(const FlatChart& chart, const ChartLimits& limits) {
   if (!is_short(chart, limits)) return false;
   const FlatDistortion d = distortion(chart);
-  return d.energy <= limits.energy + chart.forced &&
-         d.worst <= limits.worst * (1 + kForcedWorstFactor * chart.forced);
+  return d.energy <= limits.energy + chart.roughness_energy &&
+         d.max_stretch <=
+             limits.max_stretch * (1 + kRoughnessStretchFactor * chart.roughness_energy);
 }
 
 double flat_area(const FlatChart& chart) {
@@ -245,7 +250,7 @@ double flat_area(const FlatChart& chart) {
   return area;
 }
 
-void normalise(FlatChart& chart) {
+void scale_to_surface_area(FlatChart& chart) {
   double area = 0;
   for (const auto& rest : chart.rest) area += rest.area;
   const double flat = flat_area(chart);

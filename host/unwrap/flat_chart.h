@@ -30,41 +30,43 @@ struct FlatChart {
   std::vector<std::uint32_t> boundary;  ///< Vertices along the border, counter-clockwise
   std::vector<Vec2d> points;            ///< UV position of each vertex
   std::vector<std::uint32_t> vertex;    ///< Index in the surface of each vertex
-  double forced = 0;  ///< Estimated energy that the surface's roughness causes in every map
-  /// Minimum distance of border sides in the solvers; rounding of UVs changes it less
+  double roughness_energy =
+      0;  ///< Estimated energy that the surface's roughness causes in every map
+  /// Minimum distance of border sides in the solvers, larger than what rounding of UVs takes away
   double apart = 0;
 };
 
 /// Deviation from an isometry, averaged over a chart's area.
 struct FlatDistortion {
   double energy = 0;  ///< Mean of (a^2 + b^2 + 1/a^2 + 1/b^2) / 4 - 1 over singular values a, b.
-  double worst = 1;   ///< Largest of a, b, 1/a, 1/b; infinite where a triangle is flipped.
+  double max_stretch = 1;  ///< Largest of a, b, 1/a, 1/b; infinite where a triangle is flipped.
 };
 
 /// Limits of a chart's distortion.
 struct ChartLimits {
-  double energy = 0.05;  ///< Limit of the mean energy minus FlatChart::forced, see FlatDistortion
-  double worst = 5;      ///< Limit of the distortion of single triangles
+  double energy =
+      0.05;  ///< Limit of the mean energy minus FlatChart::roughness_energy, see FlatDistortion
+  double max_stretch = 5;  ///< Limit of the distortion of single triangles
   double length = std::numeric_limits<double>::infinity();  ///< Limit of the flat chart's extent
 };
 
 /// Cuts a chart open: corners become one vertex where glued half-edges connect them.
 /// \param glued  1 for each half-edge of the surface at which its two triangles are joined
-/// \param local  scratch, one entry per triangle of the surface; any contents
-/// \param other  1 for each half-edge at which `glued` is inverted; empty: none
+/// \param index_in_chart  scratch, one entry per triangle of the surface; any contents
+/// \param inverted  1 for each half-edge at which `glued` is inverted; empty: none
 /// \param rest   rest shapes of the triangles; empty if unknown
 FlatChart cut_open(const ChartSurface& surface, std::span<const std::uint32_t> triangles,
-                   std::span<const std::uint8_t> glued, std::vector<std::uint32_t>& local,
-                   std::span<const std::uint8_t> other = {}, std::vector<RestShape> rest = {});
+                   std::span<const std::uint8_t> glued, std::vector<std::uint32_t>& index_in_chart,
+                   std::span<const std::uint8_t> inverted = {}, std::vector<RestShape> rest = {});
 
 /// True if the triangles are connected and their open edges form one ring.
 bool is_disc(const FlatChart& chart);
 
 /// Projects the chart onto the plane perpendicular to its mean normal.
-void project(FlatChart& chart, const ChartSurface& surface);
+void project_to_mean_plane(FlatChart& chart, const ChartSurface& surface);
 
 /// Lays out a chart of one triangle as its rest shape.
-void lay_single(FlatChart& chart, const ChartSurface& surface);
+void lay_out_triangle(FlatChart& chart, const ChartSurface& surface);
 
 /// The factorized system of as-rigid-as-possible rounds; one per chart, independent of its layout.
 class RigidSystem;
@@ -72,10 +74,10 @@ std::shared_ptr<RigidSystem> rigid_system(const FlatChart& chart);
 
 /// An initial layout of a chart, from which solvers start and near which they may hold vertices.
 struct FlatStart {
-  std::vector<Vec2d> rotations;  ///< Rotation of each triangle as cosine and sine
-  std::vector<Vec2d> places;     ///< Position of each vertex
+  std::vector<Vec2d> rotations;         ///< Rotation of each triangle as cosine and sine
+  std::vector<Vec2d> vertex_positions;  ///< Position of each vertex
   /// Weight that holds each vertex at its position, relative to the weights of its triangles
-  std::vector<double> holds;
+  std::vector<double> hold_weights;
 };
 
 /// As-rigid-as-possible rounds by local and global steps (Liu, Zhang, Xu, Gotsman, Gortler 2008, section 4). May flip
@@ -87,8 +89,8 @@ bool rigid_rounds(FlatChart& chart, int rounds, RigidSystem& system,
 /// Limits of untangling: rounds, places where the border touches itself, flipped triangles.
 struct UntangleEffort {
   int rounds = 10;
-  std::size_t touches = 16, flips = 8;
-  /// Number of border vertices on each side of a touching one that are pushed, too
+  std::size_t touching_sides = 16, flipped_triangles = 8;
+  /// Number of border vertices on each side of a touching vertex that are pushed with it
   std::size_t reach = 0;
 };
 
@@ -122,7 +124,7 @@ void injective_rounds(FlatChart& chart, int rounds, const ChartLimits* until = n
 bool is_injective(const FlatChart& chart, double apart = 0);
 
 FlatDistortion distortion(const FlatChart& chart);
-bool within(const FlatChart& chart, const ChartLimits& limits);
+bool is_within_limits(const FlatChart& chart, const ChartLimits& limits);
 
 /// True if a flat chart is no longer than its limit, or not much longer than one of its edges.
 bool is_short(const FlatChart& chart, const ChartLimits& limits);
@@ -131,6 +133,6 @@ bool is_short(const FlatChart& chart, const ChartLimits& limits);
 double flat_area(const FlatChart& chart);
 
 /// Scales the chart to its area on the surface.
-void normalise(FlatChart& chart);
+void scale_to_surface_area(FlatChart& chart);
 
 }  // namespace kiln

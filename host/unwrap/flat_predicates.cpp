@@ -31,7 +31,7 @@ struct BoxedSide {
 
 /// Calls `found(a, b)` for each pair of touching sides, until it returns false.
 template <typename Found>
-void for_each_touch(std::span<const Vec2d> polygon, double apart, const Found& found) {
+void for_each_touching_pair(std::span<const Vec2d> polygon, double apart, const Found& found) {
   const std::size_t count = polygon.size();
   const auto end = [&](std::size_t i) -> const Vec2d& {
     return polygon[i + 1 < count ? i + 1 : 0];
@@ -59,7 +59,8 @@ void for_each_touch(std::span<const Vec2d> polygon, double apart, const Found& f
         }
         continue;
       }
-      // Two sides with one side between them may be nearer than `apart`, since the side between may be short.
+      // Two sides that are separated by a single side may be nearer than `apart`, since the side between them may be
+      // short.
       const bool near = (a + 2) % count == b || (b + 2) % count == a;
       if (!segments_apart_certain(polygon[a], end(a), polygon[b], end(b), near ? 0 : apart)) {
         if (!found(a, b)) return;
@@ -83,23 +84,23 @@ bool segments_apart_certain(const Vec2d& a, const Vec2d& b, const Vec2d& c, cons
 }
 
 bool is_simple(std::span<const Vec2d> polygon, double apart) {
-  return polygon.size() >= 3 && !first_touch(polygon, apart);
+  return polygon.size() >= 3 && !first_touching_sides(polygon, apart);
 }
 
-std::optional<std::pair<std::size_t, std::size_t>> first_touch(std::span<const Vec2d> polygon,
-                                                               double apart) {
-  std::optional<std::pair<std::size_t, std::size_t>> touch;
-  for_each_touch(polygon, apart, [&](std::size_t a, std::size_t b) {
-    touch = {a, b};
+std::optional<std::pair<std::size_t, std::size_t>> first_touching_sides(
+    std::span<const Vec2d> polygon, double apart) {
+  std::optional<std::pair<std::size_t, std::size_t>> touching_pair;
+  for_each_touching_pair(polygon, apart, [&](std::size_t a, std::size_t b) {
+    touching_pair = {a, b};
     return false;
   });
-  return touch;
+  return touching_pair;
 }
 
-std::vector<std::pair<std::size_t, std::size_t>> touches(std::span<const Vec2d> polygon,
-                                                         double apart, std::size_t most) {
+std::vector<std::pair<std::size_t, std::size_t>> touching_sides(std::span<const Vec2d> polygon,
+                                                                double apart, std::size_t most) {
   std::vector<std::pair<std::size_t, std::size_t>> found;
-  for_each_touch(polygon, apart, [&](std::size_t a, std::size_t b) {
+  for_each_touching_pair(polygon, apart, [&](std::size_t a, std::size_t b) {
     found.emplace_back(a, b);
     return found.size() < most;
   });

@@ -27,11 +27,11 @@ bool segments_apart_certain(const Vec2d& a, const Vec2d& b, const Vec2d& c, cons
 bool is_simple(std::span<const Vec2d> polygon, double apart = 0);
 
 /// One pair of touching sides, as indices of their first corners; nullopt if there is none.
-std::optional<std::pair<std::size_t, std::size_t>> first_touch(std::span<const Vec2d> polygon,
-                                                               double apart = 0);
+std::optional<std::pair<std::size_t, std::size_t>> first_touching_sides(
+    std::span<const Vec2d> polygon, double apart = 0);
 
 /// Pairs of touching sides, up to a maximum number.
-std::vector<std::pair<std::size_t, std::size_t>> touches(std::span<const Vec2d> polygon,
-                                                         double apart, std::size_t most);
+std::vector<std::pair<std::size_t, std::size_t>> touching_sides(std::span<const Vec2d> polygon,
+                                                                double apart, std::size_t most);
 
 }  // namespace kiln

@@ -102,12 +102,12 @@ class StepSystem {
     target = chart.points;
     for (std::uint32_t v = 0; v < target.size(); ++v) {
       target[v] = target[v] * kProximalWeight;
-      system_.diagonal(v) = {kProximalWeight, 0, 0, kProximalWeight};
+      system_.vertex_block(v) = {kProximalWeight, 0, 0, kProximalWeight};
     }
     for (std::size_t i = 0; i < chart.triangles.size(); ++i) add(chart, i, target);
     constexpr double kPinWeight = 1e3;  // Weight of a pin, relative to the weights of triangles
     for (const std::uint32_t v : pinned) {
-      FlatSystem<2>::Block& own = system_.diagonal(v);
+      FlatSystem<2>::Block& own = system_.vertex_block(v);
       const double by = kPinWeight * (own[0] + own[3]);
       own[0] += by, own[3] += by;
       target[v] = target[v] + chart.points[v] * by;
@@ -150,7 +150,7 @@ bool pin_touching(const FlatChart& chart, const std::vector<Vec2d>& to,
   constexpr std::size_t kMaxTouches = 1000, kPinReach = 2;
   std::vector<Vec2d> border;
   for (const std::uint32_t v : chart.boundary) border.push_back(to[v]);
-  const auto found = touches(border, chart.apart, kMaxTouches);
+  const auto found = touching_sides(border, chart.apart, kMaxTouches);
   if (found.empty()) return false;
   const std::size_t count = border.size();
   std::vector<std::uint8_t> is_pinned(chart.points.size(), 0);
@@ -178,15 +178,15 @@ bool rigid_rounds(FlatChart& chart, int rounds, RigidSystem& system, const FlatS
   std::vector<Vec2d> pulls;
   if (start != nullptr) {
     for (std::uint32_t v = 0; v < chart.points.size(); ++v) {
-      double& own = system.diagonal(v)[0];
-      const double weight = start->holds[v] * own;
+      double& own = system.vertex_block(v)[0];
+      const double weight = start->hold_weights[v] * own;
       own += weight;
-      pulls.push_back(start->places[v] * weight);
+      pulls.push_back(start->vertex_positions[v] * weight);
     }
-    chart.points = start->places;
+    chart.points = start->vertex_positions;
   }
   // Vertex 0 is anchored at its position; the other forces sum to 0, so the anchor causes no distortion.
-  double& weight = system.diagonal(0)[0];
+  double& weight = system.vertex_block(0)[0];
   const Vec2d anchor = chart.points[0] * weight;
   weight += weight;
   if (!system.factorize()) return false;
@@ -234,11 +234,11 @@ void injective_rounds(FlatChart& chart, int rounds, const ChartLimits* until,
   const double area = std::accumulate(chart.rest.begin(), chart.rest.end(), 0.0,
                                       [](double sum, const RestShape& r) { return sum + r.area; });
   const double wanted = until == nullptr ? std::numeric_limits<double>::infinity()
-                                         : 4 * area * (1 + until->energy + chart.forced);
+                                         : 4 * area * (1 + until->energy + chart.roughness_energy);
   std::optional<StepSystem> system;
   std::vector<std::uint32_t> pinned;
   for (int round = 0; round < rounds; ++round) {
-    if (until != nullptr && within(chart, *until)) return;
+    if (until != nullptr && is_within_limits(chart, *until)) return;
     if (!system) system.emplace(chart, known);
     std::vector<Vec2d> direction;
     if (!system->solve(chart, direction, pinned)) return;

@@ -9,10 +9,10 @@
 namespace kiln {
 namespace {
 
-using Matrix = Eigen::SparseMatrix<double>;
+using SparseMatrix = Eigen::SparseMatrix<double>;
 using Edge = std::pair<std::uint32_t, std::uint32_t>;
 
-/// The edges of a chart, without duplicates; each has its higher vertex first.
+/// The edges of a chart, without duplicates; the vertex of higher index comes first.
 std::vector<Edge> edges_of(const FlatChart& chart) {
   std::vector<Edge> edges;
   edges.reserve(chart.triangles.size() * 3);
@@ -28,25 +28,26 @@ std::vector<Edge> edges_of(const FlatChart& chart) {
 }
 
 /// The rank of each vertex in Eigen's minimum-degree ordering.
-std::vector<std::uint32_t> least_degree(std::size_t count, const std::vector<Edge>& edges) {
+std::vector<std::uint32_t> minimum_degree_order(std::size_t count, const std::vector<Edge>& edges) {
   const auto size = static_cast<Eigen::Index>(count);
-  Matrix upper(size, size);
-  upper.reserve(static_cast<Eigen::Index>(count + edges.size()));
+  SparseMatrix upper_triangle(size, size);
+  upper_triangle.reserve(static_cast<Eigen::Index>(count + edges.size()));
   auto edge = edges.begin();
   for (Eigen::Index v = 0; v < size; ++v) {
-    upper.startVec(v);
-    for (; edge != edges.end() && edge->first == v; ++edge) upper.insertBack(edge->second, v) = 1;
-    upper.insertBack(v, v) = 1;
+    upper_triangle.startVec(v);
+    for (; edge != edges.end() && edge->first == v; ++edge)
+      upper_triangle.insertBack(edge->second, v) = 1;
+    upper_triangle.insertBack(v, v) = 1;
   }
-  upper.finalize();
+  upper_triangle.finalize();
   Eigen::AMDOrdering<int>::PermutationType order;
-  Eigen::AMDOrdering<int>()(upper.selfadjointView<Eigen::Upper>(), order);
-  std::vector<std::uint32_t> place(count);
+  Eigen::AMDOrdering<int>()(upper_triangle.selfadjointView<Eigen::Upper>(), order);
+  std::vector<std::uint32_t> vertex_rank(count);
   for (std::size_t p = 0; p < count; ++p) {
-    place[static_cast<std::size_t>(order.indices()[static_cast<Eigen::Index>(p)])] =
+    vertex_rank[static_cast<std::size_t>(order.indices()[static_cast<Eigen::Index>(p)])] =
         static_cast<std::uint32_t>(p);
   }
-  return place;
+  return vertex_rank;
 }
 
 }  // namespace
@@ -58,11 +59,12 @@ struct FlatSystem<N>::Solver {
       std::conditional_t<N == 1, Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>,
                          Eigen::VectorXd>;
 
-  Matrix matrix;  ///< Upper triangle in the order of elimination, so that Eigen does not copy it
+  SparseMatrix
+      matrix;  ///< Upper triangle in elimination order; in another order, Eigen would copy it
   /// For each stored value, its index among the values of all blocks
-  std::vector<std::uint32_t> number_of;
-  Eigen::SimplicialLDLT<Matrix, Eigen::Upper, Eigen::NaturalOrdering<int>> factor;
-  Unknowns right;
+  std::vector<std::uint32_t> value_index;
+  Eigen::SimplicialLDLT<SparseMatrix, Eigen::Upper, Eigen::NaturalOrdering<int>> factorization;
+  Unknowns right_side;
 };
 
 template <int N>
@@ -70,19 +72,19 @@ FlatSystem<N>::~FlatSystem() = default;
 
 FlatPattern::FlatPattern(const FlatChart& chart) : edges(edges_of(chart)) {
   const auto count = static_cast<std::uint32_t>(chart.points.size());
-  place = least_degree(count, edges);
+  vertex_rank = minimum_degree_order(count, edges);
   for (Edge& edge : edges) {
-    const auto [low, high] = std::minmax(place[edge.first], place[edge.second]);
+    const auto [low, high] = std::minmax(vertex_rank[edge.first], vertex_rank[edge.second]);
     edge = {high, low};
   }
   std::sort(edges.begin(), edges.end());
-  slots.reserve(chart.triangles.size() * 6);
+  triangle_blocks.reserve(chart.triangles.size() * 6);
   for (const Triangle& t : chart.triangles) {
     for (std::size_t k = 0; k < 3; ++k) {
-      const auto [low, high] = std::minmax(place[t[k]], place[t[(k + 1) % 3]]);
+      const auto [low, high] = std::minmax(vertex_rank[t[k]], vertex_rank[t[(k + 1) % 3]]);
       const auto edge = std::lower_bound(edges.begin(), edges.end(), Edge{high, low});
-      slots.push_back(place[t[k]]);
-      slots.push_back(count + static_cast<std::uint32_t>(edge - edges.begin()));
+      triangle_blocks.push_back(vertex_rank[t[k]]);
+      triangle_blocks.push_back(count + static_cast<std::uint32_t>(edge - edges.begin()));
     }
   }
 }
@@ -91,10 +93,10 @@ template <int N>
 FlatSystem<N>::FlatSystem(std::shared_ptr<const FlatPattern> pattern)
     : pattern_(std::move(pattern)), solver_(std::make_unique<Solver>()) {
   const std::vector<Edge>& edges = pattern_->edges;
-  const auto count = static_cast<std::uint32_t>(pattern_->place.size());
+  const auto count = static_cast<std::uint32_t>(pattern_->vertex_rank.size());
   blocks_.resize(count + edges.size());
-  Matrix& matrix = solver_->matrix;
-  // Filled column by column: edges to earlier vertices first, the diagonal last.
+  SparseMatrix& matrix = solver_->matrix;
+  // Fills the matrix column by column: edges to earlier vertices first, the diagonal last.
   matrix.resize(Eigen::Index{N} * count, Eigen::Index{N} * count);
   matrix.reserve(static_cast<Eigen::Index>(blocks_.size() * N * N));
   std::size_t first = 0;
@@ -107,8 +109,8 @@ FlatSystem<N>::FlatSystem(std::shared_ptr<const FlatPattern> pattern)
       const auto add = [&](std::uint32_t of_row, std::size_t block, int rows) {
         for (int row = 0; row < rows; ++row) {
           matrix.insertBack(Eigen::Index{N} * of_row + row, at) = 0;
-          solver_->number_of.push_back(static_cast<std::uint32_t>(block) * N * N +
-                                       static_cast<std::uint32_t>(row * N + column));
+          solver_->value_index.push_back(static_cast<std::uint32_t>(block) * N * N +
+                                         static_cast<std::uint32_t>(row * N + column));
         }
       };
       for (std::size_t e = first; e < end; ++e) add(edges[e].second, count + e, N);
@@ -117,37 +119,38 @@ FlatSystem<N>::FlatSystem(std::shared_ptr<const FlatPattern> pattern)
     first = end;
   }
   matrix.finalize();
-  solver_->factor.analyzePattern(matrix);
+  solver_->factorization.analyzePattern(matrix);
 }
 
 template <int N>
 bool FlatSystem<N>::factorize() {
   Solver& solver = *solver_;
-  for (std::size_t i = 0; i < solver.number_of.size(); ++i) {
-    const std::uint32_t number = solver.number_of[i];
-    solver.matrix.valuePtr()[i] = blocks_[number / (N * N)][number % (N * N)];
+  for (std::size_t i = 0; i < solver.value_index.size(); ++i) {
+    const std::uint32_t value_index = solver.value_index[i];
+    solver.matrix.valuePtr()[i] = blocks_[value_index / (N * N)][value_index % (N * N)];
   }
-  auto& factor = solver.factor;
-  factor.factorize(solver.matrix);
-  return factor.info() == Eigen::Success && factor.vectorD().minCoeff() > 0;
+  auto& factorization = solver.factorization;
+  factorization.factorize(solver.matrix);
+  return factorization.info() == Eigen::Success && factorization.vectorD().minCoeff() > 0;
 }
 
 template <int N>
 bool FlatSystem<N>::solve(std::vector<Vec2d>& points) {
-  auto& right = solver_->right;
-  right.resize(solver_->matrix.cols(), N == 1 ? 2 : 1);
-  double* const values = right.data();  // The x of all points, then the y of all points
+  auto& right_side = solver_->right_side;
+  right_side.resize(solver_->matrix.cols(), N == 1 ? 2 : 1);
+  double* const values =
+      right_side.data();  // The x coordinates of all points, then their y coordinates
   for (std::size_t v = 0; v < points.size(); ++v) {
-    double* const p = values + std::size_t{2} * pattern_->place[v];
+    double* const p = values + std::size_t{2} * pattern_->vertex_rank[v];
     p[0] = points[v].x;
     p[1] = points[v].y;
   }
-  right = solver_->factor.solve(right).eval();
+  right_side = solver_->factorization.solve(right_side).eval();
   for (std::size_t v = 0; v < points.size(); ++v) {
-    const double* const p = right.data() + std::size_t{2} * pattern_->place[v];
+    const double* const p = right_side.data() + std::size_t{2} * pattern_->vertex_rank[v];
     points[v] = {p[0], p[1]};
   }
-  return right.allFinite();
+  return right_side.allFinite();
 }
 
 template class FlatSystem<1>;

@@ -18,12 +18,13 @@ namespace kiln {
 struct FlatPattern {
   explicit FlatPattern(const FlatChart& chart);
 
-  std::vector<std::uint32_t> place;  ///< Rank of each vertex in the elimination order
+  std::vector<std::uint32_t> vertex_rank;  ///< Rank of each vertex in the elimination order
   /// Ranks of the two vertices of each edge, the higher rank first.
   std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
-  /// Block indices of each triangle, for each corner: its block with itself, and its block with the next corner.
-  /// Blocks of vertices come first, then those of edges.
-  std::vector<std::uint32_t> slots;
+  /// Indices in the list of blocks, six for each triangle. Each corner has two: the diagonal block of its vertex, and
+  /// the off-diagonal block of the edge to the next corner. In the list, the blocks of all vertices come first, then
+  /// the blocks of edges.
+  std::vector<std::uint32_t> triangle_blocks;
 };
 
 /// A symmetric positive definite matrix of N x N blocks on a chart's pattern, and its solver. The unknowns are points;
@@ -41,19 +42,19 @@ class FlatSystem {
   const std::shared_ptr<const FlatPattern>& pattern() const { return pattern_; }
 
   void clear() { std::fill(blocks_.begin(), blocks_.end(), Block{}); }
-  Block& diagonal(std::uint32_t v) { return blocks_[pattern_->place[v]]; }
-  /// Blocks of triangle i: corner k with itself, and with the next corner.
+  Block& vertex_block(std::uint32_t v) { return blocks_[pattern_->vertex_rank[v]]; }
+  /// Diagonal block of corner k of triangle i; edge_block() is that of the edge from there to the next corner.
   Block& corner_block(std::size_t i, std::size_t k) {
-    return blocks_[pattern_->slots[6 * i + 2 * k]];
+    return blocks_[pattern_->triangle_blocks[6 * i + 2 * k]];
   }
   Block& edge_block(std::size_t i, std::size_t k) {
-    return blocks_[pattern_->slots[6 * i + 2 * k + 1]];
+    return blocks_[pattern_->triangle_blocks[6 * i + 2 * k + 1]];
   }
 
   /// \returns false if the matrix is not positive definite
   bool factorize();
   /// \param points  [in, out] by vertex: the right-hand side on entry, the solution on return
-  /// \returns whether all are finite
+  /// \returns whether the solution is finite
   bool solve(std::vector<Vec2d>& points);
 
  private:

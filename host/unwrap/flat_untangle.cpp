@@ -1,4 +1,4 @@
-// Untangling: makes a chart injective whose border overlaps slightly.
+// Untangling: makes a chart injective if its border overlaps only slightly.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -13,8 +13,8 @@
 namespace kiln {
 namespace {
 
-/// Distance by which touching border vertices are pushed, as a share of the adjacent sides; and the factor by which
-/// the push grows in each round.
+/// Distance by which touching border vertices are pushed in the first round, as a share of the adjacent sides' length,
+/// and the factor by which the distance grows in each round.
 constexpr double kFirstPush = 0.1, kPushGrowth = 1.3;
 /// Weight that holds a pushed vertex at its target, relative to the weights of its triangles.
 constexpr double kHoldWeight = 1;
@@ -41,83 +41,89 @@ class Untangler {
       : chart_(chart),
         system_(system),
         start_(start),
-        weight_(chart.triangles.size(), 1),
-        push_(chart.points.size(), 0),
-        target_(chart.points.size()) {}
+        triangle_weights_(chart.triangles.size(), 1),
+        push_length_(chart.points.size(), 0),
+        push_targets_(chart.points.size()) {}
 
   bool run(const UntangleEffort& effort) {
-    most_touches_ = effort.touches;
+    max_touching_pairs_ = effort.touching_sides;
     reach_ = effort.reach;
-    std::size_t first_flips = 0;
+    std::size_t initial_flipped_triangles = 0;
     for (int round = 0;; ++round) {
-      const std::size_t flips = weigh_flips();
-      if (round == 0) first_flips = flips;
-      if (flips > std::min(effort.flips, 2 * first_flips + kMaxFlipGrowth)) return false;
-      const std::vector<Touch> found = touching();
-      if (flips == 0 && found.empty()) return is_injective(chart_);
-      if (round == effort.rounds || found.size() > most_touches_) return false;
+      const std::size_t flipped_triangles = weight_flipped_triangles();
+      if (round == 0) initial_flipped_triangles = flipped_triangles;
+      if (flipped_triangles >
+          std::min(effort.flipped_triangles, 2 * initial_flipped_triangles + kMaxFlipGrowth))
+        return false;
+      const std::vector<TouchingSides> found = find_touching_sides();
+      if (flipped_triangles == 0 && found.empty()) return is_injective(chart_);
+      if (round == effort.rounds || found.size() > max_touching_pairs_) return false;
       push(found);
       if (!solve()) return false;
     }
   }
 
  private:
-  using Touch = std::pair<std::size_t, std::size_t>;
+  using TouchingSides = std::pair<std::size_t, std::size_t>;
 
-  std::size_t weigh_flips() {
-    std::size_t flips = 0;
+  std::size_t weight_flipped_triangles() {
+    std::size_t flipped_triangles = 0;
     for (std::size_t i = 0; i < chart_.triangles.size(); ++i) {
       const Triangle& t = chart_.triangles[i];
       if (orient2d_certain(chart_.points[t[0]], chart_.points[t[1]], chart_.points[t[2]])) continue;
-      weight_[i] *= kFlipWeightGrowth;
-      ++flips;
+      triangle_weights_[i] *= kFlipWeightGrowth;
+      ++flipped_triangles;
     }
-    return flips;
+    return flipped_triangles;
   }
 
-  std::vector<Touch> touching() const {
+  std::vector<TouchingSides> find_touching_sides() const {
     std::vector<Vec2d> border;
     for (const std::uint32_t v : chart_.boundary) border.push_back(chart_.points[v]);
-    return touches(border, 2 * chart_.apart, most_touches_ + 1);
+    return touching_sides(border, 2 * chart_.apart, max_touching_pairs_ + 1);
   }
 
   /// Pushes the corners of touching sides into their chart.
-  void push(const std::vector<Touch>& found) {
+  void push(const std::vector<TouchingSides>& found) {
     const std::size_t count = chart_.boundary.size();
-    std::vector<std::size_t> places;
+    std::vector<std::size_t> touching_border_indices;
     for (const auto& [a, b] : found) {
-      places.insert(places.end(), {a, (a + 1) % count, b, (b + 1) % count});
+      touching_border_indices.insert(touching_border_indices.end(),
+                                     {a, (a + 1) % count, b, (b + 1) % count});
     }
-    std::sort(places.begin(), places.end());
-    places.erase(std::unique(places.begin(), places.end()), places.end());
+    std::sort(touching_border_indices.begin(), touching_border_indices.end());
+    touching_border_indices.erase(
+        std::unique(touching_border_indices.begin(), touching_border_indices.end()),
+        touching_border_indices.end());
     if (reach_ > 0) {
-      push_wide(places);
+      push_nearby_vertices(touching_border_indices);
       return;
     }
-    for (const std::size_t i : places) {
+    for (const std::size_t i : touching_border_indices) {
       const std::uint32_t v = chart_.boundary[i];
       const Vec2d along = chart_.points[chart_.boundary[(i + 1) % count]] -
                           chart_.points[chart_.boundary[(i + count - 1) % count]];
-      if (push_[v] == 0) pushed_.push_back(v);
-      push_[v] = push_[v] == 0 ? kFirstPush : push_[v] * kPushGrowth;
-      target_[v] = chart_.points[v] + Vec2d{-along.y, along.x} * (0.5 * push_[v]);
+      if (push_length_[v] == 0) pushed_vertices_.push_back(v);
+      push_length_[v] = push_length_[v] == 0 ? kFirstPush : push_length_[v] * kPushGrowth;
+      push_targets_[v] = chart_.points[v] + Vec2d{-along.y, along.x} * (0.5 * push_length_[v]);
     }
   }
 
   /// Pushes touching vertices and border vertices near them. The push decreases with the distance from the touching
   /// vertex; its direction is perpendicular to the border between the two outermost of these vertices.
-  void push_wide(const std::vector<std::size_t>& places) {
+  void push_nearby_vertices(const std::vector<std::size_t>& touching_border_indices) {
     const std::size_t count = chart_.boundary.size(), far = reach_ % count;
-    std::vector<double> share(count, 0);
-    for (const std::size_t i : places) {
+    std::vector<double> push_shares(count, 0);
+    for (const std::size_t i : touching_border_indices) {
       for (std::size_t n = 0; n <= 2 * reach_; ++n) {
-        const std::size_t distance = n < reach_ ? reach_ - n : n - reach_;
-        double& at = share[(i + n + count * reach_ - reach_) % count];
-        at = std::max(at, 1 - static_cast<double>(distance) / static_cast<double>(reach_ + 1));
+        const std::size_t steps_from_touch = n < reach_ ? reach_ - n : n - reach_;
+        double& at = push_shares[(i + n + count * reach_ - reach_) % count];
+        at = std::max(at,
+                      1 - static_cast<double>(steps_from_touch) / static_cast<double>(reach_ + 1));
       }
     }
     for (std::size_t i = 0; i < count; ++i) {
-      if (share[i] == 0) continue;
+      if (push_shares[i] == 0) continue;
       const std::uint32_t v = chart_.boundary[i];
       const auto across = [&](std::size_t steps) {
         return chart_.points[chart_.boundary[(i + steps) % count]] -
@@ -125,13 +131,14 @@ class Untangler {
       };
       const Vec2d along = across(far), side = across(1);
       const double size = std::sqrt(dot(along, along));
-      if (push_[v] == 0) pushed_.push_back(v);
-      if (share[i] == 1) push_[v] = push_[v] == 0 ? kFirstPush : push_[v] * kPushGrowth;
-      push_[v] = std::max(push_[v], kFirstPush * share[i]);
+      if (push_length_[v] == 0) pushed_vertices_.push_back(v);
+      if (push_shares[i] == 1)
+        push_length_[v] = push_length_[v] == 0 ? kFirstPush : push_length_[v] * kPushGrowth;
+      push_length_[v] = std::max(push_length_[v], kFirstPush * push_shares[i]);
       const double by =
-          0.5 * std::max(push_[v], kFirstPush) * share[i] * std::sqrt(dot(side, side));
-      target_[v] = chart_.points[v];
-      if (size > 0) target_[v] = target_[v] + Vec2d{-along.y, along.x} * (by / size);
+          0.5 * std::max(push_length_[v], kFirstPush) * push_shares[i] * std::sqrt(dot(side, side));
+      push_targets_[v] = chart_.points[v];
+      if (size > 0) push_targets_[v] = push_targets_[v] + Vec2d{-along.y, along.x} * (by / size);
     }
   }
 
@@ -141,24 +148,24 @@ class Untangler {
     for (std::size_t i = 0; i < chart_.triangles.size(); ++i) {
       const RestShape& rest = chart_.rest[i];
       const Vec2d r = rotation(chart_, i);
-      const double area = rest.area * weight_[i];
+      const double area = rest.area * triangle_weights_[i];
       for (std::size_t k = 0; k < 3; ++k) {
         const Vec2d g = rest.gradient[k] * area;
         Vec2d& pull = points[chart_.triangles[i][k]];
         pull = pull + Vec2d{r.x * g.x - r.y * g.y, r.y * g.x + r.x * g.y};
       }
     }
-    system_.fill(chart_, weight_);
+    system_.fill(chart_, triangle_weights_);
     const auto hold_at = [&](std::uint32_t v, const Vec2d& at, double by) {
-      double& own = system_.diagonal(v)[0];
+      double& own = system_.vertex_block(v)[0];
       const double weight = by * own;
       own += weight;
       points[v] = points[v] + at * weight;
     };
-    for (std::uint32_t v = 0; start_ != nullptr && v < push_.size(); ++v) {
-      if (push_[v] == 0) hold_at(v, start_->places[v], start_->holds[v]);
+    for (std::uint32_t v = 0; start_ != nullptr && v < push_length_.size(); ++v) {
+      if (push_length_[v] == 0) hold_at(v, start_->vertex_positions[v], start_->hold_weights[v]);
     }
-    for (const std::uint32_t v : pushed_) hold_at(v, target_[v], kHoldWeight);
+    for (const std::uint32_t v : pushed_vertices_) hold_at(v, push_targets_[v], kHoldWeight);
     // Weight that makes the system definite although the whole chart can move freely.
     constexpr double kAnchorWeight = 1e-6;
     hold_at(0, chart_.points[0], kAnchorWeight);
@@ -170,12 +177,13 @@ class Untangler {
   FlatChart& chart_;
   RigidSystem& system_;
   const FlatStart* start_;
-  std::size_t most_touches_ = 0, reach_ = 0;
-  std::vector<double> weight_;  ///< Weight of each triangle
+  std::size_t max_touching_pairs_ = 0, reach_ = 0;
+  std::vector<double> triangle_weights_;  ///< Weight of each triangle
   /// Push of each vertex, as a share of the adjacent sides; 0 if it is not pushed.
-  std::vector<double> push_;
-  std::vector<Vec2d> target_;          ///< Positions at which pushed vertices are held
-  std::vector<std::uint32_t> pushed_;  ///< Pushed vertices, in the order of their first push
+  std::vector<double> push_length_;
+  std::vector<Vec2d> push_targets_;  ///< Positions at which pushed vertices are held
+  std::vector<std::uint32_t>
+      pushed_vertices_;  ///< Pushed vertices, in the order of their first push
 };
 
 }  // namespace

@@ -16,7 +16,7 @@ constexpr double kStretchLimit = 0.7;
 
 struct Link {
   float stretch;
-  std::uint32_t a, b;  ///< Linked triangles, a < b
+  std::uint32_t a, b;  ///< Indices of the adjacent triangles, a < b
   std::uint8_t apex_a, apex_b;
 };
 
@@ -40,7 +40,8 @@ double pair_stretch(const TriangleShape& a, int apex_a, const TriangleShape& b, 
 std::vector<Link> find_links(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                              std::span<const TriangleShape> shapes) {
   struct Side {
-    std::uint64_t key;  ///< Lower and higher vertex in one number
+    std::uint64_t
+        key;  ///< Both vertices of the edge in one integer, the lower one in the high bits
     std::uint32_t triangle;
     std::uint8_t apex, forward;
   };
@@ -63,12 +64,12 @@ std::vector<Link> find_links(std::span<const Vec3> positions, std::span<const Tr
   std::vector<Link> links;
   links.reserve(sides.size() / 2);
   for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
-    std::size_t backward = begin;
+    std::size_t first_backward = begin;
     while (end < sides.size() && sides[end].key == sides[begin].key) {
-      if (sides[end++].forward) backward = end;
+      if (sides[end++].forward) first_backward = end;
     }
     // At an edge of more than two triangles, the i-th half-edges of both orientations are paired, at linear cost.
-    for (std::size_t i = begin, j = backward; i < backward && j < end; ++i, ++j) {
+    for (std::size_t i = begin, j = first_backward; i < first_backward && j < end; ++i, ++j) {
       const Side& a = sides[i].triangle < sides[j].triangle ? sides[i] : sides[j];
       const Side& b = sides[i].triangle < sides[j].triangle ? sides[j] : sides[i];
       if (a.triangle == b.triangle) continue;
@@ -86,17 +87,16 @@ std::vector<Link> find_links(std::span<const Vec3> positions, std::span<const Tr
 
 /// A matching that is improved along alternating paths. Odd cycles (blossoms) are not contracted, so a path may be
 /// missed; in triangle meshes that is rare.
-class Matching {
+class TriangleMatching {
  public:
-  Matching(std::size_t triangles, std::span<const Link> links)
+  TriangleMatching(std::size_t triangles, std::span<const Link> links)
       : links_(links),
         mate_(triangles, kNoIndex),
         links_of_(triangles, {kNoIndex, kNoIndex, kNoIndex}) {
     for (std::uint32_t i = 0; i < links.size(); ++i) {
       for (const std::uint32_t t : {links[i].a, links[i].b}) {
         const auto free = std::find(links_of_[t].begin(), links_of_[t].end(), kNoIndex);
-        if (free != links_of_[t].end())
-          *free = i;  // A triangle has three sides, so at most three links
+        if (free != links_of_[t].end()) *free = i;  // Three sides at most link a triangle to others
       }
     }
     for (std::uint32_t i = 0; i < links.size(); ++i) {
@@ -129,8 +129,8 @@ class Matching {
           visited_from[next] = root;
           queue.push_back(next);
           from.push_back(static_cast<std::uint32_t>(head));
-          link_to_entry_.resize(std::max(link_to_entry_.size(), queue.size()));
-          link_to_entry_[queue.size() - 1] = link;
+          link_of_entry_.resize(std::max(link_of_entry_.size(), queue.size()));
+          link_of_entry_[queue.size() - 1] = link;
         }
       }
     }
@@ -155,7 +155,7 @@ class Matching {
     while (true) {
       join(current);
       if (from[at] == kNoIndex) break;
-      current = link_to_entry_[at];
+      current = link_of_entry_[at];
       at = from[at];
     }
   }
@@ -163,7 +163,7 @@ class Matching {
   std::span<const Link> links_;
   std::vector<std::uint32_t> mate_;                     ///< Link of each triangle's current pair
   std::vector<std::array<std::uint32_t, 3>> links_of_;  ///< Links of each triangle, the best first
-  std::vector<std::uint32_t> link_to_entry_;  ///< Link by which the search reached each queue entry
+  std::vector<std::uint32_t> link_of_entry_;  ///< Link by which the search reached each queue entry
 };
 
 }  // namespace
@@ -185,14 +185,14 @@ double stretch(double width, double height, double leg_u, double leg_v, double h
 Pairing pair_triangles(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                        std::span<const TriangleShape> shapes) {
   const std::vector<Link> links = find_links(positions, triangles, shapes);
-  Matching matching(triangles.size(), links);
-  matching.augment();
+  TriangleMatching triangle_matching(triangles.size(), links);
+  triangle_matching.augment();
 
   Pairing result;
   result.partner.assign(triangles.size(), kNoIndex);
   result.apex.assign(triangles.size(), 0);
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
-    const std::uint32_t link = matching.mate()[t];
+    const std::uint32_t link = triangle_matching.mate()[t];
     if (link == kNoIndex) continue;
     const bool is_a = links[link].a == t;
     result.partner[t] = is_a ? links[link].b : links[link].a;

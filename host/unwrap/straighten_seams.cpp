@@ -17,37 +17,37 @@ constexpr int kMaxSweeps = 16;
 /// A move that replaces two edges by two others must shorten the seam by this factor.
 constexpr double kMaxLengthRatio = 0.97;
 
-bool boxes_apart(const Vec2d& a, const Vec2d& b, const Vec2d& c, const Vec2d& d) {
+bool are_boxes_disjoint(const Vec2d& a, const Vec2d& b, const Vec2d& c, const Vec2d& d) {
   return std::max(a.x, b.x) < std::min(c.x, d.x) || std::max(c.x, d.x) < std::min(a.x, b.x) ||
          std::max(a.y, b.y) < std::min(c.y, d.y) || std::max(c.y, d.y) < std::min(a.y, b.y);
 }
 
-class Trimmer {
+class SeamStraightener {
  public:
-  Trimmer(const ChartSurface& surface, ChartBorders& borders, const ChartLimits& limits,
-          const std::vector<FlatChart>& charts)
+  SeamStraightener(const ChartSurface& surface, ChartBorders& borders, const ChartLimits& limits,
+                   const std::vector<FlatChart>& charts)
       : surface_(surface),
         borders_(borders),
         limits_(limits),
-        label_(surface.triangles.size()),
-        rest_(surface.triangles.size()),
-        corner_(surface.mate.size()) {
+        chart_of_(surface.triangles.size()),
+        rest_shapes_(surface.triangles.size()),
+        corner_positions_(surface.mate.size()) {
     trace();
     for (std::uint32_t c = 0; c < charts.size(); ++c) {
       const FlatChart& chart = charts[c];
       for (std::size_t i = 0; i < chart.source.size(); ++i) {
-        label_[chart.source[i]] = c;
-        rest_[chart.source[i]] = chart.rest[i];
+        chart_of_[chart.source[i]] = c;
+        rest_shapes_[chart.source[i]] = chart.rest[i];
         for (std::uint32_t k = 0; k < 3; ++k) {
-          corner_[3 * chart.source[i] + k] = chart.points[chart.triangles[i][k]];
+          corner_positions_[3 * chart.source[i] + k] = chart.points[chart.triangles[i][k]];
         }
       }
     }
   }
   /// Constructor for charts without a layout.
-  Trimmer(const ChartSurface& surface, ChartBorders& borders, const ChartLimits& limits,
-          std::vector<std::uint32_t> label)
-      : surface_(surface), borders_(borders), limits_(limits), label_(std::move(label)) {
+  SeamStraightener(const ChartSurface& surface, ChartBorders& borders, const ChartLimits& limits,
+                   std::vector<std::uint32_t> label)
+      : surface_(surface), borders_(borders), limits_(limits), chart_of_(std::move(label)) {
     trace();
   }
 
@@ -60,29 +60,30 @@ class Trimmer {
       forward_ = sweep % 2 == 0;
       bool any = false;
       for (std::uint32_t h = 0; h < surface_.mate.size(); ++h) {
-        if (!borders_.is_glued(h) && move(h)) any = moved_ = true;
+        if (!borders_.is_glued(h) && move(h)) any = has_moved_ = true;
       }
       if (!any && !last) return;
       last = any;
     }
   }
 
-  bool moved() const { return moved_; }
-  std::vector<std::uint32_t> label() && { return std::move(label_); }
+  bool has_moved() const { return has_moved_; }
+  std::vector<std::uint32_t> label() && { return std::move(chart_of_); }
 
   std::vector<FlatChart> charts(std::size_t count) const {
     std::vector<std::vector<std::uint32_t>> triangles(count);
-    for (std::uint32_t t = 0; t < label_.size(); ++t) triangles[label_[t]].push_back(t);
-    std::vector<std::uint32_t> local(label_.size());
+    for (std::uint32_t t = 0; t < chart_of_.size(); ++t) triangles[chart_of_[t]].push_back(t);
+    std::vector<std::uint32_t> index_in_chart(chart_of_.size());
     std::vector<FlatChart> result;
     for (const auto& of_chart : triangles) {
       std::vector<RestShape> rest;
       rest.reserve(of_chart.size());
-      for (const std::uint32_t t : of_chart) rest.push_back(rest_[t]);
-      FlatChart chart = cut_open(surface_, of_chart, borders_.glued(), local, {}, std::move(rest));
+      for (const std::uint32_t t : of_chart) rest.push_back(rest_shapes_[t]);
+      FlatChart chart =
+          cut_open(surface_, of_chart, borders_.glued(), index_in_chart, {}, std::move(rest));
       for (std::size_t i = 0; i < of_chart.size(); ++i) {
         for (std::uint32_t k = 0; k < 3; ++k) {
-          chart.points[chart.triangles[i][k]] = corner_[3 * of_chart[i] + k];
+          chart.points[chart.triangles[i][k]] = corner_positions_[3 * of_chart[i] + k];
         }
       }
       result.push_back(std::move(chart));
@@ -100,12 +101,12 @@ class Trimmer {
     }
   }
 
-  bool is_flat() const { return !corner_.empty(); }
+  bool has_layout() const { return !corner_positions_.empty(); }
 
   /// A possible move: the one or two triangles around a vertex between two half-edges of a seam.
   struct Fan {
     std::array<std::uint32_t, 2> inside{};  ///< Half-edges of the triangles that end at the vertex
-    std::array<std::uint32_t, 2> outer{};   ///< Opposite half-edges, which become border
+    std::array<std::uint32_t, 2> outer{};   ///< Half-edges opposite the vertex, which become border
     std::uint32_t count = 0;
     /// Positions in the new chart. `apex` is the shared corner of two triangles.
     Vec2d tip{}, first{}, last{}, apex{};
@@ -116,28 +117,28 @@ class Trimmer {
   bool move(std::uint32_t h) {
     const std::uint32_t g = borders_.next(h), mate = surface_.mate[h], over = surface_.mate[g];
     if (mate == kNoIndex || over == kNoIndex || borders_.next(over) != mate) return false;
-    const std::uint32_t from = label_[h / 3], to = label_[mate / 3];
-    if (label_[over / 3] != to) return false;
-    if (from == to ? is_flat() || is_end(h, g) : (from < to) != forward_) return false;
+    const std::uint32_t from = chart_of_[h / 3], to = chart_of_[mate / 3];
+    if (chart_of_[over / 3] != to) return false;
+    if (from == to ? has_layout() || ends_inner_seam(h, g) : (from < to) != forward_) return false;
     Fan fan;
-    if (!gather(h, g, fan) || !is_shorter(h, g, fan)) return false;
-    if (is_narrow(over, mate)) return false;
-    if (is_flat()) {
+    if (!collect_fan(h, g, fan) || !shortens_seam(h, g, fan)) return false;
+    if (glues_most_of_border(over, mate)) return false;
+    if (has_layout()) {
       lay_out_fan(h, g, fan);
-      if (!fits(fan) || !is_clear(over, mate, fan)) return false;
+      if (!fits(fan) || !keeps_border_simple(over, mate, fan)) return false;
     }
     move_to_other_chart(h, g, fan);
     return true;
   }
 
   /// True if a seam within one chart ends at these half-edges.
-  bool is_end(std::uint32_t h, std::uint32_t g) const {
+  bool ends_inner_seam(std::uint32_t h, std::uint32_t g) const {
     return borders_.next(g) == surface_.mate[g] || borders_.previous(h) == surface_.mate[h];
   }
 
   /// Collects the triangles of a move.
   /// \returns false if there are more than two, or if their chart would not remain a disc
-  bool gather(std::uint32_t h, std::uint32_t g, Fan& fan) const {
+  bool collect_fan(std::uint32_t h, std::uint32_t g, Fan& fan) const {
     for (std::uint32_t in = h;; in = surface_.mate[next_half_edge(in)]) {
       const std::uint32_t outer = previous_half_edge(in);
       if (fan.count == 2 || !borders_.is_glued(outer)) return false;
@@ -156,14 +157,14 @@ class Trimmer {
     return true;
   }
 
-  bool is_shorter(std::uint32_t h, std::uint32_t g, const Fan& fan) const {
+  bool shortens_seam(std::uint32_t h, std::uint32_t g, const Fan& fan) const {
     if (fan.count == 1) return true;
     return surface_.length[fan.outer[0]] + surface_.length[fan.outer[1]] <
            kMaxLengthRatio * (surface_.length[h] + surface_.length[g]);
   }
 
   /// Position of the third corner of triangle h / 3 if its half-edge h goes from a to b.
-  Vec2d unfolded(std::uint32_t h, const Vec2d& a, const Vec2d& b) const {
+  Vec2d unfold_third_corner(std::uint32_t h, const Vec2d& a, const Vec2d& b) const {
     const double base = surface_.length[h], to_a = surface_.length[previous_half_edge(h)],
                  to_b = surface_.length[next_half_edge(h)];
     const double foot = 0.5 * (1 + (to_a * to_a - to_b * to_b) / (base * base));
@@ -173,26 +174,28 @@ class Trimmer {
   }
 
   void lay_out_fan(std::uint32_t h, std::uint32_t g, Fan& fan) const {
-    fan.last = corner_[surface_.mate[g]];
-    fan.tip = corner_[surface_.mate[h]];
-    fan.first = corner_[next_half_edge(surface_.mate[h])];
+    fan.last = corner_positions_[surface_.mate[g]];
+    fan.tip = corner_positions_[surface_.mate[h]];
+    fan.first = corner_positions_[next_half_edge(surface_.mate[h])];
     fan.apex = fan.last;
     if (fan.count == 2) {
-      fan.apex = (unfolded(h, fan.first, fan.tip) + unfolded(g, fan.tip, fan.last)) * 0.5;
+      fan.apex =
+          (unfold_third_corner(h, fan.first, fan.tip) + unfold_third_corner(g, fan.tip, fan.last)) *
+          0.5;
     }
   }
 
   /// Corner positions of the fan's triangle i, starting at its half-edge in Fan::inside.
-  static std::array<Vec2d, 3> places(const Fan& fan, std::uint32_t i) {
+  static std::array<Vec2d, 3> fan_corner_positions(const Fan& fan, std::uint32_t i) {
     if (i == 0) return {fan.first, fan.tip, fan.apex};
     return {fan.apex, fan.tip, fan.last};
   }
 
   bool fits(const Fan& fan) const {
     for (std::uint32_t i = 0; i < fan.count; ++i) {
-      const std::array<Vec2d, 3> p = places(fan, i);
+      const std::array<Vec2d, 3> p = fan_corner_positions(fan, i);
       if (!orient2d_certain(p[0], p[1], p[2])) return false;
-      const RestShape& rest = rest_[fan.inside[i] / 3];
+      const RestShape& rest = rest_shapes_[fan.inside[i] / 3];
       Vec2d du{}, dv{};
       for (std::uint32_t k = 0; k < 3; ++k) {
         const Vec2d& gradient = rest.gradient[(fan.inside[i] + k) % 3];
@@ -203,34 +206,36 @@ class Trimmer {
       if (!(det > 0)) return false;
       const double most =
           0.5 * (std::sqrt(squares + 2 * det) + std::sqrt(std::max(0.0, squares - 2 * det)));
-      if (std::max(most, most / det) > limits_.worst) return false;
+      if (std::max(most, most / det) > limits_.max_stretch) return false;
     }
     return true;
   }
 
-  /// True if nearly the whole border of the other chart would be glued.
-  bool is_narrow(std::uint32_t over, std::uint32_t mate) const {
+  /// True if the move would glue nearly the whole border of the other chart.
+  bool glues_most_of_border(std::uint32_t over, std::uint32_t mate) const {
     const std::uint32_t after = borders_.next(mate);
     return after == over || borders_.next(after) == over;
   }
 
-  /// True if the other chart's border stays simple.
-  bool is_clear(std::uint32_t over, std::uint32_t mate, const Fan& fan) const {
+  /// True if the other chart's border would not touch or cross itself.
+  bool keeps_border_simple(std::uint32_t over, std::uint32_t mate, const Fan& fan) const {
     std::array<Vec2d, 3> path{fan.last, fan.apex, fan.first};
     if (fan.count == 1) path[1] = fan.first;
-    const std::uint32_t pieces = fan.count;
+    const std::uint32_t triangle_count = fan.count;
     const auto folds = [](const Vec2d& a, const Vec2d& b, const Vec2d& c) {
       return !orient2d_certain(a, b, c) && !orient2d_certain(a, c, b) && dot(b - a, c - b) <= 0;
     };
     const std::uint32_t before = borders_.previous(over), after = borders_.next(mate);
-    if (pieces == 2 && folds(path[0], path[1], path[2])) return false;
-    if (folds(corner_[before], path[0], path[1])) return false;
-    if (folds(path[pieces - 1], path[pieces], corner_[next_half_edge(after)])) return false;
+    if (triangle_count == 2 && folds(path[0], path[1], path[2])) return false;
+    if (folds(corner_positions_[before], path[0], path[1])) return false;
+    if (folds(path[triangle_count - 1], path[triangle_count],
+              corner_positions_[next_half_edge(after)]))
+      return false;
     for (std::uint32_t r = after; r != over; r = borders_.next(r)) {
-      const Vec2d &a = corner_[r], &b = corner_[next_half_edge(r)];
-      for (std::uint32_t i = 0; i < pieces; ++i) {
-        if ((r == before && i == 0) || (r == after && i + 1 == pieces)) continue;
-        if (boxes_apart(path[i], path[i + 1], a, b)) continue;
+      const Vec2d &a = corner_positions_[r], &b = corner_positions_[next_half_edge(r)];
+      for (std::uint32_t i = 0; i < triangle_count; ++i) {
+        if ((r == before && i == 0) || (r == after && i + 1 == triangle_count)) continue;
+        if (are_boxes_disjoint(path[i], path[i + 1], a, b)) continue;
         if (!segments_apart_certain(path[i], path[i + 1], a, b)) return false;
       }
     }
@@ -238,38 +243,39 @@ class Trimmer {
   }
 
   void move_to_other_chart(std::uint32_t h, std::uint32_t g, const Fan& fan) {
-    const std::uint32_t to = label_[surface_.mate[h] / 3];
+    const std::uint32_t to = chart_of_[surface_.mate[h] / 3];
     const std::uint32_t before_a = borders_.previous(h), after_a = borders_.next(g);
     const std::uint32_t before_b = borders_.previous(surface_.mate[g]),
                         after_b = borders_.next(surface_.mate[h]);
     borders_.set_glued(h, true);
     borders_.set_glued(g, true);
-    std::uint32_t last_a = before_a, last_b = after_b;
+    std::uint32_t last_in_a = before_a, last_in_b = after_b;
     for (std::uint32_t i = 0; i < fan.count; ++i) {
       const std::uint32_t outer = fan.outer[i], t = outer / 3;
       borders_.set_glued(outer, false);
-      borders_.connect(last_a, surface_.mate[outer]);
-      borders_.connect(outer, last_b);
-      last_a = surface_.mate[outer];
-      last_b = outer;
-      label_[t] = to;
-      if (!is_flat()) continue;
-      const std::array<Vec2d, 3> p = places(fan, i);
-      for (std::uint32_t k = 0; k < 3; ++k) corner_[3 * t + (fan.inside[i] + k) % 3] = p[k];
+      borders_.connect(last_in_a, surface_.mate[outer]);
+      borders_.connect(outer, last_in_b);
+      last_in_a = surface_.mate[outer];
+      last_in_b = outer;
+      chart_of_[t] = to;
+      if (!has_layout()) continue;
+      const std::array<Vec2d, 3> p = fan_corner_positions(fan, i);
+      for (std::uint32_t k = 0; k < 3; ++k)
+        corner_positions_[3 * t + (fan.inside[i] + k) % 3] = p[k];
     }
-    borders_.connect(last_a, after_a);
-    borders_.connect(before_b, last_b);
+    borders_.connect(last_in_a, after_a);
+    borders_.connect(before_b, last_in_b);
   }
 
   const ChartSurface& surface_;
   ChartBorders& borders_;
   const ChartLimits& limits_;
-  std::vector<std::uint32_t> label_;  ///< Chart of each triangle
+  std::vector<std::uint32_t> chart_of_;  ///< Chart of each triangle
   /// Rest shape of each triangle; empty for charts without a layout
-  std::vector<RestShape> rest_;
+  std::vector<RestShape> rest_shapes_;
   /// Position of each corner in its chart; empty for charts without a layout
-  std::vector<Vec2d> corner_;
-  bool moved_ = false, forward_ = true;
+  std::vector<Vec2d> corner_positions_;
+  bool has_moved_ = false, forward_ = true;
 };
 
 }  // namespace
@@ -277,19 +283,19 @@ class Trimmer {
 void straighten_seams(const ChartSurface& surface, ChartBorders& borders,
                       std::vector<std::uint32_t>& label) {
   const ChartLimits limits;
-  Trimmer trimmer(surface, borders, limits, std::move(label));
-  trimmer.run();
-  label = std::move(trimmer).label();
+  SeamStraightener straightener(surface, borders, limits, std::move(label));
+  straightener.run();
+  label = std::move(straightener).label();
 }
 
 void trim_charts(const ChartSurface& surface, ChartBorders& borders, const ChartLimits& limits,
                  std::vector<FlatChart>& charts) {
   const std::vector<std::uint8_t> before = borders.glued();
-  Trimmer trimmer(surface, borders, limits, charts);
-  trimmer.run();
-  if (!trimmer.moved()) return;
-  std::vector<FlatChart> trimmed = trimmer.charts(charts.size());
-  // Each move should keep charts injective; the result is checked all the same before it is used.
+  SeamStraightener straightener(surface, borders, limits, charts);
+  straightener.run();
+  if (!straightener.has_moved()) return;
+  std::vector<FlatChart> trimmed = straightener.charts(charts.size());
+  // Each move should keep charts injective. The result is nevertheless checked before it is used.
   if (std::all_of(trimmed.begin(), trimmed.end(),
                   [](const FlatChart& chart) { return is_injective(chart); })) {
     charts = std::move(trimmed);

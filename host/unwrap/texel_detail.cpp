@@ -16,7 +16,7 @@ namespace {
 /// Number of samples on a low poly; each triangle has at least one.
 constexpr double kSampleCount = 8000;
 /// Expected share of the map that charts cover.
-constexpr double kCoveredShare = 0.75;
+constexpr double kExpectedMapCoverage = 0.75;
 constexpr std::size_t kTrianglesPerTask = 32;
 
 /// Indices of triangles with finite corners.
@@ -39,15 +39,15 @@ std::vector<Triangle> pick_triangles(const std::vector<Triangle>& triangles,
   return result;
 }
 
-/// Stratified samples on a triangle, with a different offset for each triangle, and the rotation of the texel at each
-/// sample.
-struct Spread : TriangleSpread {
+/// Stratified sample points on a triangle, each with a rotation for the texel-sized square around it. Each triangle has
+/// a different offset.
+struct TriangleSamples : TriangleSpread {
   double turn;
-  Spread(std::size_t triangle, std::size_t place)
-      : Spread(static_cast<double>(triangle), static_cast<double>(place)) {}
+  TriangleSamples(std::size_t triangle, std::size_t place)
+      : TriangleSamples(static_cast<double>(triangle), static_cast<double>(place)) {}
 
  private:
-  Spread(double t, double i)
+  TriangleSamples(double t, double i)
       : TriangleSpread(i, 0.6180339887498949 * t, 0.4142135623730950 * t),
         turn(0.5 * std::numbers::pi *
              fraction_of(0.8191725133961645 * i + 0.7320508075688772 * t)) {}
@@ -58,12 +58,12 @@ struct Spread : TriangleSpread {
 TexelDetail::TexelDetail(const Mesh& high)
     : frame_(Frame::of(high)),
       positions_(frame_.to_frame(high)),
-      source_(finite_triangles(high, positions_)),
-      triangles_(pick_triangles(high.triangles, source_)),
+      finite_triangles_(finite_triangles(high, positions_)),
+      triangles_(pick_triangles(high.triangles, finite_triangles_)),
       normals_(corner_normals(high, positions_)),
       surface_(positions_, triangles_) {}
 
-/// \returns false if the nearest point faces away
+/// \returns false if the high poly faces away at the nearest point
 bool TexelDetail::normal_at(const Vec3d& point, const Vec3d& facing, Vec3d& normal) const {
   const std::uint32_t t = surface_.nearest(to_float(point));
   const Triangle& c = triangles_[t];
@@ -71,7 +71,7 @@ bool TexelDetail::normal_at(const Vec3d& point, const Vec3d& facing, Vec3d& norm
       point, to_double(positions_[c[0]]), to_double(positions_[c[1]]), to_double(positions_[c[2]]));
   normal = {};
   for (std::size_t k = 0; k < 3; ++k) {
-    normal += to_double(normals_.normals[normals_.triangles[source_[t]][k]]) * share[k];
+    normal += to_double(normals_.normals[normals_.triangles[finite_triangles_[t]][k]]) * share[k];
   }
   const double size = length(normal);
   if (!(size > 0)) return false;
@@ -98,8 +98,8 @@ class TexelDetail::Walk {
   /// The high poly's normal at a point of the layout, in the low poly's frame.
   /// \param t  a nearby triangle, from which the walk to the point's triangle starts
   bool normal_at(std::uint32_t t, const Vec2d& at, Vec3d& normal) const {
-    constexpr int kMaxSteps = 200;
-    for (int step = 0; step < kMaxSteps && t != kNoIndex; ++step) {
+    constexpr int kMaxWalkSteps = 200;
+    for (int step = 0; step < kMaxWalkSteps && t != kNoIndex; ++step) {
       const std::array<Vec2d, 3>& c = flat_.corners[t];
       const double whole = cross(c[1] - c[0], c[2] - c[0]);
       std::array<double, 3> share{};
@@ -110,7 +110,7 @@ class TexelDetail::Walk {
         if (share[k] < share[out]) out = k;
       }
       if (share[out] >= 0) return interpolate_normal(t, share, normal);
-      t = flat_.beside[t][(out + 1) % 3];
+      t = flat_.neighbours[t][(out + 1) % 3];
     }
     return false;
   }
@@ -119,13 +119,13 @@ class TexelDetail::Walk {
   /// For each corner, the direction of the layout's x axis on the surface, averaged over the triangles around the
   /// corner.
   std::vector<Vec3d> corner_tangents() const {
-    struct Corner {
+    struct CornerFrame {
       std::uint32_t position = 0;
       Vec2d at{};
       std::size_t corner = 0;
       auto key() const { return std::tie(position, at.x, at.y); }
     };
-    std::vector<Corner> corners;
+    std::vector<CornerFrame> corners;
     std::vector<Vec3d> corner_tangents_of_low(3 * low_.triangles.size()),
         result(corner_tangents_of_low.size());
     for (std::size_t t = 0; t < low_.triangles.size(); ++t) {
@@ -142,7 +142,7 @@ class TexelDetail::Walk {
       }
     }
     std::stable_sort(corners.begin(), corners.end(),
-                     [](const Corner& a, const Corner& b) { return a.key() < b.key(); });
+                     [](const CornerFrame& a, const CornerFrame& b) { return a.key() < b.key(); });
     for (std::size_t i = 0; i < corners.size();) {
       std::size_t end = i;
       Vec3d sum{};
@@ -191,18 +191,19 @@ std::vector<TexelErrors> TexelDetail::errors(const Mesh& low, const FlatTriangle
                                              std::uint32_t size, int threads) const {
   const Walk walk(*this, low, flat);
   std::vector<TexelErrors> result(low.triangles.size(), TexelErrors{});
-  double total = 0;
-  for (std::size_t t = 0; t < result.size(); ++t) total += walk.area(t);
-  const double side = std::sqrt(total / kCoveredShare) / size;
+  double total_area = 0;
+  for (std::size_t t = 0; t < result.size(); ++t) total_area += walk.area(t);
+  const double side = std::sqrt(total_area / kExpectedMapCoverage) / size;
   const auto measure_triangle = [&](std::uint32_t t) {
     const auto& [a, b, c] = flat.corners[t];
-    const auto places = 1 + static_cast<std::size_t>(kSampleCount * walk.area(t) / total);
+    const auto sample_count =
+        1 + static_cast<std::size_t>(kSampleCount * walk.area(t) / total_area);
     double seen = 0;
-    for (std::size_t i = 0; i < places; ++i) {
-      const Spread at(t, i);
+    for (std::size_t i = 0; i < sample_count; ++i) {
+      const TriangleSamples at(t, i);
       const Vec2d p = a + (b - a) * at.u + (c - a) * at.v;
-      Vec3d middle{}, corner{};
-      if (!walk.normal_at(t, p, middle)) continue;
+      Vec3d normal_at_sample{}, corner{};
+      if (!walk.normal_at(t, p, normal_at_sample)) continue;
       ++seen;
       for (std::size_t s = 0; s < kTexelSides.size(); ++s) {
         const double reach = std::sqrt(0.5) * side * kTexelSides[s];
@@ -213,7 +214,7 @@ std::vector<TexelErrors> TexelDetail::errors(const Mesh& low, const FlatTriangle
           if (walk.normal_at(t, q, corner)) mean += corner;
         }
         const double most = length(mean);
-        if (most > 0) result[t][s] += length(middle - mean * (1 / most));
+        if (most > 0) result[t][s] += length(normal_at_sample - mean * (1 / most));
       }
     }
     for (double& error : result[t]) error = seen > 0 ? error / seen : 0;
@@ -223,7 +224,7 @@ std::vector<TexelErrors> TexelDetail::errors(const Mesh& low, const FlatTriangle
       if (walk.area(t) > 0) measure_triangle(static_cast<std::uint32_t>(t));
     }
   };
-  if (total > 0) parallel_for(result.size(), kTrianglesPerTask, body, threads);
+  if (total_area > 0) parallel_for(result.size(), kTrianglesPerTask, body, threads);
   return result;
 }
 

@@ -24,7 +24,7 @@ using TexelErrors = std::array<double, kTexelSides.size()>;
 struct FlatTriangles {
   std::vector<std::array<Vec2d, 3>> corners;
   std::vector<std::array<std::uint32_t, 3>>
-      beside;  ///< For each side, the half-edge on its other side; kNoIndex if there is none
+      neighbours;  ///< For each side, the half-edge on its other side; kNoIndex if there is none
 };
 
 /// The high poly's normals, prepared for lookups from low polys. Immutable. Cost: n log n to build; about 1
@@ -51,8 +51,9 @@ class TexelDetail {
 
   Frame frame_;
   std::vector<Vec3> positions_;
-  std::vector<std::uint32_t> source_;  ///< Indices of the mesh's triangles with finite corners
-  std::vector<Triangle> triangles_;    ///< Triangles listed in source_
+  std::vector<std::uint32_t>
+      finite_triangles_;             ///< Indices of the mesh's triangles with finite corners
+  std::vector<Triangle> triangles_;  ///< Triangles listed in finite_triangles_
   CornerNormals normals_;
   SurfaceDistance surface_;
 };

@@ -22,7 +22,7 @@ constexpr std::uint64_t kBytesPerFaceInPairs = 160, kBytesPerFaceInCharts = 900;
 /// Bytes per high-poly face of its BVH and of copies of positions, corners and normals.
 constexpr std::uint64_t kDetailBytesPerFace = 160;
 
-void check(const Mesh& mesh, const UnwrapOptions& options) {
+void check_input(const Mesh& mesh, const UnwrapOptions& options) {
   if (options.size < 16 || options.size > 65536) {
     throw Error(ErrorCode::usage, "unwrap: size is " + std::to_string(options.size) +
                                       "; it must be between 16 and 65536 texels");
@@ -35,7 +35,8 @@ void check(const Mesh& mesh, const UnwrapOptions& options) {
   }
   if (options.detail_of != nullptr && options.method != UnwrapMethod::charts) {
     throw Error(ErrorCode::usage,
-                "unwrap: detail_of is for charts: pairs have texels by area alone");
+                "unwrap: detail_of has no effect on pairs, which get texels by area: choose the "
+                "method charts, or leave detail_of out");
   }
   validate(mesh);
   if (options.detail_of != nullptr) validate(*options.detail_of);
@@ -58,7 +59,7 @@ Mesh unwrap(const Mesh& mesh, const UnwrapOptions& options, UnwrapReport* report
 Mesh unwrap_for(const Mesh& mesh, const UnwrapOptions& options, const TexelDetail* detail,
                 UnwrapReport* report, KnownCharts* known) {
   const auto start = std::chrono::steady_clock::now();
-  check(mesh, options);
+  check_input(mesh, options);
   const bool charts = options.method == UnwrapMethod::charts;
   require_memory("Unwrapping",
                  (charts ? kBytesPerFaceInCharts : kBytesPerFaceInPairs) * mesh.triangles.size());

@@ -42,12 +42,13 @@ constexpr double kMinExpectedGain = 0.01;
 /// typical of rims and fillets.
 constexpr double kMaxNarrowShare = 0.25;
 
-/// A separate, equilateral chart for a triangle that is too small for the layout of its chart; its sides are at least
-/// `side` long.
-FlatChart lone_chart(const ChartSurface& surface, ChartBorders& borders, std::uint32_t t,
-                     double side, std::vector<std::uint32_t>& local) {
+/// Makes a separate, equilateral chart of a triangle that is too small in its chart's layout; the new chart's sides are
+/// at least `side` long.
+FlatChart separate_triangle_chart(const ChartSurface& surface, ChartBorders& borders,
+                                  std::uint32_t t, double side,
+                                  std::vector<std::uint32_t>& index_in_chart) {
   const std::array<std::uint32_t, 1> triangle{t};
-  FlatChart chart = cut_open(surface, triangle, borders.glued(), local);
+  FlatChart chart = cut_open(surface, triangle, borders.glued(), index_in_chart);
   for (std::uint32_t k = 0; k < 3; ++k) side = std::max(side, surface.length[3 * t + k]);
   chart.points = {{0, 0}, {side, 0}, {0.5 * side, std::sqrt(0.75) * side}};
   return chart;
@@ -69,41 +70,43 @@ ChartSurface make_surface(const Mesh& mesh, const std::vector<std::uint8_t>& is_
   return surface;
 }
 
-/// Lays out separated triangles as charts of at least a texel.
-void lay_lone(const ChartSurface& surface, const UnwrapOptions& options,
-              const std::vector<std::uint8_t>& is_separate, ChosenCharts& chosen) {
-  const double texel = std::sqrt(surface.total_area) / options.size;
-  std::vector<std::uint32_t> local(surface.triangles.size());
+/// Lays out each separated triangle as a chart of at least a texel.
+void lay_out_separate_triangles(const ChartSurface& surface, const UnwrapOptions& options,
+                                const std::vector<std::uint8_t>& is_separate,
+                                ChosenCharts& chosen) {
+  const double texel_side = std::sqrt(surface.total_area) / options.size;
+  std::vector<std::uint32_t> index_in_chart(surface.triangles.size());
   for (FlatChart& chart : chosen.charts) {
     if (is_separate[chart.source[0]] != 0)
-      chart = lone_chart(surface, chosen.borders, chart.source[0], texel, local);
+      chart = separate_triangle_chart(surface, chosen.borders, chart.source[0], texel_side,
+                                      index_in_chart);
   }
 }
 
-struct Layout {
+struct PackedLayout {
   OutlinePacking packing;
   double padding = 0, coverage = 0;
 };
 
-Layout pack_with(std::span<const Outline> outlines, std::uint32_t size, double padding,
-                 const PackState* from, int threads) {
+PackedLayout pack_with(std::span<const Outline> outlines, std::uint32_t size, double padding,
+                       const PackState* from, int threads) {
   // The minimum distance of borders is the padding plus the rounding of two borders to UV steps.
   const double apart = padding + 4 * size / kUvSteps;
   const auto packed = [&] {
     if (outlines.size() > kMaxBitmapCharts) return pack_boxes(outlines, size, apart);
     return pack_outlines(outlines, size, apart, from, threads);
   };
-  Layout layout{packed(), padding};
+  PackedLayout layout{packed(), padding};
   const double side = layout.packing.scale / size;
   for (const Outline& outline : outlines) layout.coverage += outline.area * side * side;
   return layout;
 }
 
 /// Packs with the requested padding, or with less if charts then cover much more of the map.
-Layout pack(const std::vector<FlatChart>& charts, const PackState* from,
-            const UnwrapOptions& options, int threads) {
+PackedLayout pack(const std::vector<FlatChart>& charts, const PackState* from,
+                  const UnwrapOptions& options, int threads) {
   const std::vector<Outline> outlines = outlines_of(charts);
-  Layout best = pack_with(outlines, options.size, options.border_texels, from, threads);
+  PackedLayout best = pack_with(outlines, options.size, options.border_texels, from, threads);
   while (best.coverage < kMinWantedCoverage &&
          (best.padding > 1 || best.coverage < kMaxSubtexelCoverage)) {
     if (best.padding < 1.0 / 1024) {
@@ -111,7 +114,7 @@ Layout pack(const std::vector<FlatChart>& charts, const PackState* from,
                                         std::to_string(options.size) +
                                         " texels; simplify it first, or use a larger size");
     }
-    Layout next = pack_with(outlines, options.size, 0.5 * best.padding, nullptr, threads);
+    PackedLayout next = pack_with(outlines, options.size, 0.5 * best.padding, nullptr, threads);
     // Long thin charts leave space unused at any padding.
     if (best.coverage > 0 && next.coverage < kMinCoverageGain * best.coverage) break;
     best = std::move(next);
@@ -121,20 +124,21 @@ Layout pack(const std::vector<FlatChart>& charts, const PackState* from,
 
 /// Price of a cut between different texel densities.
 DensityPrice density_price(const ChartSurface& surface, const UnwrapOptions& options) {
-  const double texel = std::sqrt(surface.total_area / kExpectedCoverage) / options.size;
+  const double texel_side = std::sqrt(surface.total_area / kExpectedCoverage) / options.size;
   double length = 0;
   for (const double side : surface.length) length += side;
   const double edge = length / static_cast<double>(surface.length.size());
   const double vertex =
       kVertexPrice * surface.total_area / static_cast<double>(surface.positions.size());
-  return {0.5 * options.border_texels * texel, vertex / edge, kMinPartShare * surface.total_area};
+  return {0.5 * options.border_texels * texel_side, vertex / edge,
+          kMinPartShare * surface.total_area};
 }
 
 /// Scales charts to their detail, with or without cuts, if an improvement is expected.
 /// \param mesh    mesh of the surface
 /// \param layout  [in, out] layout of the charts at uniform density on entry, of the chosen charts on return
 void scale_by_detail(const ChartSurface& surface, const Mesh& mesh, const TexelDetail& detail,
-                     const UnwrapOptions& options, ChosenCharts& made, Layout& layout,
+                     const UnwrapOptions& options, ChosenCharts& made, PackedLayout& layout,
                      int threads) {
   const FlatTriangles flat =
       flat_triangles(surface, made.borders, made.charts, mesh.triangles.size());
@@ -142,7 +146,7 @@ void scale_by_detail(const ChartSurface& surface, const Mesh& mesh, const TexelD
       texel_needs(surface, detail.errors(mesh, flat, options.size, threads));
   const double even = std::sqrt(kExpectedCoverage / surface.total_area) * options.size;
   const auto error_of = [&](const std::vector<FlatChart>& charts, std::vector<double> scales,
-                            const Layout& packed) {
+                            const PackedLayout& packed) {
     for (double& s : scales) s *= packed.packing.scale / even;
     return expected_error(chart_needs(charts, needs), scales);
   };
@@ -162,7 +166,7 @@ void scale_by_detail(const ChartSurface& surface, const Mesh& mesh, const TexelD
     for (std::size_t i = 0; i < charts.size(); ++i) {
       for (Vec2d& p : charts[i].points) p = p * scales[i];
     }
-    Layout packed = pack(charts, nullptr, options, threads);
+    PackedLayout packed = pack(charts, nullptr, options, threads);
     const double error = error_of(charts, scales, packed);
     if (error >= min_error || packed.padding < layout.padding) continue;
     min_error = error;
@@ -190,27 +194,29 @@ class RoundedChart {
   /// \returns true if the chart is injective
   bool repair() {
     for (int attempt = 0; attempt < kMaxRepairs; ++attempt) {
-      const std::vector<std::size_t> flat = flattened();
-      const auto touch = flat.empty() ? first_touch(outline_of(chart_)) : std::nullopt;
-      if (flat.empty() && !touch) return true;
+      const std::vector<std::size_t> flat = flattened_triangles();
+      const auto touching_pair =
+          flat.empty() ? first_touching_sides(outline_of(chart_)) : std::nullopt;
+      if (flat.empty() && !touching_pair) return true;
       for (const std::size_t i : flat) widen_triangle(chart_.triangles[i]);
-      if (touch) part(touch->first, touch->second);
+      if (touching_pair) part(touching_pair->first, touching_pair->second);
     }
     return false;
   }
 
-  /// Sets entries of `is_separate` for triangles without area; if there are none, for triangles at two places where the
-  /// border touches itself.
+  /// Sets the entries of `is_separate` for triangles without area; if there are none, those of the triangles at one
+  /// pair of touching border sides.
   void mark(std::vector<std::uint8_t>& is_separate) const {
-    const std::vector<std::size_t> flat = flattened();
+    const std::vector<std::size_t> flat = flattened_triangles();
     for (const std::size_t i : flat) is_separate[chart_.source[i]] = 1;
     if (!flat.empty()) return;
-    const auto touch = first_touch(outline_of(chart_));
-    if (!touch) return;
+    const auto touching_pair = first_touching_sides(outline_of(chart_));
+    if (!touching_pair) return;
     for (std::size_t i = 0; i < chart_.triangles.size(); ++i) {
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t from = chart_.triangles[i][k];
-        if (from != chart_.boundary[touch->first] && from != chart_.boundary[touch->second])
+        if (from != chart_.boundary[touching_pair->first] &&
+            from != chart_.boundary[touching_pair->second])
           continue;
         is_separate[chart_.source[i]] = 1;
       }
@@ -222,7 +228,7 @@ class RoundedChart {
   static constexpr int kMaxRepairs = 64;
   static constexpr double kRepairSteps = 3;
 
-  std::vector<std::size_t> flattened() const {
+  std::vector<std::size_t> flattened_triangles() const {
     std::vector<std::size_t> result;
     for (std::size_t i = 0; i < chart_.triangles.size(); ++i) {
       const Triangle& t = chart_.triangles[i];
@@ -232,7 +238,7 @@ class RoundedChart {
     return result;
   }
 
-  /// Moves a vertex to the left of a direction.
+  /// Moves a vertex perpendicularly to a direction, to its left.
   void move(std::uint32_t v, const Vec2d& along) {
     const double size = std::hypot(along.x, along.y);
     const Vec2d left =
@@ -292,10 +298,11 @@ class RoundedChart {
   FlatChart& chart_;
 };
 
-Mesh write(const Mesh& mesh, const ChartSurface& surface, const std::vector<FlatChart>& charts) {
+Mesh write_uvs(const Mesh& mesh, const ChartSurface& surface,
+               const std::vector<FlatChart>& charts) {
   Mesh result = mesh;
   result.tangents.clear();  // tangents belong to the previous UVs
-  result.uvs = {{0, 0}};    // UV of all corners of triangles without texels
+  result.uvs = {{0, 0}};    // The one UV shared by all corners of triangles without texels
   result.uv_triangles.assign(mesh.triangles.size(), Triangle{0, 0, 0});
   for (const FlatChart& chart : charts) {
     const auto first = static_cast<std::uint32_t>(result.uvs.size());
@@ -312,7 +319,7 @@ Mesh write(const Mesh& mesh, const ChartSurface& surface, const std::vector<Flat
 }
 
 /// Width of a chart as a strip: its area over half the length of its border, as a share of the map's side.
-double width_of(const FlatChart& chart) {
+double strip_width(const FlatChart& chart) {
   double doubled_area = 0, length = 0;
   for (std::size_t i = 0; i < chart.boundary.size(); ++i) {
     const Vec2d &a = chart.points[chart.boundary[i]],
@@ -323,14 +330,14 @@ double width_of(const FlatChart& chart) {
   return length > 0 ? doubled_area / length / kUvSteps : 0;
 }
 
-void describe(const ChartSurface& surface, const std::vector<FlatChart>& charts, double padding,
-              const UnwrapOptions& options, UnwrapReport& report) {
+void write_report(const ChartSurface& surface, const std::vector<FlatChart>& charts, double padding,
+                  const UnwrapOptions& options, UnwrapReport& report) {
   report.charts = charts.size();
   report.border_texels = padding;
   double weight = 0, sum = 0, squares = 0, narrow = 0;
   std::uint64_t narrow_charts = 0;
   for (const FlatChart& chart : charts) {
-    const bool is_narrow = width_of(chart) * options.size < 1;
+    const bool is_narrow = strip_width(chart) * options.size < 1;
     narrow_charts += is_narrow ? 1 : 0;
     for (std::size_t i = 0; i < chart.triangles.size(); ++i) {
       const Triangle& t = chart.triangles[i];
@@ -379,8 +386,8 @@ KnownCharts::~KnownCharts() = default;
 
 Mesh unwrap_charts(const Mesh& mesh, const UnwrapOptions& options, UnwrapReport* report,
                    int threads, const TexelDetail* detail, KnownCharts* kept) {
-  KnownCharts local_charts;
-  KnownCharts::State& known = kept != nullptr ? kept->state() : local_charts.state();
+  KnownCharts uncached_charts;
+  KnownCharts::State& known = kept != nullptr ? kept->state() : uncached_charts.state();
   std::vector<std::uint8_t> is_separate(mesh.triangles.size(), 0);
   // The loop terminates: each round separates at least one more triangle, and a separate triangle can always be
   // placed.
@@ -390,28 +397,28 @@ Mesh unwrap_charts(const Mesh& mesh, const UnwrapOptions& options, UnwrapReport*
     const ChartSurface& surface = *known.surface;
     ChosenCharts made = known.chosen ? *known.chosen : choose_charts(surface, options, threads);
     if (!known.chosen) relax_charts(made.charts, threads);
-    if (kept != nullptr && !known.chosen && made.any_size) known.chosen.emplace(made);
-    lay_lone(surface, options, is_separate, made);
+    if (kept != nullptr && !known.chosen && made.is_independent_of_size) known.chosen.emplace(made);
+    lay_out_separate_triangles(surface, options, is_separate, made);
     std::vector<FlatChart>& charts = made.charts;
-    Layout layout = pack(charts, made.packed ? &*made.packed : nullptr, options, threads);
+    PackedLayout layout = pack(charts, made.packed ? &*made.packed : nullptr, options, threads);
     if (detail != nullptr) scale_by_detail(surface, mesh, *detail, options, made, layout, threads);
-    bool any_failed = false;
+    bool any_chart_failed = false;
     for (std::size_t i = 0; i < charts.size(); ++i) {
       place(charts[i], layout.packing.places[i], layout.packing.scale, options.size);
       RoundedChart rounded(charts[i]);
       if (rounded.repair()) continue;
       rounded.mark(is_separate);
-      any_failed = true;
+      any_chart_failed = true;
     }
-    if (any_failed) {
+    if (any_chart_failed) {
       known.chosen.reset();
       continue;
     }
     // Charts with separated triangles cannot be reused for another size.
     if (std::find(is_separate.begin(), is_separate.end(), 1) != is_separate.end())
       known.chosen.reset();
-    if (report != nullptr) describe(surface, charts, layout.padding, options, *report);
-    return write(mesh, surface, charts);
+    if (report != nullptr) write_report(surface, charts, layout.padding, options, *report);
+    return write_uvs(mesh, surface, charts);
   }
 }
 

@@ -26,14 +26,15 @@ struct Patch {
   double width = 0, height = 0;  ///< Legs of the triangles, as lengths on the surface
   std::array<std::uint32_t, 2> triangle{kNoIndex, kNoIndex};
   std::array<std::uint8_t, 2> apex{};  ///< Corner of each triangle that gets the right angle
-  bool is_shared = false;
+  bool has_two_triangles = false;
 };
 
 /// Sets the patch's sides in the ratio of its legs, with an area that suffices for two triangles.
 void set_sides(Patch& patch, double width, double height, double area) {
-  const double limit = kAspectLimit;
-  double ratio = std::clamp(width / height, 1 / limit, limit);
-  if (!(ratio > 0)) ratio = 1;  // NaN: both legs have length 0, or their squares overflow
+  const double max_ratio = kAspectLimit;
+  double ratio = std::clamp(width / height, 1 / max_ratio, max_ratio);
+  if (!(ratio > 0))
+    ratio = 1;  // The ratio is NaN if both legs have length 0, or if their squares overflow
   patch.height = std::sqrt(area / ratio);
   patch.width = patch.height * ratio;
 }
@@ -91,7 +92,7 @@ std::vector<Patch> make_patches(const Mesh& mesh, const std::vector<TriangleShap
       Patch patch;
       patch.triangle = {t, other};
       patch.apex = {pairing.apex[t], pairing.apex[other]};
-      patch.is_shared = true;
+      patch.has_two_triangles = true;
       double width = 0, height = 0;
       for (const std::size_t k : {0u, 1u}) {
         const TriangleShape& shape = shapes[patch.triangle[k]];
@@ -113,10 +114,10 @@ std::vector<Patch> make_patches(const Mesh& mesh, const std::vector<TriangleShap
 
 /// Rules for rounding patches to cells of whole grid steps.
 struct GridRules {
-  std::uint32_t side = 0;      ///< Number of steps along a side of the grid
-  std::uint32_t border = 1;    ///< Padding between charts in steps
-  std::uint32_t smallest = 2;  ///< Shortest leg in steps
-  bool squares = false;        ///< True if both legs have equal length
+  std::uint32_t side = 0;           ///< Number of steps along a side of the grid
+  std::uint32_t border = 1;         ///< Padding between charts in steps
+  std::uint32_t min_leg_steps = 2;  ///< Shortest leg in steps
+  bool squares = false;             ///< True if both legs have equal length
 };
 
 struct Legs {
@@ -126,13 +127,14 @@ struct Legs {
 Legs legs_of(const Patch& patch, double scale, const GridRules& rule) {
   const double max_steps = 1e9;
   const auto round_to_steps = [&](double value) {
-    return std::max(rule.smallest, static_cast<std::uint32_t>(std::min(value + 0.5, max_steps)));
+    return std::max(rule.min_leg_steps,
+                    static_cast<std::uint32_t>(std::min(value + 0.5, max_steps)));
   };
   if (rule.squares) {
     const std::uint32_t leg = std::max(2U, round_to_steps(patch.width * scale));
     return {leg, leg};
   }
-  // The second side compensates for the first one's rounding.
+  // The second side is chosen after the first one is rounded, to keep the area.
   const double area = patch.width * scale * (patch.height * scale);
   Legs legs{};
   if (patch.width >= patch.height) {
@@ -148,7 +150,7 @@ Legs legs_of(const Patch& patch, double scale, const GridRules& rule) {
 }
 
 PackSize cell_of(const Patch& patch, const Legs& legs, const GridRules& rule) {
-  const bool apart = patch.triangle[1] != kNoIndex && !patch.is_shared;
+  const bool apart = patch.triangle[1] != kNoIndex && !patch.has_two_triangles;
   const std::uint32_t extra = rule.border + (apart ? rule.border : 0);
   return {legs.width + extra, legs.height + extra};
 }
@@ -163,11 +165,11 @@ struct PairLayout {
 class LayoutSearch {
  public:
   LayoutSearch(const std::vector<Patch>& patches, const GridRules& rule)
-      : patches_(patches), rule_(rule), sizes_(patches.size()) {}
+      : patches_(patches), grid_rules_(rule), sizes_(patches.size()) {}
 
   /// The layout at the largest scale that fits, to about 0.1%; nullopt if not even the smallest cells fit.
   std::optional<PairLayout> run() {
-    const double side = rule_.side;
+    const double side = grid_rules_.side;
     double area = 0;
     for (const Patch& patch : patches_) area += patch.width * patch.height;
     // Upper bound: the scale without padding and waste. The scale falls from there until the cells' area fits, then
@@ -202,7 +204,7 @@ class LayoutSearch {
   double cells_area(double scale) const {
     double area = 0;
     for (const Patch& patch : patches_) {
-      const PackSize cell = cell_of(patch, legs_of(patch, scale, rule_), rule_);
+      const PackSize cell = cell_of(patch, legs_of(patch, scale, grid_rules_), grid_rules_);
       area += static_cast<double>(cell.width) * cell.height;
     }
     return area;
@@ -212,22 +214,22 @@ class LayoutSearch {
   bool pack(double scale) {
     double covered_area = 0;
     for (std::size_t i = 0; i < patches_.size(); ++i) {
-      const Legs legs = legs_of(patches_[i], scale, rule_);
-      sizes_[i] = cell_of(patches_[i], legs, rule_);
-      if (std::max(sizes_[i].width, sizes_[i].height) > rule_.side) return false;
+      const Legs legs = legs_of(patches_[i], scale, grid_rules_);
+      sizes_[i] = cell_of(patches_[i], legs, grid_rules_);
+      if (std::max(sizes_[i].width, sizes_[i].height) > grid_rules_.side) return false;
       covered_area += static_cast<double>(legs.width) * legs.height *
                       (patches_[i].triangle[1] == kNoIndex ? 0.5 : 1.0);
     }
-    if (!pack_rectangles(sizes_, rule_.side, places_)) return false;
-    const double side = rule_.side;
-    best_ = PairLayout{rule_, scale, places_, covered_area / (side * side)};
+    if (!pack_rectangles(sizes_, grid_rules_.side, cell_places_)) return false;
+    const double side = grid_rules_.side;
+    best_ = PairLayout{grid_rules_, scale, cell_places_, covered_area / (side * side)};
     return true;
   }
 
   const std::vector<Patch>& patches_;
-  GridRules rule_;
+  GridRules grid_rules_;
   std::vector<PackSize> sizes_;
-  std::vector<PackPlace> places_;
+  std::vector<PackPlace> cell_places_;
   std::optional<PairLayout> best_;
 };
 
@@ -271,7 +273,7 @@ class UvWriter {
     set(patch, 0, add(0, 0), right, up);
     if (patch.triangle[1] == kNoIndex) return;
     const std::uint32_t corner = add(end_x, end_y);
-    if (patch.is_shared) {
+    if (patch.has_two_triangles) {
       set(patch, 1, corner, up, right);
     } else {
       const std::uint32_t left = add(end_x - legs.width, end_y);
@@ -324,14 +326,14 @@ Mesh unwrap_pairs(const Mesh& mesh, const UnwrapOptions& options,
   result.tangents.clear();  // tangents belong to the previous UVs
   result.uvs.clear();
   result.uvs.reserve(patches.size() * 4 + 1);
-  result.uvs.push_back({0, 0});  // UV of all corners of triangles without texels
+  result.uvs.push_back({0, 0});  // The one UV shared by all corners of triangles without texels
   result.uv_triangles.assign(mesh.triangles.size(), Triangle{0, 0, 0});
-  UvWriter writer(layout, result);
-  for (std::size_t i = 0; i < patches.size(); ++i) writer.write(patches[i], layout.places[i]);
+  UvWriter uv_writer(layout, result);
+  for (std::size_t i = 0; i < patches.size(); ++i) uv_writer.write(patches[i], layout.places[i]);
   if (report == nullptr) return result;
 
   for (const Patch& patch : patches) {
-    report->charts += patch.is_shared || patch.triangle[1] == kNoIndex ? 1 : 2;
+    report->charts += patch.has_two_triangles || patch.triangle[1] == kNoIndex ? 1 : 2;
   }
   report->coverage = layout.coverage;
   report->density_spread = density_spread(patches, layout, shapes);

@@ -39,13 +39,13 @@ std::vector<std::array<std::uint32_t, 4>> chart_corners(const SimplifiedIsosurfa
       triangles.push_back({c[0], c[1], c[2]});
     }
   }
-  std::vector<TriangleShape> shapes;
-  shapes.reserve(triangles.size());
+  std::vector<TriangleShape> triangle_shapes;
+  triangle_shapes.reserve(triangles.size());
   for (const Triangle& t : triangles) {
-    shapes.push_back(triangle_shape(low_poly.positions[t[0]], low_poly.positions[t[1]],
-                                    low_poly.positions[t[2]]));
+    triangle_shapes.push_back(triangle_shape(low_poly.positions[t[0]], low_poly.positions[t[1]],
+                                             low_poly.positions[t[2]]));
   }
-  const Pairing pairing = pair_triangles(low_poly.positions, triangles, shapes);
+  const Pairing pairing = pair_triangles(low_poly.positions, triangles, triangle_shapes);
   for (std::uint32_t i = 0; i < triangles.size(); ++i) {
     const Triangle& t = triangles[i];
     const std::uint32_t other = pairing.partner[i];
@@ -67,11 +67,12 @@ std::vector<std::array<std::uint32_t, 4>> chart_corners(const SimplifiedIsosurfa
 }
 
 /// Sides of a chart's rectangle in world units.
-struct Extent {
+struct RectangleSize {
   double width, height;
 };
 
-Extent extent(const SimplifiedIsosurface& low_poly, const std::array<std::uint32_t, 4>& c) {
+RectangleSize rectangle_size(const SimplifiedIsosurface& low_poly,
+                             const std::array<std::uint32_t, 4>& c) {
   const auto side = [&](std::size_t a, std::size_t b) {
     return length(to_double(low_poly.positions[c[a]]) - to_double(low_poly.positions[c[b]]));
   };
@@ -84,60 +85,61 @@ Extent extent(const SimplifiedIsosurface& low_poly, const std::array<std::uint32
 }
 
 /// Number of texel steps between corners; at least 1.
-std::uint32_t steps(double length, double density, std::uint32_t max_steps) {
+std::uint32_t texel_steps(double length, double density, std::uint32_t max_steps) {
   return static_cast<std::uint32_t>(
       std::clamp(std::round(length * density), 1.0, double(max_steps)));
 }
 
-std::vector<PackSize> pack_sizes(const std::vector<Extent>& extents, double density,
+std::vector<PackSize> pack_sizes(const std::vector<RectangleSize>& rectangle_sizes, double density,
                                  std::uint32_t size, std::uint32_t border) {
   const std::uint32_t max_steps = size - 1 - 2 * border;
   std::vector<PackSize> result;
-  result.reserve(extents.size());
-  for (const Extent& e : extents) {
-    result.push_back({steps(e.width, density, max_steps) + 1 + 2 * border,
-                      steps(e.height, density, max_steps) + 1 + 2 * border});
+  result.reserve(rectangle_sizes.size());
+  for (const RectangleSize& e : rectangle_sizes) {
+    result.push_back({texel_steps(e.width, density, max_steps) + 1 + 2 * border,
+                      texel_steps(e.height, density, max_steps) + 1 + 2 * border});
   }
   return result;
 }
 
 /// The largest density at which the rectangles fit, within a few percent; 0 if none fits.
-double find_density(const std::vector<Extent>& extents, std::uint32_t size, std::uint32_t border,
-                    std::vector<PackPlace>& places, std::vector<PackSize>& sizes) {
+double find_density(const std::vector<RectangleSize>& rectangle_sizes, std::uint32_t size,
+                    std::uint32_t border, std::vector<PackPlace>& rectangle_places,
+                    std::vector<PackSize>& sizes) {
   if (2 * border + 2 > size) return 0;
   const double texels = double(size) * size;
   const auto fits = [&](double density) {
-    std::vector<PackSize> tried = pack_sizes(extents, density, size, border);
+    std::vector<PackSize> tried = pack_sizes(rectangle_sizes, density, size, border);
     double area = 0;
     for (const PackSize& s : tried) area += double(s.width) * s.height;
     if (area > texels) return false;
     std::vector<PackPlace> found;
     if (!pack_rectangles(tried, size, found)) return false;
-    places = std::move(found);
+    rectangle_places = std::move(found);
     sizes = std::move(tried);
     return true;
   };
   double longest = 0;
-  for (const Extent& e : extents) longest = std::max({longest, e.width, e.height});
+  for (const RectangleSize& e : rectangle_sizes) longest = std::max({longest, e.width, e.height});
   if (!(longest > 0)) return fits(0) ? 1 : 0;
   // Upper bound of the density: the total area fits exactly. The search starts slightly below it.
   double low = 0, high = size / longest;
   for (int round = 0; round < 40; ++round) {
     const double middle = round == 0 ? high : (low + high) / 2;
     double area = 0;
-    for (const PackSize& s : pack_sizes(extents, middle, size, border)) {
+    for (const PackSize& s : pack_sizes(rectangle_sizes, middle, size, border)) {
       area += double(s.width) * s.height;
     }
     (area <= texels ? low : high) = middle;
     if (high - low < 1e-3 * high) break;
   }
-  const double bound = low;
-  if (bound > 0) {
+  const double max_density = low;
+  if (max_density > 0) {
     for (double share = 0.98; share > 0.6; share *= 0.97) {
-      if (fits(bound * share)) return bound * share;
+      if (fits(max_density * share)) return max_density * share;
     }
     for (double share = 0.6; share > 0.01; share *= 0.8) {
-      if (fits(bound * share)) return bound * share;
+      if (fits(max_density * share)) return max_density * share;
     }
   }
   return fits(0) ? 1e-30 : 0;
@@ -145,8 +147,8 @@ double find_density(const std::vector<Extent>& extents, std::uint32_t size, std:
 
 /// Barycentric coordinates of a triangle's 2nd and 3rd corner as affine functions of a point, projected along the
 /// normal.
-void set_projection(const Vec3d& a, const Vec3d& b, const Vec3d& c, float rows[2][4],
-                    float normal[3]) {
+void set_projection_rows(const Vec3d& a, const Vec3d& b, const Vec3d& c, float rows[2][4],
+                         float normal[3]) {
   const Vec3d e = b - a, f = c - a;
   const Vec3d n = cross(e, f);
   const double squared = dot(n, n);
@@ -165,10 +167,10 @@ void set_projection(const Vec3d& a, const Vec3d& b, const Vec3d& c, float rows[2
 }
 
 /// Barycentric coordinates as affine functions of a texel's position in the chart.
-void set_weights(const float* a, const float* b, const float* c, float rows[2][3]) {
+void set_weight_rows(const float* a, const float* b, const float* c, float rows[2][3]) {
   const double ex = double{b[0]} - a[0], ey = double{b[1]} - a[1];
   const double fx = double{c[0]} - a[0], fy = double{c[1]} - a[1];
-  // Not 0, since the corners are those of a rectangle
+  // The determinant is not 0, since the corners are those of a rectangle
   const double determinant = ex * fy - ey * fx;
   const double second[2] = {fy / determinant, -fx / determinant};
   const double third[2] = {-ey / determinant, ex / determinant};
@@ -204,10 +206,10 @@ kiln_volume_chart make_chart(const SimplifiedIsosurface& low_poly,
   }
   for (std::uint32_t k = 0; k < chart.triangles; ++k) {
     const auto at = [&](std::uint32_t c) { return to_double(low_poly.positions[corners[c]]); };
-    set_projection(at(0), at(1 + k), at(2 + k), chart.project[k], chart.normal[k]);
-    set_weights(chart.texel[0], chart.texel[1 + k], chart.texel[2 + k], chart.weights[k]);
+    set_projection_rows(at(0), at(1 + k), at(2 + k), chart.project[k], chart.normal[k]);
+    set_weight_rows(chart.texel[0], chart.texel[1 + k], chart.texel[2 + k], chart.weights[k]);
   }
-  // A degenerate triangle uses the direction of the chart's other triangle.
+  // A degenerate triangle uses the projection direction of the chart's other triangle.
   for (std::uint32_t k = 0; k < chart.triangles; ++k) {
     const float* n = chart.normal[k];
     if (n[0] != 0 || n[1] != 0 || n[2] != 0) continue;
@@ -218,12 +220,13 @@ kiln_volume_chart make_chart(const SimplifiedIsosurface& low_poly,
   return chart;
 }
 
-std::vector<Extent> extents_of(const SimplifiedIsosurface& low_poly,
-                               const std::vector<std::array<std::uint32_t, 4>>& corners) {
-  std::vector<Extent> extents;
-  extents.reserve(corners.size());
-  for (const auto& c : corners) extents.push_back(extent(low_poly, c));
-  return extents;
+std::vector<RectangleSize> rectangle_sizes_of(
+    const SimplifiedIsosurface& low_poly,
+    const std::vector<std::array<std::uint32_t, 4>>& corners) {
+  std::vector<RectangleSize> rectangle_sizes;
+  rectangle_sizes.reserve(corners.size());
+  for (const auto& c : corners) rectangle_sizes.push_back(rectangle_size(low_poly, c));
+  return rectangle_sizes;
 }
 
 }  // namespace
@@ -245,8 +248,10 @@ Mesh polygon_mesh(const SimplifiedIsosurface& low_poly, const Volume& volume) {
 std::uint32_t atlas_size(const SimplifiedIsosurface& low_poly, double texels_per_unit,
                          std::uint32_t border) {
   constexpr std::uint32_t kAtlasSizeStep = 16, kMaxAtlasSize = 8192;
-  const std::vector<Extent> extents = extents_of(low_poly, chart_corners(low_poly));
-  const std::vector<PackSize> sizes = pack_sizes(extents, texels_per_unit, kMaxAtlasSize, border);
+  const std::vector<RectangleSize> rectangle_sizes =
+      rectangle_sizes_of(low_poly, chart_corners(low_poly));
+  const std::vector<PackSize> sizes =
+      pack_sizes(rectangle_sizes, texels_per_unit, kMaxAtlasSize, border);
   double area = 0;
   std::uint32_t side = kAtlasSizeStep;
   for (const PackSize& size : sizes) {
@@ -255,10 +260,10 @@ std::uint32_t atlas_size(const SimplifiedIsosurface& low_poly, double texels_per
   }
   side =
       std::max(side, static_cast<std::uint32_t>(std::min<double>(std::sqrt(area), kMaxAtlasSize)));
-  std::vector<PackPlace> places;
+  std::vector<PackPlace> rectangle_places;
   for (; side < kMaxAtlasSize; side += std::max(kAtlasSizeStep, side / 50)) {
     side = (side + kAtlasSizeStep - 1) / kAtlasSizeStep * kAtlasSizeStep;
-    if (side < kMaxAtlasSize && pack_rectangles(sizes, side, places)) return side;
+    if (side < kMaxAtlasSize && pack_rectangles(sizes, side, rectangle_places)) return side;
   }
   return kMaxAtlasSize;
 }
@@ -266,18 +271,19 @@ std::uint32_t atlas_size(const SimplifiedIsosurface& low_poly, double texels_per
 Atlas make_atlas(const SimplifiedIsosurface& low_poly, const Volume& volume, std::uint32_t size,
                  std::uint32_t border) {
   const auto corners = chart_corners(low_poly);
-  const std::vector<Extent> extents = extents_of(low_poly, corners);
+  const std::vector<RectangleSize> rectangle_sizes = rectangle_sizes_of(low_poly, corners);
   Atlas atlas;
-  std::vector<PackPlace> places;
+  std::vector<PackPlace> rectangle_places;
   std::vector<PackSize> sizes;
   for (atlas.border = border; atlas.border > 0; --atlas.border) {
-    atlas.texels_per_unit = find_density(extents, size, atlas.border, places, sizes);
+    atlas.texels_per_unit =
+        find_density(rectangle_sizes, size, atlas.border, rectangle_places, sizes);
     if (atlas.texels_per_unit > 0) break;
   }
   if (atlas.border == 0) {
     const std::string map =
         "a map of " + std::to_string(size) + " x " + std::to_string(size) + " texels";
-    if (!low_poly.reached) {
+    if (!low_poly.is_goal_reached) {
       throw Error(ErrorCode::input,
                   "The topology of volume '" + volume.name + "' needs " +
                       std::to_string(low_poly.faces) + " faces, more than requested, and their " +
@@ -305,7 +311,7 @@ Atlas make_atlas(const SimplifiedIsosurface& low_poly, const Volume& volume, std
   atlas.charts.reserve(corners.size());
   for (std::size_t i = 0; i < corners.size(); ++i) {
     kiln_volume_chart chart =
-        make_chart(low_poly, corners[i], sizes[i], places[i], size, atlas.border);
+        make_chart(low_poly, corners[i], sizes[i], rectangle_places[i], size, atlas.border);
     chart.first_texel = static_cast<std::uint32_t>(atlas.texels);
     atlas.texels += std::uint64_t{chart.size[0]} * chart.size[1];
     chart.first_ring = static_cast<std::uint32_t>(atlas.ring_texels);

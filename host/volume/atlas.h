@@ -13,7 +13,8 @@ namespace kiln {
 
 struct Atlas {
   std::vector<kiln_volume_chart> charts;
-  Mesh mesh;  ///< With UVs and smooth normals; the triangles of each chart are contiguous
+  /// The low poly with UVs and smooth normals; the triangles of each chart are contiguous
+  Mesh mesh;
   std::uint64_t texels = 0;       ///< Texels of all charts, borders included
   std::uint64_t ring_texels = 0;  ///< Texels on the charts' sides (kiln_volume_chart::first_ring)
   double texels_per_unit = 0;     ///< Texels per world unit
@@ -30,7 +31,8 @@ Mesh polygon_mesh(const SimplifiedIsosurface& low_poly, const Volume& volume);
 
 /// Packs the polygons as rectangles at the highest density that fits; single triangles are paired if they unfold
 /// with little distortion. Corners lie on texel centres, `border` texels from the rectangle's sides, so that
-/// bilinear filtering reads only texels of the chart. Sides are proportional to the polygon's lengths.
+/// bilinear filtering reads only texels of the chart. A rectangle's sides are proportional to the lengths of the
+/// polygon's sides.
 /// \throws Error(usage) if there are too many polygons for the size; Error(input) if keeping the topology is the
 /// reason
 Atlas make_atlas(const SimplifiedIsosurface& low_poly, const Volume& volume, std::uint32_t size,

@@ -22,14 +22,14 @@ std::uint64_t range_mask(std::uint32_t word, std::uint32_t first, std::uint32_t 
 
 CellGrid::CellGrid(const std::array<std::uint32_t, 3>& size)
     : size_(size), words_per_row_((size[0] + 2 + 63) / 64) {
-  inside_.resize(plane_words() * (size[2] + 2));
+  inside_bits_.resize(plane_words() * (size[2] + 2));
 }
 
 void CellGrid::build(bool open) {
   const std::uint32_t planes = size_[2] + 2;
   const std::uint32_t rows = size_[1] + 2;
   const std::size_t row = words_per_row_;
-  words_.resize(inside_.size());
+  word_ranks_.resize(inside_bits_.size());
   // Range of cells, and of lower ends of edges, along each axis; `open` excludes the padding.
   const std::uint32_t first = open ? 1 : 0;
   const auto last = [&](int axis) { return open ? size_[axis] : size_[axis] + 1; };
@@ -39,11 +39,11 @@ void CellGrid::build(bool open) {
       const bool z_cell = z >= first && z < last(2);
       for (std::uint32_t y = 0; y < rows; ++y) {
         const bool y_cell = y >= first && y < last(1);
-        const std::uint64_t* row_here = &inside_[(z * rows + y) * row];
+        const std::uint64_t* row_here = &inside_bits_[(z * rows + y) * row];
         const std::uint64_t* up = y_cell ? row_here + row : row_here;
         const std::uint64_t* row_above = z_cell ? row_here + rows * row : row_here;
         const std::uint64_t* row_diagonal = y_cell ? row_above + row : row_above;
-        kiln_volume_word* out = &words_[(z * rows + y) * row];
+        kiln_volume_word* out = &word_ranks_[(z * rows + y) * row];
         for (std::uint32_t w = 0; w < row; ++w) {
           const bool has_next_word = w + 1 < row;
           // Shifts a row's bits, so that each voxel's bit is that of the next voxel along x.
@@ -80,7 +80,7 @@ void CellGrid::build(bool open) {
   for (std::uint32_t z = 0; z < planes; ++z) {
     edge_total += edges[z];
     cell_total += cells[z];
-    // A cell may need four vertices; an edge may need two triangles.
+    // The limit leaves room in 32 bits for four vertices per cell and two triangles per edge.
     if (edge_total >= kNone / 4 || cell_total >= kNone / 4) {
       throw Error(ErrorCode::input,
                   "The volume's surface crosses more than a billion edges: smooth the volume, take "
@@ -95,7 +95,7 @@ void CellGrid::build(bool open) {
     for (std::size_t z = begin; z < end; ++z) {
       std::uint32_t edge = plane_edges_[z];
       std::uint32_t cell = plane_cells_[z];
-      kiln_volume_word* word = &words_[z * plane_words()];
+      kiln_volume_word* word = &word_ranks_[z * plane_words()];
       for (std::size_t w = 0; w < plane_words(); ++w, ++word) {
         word->edge_base = edge;
         word->cell_base = cell;
@@ -113,8 +113,8 @@ std::uint32_t CellGrid::corners(const CellPlace& at) const {
   for (std::uint32_t k = 0; k < 4; ++k) {
     const std::size_t word = word_index({at[0], at[1] + (k & 1), at[2] + (k >> 1)});
     const std::uint32_t bit = at[0] & 63;
-    auto pair = static_cast<std::uint32_t>(inside_[word] >> bit & 3);
-    if (bit == 63) pair |= static_cast<std::uint32_t>(inside_[word + 1] & 1) << 1;
+    auto pair = static_cast<std::uint32_t>(inside_bits_[word] >> bit & 3);
+    if (bit == 63) pair |= static_cast<std::uint32_t>(inside_bits_[word + 1] & 1) << 1;
     result |= pair << (2 * k);
   }
   return result;

@@ -24,7 +24,8 @@ constexpr std::uint32_t kMapSizeStep = 16, kMaxMapSize = 8192;
 constexpr double kExpectedCoverage = 0.7;
 /// Minimum share of the requested density that is accepted.
 constexpr double kMinDensityShare = 0.95;
-/// Resolution of the polygons' map divided by that of the charts' map.
+/// Resolution of the intermediate map, which has a chart for each polygon, divided by that of the final map with large
+/// charts.
 constexpr double kPolygonMapScale = 2;
 /// Padding of polygons in texels: texels are read up to the corners, which lie on texel centres.
 constexpr std::uint32_t kPolygonBorder = 1;
@@ -32,7 +33,7 @@ constexpr std::uint32_t kPolygonBorder = 1;
 constexpr int kPointsPerAxis = 2;
 constexpr std::size_t kRowsPerTask = 16;
 
-double area_of(const SimplifiedIsosurface& low_poly) {
+double surface_area(const SimplifiedIsosurface& low_poly) {
   double area = 0;
   const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
     const Vec3d at = to_double(low_poly.positions[a]);
@@ -84,7 +85,7 @@ class PolygonTexels {
 
  private:
   const Image& map_;
-  /// By triangle, texel positions of its corners
+  /// For each triangle, the texel positions of its corners
   std::vector<std::array<std::array<double, 2>, 3>> at_;
 };
 
@@ -109,7 +110,7 @@ struct PlacedTriangle {
   }
 };
 
-bool inside(const std::array<double, 3>& weights) {
+bool is_inside_triangle(const std::array<double, 3>& weights) {
   return weights[0] >= 0 && weights[1] >= 0 && weights[2] >= 0;
 }
 
@@ -117,20 +118,21 @@ bool inside(const std::array<double, 3>& weights) {
 struct TexelSum {
   Vec3d sum{};
   std::uint32_t triangle = 0;  ///< The first triangle that covers the texel
-  std::uint32_t points = 0;
+  std::uint32_t sample_count = 0;
 };
 
 /// Encodes a normal as a value of the map, as kiln_volume_map_encode does.
-Vec3d encoded(const Vec3d& normal, const kiln_low_shading& low, std::array<double, 3> weights) {
+Vec3d encode_value(const Vec3d& normal, const kiln_low_shading& low,
+                   std::array<double, 3> weights) {
   double sum = 0;
   for (double& w : weights) sum += w = std::max(w, 0.0);
   const auto at = [&](const kiln_float* corners) {
-    Vec3d value{};
+    Vec3d normal_sum{};
     for (std::size_t c = 0; c < 3; ++c) {
       const float* p = corners + 3 * c;
-      value += Vec3d(p[0], p[1], p[2]) * (weights[c] / sum);
+      normal_sum += Vec3d(p[0], p[1], p[2]) * (weights[c] / sum);
     }
-    return value;
+    return normal_sum;
   };
   const Vec3d n = at(low.normal), t = at(low.tangent), b = cross(n, t) * double{low.sign};
   const Vec3d across = cross(b, n);
@@ -141,15 +143,15 @@ Vec3d encoded(const Vec3d& normal, const kiln_low_shading& low, std::array<doubl
 }
 
 /// Accumulates rows first to last - 1.
-void gather_rows(const std::vector<PlacedTriangle>& placed, const PolygonTexels& polygons,
-                 std::uint32_t size, std::size_t first, std::size_t last,
-                 std::vector<TexelSum>& gathered) {
+void accumulate_rows(const std::vector<PlacedTriangle>& placed_triangles,
+                     const PolygonTexels& polygon_texels, std::uint32_t size, std::size_t first,
+                     std::size_t last, std::vector<TexelSum>& gathered) {
   const auto cell = [](double at, std::size_t low, std::size_t high) {
     return static_cast<std::size_t>(
         std::clamp(std::floor(at), static_cast<double>(low), static_cast<double>(high)));
   };
-  for (std::uint32_t t = 0; t < placed.size(); ++t) {
-    const PlacedTriangle& p = placed[t];
+  for (std::uint32_t t = 0; t < placed_triangles.size(); ++t) {
+    const PlacedTriangle& p = placed_triangles[t];
     if (!(p.area != 0)) continue;
     const auto [left, right] = std::minmax({p.x[0], p.x[1], p.x[2]});
     const auto [top, bottom] = std::minmax({p.y[0], p.y[1], p.y[2]});
@@ -162,10 +164,10 @@ void gather_rows(const std::vector<PlacedTriangle>& placed, const PolygonTexels&
           const double px = static_cast<double>(x) + (column + 0.5) / kPointsPerAxis;
           const double py = static_cast<double>(y) + (row + 0.5) / kPointsPerAxis;
           const std::array<double, 3> weights = p.weights(px, py);
-          if (!inside(weights)) continue;
+          if (!is_inside_triangle(weights)) continue;
           TexelSum& texel = gathered[y * size + x];
-          if (texel.points++ == 0) texel.triangle = t;
-          texel.sum += polygons.normal(t, weights);
+          if (texel.sample_count++ == 0) texel.triangle = t;
+          texel.sum += polygon_texels.normal(t, weights);
         }
       }
     }
@@ -184,7 +186,7 @@ ChartLayout lay_out_charts(const SimplifiedIsosurface& low_poly, const Volume& v
   ChartLayout layout;
   layout.mesh =
       unwrap_for(polygon_mesh(low_poly, volume), options, detail, &layout.unwrapped, known);
-  layout.texels_per_unit = size * std::sqrt(layout.unwrapped.coverage / area_of(low_poly));
+  layout.texels_per_unit = size * std::sqrt(layout.unwrapped.coverage / surface_area(low_poly));
   return layout;
 }
 
@@ -195,12 +197,12 @@ ChartLayout lay_out_charts_at(const SimplifiedIsosurface& low_poly, const Volume
     const double steps = std::ceil(std::min<double>(side, kMaxMapSize) / kMapSizeStep);
     return kMapSizeStep * std::max(1U, static_cast<std::uint32_t>(steps));
   };
-  size = size_for(texels_per_unit * std::sqrt(area_of(low_poly) / kExpectedCoverage));
+  size = size_for(texels_per_unit * std::sqrt(surface_area(low_poly) / kExpectedCoverage));
   KnownCharts known_charts;
   ChartLayout layout = lay_out_charts(low_poly, volume, size, border, detail, &known_charts);
-  const double reached = layout.texels_per_unit / texels_per_unit;
-  if (reached > kMinDensityShare || size == kMaxMapSize) return layout;
-  size = size_for(size / reached);
+  const double density_ratio = layout.texels_per_unit / texels_per_unit;
+  if (density_ratio > kMinDensityShare || size == kMaxMapSize) return layout;
+  size = size_for(size / density_ratio);
   return lay_out_charts(low_poly, volume, size, border, detail, &known_charts);
 }
 
@@ -216,35 +218,36 @@ Image chart_map(cl::Context& context, const FineSurface& surface,
   const Atlas atlas = make_atlas(low_poly, volume, fine.size, kPolygonBorder);
   const Image polygon_map = splat_normals(context, surface, low_poly, atlas,
                                           atlas.texels_per_unit * spacing, fine, splatted);
-  const PolygonTexels polygons(atlas, polygon_map);
-  const Mesh& mesh = layout.mesh;  // Its triangles are those of the polygons' map
-  std::vector<PlacedTriangle> placed;
-  placed.reserve(mesh.triangles.size());
+  const PolygonTexels polygon_texels(atlas, polygon_map);
+  const Mesh& mesh = layout.mesh;  // The mesh's triangles are those of the polygons' map
+  std::vector<PlacedTriangle> placed_triangles;
+  placed_triangles.reserve(mesh.triangles.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    placed.emplace_back(mesh, t, options.size);
+    placed_triangles.emplace_back(mesh, t, options.size);
   const std::uint32_t size = options.size;
   std::vector<TexelSum> gathered(std::size_t{size} * size);
-  const auto gather = [&](std::size_t begin, std::size_t end) {
-    gather_rows(placed, polygons, size, begin, end, gathered);
+  const auto accumulate = [&](std::size_t begin, std::size_t end) {
+    accumulate_rows(placed_triangles, polygon_texels, size, begin, end, gathered);
   };
-  parallel_for(size, kRowsPerTask, gather);
+  parallel_for(size, kRowsPerTask, accumulate);
 
-  std::vector<kiln_low_shading> shading;
+  std::vector<kiln_low_shading> low_poly_shading;
   if (options.space == NormalMapSpace::tangent) {
-    shading = low_shading(LowSurface::of(mesh, Frame::of(mesh)));
+    low_poly_shading = low_shading(LowSurface::of(mesh, Frame::of(mesh)));
   }
   Image image{size, size, 3, std::vector<float>(3 * gathered.size(), 0.0F)};
   std::vector<std::uint8_t> coverage(gathered.size(), kCoverageEmpty);
   for (std::size_t i = 0; i < gathered.size(); ++i) {
     const TexelSum& texel = gathered[i];
-    if (texel.points == 0) continue;
+    if (texel.sample_count == 0) continue;
     coverage[i] = kCoverageBaked;
     const double sum_length = length(texel.sum);
     Vec3d value = sum_length > 0 ? texel.sum * (1 / sum_length) : Vec3d{0, 0, 1};
-    if (!shading.empty()) {
+    if (!low_poly_shading.empty()) {
       const std::size_t row = i / size;
       const double x = static_cast<double>(i % size) + 0.5, y = static_cast<double>(row) + 0.5;
-      value = encoded(value, shading[texel.triangle], placed[texel.triangle].weights(x, y));
+      value = encode_value(value, low_poly_shading[texel.triangle],
+                           placed_triangles[texel.triangle].weights(x, y));
     }
     const Vec3 stored = to_float(value);
     image.pixels[3 * i] = stored.x;

@@ -1,4 +1,4 @@
-// Layout of the low poly with few large charts, and its normal map.
+// Layout of the low poly in few large charts, and the normal map for that layout.
 #pragma once
 
 #include "cl/context.h"

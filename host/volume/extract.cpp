@@ -26,21 +26,21 @@
 namespace kiln {
 namespace {
 
-/// Parts with fewer than this share of the largest part's vertices are small; kMinNoiseParts or more small parts are
-/// noise.
+/// Parts with fewer than this share of the largest part's vertices count as small. If there are kMinNoiseParts or more
+/// small parts, they are noise and are removed.
 constexpr double kMinPartShare = 0.01;
 constexpr std::uint64_t kMinNoiseParts = 100;
 /// Maximum share of the full contour's triangles that remains if no goal is given.
 constexpr double kMaxFaceShare = 0.05;
 
 /// Measured peak memory of the low poly, its layout and its map.
-struct BytesOf {
+struct PeakBytes {
   std::uint64_t texel, face;
 };
-constexpr BytesOf kPairs{48, 1500}, kCharts{260, 4300};
+constexpr PeakBytes kPairBytes{48, 1500}, kChartBytes{260, 4300};
 
 /// \param size  side of the map
-void require_map(const BytesOf& bytes, const SimplifiedIsosurface& low_poly, const Volume& volume,
+void require_map(const PeakBytes& bytes, const SimplifiedIsosurface& low_poly, const Volume& volume,
                  std::uint64_t size) {
   require_memory("The low poly of volume '" + volume.name + "' and its map",
                  bytes.texel * size * size + bytes.face * low_poly.faces);
@@ -73,7 +73,7 @@ double spacing_of(const Volume& volume) {
   return spacing;
 }
 
-void describe_light(const SimplifiedIsosurface& low_poly, const ExtractOptions& options,
+void report_surface(const SimplifiedIsosurface& low_poly, const ExtractOptions& options,
                     ExtractReport& report) {
   report.faces = low_poly.faces;
   for (const SimplifiedIsosurface::Polygon& polygon : low_poly.polygons) {
@@ -92,7 +92,7 @@ void describe_light(const SimplifiedIsosurface& low_poly, const ExtractOptions& 
              (options.choose.min_part ? " as noise (" + option("min_part") + ")." : ", as asked."),
          low_poly.dropped_parts});
   }
-  if (!low_poly.reached) {
+  if (!low_poly.is_goal_reached) {
     report.warnings.push_back({"faces-not-reached",
                                "The low poly has " + std::to_string(low_poly.faces) +
                                    " faces instead of " + std::to_string(options.faces) +
@@ -101,7 +101,7 @@ void describe_light(const SimplifiedIsosurface& low_poly, const ExtractOptions& 
   }
   if (!(low_poly.pieces == low_poly.fine_pieces)) {
     const auto words = [](const SimplifiedIsosurface::Pieces& pieces) {
-      return counted(pieces.parts, "part") + " and " + counted(pieces.loops, "border loop");
+      return counted(pieces.parts, "part") + " and " + counted(pieces.border_loops, "border loop");
     };
     report.warnings.push_back(
         {"border-changed",
@@ -125,7 +125,7 @@ void describe_light(const SimplifiedIsosurface& low_poly, const ExtractOptions& 
   }
 }
 
-void describe_flaws(const IsosurfaceFlaws& flaws, const Volume& volume, ExtractReport& report) {
+void report_flaws(const IsosurfaceFlaws& flaws, const Volume& volume, ExtractReport& report) {
   report.mended = flaws.mended;
   report.left_out = flaws.removed_back_to_back;
   report.folded = flaws.folded.count;
@@ -156,35 +156,37 @@ void describe_flaws(const IsosurfaceFlaws& flaws, const Volume& volume, ExtractR
 }
 
 /// Simplifies the surface with the requested or automatically chosen settings.
-SimplifiedIsosurface choose_surface(const FineSurface& surface, const VertexTree& tree,
-                                    const Volume& volume, const ExtractOptions& options,
-                                    ExtractUsed& used) {
-  IsosurfaceOptions light_options{.faces = options.faces,
-                                  .error = options.error,
-                                  .share = options.choose.error ? kMaxFaceShare : 1,
-                                  .keep_topology = options.keep_topology || options.choose.topology,
-                                  .min_part = options.min_part};
+SimplifiedIsosurface simplify_with_options(const FineSurface& surface, const VertexTree& tree,
+                                           const Volume& volume, const ExtractOptions& options,
+                                           ExtractUsed& used) {
+  IsosurfaceOptions surface_options{
+      .faces = options.faces,
+      .error = options.error,
+      .share = options.choose.error ? kMaxFaceShare : 1,
+      .keep_topology = options.keep_topology || options.choose.topology,
+      .min_part = options.min_part};
   if (options.choose.min_part) {
     const bool noise = count_small_parts(tree, kMinPartShare) >= kMinNoiseParts;
-    light_options.min_part = noise ? kMinPartShare : 0;
+    surface_options.min_part = noise ? kMinPartShare : 0;
   }
-  SimplifiedIsosurface low_poly = simplify_isosurface(surface, tree, volume, light_options);
+  SimplifiedIsosurface low_poly = simplify_isosurface(surface, tree, volume, surface_options);
   if (options.choose.topology && low_poly.aimed_faces != 0 &&
       low_poly.faces > 2 * low_poly.aimed_faces) {
     used.kept_faces = low_poly.faces;
-    light_options.keep_topology = false;
-    low_poly = simplify_isosurface(surface, tree, volume, light_options);
+    surface_options.keep_topology = false;
+    low_poly = simplify_isosurface(surface, tree, volume, surface_options);
   }
   used.error = low_poly.error_limit;
-  used.keep_topology = light_options.keep_topology;
-  used.min_part = light_options.min_part;
+  used.keep_topology = surface_options.keep_topology;
+  used.min_part = surface_options.min_part;
   used.aimed_faces = low_poly.aimed_faces;
   return low_poly;
 }
 
 void warn_of_fine_map(const Volume& volume, ExtractReport& report) {
   if (report.texels_per_cell < kMapTooFine) return;
-  // Density is proportional to the size: rounds the size at 2 texels per cell up to a multiple of 16.
+  // Texel density is proportional to the map's size. The suggested size is that for 2 texels per cell, rounded up to a
+  // multiple of 16.
   const double side = 2 * report.used.size / report.texels_per_cell;
   const auto better = static_cast<std::uint32_t>(16 * std::max(1.0, std::ceil(side / 16)));
   const std::string texels = formatted("%.3g", report.texels_per_cell);
@@ -198,8 +200,8 @@ void warn_of_fine_map(const Volume& volume, ExtractReport& report) {
        report.charts});
 }
 
-void describe_atlas(const Atlas& atlas, const Volume& volume, const ExtractOptions& options,
-                    ExtractReport& report) {
+void report_atlas(const Atlas& atlas, const Volume& volume, const ExtractOptions& options,
+                  ExtractReport& report) {
   report.charts = atlas.charts.size();
   report.coverage = uv_area(atlas.mesh);
   report.texels_per_cell = atlas.texels_per_unit * spacing_of(volume);
@@ -214,7 +216,7 @@ void describe_atlas(const Atlas& atlas, const Volume& volume, const ExtractOptio
   warn_of_fine_map(volume, report);
 }
 
-void describe_charts(const ChartLayout& layout, const Volume& volume, ExtractReport& report) {
+void report_charts(const ChartLayout& layout, const Volume& volume, ExtractReport& report) {
   report.charts = layout.unwrapped.charts;
   report.coverage = layout.unwrapped.coverage;
   report.texels_per_cell = layout.texels_per_unit * spacing_of(volume);
@@ -270,7 +272,8 @@ ExtractResult extract_from(cl::Context& context, const Volume& volume, const Fin
   report.contour = contour;
   ProgressGuard::poll_at(0, "simplifying");
   report.warnings = contour.warnings;
-  SimplifiedIsosurface low_poly = choose_surface(surface, tree, volume, options, report.used);
+  SimplifiedIsosurface low_poly =
+      simplify_with_options(surface, tree, volume, options, report.used);
   if (low_poly.polygons.empty()) {
     throw Error(ErrorCode::input, "Nothing of the surface of volume '" + volume.name +
                                       "' is left: ask for more faces or a smaller error, or keep "
@@ -278,10 +281,10 @@ ExtractResult extract_from(cl::Context& context, const Volume& volume, const Fin
   }
   report.clusters = tree.count() - tree.leaves();
   const auto flaws = repair_isosurface(surface, volume, low_poly);
-  describe_light(low_poly, options, report);
-  describe_flaws(flaws, volume, report);
+  report_surface(low_poly, options, report);
+  report_flaws(flaws, volume, report);
   report.seconds_simplify = seconds_tree + lap();
-  ExtractOptions sized = options;
+  ExtractOptions sized_options = options;
   const double spacing = spacing_of(volume);
   if (options.unwrap == UnwrapMethod::charts) {
     ProgressGuard::poll_at(0, "growing charts on " + counted(low_poly.polygons.size(), "polygon"));
@@ -290,26 +293,27 @@ ExtractResult extract_from(cl::Context& context, const Volume& volume, const Fin
     const TexelDetail* by = detail ? &*detail : nullptr;
     ChartLayout layout =
         options.choose.size
-            ? lay_out_charts_at(low_poly, volume, 1 / spacing, options.border_texels, sized.size,
-                                by)
-            : lay_out_charts(low_poly, volume, sized.size, options.border_texels, by);
-    report.used.size = sized.size;
-    require_map(kCharts, low_poly, volume, sized.size);
-    describe_charts(layout, volume, report);
+            ? lay_out_charts_at(low_poly, volume, 1 / spacing, options.border_texels,
+                                sized_options.size, by)
+            : lay_out_charts(low_poly, volume, sized_options.size, options.border_texels, by);
+    report.used.size = sized_options.size;
+    require_map(kChartBytes, low_poly, volume, sized_options.size);
+    report_charts(layout, volume, report);
     report.seconds_atlas = lap();
     ProgressGuard::poll_at(0, "making the map");
-    result.normal_map = chart_map(context, surface, low_poly, volume, layout, spacing, sized,
-                                  report.splatted_texels);
+    result.normal_map = chart_map(context, surface, low_poly, volume, layout, spacing,
+                                  sized_options, report.splatted_texels);
     result.mesh = std::move(layout.mesh);
   } else {
-    if (options.choose.size) sized.size = atlas_size(low_poly, 1 / spacing, options.border_texels);
-    report.used.size = sized.size;
-    require_map(kPairs, low_poly, volume, sized.size);
-    Atlas atlas = make_atlas(low_poly, volume, sized.size, options.border_texels);
-    describe_atlas(atlas, volume, options, report);
+    if (options.choose.size)
+      sized_options.size = atlas_size(low_poly, 1 / spacing, options.border_texels);
+    report.used.size = sized_options.size;
+    require_map(kPairBytes, low_poly, volume, sized_options.size);
+    Atlas atlas = make_atlas(low_poly, volume, sized_options.size, options.border_texels);
+    report_atlas(atlas, volume, options, report);
     report.seconds_atlas = lap();
     result.normal_map = splat_normals(context, surface, low_poly, atlas, report.texels_per_cell,
-                                      sized, report.splatted_texels);
+                                      sized_options, report.splatted_texels);
     result.mesh = std::move(atlas.mesh);
   }
   report.seconds_map = lap();

@@ -12,16 +12,17 @@
 
 namespace kiln {
 
-/// A point is in the solid if value() is above 0 (or equal to 0, for Inside::above). Positions are in voxels.
+/// The volume's values, interpolated. A point is in the solid if value() is above 0 (or equal to 0, for Inside::above).
+/// Positions are in voxels.
 template <typename T>
-class Field {
+class VolumeField {
  public:
-  Field(const DeviceVoxels& voxels, const Volume& volume, const ContourOptions& options)
+  VolumeField(const DeviceVoxels& voxels, const Volume& volume, const ContourOptions& options)
       : voxels_(reinterpret_cast<const T*>(voxels.data)),
         size_(volume.size),
         iso_(voxels.converted.empty() ? options.iso : 0),
         outside_(voxels.outside),
-        below_(options.inside == Inside::below) {}
+        is_solid_below_(options.inside == Inside::below) {}
 
   /// Trilinear interpolation, positive in the solid.
   /// \param p  within the volume
@@ -29,20 +30,21 @@ class Field {
     const Cell c = cell(p);
     double sum = 0;
     for (int k = 0; k < 8; ++k) {
-      sum += c.weight(k) * voxel(c.x + (k & 1), c.y + (k >> 1 & 1), c.z + (k >> 2));
+      sum += c.corner_weight(k) * voxel_value(c.x + (k & 1), c.y + (k >> 1 & 1), c.z + (k >> 2));
     }
-    return below_ ? iso_ - sum : sum - iso_;
+    return is_solid_below_ ? iso_ - sum : sum - iso_;
   }
   /// Gradient by central differences, interpolated like the field; points into the solid.
   Vec3d gradient(const Vec3d& p) const {
     const Cell c = cell(p);
     Vec3d sum{};
     for (int k = 0; k < 8; ++k) {
-      sum += voxel_gradient({c.x + (k & 1), c.y + (k >> 1 & 1), c.z + (k >> 2)}) * c.weight(k);
+      sum +=
+          voxel_gradient({c.x + (k & 1), c.y + (k >> 1 & 1), c.z + (k >> 2)}) * c.corner_weight(k);
     }
-    return below_ ? -sum : sum;
+    return is_solid_below_ ? -sum : sum;
   }
-  bool is_solid(double value) const { return below_ ? value > 0 : value >= 0; }
+  bool is_solid(double value) const { return is_solid_below_ ? value > 0 : value >= 0; }
   bool contains(const Vec3d& p) const {
     return p.x >= 0 && p.y >= 0 && p.z >= 0 && p.x <= size_[0] - 1.0 && p.y <= size_[1] - 1.0 &&
            p.z <= size_[2] - 1.0;
@@ -57,7 +59,7 @@ class Field {
   struct Cell {
     std::uint32_t x, y, z;
     double u, v, w;
-    double weight(int k) const {
+    double corner_weight(int k) const {
       return ((k & 1) != 0 ? u : 1 - u) * ((k & 2) != 0 ? v : 1 - v) * ((k & 4) != 0 ? w : 1 - w);
     }
   };
@@ -71,7 +73,7 @@ class Field {
     c.w = p.z - c.z;
     return c;
   }
-  double voxel(std::uint32_t x, std::uint32_t y, std::uint32_t z) const {
+  double voxel_value(std::uint32_t x, std::uint32_t y, std::uint32_t z) const {
     const auto value = static_cast<double>(voxels_[(std::size_t{z} * size_[1] + y) * size_[0] + x]);
     return std::isfinite(value) ? value : outside_;
   }
@@ -81,7 +83,7 @@ class Field {
       auto a = at, b = at;
       if (a[k] > 0) --a[k];
       if (b[k] + 1 < size_[k]) ++b[k];
-      slope[k] = (voxel(b[0], b[1], b[2]) - voxel(a[0], a[1], a[2])) / (b[k] - a[k]);
+      slope[k] = (voxel_value(b[0], b[1], b[2]) - voxel_value(a[0], a[1], a[2])) / (b[k] - a[k]);
     }
     return {slope[0], slope[1], slope[2]};
   }
@@ -89,7 +91,7 @@ class Field {
   const T* voxels_;
   std::array<std::uint32_t, 3> size_;
   double iso_, outside_;
-  bool below_;
+  bool is_solid_below_;
 };
 
 }  // namespace kiln

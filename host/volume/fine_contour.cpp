@@ -13,8 +13,8 @@
 namespace kiln {
 namespace {
 
-// Measured peak memory. With error functions, it includes the error functions of clusters.
-// Bytes per 64 padded voxels
+// Measured peak memory. With error functions, it includes those of clusters. kBytesPerWord is in bytes per 64 padded
+// voxels.
 constexpr std::uint64_t kBytesPerWord = 2 * sizeof(kiln_volume_word) + 8;
 constexpr std::uint64_t kBytesPerCell = 140, kBytesPerCellWithQefs = 260;
 
@@ -55,17 +55,17 @@ bool is_mirrored(const Volume& volume) {
 }
 
 /// Extends a range of planes on both sides.
-Planes extended_range(const Planes& planes, std::uint32_t below, std::uint32_t above,
-                      std::uint32_t end) {
+PlaneRange extended_range(const PlaneRange& planes, std::uint32_t below, std::uint32_t above,
+                          std::uint32_t end) {
   if (planes.first >= planes.last) return {0, 0};
   return {planes.first - std::min(planes.first, below), std::min(end, planes.last + above)};
 }
 
-/// Copies the kept parts of an array to their new positions, in the order of planes.
-/// \param old_begins, new_begins  by plane
+/// Copies the elements of unchanged planes to their new positions in an array. \param old_begins, new_begins  index of
+/// each plane's first element before and after
 template <typename T>
 void copy_kept(const RawVector<T>& from, const std::vector<std::uint32_t>& old_begins,
-               const std::vector<std::uint32_t>& new_begins, const Planes& changed,
+               const std::vector<std::uint32_t>& new_begins, const PlaneRange& changed,
                RawVector<T>& to) {
   std::copy_n(from.begin(), new_begins[changed.first], to.begin());
   std::copy(from.begin() + old_begins[changed.last], from.end(),
@@ -83,19 +83,19 @@ FineContour::Kernels FineContour::kernels(const DeviceVoxels& voxels) const {
 bool FineContour::all_changed(const DeviceVoxels& voxels) const {
   if (!state_.cells || voxels.type != state_.type || voxels.iso != state_.iso) return true;
   // Non-finite voxels are replaced by values that depend on the whole volume.
-  return (voxels.outside != state_.outside || voxels.infinite_inside != state_.infinite_inside) &&
+  return (voxels.outside != state_.outside || voxels.infinity_value != state_.infinity_value) &&
          (voxels.not_finite != 0 || state_.not_finite);
 }
 
-Planes FineContour::update_signs(const Volume& volume, const DeviceVoxels& voxels, Slabs& slabs,
-                                 const Kernels& kernels, const kiln_volume_grid& grid,
-                                 const Planes& voxel_planes, State& next,
-                                 ContourReport& report) const {
+PlaneRange FineContour::update_signs(const Volume& volume, const DeviceVoxels& voxels,
+                                     DeviceSlab& voxel_slabs, const Kernels& kernels,
+                                     const kiln_volume_grid& grid, const PlaneRange& voxel_planes,
+                                     State& next, ContourReport& report) const {
   auto clock = std::chrono::steady_clock::now();
   CellGrid& cells = *next.cells;
   const std::uint32_t planes = volume.size[2] + 2;
   const bool is_all_changed = all_changed(voxels);
-  const Planes look = is_all_changed ? Planes{0, volume.size[2]} : voxel_planes;
+  const PlaneRange look = is_all_changed ? PlaneRange{0, volume.size[2]} : voxel_planes;
   const std::size_t words = cells.plane_words();
   if (!is_all_changed) {
     for (std::uint32_t plane = 0; plane < planes; ++plane) {
@@ -104,7 +104,7 @@ Planes FineContour::update_signs(const Volume& volume, const DeviceVoxels& voxel
       std::copy_n(from, words, cells.plane(plane));
     }
   }
-  find_signs(context_, slabs, kernels.signs, grid, look, cells);
+  find_signs(context_, voxel_slabs, kernels.signs, grid, look, cells);
   if (!has_both_signs(cells)) throw_no_surface(volume, options_);
   report.seconds_scan = lap(clock);
   if (options_.outer_only) {
@@ -119,11 +119,11 @@ Planes FineContour::update_signs(const Volume& volume, const DeviceVoxels& voxel
   }
   report.seconds_outer = lap(clock);
   cells.build(options_.border == VolumeBorder::open);
-  Planes changed = {look.first + 1, look.last + 1};
+  PlaneRange changed = {look.first + 1, look.last + 1};
   if (is_all_changed) {
     changed = {0, planes};
   } else if (options_.outer_only) {
-    // Filling unreachable voxels may change distant planes.
+    // Where unreachable voxels are filled, a change of one voxel may change signs in distant planes.
     for (std::uint32_t plane = 0; plane < planes; ++plane) {
       const std::uint64_t* old = std::as_const(*state_.cells).plane(plane);
       if (std::equal(old, old + words, cells.plane(plane))) continue;
@@ -134,12 +134,14 @@ Planes FineContour::update_signs(const Volume& volume, const DeviceVoxels& voxel
   return changed;
 }
 
-cl::Array<kiln_volume_crossing> FineContour::cross(Slabs& slabs, const Kernels& kernels,
-                                                   const kiln_volume_grid& grid,
-                                                   const Planes& planes, State& next) const {
+cl::Array<kiln_volume_crossing> FineContour::compute_crossings(DeviceSlab& voxel_slabs,
+                                                               const Kernels& kernels,
+                                                               const kiln_volume_grid& grid,
+                                                               const PlaneRange& planes,
+                                                               State& next) const {
   const CellGrid& cells = *next.cells;
   cl::Array<kiln_volume_crossing> found =
-      find_crossings(context_, slabs, kernels.crossings, grid, cells, planes);
+      find_crossings(context_, voxel_slabs, kernels.crossings, grid, cells, planes);
   if (!keep_) return found;
   next.crossings.resize(cells.edge_count());
   const std::uint32_t begin = cells.plane_edges()[planes.first];
@@ -151,8 +153,8 @@ cl::Array<kiln_volume_crossing> FineContour::cross(Slabs& slabs, const Kernels& 
                                          std::span<const kiln_volume_crossing>(next.crossings));
 }
 
-KeptVertices FineContour::update(const Volume& volume, const Planes& voxel_planes,
-                                 ContourReport& report) {
+UnchangedVertices FineContour::update(const Volume& volume, const PlaneRange& voxel_planes,
+                                      ContourReport& report) {
   auto clock = std::chrono::steady_clock::now();
   const DeviceVoxels voxels = device_voxels(volume, options_, report.lowest, report.highest);
   warn_of_voxels(voxels, volume, report);
@@ -167,36 +169,37 @@ KeptVertices FineContour::update(const Volume& volume, const Planes& voxel_plane
   next.type = voxels.type;
   next.iso = voxels.iso;
   next.outside = voxels.outside;
-  next.infinite_inside = voxels.infinite_inside;
+  next.infinity_value = voxels.infinity_value;
   next.not_finite = voxels.not_finite != 0;
   const CellGrid& cells = *next.cells;
   const std::uint32_t end = volume.size[2] + 2;
   const kiln_volume_grid grid = make_grid(volume, options_, voxels, cells);
   FineSurface surface;
-  surface.mirrored = is_mirrored(volume);
-  Planes changed;
+  surface.is_left_handed = is_mirrored(volume);
+  PlaneRange changed;
   cl::Array<kiln_volume_crossing> crossings;
   {
-    Slabs slabs(context_, volume, voxels, slab_bytes_);
-    changed = update_signs(volume, voxels, slabs, kernels, grid, voxel_planes, next, report);
+    DeviceSlab voxel_slabs(context_, volume, voxels, slab_bytes_);
+    changed = update_signs(volume, voxels, voxel_slabs, kernels, grid, voxel_planes, next, report);
     report.seconds_scan += seconds_voxels;
-    const std::uint64_t of_cell = with_qefs_ ? kBytesPerCellWithQefs : kBytesPerCell;
+    const std::uint64_t bytes_per_cell = with_qefs_ ? kBytesPerCellWithQefs : kBytesPerCell;
     require_memory("The full contour of volume '" + volume.name + "'",
-                   of_cell * cells.cell_count());
+                   bytes_per_cell * cells.cell_count());
     lap(clock);
-    crossings = cross(slabs, kernels, grid, extended_range(changed, 3, 3, end), next);
+    crossings =
+        compute_crossings(voxel_slabs, kernels, grid, extended_range(changed, 3, 3, end), next);
   }
   report.seconds_hermite = lap(clock);
   surface.cells = cells.cell_count();
   Sheets sheets = find_sheets(cells);
   surface.keys = std::move(sheets.keys);
-  surface.forks = std::move(sheets.forks);
+  surface.forked_vertices = std::move(sheets.forked_vertices);
   next.plane_vertices = std::move(sheets.plane_vertices);
   const std::size_t count = surface.keys.size();
   surface.vertices.resize(count);
   if (with_qefs_) surface.qefs.resize(count);
   // Cells depend on crossings of their own and the next plane, and their sheets on neighbouring cells.
-  const Planes planes = extended_range(changed, 5, 4, end);
+  const PlaneRange planes = extended_range(changed, 5, 4, end);
   const std::vector<std::uint32_t>& begins = next.plane_vertices;
   if (state_.cells && (planes.first > 0 || planes.last < end)) {
     copy_kept(surface_.vertices, state_.plane_vertices, begins, planes, surface.vertices);
@@ -212,14 +215,14 @@ KeptVertices FineContour::update(const Volume& volume, const Planes& voxel_plane
   report.vertices = count;
   report.quads = surface.quads;
   report.seconds_quads = lap(clock);
-  KeptVertices kept;
+  UnchangedVertices kept;
   kept.planes = planes;
-  kept.new_after = static_cast<std::uint32_t>(count);
-  kept.old_after = static_cast<std::uint32_t>(surface_.keys.size());
+  kept.new_suffix_begin = static_cast<std::uint32_t>(count);
+  kept.old_suffix_begin = static_cast<std::uint32_t>(surface_.keys.size());
   if (state_.cells) {
     kept.before = begins[planes.first];
-    kept.new_after = begins[planes.last];
-    kept.old_after = state_.plane_vertices[planes.last];
+    kept.new_suffix_begin = begins[planes.last];
+    kept.old_suffix_begin = state_.plane_vertices[planes.last];
   }
   surface_ = std::move(surface);
   if (keep_) state_ = std::move(next);

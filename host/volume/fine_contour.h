@@ -29,7 +29,8 @@ class FineContour {
 
   /// \param voxel_planes  planes that changed since the last call; ignored in the first call
   /// \throws as contour(); then the state is unchanged
-  KeptVertices update(const Volume& volume, const Planes& voxel_planes, ContourReport& report);
+  UnchangedVertices update(const Volume& volume, const PlaneRange& voxel_planes,
+                           ContourReport& report);
 
   const FineSurface& surface() const { return surface_; }
   FineSurface release_surface() { return std::move(surface_); }
@@ -41,24 +42,24 @@ class FineContour {
   /// State of the last update, besides the surface.
   struct State {
     std::optional<CellGrid> cells;
-    /// Signs before unreachable voxels are filled; empty if they are not filled
+    /// Voxel signs before unreachable voxels were filled; empty if such voxels are not filled
     std::vector<std::uint64_t> signs;
     std::vector<std::uint32_t> plane_vertices;
     RawVector<kiln_volume_crossing> crossings;
     VoxelType type = VoxelType::f32;
     float iso = 0, outside = 0;
-    double infinite_inside = 0;
+    double infinity_value = 0;
     bool not_finite = false;
   };
   Kernels kernels(const DeviceVoxels& voxels) const;
   /// Updates the signs.
   /// \returns padded planes whose signs or voxels changed: first to last - 1
-  Planes update_signs(const Volume& volume, const DeviceVoxels& voxels, Slabs& slabs,
-                      const Kernels& kernels, const kiln_volume_grid& grid,
-                      const Planes& voxel_planes, State& next, ContourReport& report) const;
-  cl::Array<kiln_volume_crossing> cross(Slabs& slabs, const Kernels& kernels,
-                                        const kiln_volume_grid& grid, const Planes& planes,
-                                        State& next) const;
+  PlaneRange update_signs(const Volume& volume, const DeviceVoxels& voxels, DeviceSlab& slabs,
+                          const Kernels& kernels, const kiln_volume_grid& grid,
+                          const PlaneRange& voxel_planes, State& next, ContourReport& report) const;
+  cl::Array<kiln_volume_crossing> compute_crossings(DeviceSlab& slabs, const Kernels& kernels,
+                                                    const kiln_volume_grid& grid,
+                                                    const PlaneRange& planes, State& next) const;
   bool all_changed(const DeviceVoxels& voxels) const;
 
   cl::Context& context_;

@@ -66,7 +66,7 @@ Mesh fine_mesh(const FineSurface& surface, const Volume& volume) {
   for (const FineEdge& edge : surface.edges) {
     if (!edge.is_quad()) continue;
     auto [a, b, c, d] = edge.vertices;
-    if ((edge.rises != 0) == surface.mirrored) std::swap(b, d);
+    if ((edge.solid_at_lower_end != 0) == surface.is_left_handed) std::swap(b, d);
     polygons.push_back({a, b, c, d});
     short_edges = short_edges || same_place(place(a), place(b)) || same_place(place(b), place(c)) ||
                   same_place(place(c), place(d)) || same_place(place(d), place(a));

@@ -23,7 +23,8 @@ struct FineEdge {
   std::uint8_t u_level;
   std::uint8_t v_level;
   std::uint8_t axis;
-  std::uint8_t rises;  ///< 1: the solid is at the lower end, so the normal points along the axis
+  /// 1: the solid is at the lower end, so the normal points along the axis
+  std::uint8_t solid_at_lower_end;
 
   bool is_quad() const {
     return vertices[0] != CellGrid::kNone && vertices[1] != CellGrid::kNone &&
@@ -33,33 +34,35 @@ struct FineEdge {
 
 /// A vertex with two neighbours through the same face, since its sheet bends back there. The two neighbours may
 /// only be merged together with the vertex; otherwise an edge would have four faces.
-struct FineFork {
+struct ForkedVertex {
   std::uint32_t stem;
-  std::array<std::uint32_t, 2> branches;
+  std::array<std::uint32_t, 2> forked_neighbours;
 };
 
-/// Planes first to last - 1, of voxels or of padded coordinates.
-struct Planes {
+/// PlaneRange first to last - 1, of voxels or of padded coordinates.
+struct PlaneRange {
   std::uint32_t first = 0, last = 0;
 };
 
-/// Vertices that an update did not change: those with numbers below `before`, and those from new_after on, whose
-/// previous numbers started at old_after.
-struct KeptVertices {
+/// Vertices that an update did not change: a prefix, with numbers below `before`, and a suffix, which started at
+/// old_suffix_begin before the update and starts at new_suffix_begin now.
+struct UnchangedVertices {
   std::uint32_t before = 0;
-  std::uint32_t old_after = 0, new_after = 0;
-  Planes planes;  ///< Padded cell planes; nothing changed outside of these
+  std::uint32_t old_suffix_begin = 0, new_suffix_begin = 0;
+  PlaneRange planes;  ///< Padded cell planes that may have changed
 };
 
 struct FineSurface {
   std::uint32_t cells = 0;
   std::uint64_t quads = 0;
-  RawVector<std::uint64_t> keys;  ///< By vertex, see shared/volume.h; by cell, plane by plane
+  /// Packed keys of the vertices (see shared/volume.h), ordered by cell, plane by plane
+  RawVector<std::uint64_t> keys;
   RawVector<kiln_volume_vertex> vertices;
-  RawVector<kiln_volume_qef> qefs;  ///< Error functions by vertex; empty if not requested
+  RawVector<kiln_volume_qef> qefs;  ///< Error function of each vertex; empty if not requested
   RawVector<FineEdge> edges;
-  std::vector<FineFork> forks;  ///< Vertices with two neighbours through one face; rare
-  bool mirrored = false;        ///< The axes are left-handed: triangles must be reversed
+  /// Vertices with two neighbours through one face; rare
+  std::vector<ForkedVertex> forked_vertices;
+  bool is_left_handed = false;  ///< The axes are left-handed: triangles must be reversed
 };
 
 /// \param with_qefs  keeps the vertices' error functions

@@ -28,11 +28,11 @@ constexpr double kTexelTolerance = 1e-3;
 constexpr double kMinSquaredLength = 1e-6;
 
 /// Transforms between index space and world space.
-struct Spaces {
+struct IndexAndWorldSpace {
   Vec3d origin{};
   Vec3d rows[3]{};  ///< Rows of the matrix from world to index space
 
-  explicit Spaces(const Volume& volume)
+  explicit IndexAndWorldSpace(const Volume& volume)
       : origin{volume.origin[0], volume.origin[1], volume.origin[2]} {
     const auto axis = [&](std::size_t k) {
       return Vec3d(volume.axes[k][0], volume.axes[k][1], volume.axes[k][2]);
@@ -51,13 +51,14 @@ struct Spaces {
   }
 };
 
-/// The cells that the surface crosses; needed if the surface is only a part of the field's isosurface.
+/// Returns the cells that the surface crosses. They are needed if the surface is only a part of the field's isosurface;
+/// otherwise returns null.
 template <typename T>
-std::unique_ptr<CellGrid> outer_cells(const DeviceVoxels& voxels, const Volume& volume,
-                                      const ContourOptions& options) {
+std::unique_ptr<CellGrid> outer_surface_cells(const DeviceVoxels& voxels, const Volume& volume,
+                                              const ContourOptions& options) {
   if (!options.outer_only) return nullptr;
   auto cells = std::make_unique<CellGrid>(volume.size);
-  const Field<T> field(voxels, volume, options);
+  const VolumeField<T> field(voxels, volume, options);
   const auto& size = volume.size;
   parallel_for(size[2], 4, [&](std::size_t begin, std::size_t end) {
     for (auto z = static_cast<std::uint32_t>(begin); z < end; ++z) {
@@ -78,58 +79,59 @@ std::unique_ptr<CellGrid> outer_cells(const DeviceVoxels& voxels, const Volume& 
 template <typename T>
 class SurfaceFinder {
  public:
-  enum class Found { nothing, border, surface };
+  enum class LineResult { nothing, border, surface };
 
-  SurfaceFinder(const Field<T>& field, const CellGrid* cells, bool closed)
-      : field_(field), cells_(cells), closed_(closed) {}
+  SurfaceFinder(const VolumeField<T>& field, const CellGrid* cells, bool closed)
+      : field_(field), cells_(cells), has_closed_border_(closed) {}
 
   /// \param from, along  index space: points from + t * along, |t| up to 1
-  /// \param place  [out] point of the surface
-  Found find(const Vec3d& from, const Vec3d& along, Vec3d& place) const {
+  /// \param surface_point  [out] point of the surface
+  LineResult find(const Vec3d& from, const Vec3d& along, Vec3d& surface_point) const {
     const auto steps = std::max(1, static_cast<int>(std::ceil(length(along) / kGradientStep)));
     const double step = 1.0 / steps;
-    bool fore = solid(from), back = fore;
+    bool fore = is_solid_at(from), back = fore;
     for (int k = 0; k < steps; ++k) {
       const double t = k * step, u = (k + 1) * step;
-      const bool next_fore = solid(from + along * u), next_back = solid(from + along * -u);
-      const bool leaves_fore = fore && !next_fore, leaves_back = next_back && !back;
+      const bool next_fore = is_solid_at(from + along * u),
+                 next_back = is_solid_at(from + along * -u);
+      const bool leaves_forward = fore && !next_fore, leaves_backward = next_back && !back;
       fore = next_fore;
       back = next_back;
       double best = 2;
-      Found found = Found::nothing;
-      if (leaves_fore) refine(from, along, t, u, best, found, place);
-      if (leaves_back) refine(from, along, -u, -t, best, found, place);
-      if (found != Found::nothing) return found;
+      LineResult line_result = LineResult::nothing;
+      if (leaves_forward) refine_crossing(from, along, t, u, best, line_result, surface_point);
+      if (leaves_backward) refine_crossing(from, along, -u, -t, best, line_result, surface_point);
+      if (line_result != LineResult::nothing) return line_result;
     }
-    return Found::nothing;
+    return LineResult::nothing;
   }
 
  private:
-  bool solid(const Vec3d& p) const {
+  bool is_solid_at(const Vec3d& p) const {
     return field_.contains(p) && field_.is_solid(field_.value(p));
   }
 
   /// Refines a crossing.
   /// \param inside, outside  parameters of the line inside and outside of the solid
-  void refine(const Vec3d& from, const Vec3d& along, double inside, double outside, double& best,
-              Found& found, Vec3d& place) const {
+  void refine_crossing(const Vec3d& from, const Vec3d& along, double inside, double outside,
+                       double& best, LineResult& line_result, Vec3d& surface_point) const {
     const auto at = [&](double t) { return from + along * t; };
-    Found kind = Found::surface;
+    LineResult kind = LineResult::surface;
     if (!field_.contains(at(outside))) {
-      // The last parameter within the volume.
+      // Finds the last parameter of the line that is within the volume.
       double in = inside, out = outside;
       for (int round = 0; round < 60 && in != out; ++round) {
         const double middle = (in + out) / 2;
         (field_.contains(at(middle)) ? in : out) = middle;
       }
       outside = in;
-      if (solid(at(outside))) {
-        if (!closed_) return;
-        kind = Found::border;
+      if (is_solid_at(at(outside))) {
+        if (!has_closed_border_) return;
+        kind = LineResult::border;
       }
     }
     double t = outside;
-    if (kind == Found::surface) {
+    if (kind == LineResult::surface) {
       double a = inside, b = outside;
       double fa = field_.value(at(a)), fb = field_.value(at(b));
       for (int round = 0; round < 60 && std::abs(b - a) > 1e-12; ++round) {
@@ -149,19 +151,19 @@ class SurfaceFinder {
       }
     }
     if (std::abs(t) >= best) return;
-    if (kind == Found::surface && cells_ != nullptr) {
+    if (kind == LineResult::surface && cells_ != nullptr) {
       const auto cell = field_.cell_of(at(t));
       const std::uint32_t corners = cells_->corners({cell[0] + 1, cell[1] + 1, cell[2] + 1});
       if (corners == 0 || corners == 0xFF) return;
     }
     best = std::abs(t);
-    found = kind;
-    place = at(t);
+    line_result = kind;
+    surface_point = at(t);
   }
 
-  const Field<T>& field_;
+  const VolumeField<T>& field_;
   const CellGrid* cells_;
-  bool closed_;
+  bool has_closed_border_;
 };
 
 /// Rasterizes the triangles: the triangle of each texel, and of each row.
@@ -186,15 +188,15 @@ std::vector<std::uint32_t> rasterize(const Mesh& low, std::uint32_t size) {
     };
     for (std::uint32_t j = first(y); j < end(y); ++j) {
       for (std::uint32_t i = first(x); i < end(x); ++i) {
-        bool within = true;
+        bool is_inside_triangle = true;
         for (std::size_t k = 0; k < 3; ++k) {
           const std::size_t n = (k + 1) % 3;
           const double dx = x[n] - x[k], dy = y[n] - y[k];
           const double side = (dx * (j - y[k]) - dy * (i - x[k])) * (area > 0 ? 1 : -1);
-          within = within && side >= -kTexelTolerance * std::hypot(dx, dy);
+          is_inside_triangle = is_inside_triangle && side >= -kTexelTolerance * std::hypot(dx, dy);
         }
         std::uint32_t& texel = triangles[std::size_t{j} * size + i];
-        if (within && texel == kNoTriangle) texel = t;
+        if (is_inside_triangle && texel == kNoTriangle) texel = t;
       }
     }
   }
@@ -202,8 +204,8 @@ std::vector<std::uint32_t> rasterize(const Mesh& low, std::uint32_t size) {
 }
 
 /// A triangle's point at a texel.
-struct LowPoint {
-  Vec3d position{}, shading{}, face{};  // shading, face: unit normals, or zero
+struct LowPolyPoint {
+  Vec3d position{}, shading{}, face{};  // Unit normals of the shading and of the face, or zero
 };
 
 Vec3d unit(const Vec3d& v) {
@@ -211,7 +213,8 @@ Vec3d unit(const Vec3d& v) {
   return l > 0 && std::isfinite(l) ? v * (1 / l) : Vec3d();
 }
 
-LowPoint low_point(const Mesh& low, std::uint32_t triangle, std::size_t place, std::uint32_t size) {
+LowPolyPoint low_poly_point(const Mesh& low, std::uint32_t triangle, std::size_t place,
+                            std::uint32_t size) {
   const std::size_t row = place / size;
   const double px = static_cast<double>(place % size), py = static_cast<double>(row);
   double x[3], y[3];
@@ -227,7 +230,7 @@ LowPoint low_point(const Mesh& low, std::uint32_t triangle, std::size_t place, s
   const double second = ((px - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (py - y[0])) / area;
   const double third = ((x[1] - x[0]) * (py - y[0]) - (px - x[0]) * (y[1] - y[0])) / area;
   const double w[3] = {1 - second - third, second, third};
-  LowPoint point;
+  LowPolyPoint point;
   for (std::size_t k = 0; k < 3; ++k) {
     point.position += p[k] * w[k];
     point.shading += n[k] * w[k];
@@ -237,7 +240,7 @@ LowPoint low_point(const Mesh& low, std::uint32_t triangle, std::size_t place, s
   return point;
 }
 
-void check(const Mesh& low, const GradientOptions& options) {
+void check_options(const Mesh& low, const GradientOptions& options) {
   if (options.size < 1 || options.size > 16384) {
     throw Error(ErrorCode::usage,
                 "The map's size is " + std::to_string(options.size) + " texels; use 1 to 16384.");
@@ -258,45 +261,49 @@ void check(const Mesh& low, const GradientOptions& options) {
 GradientReference::GradientReference(const Volume& volume, const ContourOptions& contour,
                                      const Mesh& low, const GradientOptions& options)
     : size_(options.size) {
-  check(low, options);
+  check_options(low, options);
   double lowest = 0, highest = 0;
   const DeviceVoxels voxels = device_voxels(volume, contour, lowest, highest);
   const std::vector<std::uint32_t> triangles = rasterize(low, size_);
   enum : std::uint8_t { kEmpty, kKept, kNoSurface, kCut, kNoGradient };
   std::vector<std::uint8_t> status(triangles.size(), kEmpty);
-  std::vector<std::size_t> row_begins(size_ + 1, 0);  // By row, its first covered texel
+  // Index of the first covered texel of each row
+  std::vector<std::size_t> row_begins(size_ + 1, 0);
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     row_begins[i / size_ + 1] += triangles[i] != kNoTriangle ? 1 : 0;
   }
   for (std::size_t y = 0; y < size_; ++y) row_begins[y + 1] += row_begins[y];
   covered_ = row_begins[size_];
   texels_.resize(covered_);
-  const Spaces spaces(volume);
-  const Vec3d shift = Vec3d(low.origin[0], low.origin[1], low.origin[2]) - spaces.origin;
+  const IndexAndWorldSpace index_and_world(volume);
+  const Vec3d shift = Vec3d(low.origin[0], low.origin[1], low.origin[2]) - index_and_world.origin;
 
   const auto run = [&]<typename T>(const T*) {
-    const Field<T> field(voxels, volume, contour);
-    const std::unique_ptr<CellGrid> cells = outer_cells<T>(voxels, volume, contour);
+    const VolumeField<T> field(voxels, volume, contour);
+    const std::unique_ptr<CellGrid> cells = outer_surface_cells<T>(voxels, volume, contour);
     const SurfaceFinder<T> finder(field, cells.get(), contour.border == VolumeBorder::closed);
     parallel_for(size_, 8, [&](std::size_t begin, std::size_t end) {
       for (std::size_t y = begin; y < end; ++y) {
         Texel* texel = texels_.data() + row_begins[y];
         for (std::size_t i = y * size_; i < (y + 1) * size_; ++i) {
           if (triangles[i] == kNoTriangle) continue;
-          const LowPoint point = low_point(low, triangles[i], i, size_);
+          const LowPolyPoint point = low_poly_point(low, triangles[i], i, size_);
           const Vec3d& line = options.line == GradientLine::face ? point.face : point.shading;
-          Vec3d place{};
-          const auto found = finder.find(spaces.to_index(point.position + shift),
-                                         spaces.to_index(line * options.reach), place);
-          Vec3d outward{};
-          if (found == SurfaceFinder<T>::Found::surface) {
-            outward = -unit(spaces.gradient_to_world(field.gradient(place)));
+          Vec3d surface_point{};
+          const auto line_result =
+              finder.find(index_and_world.to_index(point.position + shift),
+                          index_and_world.to_index(line * options.reach), surface_point);
+          Vec3d outward_normal{};
+          if (line_result == SurfaceFinder<T>::LineResult::surface) {
+            outward_normal =
+                -unit(index_and_world.gradient_to_world(field.gradient(surface_point)));
           }
-          status[i] = found == SurfaceFinder<T>::Found::nothing  ? kNoSurface
-                      : found == SurfaceFinder<T>::Found::border ? kCut
-                      : dot(outward, outward) == 0               ? kNoGradient
-                                                                 : kKept;
-          *texel++ = {static_cast<std::uint32_t>(i), to_float(outward), to_float(point.shading)};
+          status[i] = line_result == SurfaceFinder<T>::LineResult::nothing  ? kNoSurface
+                      : line_result == SurfaceFinder<T>::LineResult::border ? kCut
+                      : dot(outward_normal, outward_normal) == 0            ? kNoGradient
+                                                                            : kKept;
+          *texel++ = {static_cast<std::uint32_t>(i), to_float(outward_normal),
+                      to_float(point.shading)};
         }
       }
     });

@@ -24,7 +24,8 @@ kiln_volume_grid make_grid(const Volume& volume, const ContourOptions& options,
   grid.iso = voxels.iso;
   grid.outside = voxels.outside;
   grid.below = options.inside == Inside::below ? 1 : 0;
-  // Normals transform by the inverse transpose: its rows are cross products of the axes, up to the determinant.
+  // Normals transform by the inverse transpose. Up to a factor, the determinant, its rows are cross products of the
+  // axes.
   const auto& a = volume.axes;
   const double sign = std::copysign(1.0, a[0][0] * (a[1][1] * a[2][2] - a[1][2] * a[2][1]) -
                                              a[0][1] * (a[1][0] * a[2][2] - a[1][2] * a[2][0]) +
@@ -48,8 +49,8 @@ kiln_volume_grid make_grid(const Volume& volume, const ContourOptions& options,
   return grid;
 }
 
-void find_signs(cl::Context& context, Slabs& slabs, const cl::Kernel& kernel, kiln_volume_grid grid,
-                const Planes& voxel_planes, CellGrid& cells) {
+void find_signs(cl::Context& context, DeviceSlab& slabs, const cl::Kernel& kernel,
+                kiln_volume_grid grid, const PlaneRange& voxel_planes, CellGrid& cells) {
   for (std::uint32_t first = voxel_planes.first; first < voxel_planes.last; first += slabs.step()) {
     const std::uint32_t last = std::min(voxel_planes.last, first + slabs.step());
     const cl::Array<std::byte>& voxels = slabs.load(first, last, grid);
@@ -73,9 +74,9 @@ bool has_both_signs(CellGrid& cells) {
   return inside != 0 && inside != all;
 }
 
-cl::Array<kiln_volume_crossing> find_crossings(cl::Context& context, Slabs& slabs,
+cl::Array<kiln_volume_crossing> find_crossings(cl::Context& context, DeviceSlab& slabs,
                                                const cl::Kernel& kernel, kiln_volume_grid grid,
-                                               const CellGrid& cells, const Planes& planes) {
+                                               const CellGrid& cells, const PlaneRange& planes) {
   const std::uint32_t base = cells.plane_edges()[planes.first];
   const std::uint32_t count = cells.plane_edges()[planes.last] - base;
   cl::Array<kiln_volume_crossing> crossings(context, count);
@@ -87,18 +88,19 @@ cl::Array<kiln_volume_crossing> find_crossings(cl::Context& context, Slabs& slab
     const std::uint32_t begin = cells.plane_edges()[first];
     grid.count = cells.plane_edges()[last] - begin;
     if (grid.count == 0) continue;
-    // Voxel planes of padded planes first to last - 1, and the neighbouring planes that gradients read.
+    // Returns the voxel planes that padded planes first to last - 1 need, including neighbouring planes, which
+    // gradients read.
     const std::uint32_t low = std::min(grid.size[2] - 1, first < 4 ? 0 : first - 4);
     const std::uint32_t high = std::max(low + 1, std::min(grid.size[2], last + 3));
     const cl::Array<std::byte>& voxels = slabs.load(low, high, grid);
     RawVector<std::uint64_t> keys(grid.count);
     parallel_for(last - first, 4, [&](std::size_t from, std::size_t to) {
       for (std::size_t z = from; z < to; ++z) {
-        cells.for_edges(first + static_cast<std::uint32_t>(z),
-                        [&](std::uint32_t number, const CellPlace& place, std::uint32_t axis) {
-                          keys[number - begin] =
-                              pack_place(place, axis | (cells.is_inside(place) ? 4U : 0U));
-                        });
+        cells.for_each_edge(first + static_cast<std::uint32_t>(z),
+                            [&](std::uint32_t number, const CellPlace& place, std::uint32_t axis) {
+                              keys[number - begin] =
+                                  pack_cell_place(place, axis | (cells.is_inside(place) ? 4U : 0U));
+                            });
       }
     });
     const cl::Array<std::uint64_t> edges(context, std::span<const std::uint64_t>(keys));

@@ -13,8 +13,8 @@ namespace kiln {
 namespace {
 
 /// Root-mean-square distance of a vertex to the crossings' planes of its fine vertices, in cells.
-double error_of(const FineSurface& surface, const Volume& volume,
-                const SimplifiedIsosurface& low_poly, std::uint32_t vertex) {
+double vertex_error(const FineSurface& surface, const Volume& volume,
+                    const SimplifiedIsosurface& low_poly, std::uint32_t vertex) {
   const auto axis = [&](std::size_t k) {
     return Vec3d(volume.axes[k][0], volume.axes[k][1], volume.axes[k][2]);
   };
@@ -26,7 +26,7 @@ double error_of(const FineSurface& surface, const Volume& volume,
   Qef qef;
   for (std::uint32_t i = low_poly.leaf_begins[vertex]; i < low_poly.leaf_begins[vertex + 1]; ++i) {
     const std::uint32_t leaf = low_poly.leaves[i];
-    qef.add(surface.qefs[leaf], unpack_place(surface.keys[leaf]));
+    qef.add(surface.qefs[leaf], unpack_cell_place(surface.keys[leaf]));
   }
   return qef.error_at(padded);
 }
@@ -45,7 +45,7 @@ IsosurfaceFaces::IsosurfaceFaces(const SimplifiedIsosurface& low_poly) {
 IsosurfaceChange::IsosurfaceChange(const SimplifiedIsosurface& low_poly,
                                    const IsosurfaceFaces& faces)
     : triangles(faces.triangles),
-      alive(faces.triangles.size(), 1),
+      is_remaining(faces.triangles.size(), 1),
       into(low_poly.positions.size()) {
   std::iota(into.begin(), into.end(), 0U);
 }
@@ -59,8 +59,8 @@ void IsosurfaceChange::make_polygons(SimplifiedIsosurface& low_poly) const {
   for (const SimplifiedIsosurface::Polygon& polygon : low_poly.polygons) {
     const std::size_t first = next, count = polygon.is_quad() ? 2 : 1;
     next += count;
-    for (std::size_t t = first; t < next; ++t) low_poly.faces += alive[t];
-    if (count == 2 && alive[first] != 0 && alive[first + 1] != 0) {
+    for (std::size_t t = first; t < next; ++t) low_poly.faces += is_remaining[t];
+    if (count == 2 && is_remaining[first] != 0 && is_remaining[first + 1] != 0) {
       const Triangle &a = triangles[first], &b = triangles[first + 1];
       if (a[1] != b[2]) {
         polygons.push_back({{a[0], a[1], a[2], b[2]}});
@@ -71,7 +71,7 @@ void IsosurfaceChange::make_polygons(SimplifiedIsosurface& low_poly) const {
       continue;
     }
     for (std::size_t t = first; t < next; ++t) {
-      if (alive[t] != 0) add(triangles[t]);
+      if (is_remaining[t] != 0) add(triangles[t]);
     }
   }
   low_poly.polygons = std::move(polygons);
@@ -108,26 +108,26 @@ std::vector<std::uint32_t> IsosurfaceChange::renumber_vertices(
 /// Assigns each vertex the fine vertices of all vertices merged into it.
 void IsosurfaceChange::assign_leaves(const std::vector<std::uint32_t>& number,
                                      SimplifiedIsosurface& low_poly) const {
-  std::vector<std::uint32_t> begins(low_poly.positions.size() + 1, 0);
+  std::vector<std::uint32_t> leaf_begins(low_poly.positions.size() + 1, 0);
   const std::vector<std::uint32_t>& old = low_poly.leaf_begins;
   for (std::size_t v = 0; v < number.size(); ++v) {
-    if (number[v] != kNoVertex) begins[number[v] + 1] += old[v + 1] - old[v];
+    if (number[v] != kNoVertex) leaf_begins[number[v] + 1] += old[v + 1] - old[v];
   }
-  std::partial_sum(begins.begin(), begins.end(), begins.begin());
-  RawVector<std::uint32_t> leaves(begins.back());
-  std::vector<std::uint32_t> at(begins.begin(), begins.end() - 1);
+  std::partial_sum(leaf_begins.begin(), leaf_begins.end(), leaf_begins.begin());
+  RawVector<std::uint32_t> leaves(leaf_begins.back());
+  std::vector<std::uint32_t> at(leaf_begins.begin(), leaf_begins.end() - 1);
   for (std::size_t v = 0; v < number.size(); ++v) {
     if (number[v] == kNoVertex) continue;
     std::copy(low_poly.leaves.begin() + old[v], low_poly.leaves.begin() + old[v + 1],
               leaves.begin() + at[number[v]]);
     at[number[v]] += old[v + 1] - old[v];
   }
-  low_poly.leaf_begins = std::move(begins);
+  low_poly.leaf_begins = std::move(leaf_begins);
   low_poly.leaves = std::move(leaves);
 }
 
-std::vector<std::uint32_t> IsosurfaceChange::apply(const FineSurface& surface,
-                                                   SimplifiedIsosurface& low_poly) {
+std::vector<std::uint32_t> IsosurfaceChange::apply_to_low_poly(const FineSurface& surface,
+                                                               SimplifiedIsosurface& low_poly) {
   for (std::uint32_t& to : into) {
     while (into[to] != to) to = into[to];
   }
@@ -137,13 +137,13 @@ std::vector<std::uint32_t> IsosurfaceChange::apply(const FineSurface& surface,
   make_polygons(low_poly);
   std::vector<std::uint32_t> number = renumber_vertices(low_poly);
   assign_leaves(number, low_poly);
-  std::vector<std::uint8_t> grown(low_poly.positions.size(), 0);
+  std::vector<std::uint8_t> has_new_leaves(low_poly.positions.size(), 0);
   for (std::uint32_t v = 0; v < into.size(); ++v) {
     if (into[v] == v || number[v] == kNoVertex) continue;
-    grown[number[v]] = 1;
+    has_new_leaves[number[v]] = 1;
   }
-  for (std::uint32_t v = 0; v < grown.size(); ++v) {
-    if (grown[v] == 0) continue;
+  for (std::uint32_t v = 0; v < has_new_leaves.size(); ++v) {
+    if (has_new_leaves[v] == 0) continue;
     std::sort(low_poly.leaves.begin() + low_poly.leaf_begins[v],
               low_poly.leaves.begin() + low_poly.leaf_begins[v + 1]);
     low_poly.normals[v] = low_poly.mean_normal(surface, v);
@@ -157,23 +157,23 @@ IsosurfacePatch::IsosurfacePatch(const FineSurface& surface, const SimplifiedIso
     : faces_(faces) {
   Box<Vec3> box;
   for (const Vec3& p : low_poly.positions) box.add(p);
-  center_ = box.center();
+  box_center_ = box.center();
   size_ = std::max(box.diagonal(), std::numeric_limits<double>::min());
 
   std::vector<std::uint8_t> free(low_poly.positions.size(), 0);
   for (const std::uint32_t t : seeds_in) {
     for (const std::uint32_t v : faces.triangles[t]) free[v] = 1;
   }
-  const std::vector<std::uint8_t> inner = free;
+  const std::vector<std::uint8_t> is_inner = free;
   const auto touches = [](const std::vector<std::uint8_t>& marks, const Triangle& t) {
     return (marks[t[0]] | marks[t[1]] | marks[t[2]]) != 0;
   };
   for (const Triangle& t : faces.triangles) {
-    if (!touches(inner, t)) continue;
+    if (!touches(is_inner, t)) continue;
     for (const std::uint32_t v : t) free[v] = 1;
   }
   std::vector<std::uint32_t> number(low_poly.positions.size(), kNoVertex);
-  std::vector<std::uint8_t> free_here;
+  std::vector<std::uint8_t> is_free_in_patch;
   for (std::uint32_t i = 0; i < faces.triangles.size(); ++i) {
     if (!touches(free, faces.triangles[i])) continue;
     all_.push_back(i);
@@ -183,27 +183,28 @@ IsosurfacePatch::IsosurfacePatch(const FineSurface& surface, const SimplifiedIso
         number[v] = static_cast<std::uint32_t>(vertices_.size());
         vertices_.push_back(v);
         points.push_back(to_unit(low_poly.positions[v]));
-        free_here.push_back(free[v]);
+        is_free_in_patch.push_back(free[v]);
       }
       v = number[v];
     }
     triangles.push_back(t);
   }
-  find_fixed(free_here);
+  find_fixed(is_free_in_patch);
   remove_duplicates();
-  for (std::uint32_t t = 0; t < numbers_.size(); ++t) {
-    if (std::binary_search(seeds_in.begin(), seeds_in.end(), numbers_[t])) seeds.push_back(t);
+  for (std::uint32_t t = 0; t < low_poly_triangles_.size(); ++t) {
+    if (std::binary_search(seeds_in.begin(), seeds_in.end(), low_poly_triangles_[t]))
+      seeds.push_back(t);
   }
-  collect_fine_quads(surface, low_poly, free_here);
+  collect_fine_quads(surface, low_poly, is_free_in_patch);
 }
 
 void IsosurfacePatch::find_fixed(std::span<const std::uint8_t> free) {
-  fixed.resize(points.size());
-  for (std::size_t v = 0; v < fixed.size(); ++v) fixed[v] = free[v] == 0;
+  is_fixed.resize(points.size());
+  for (std::size_t v = 0; v < is_fixed.size(); ++v) is_fixed[v] = free[v] == 0;
   SideLists(triangles, points.size())
       .each_edge([&](std::uint32_t a, std::span<const SideLists::Item> sides) {
         if (sides.size() != 1) return;
-        fixed[a] = fixed[SideLists::higher(sides[0])] = 1;
+        is_fixed[a] = is_fixed[SideLists::higher(sides[0])] = 1;
       });
 }
 
@@ -214,29 +215,29 @@ void IsosurfacePatch::remove_duplicates() {
     sorted_triangles.emplace_back(lowest_first(triangles[i]), i);
   }
   std::sort(sorted_triangles.begin(), sorted_triangles.end());
-  std::vector<std::uint8_t> repeats(triangles.size(), 0);
+  std::vector<std::uint8_t> is_repeated(triangles.size(), 0);
   for (std::size_t i = 1; i < sorted_triangles.size(); ++i) {
     if (sorted_triangles[i].first != sorted_triangles[i - 1].first) continue;
-    repeats[sorted_triangles[i].second] = 1;
-    for (const std::uint32_t v : sorted_triangles[i].first) fixed[v] = 1;
+    is_repeated[sorted_triangles[i].second] = 1;
+    for (const std::uint32_t v : sorted_triangles[i].first) is_fixed[v] = 1;
   }
   std::vector<Triangle> other_triangles;
   for (std::size_t i = 0; i < triangles.size(); ++i) {
-    if (repeats[i] != 0) continue;
+    if (is_repeated[i] != 0) continue;
     other_triangles.push_back(triangles[i]);
-    numbers_.push_back(all_[i]);
+    low_poly_triangles_.push_back(all_[i]);
   }
   triangles = std::move(other_triangles);
-  all_ = numbers_;
+  all_ = low_poly_triangles_;
 }
 
-/// Collects fine quads whose corners belong to vertices of the patch.
+/// Collects the quads of the fine surface whose corners are represented by vertices of the patch.
 void IsosurfacePatch::collect_fine_quads(const FineSurface& surface,
                                          const SimplifiedIsosurface& low_poly,
                                          std::span<const std::uint8_t> free) {
   std::vector<std::uint32_t> number(surface.vertices.size(), kNoVertex);
   for (std::size_t at = 0; at < vertices_.size(); ++at) {
-    if (free[at] == 0) continue;  // repairs do not move this vertex
+    if (free[at] == 0) continue;  // This vertex is fixed and keeps its position
     const std::uint32_t v = vertices_[at];
     for (std::uint32_t i = low_poly.leaf_begins[v]; i < low_poly.leaf_begins[v + 1]; ++i) {
       const std::uint32_t leaf = low_poly.leaves[i];
@@ -245,24 +246,25 @@ void IsosurfacePatch::collect_fine_quads(const FineSurface& surface,
       fine_points.push_back(to_float(to_unit({p[0], p[1], p[2]})));
     }
   }
-  constexpr std::size_t kGrain = 1 << 15;
-  std::vector<std::vector<Triangle>> parts((surface.edges.size() + kGrain - 1) / kGrain);
-  parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
+  constexpr std::size_t kEdgesPerPart = 1 << 15;
+  std::vector<std::vector<Triangle>> triangles_by_part((surface.edges.size() + kEdgesPerPart - 1) /
+                                                       kEdgesPerPart);
+  parallel_for(triangles_by_part.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t part = begin; part < end; ++part) {
-      const std::size_t last = std::min(surface.edges.size(), (part + 1) * kGrain);
-      for (std::size_t i = part * kGrain; i < last; ++i) {
+      const std::size_t last = std::min(surface.edges.size(), (part + 1) * kEdgesPerPart);
+      for (std::size_t i = part * kEdgesPerPart; i < last; ++i) {
         const FineEdge& edge = surface.edges[i];
         if (!edge.is_quad()) continue;
         std::array<std::uint32_t, 4> c{};
         for (std::size_t k = 0; k < 4; ++k) c[k] = number[edge.vertices[k]];
         if (std::find(c.begin(), c.end(), kNoVertex) != c.end()) continue;
-        if ((edge.rises != 0) == surface.mirrored) std::swap(c[1], c[3]);
-        parts[part].push_back({c[0], c[1], c[2]});
-        parts[part].push_back({c[0], c[2], c[3]});
+        if ((edge.solid_at_lower_end != 0) == surface.is_left_handed) std::swap(c[1], c[3]);
+        triangles_by_part[part].push_back({c[0], c[1], c[2]});
+        triangles_by_part[part].push_back({c[0], c[2], c[3]});
       }
     }
   });
-  for (const auto& part : parts) {
+  for (const auto& part : triangles_by_part) {
     fine_triangles.insert(fine_triangles.end(), part.begin(), part.end());
   }
 }
@@ -278,26 +280,27 @@ void IsosurfacePatch::apply_collapses(
     if (mesh.alive[t] == 0) continue;
     if (seed[t] != 0) seeds.push_back(kept);
     triangles[kept] = mesh.triangles[t];
-    numbers_[kept++] = numbers_[t];
+    low_poly_triangles_[kept++] = low_poly_triangles_[t];
   }
   triangles.resize(kept);
-  numbers_.resize(kept);
+  low_poly_triangles_.resize(kept);
   for (const auto& [stays, gone] : merges) {
-    fixed[stays] = fixed[stays] | fixed[gone];
-    merges_.emplace_back(stays, gone);
+    is_fixed[stays] = is_fixed[stays] | is_fixed[gone];
+    merged_vertices_.emplace_back(stays, gone);
   }
 }
 
-void IsosurfacePatch::apply(const FineSurface& surface, const Volume& volume,
-                            SimplifiedIsosurface& low_poly) const {
+void IsosurfacePatch::apply_to_low_poly(const FineSurface& surface, const Volume& volume,
+                                        SimplifiedIsosurface& low_poly) const {
   IsosurfaceChange change(low_poly, faces_);
-  for (const std::uint32_t t : all_) change.alive[t] = 0;
+  for (const std::uint32_t t : all_) change.is_remaining[t] = 0;
   for (std::size_t i = 0; i < triangles.size(); ++i) {
-    change.alive[numbers_[i]] = 1;
+    change.is_remaining[low_poly_triangles_[i]] = 1;
     for (std::size_t k = 0; k < 3; ++k)
-      change.triangles[numbers_[i]][k] = vertices_[triangles[i][k]];
+      change.triangles[low_poly_triangles_[i]][k] = vertices_[triangles[i][k]];
   }
-  for (const auto& [stays, gone] : merges_) change.into[vertices_[gone]] = vertices_[stays];
+  for (const auto& [stays, gone] : merged_vertices_)
+    change.into[vertices_[gone]] = vertices_[stays];
   std::vector<std::uint32_t> changed;
   for (std::size_t i = 0; i < points.size(); ++i) {
     Vec3& at = low_poly.positions[vertices_[i]];
@@ -305,11 +308,11 @@ void IsosurfacePatch::apply(const FineSurface& surface, const Volume& volume,
     at = to_world(points[i]);
     changed.push_back(vertices_[i]);
   }
-  for (const auto& [stays, gone] : merges_) changed.push_back(vertices_[stays]);
-  const std::vector<std::uint32_t> number = change.apply(surface, low_poly);
+  for (const auto& [stays, gone] : merged_vertices_) changed.push_back(vertices_[stays]);
+  const std::vector<std::uint32_t> number = change.apply_to_low_poly(surface, low_poly);
   for (const std::uint32_t v : changed) {
     if (number[v] == kNoVertex) continue;
-    low_poly.error = std::max(low_poly.error, error_of(surface, volume, low_poly, number[v]));
+    low_poly.error = std::max(low_poly.error, vertex_error(surface, volume, low_poly, number[v]));
   }
 }
 

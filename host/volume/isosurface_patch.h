@@ -1,4 +1,4 @@
-// Patches of a low poly: edited as triangles, then written back as polygons.
+// Patches of a low poly, which are edited as triangles and then written back as polygons.
 #pragma once
 
 #include <array>
@@ -28,11 +28,13 @@ struct IsosurfaceChange {
   /// Rebuilds polygons from the remaining triangles and removes unused vertices. A vertex inherits the fine vertices
   /// of those merged into it.
   /// \returns by old vertex, the new number of the vertex that represents it; VertexTree::kNone: removed
-  std::vector<std::uint32_t> apply(const FineSurface& surface, SimplifiedIsosurface& low_poly);
+  std::vector<std::uint32_t> apply_to_low_poly(const FineSurface& surface,
+                                               SimplifiedIsosurface& low_poly);
 
   std::vector<Triangle> triangles;
-  std::vector<std::uint8_t> alive;  ///< By triangle, 1 if it remains
-  std::vector<std::uint32_t> into;  ///< By vertex: the vertex into which it was merged, or itself
+  std::vector<std::uint8_t> is_remaining;  ///< For each triangle, 1 if it remains
+  /// For each vertex, the vertex into which it was merged, or itself
+  std::vector<std::uint32_t> into;
 
  private:
   void make_polygons(SimplifiedIsosurface& low_poly) const;
@@ -48,8 +50,8 @@ class IsosurfacePatch {
   IsosurfacePatch(const FineSurface& surface, const SimplifiedIsosurface& low_poly,
                   const IsosurfaceFaces& faces, std::span<const std::uint32_t> seeds);
 
-  Vec3 to_world(const Vec3d& p) const { return to_float(p * size_ + center_); }
-  Vec3d to_unit(const Vec3& p) const { return (to_double(p) - center_) * (1 / size_); }
+  Vec3 to_world(const Vec3d& p) const { return to_float(p * size_ + box_center_); }
+  Vec3d to_unit(const Vec3& p) const { return (to_double(p) - box_center_) * (1 / size_); }
   /// Rounds a point to single precision.
   Vec3d snap(const Vec3d& p) const { return to_unit(to_world(p)); }
 
@@ -58,13 +60,14 @@ class IsosurfacePatch {
   void apply_collapses(const CollapseMesh& mesh,
                        std::span<const std::pair<std::uint32_t, std::uint32_t>> merges);
   /// Writes the patch back to the low poly.
-  void apply(const FineSurface& surface, const Volume& volume,
-             SimplifiedIsosurface& low_poly) const;
+  void apply_to_low_poly(const FineSurface& surface, const Volume& volume,
+                         SimplifiedIsosurface& low_poly) const;
 
   std::vector<Vec3d> points;
   std::vector<Triangle> triangles;
-  std::vector<std::uint32_t> seeds;  ///< Remaining seeds, by numbers of the patch
-  std::vector<std::uint8_t> fixed;   ///< By vertex, 1 on the patch's rim or on an open border
+  std::vector<std::uint32_t> seeds;  ///< Indices in the patch of the seed triangles that remain
+  /// For each vertex, 1 if it lies on the patch's boundary or on an open border
+  std::vector<std::uint8_t> is_fixed;
   std::vector<Vec3> fine_points;
   std::vector<Triangle> fine_triangles;
 
@@ -75,12 +78,13 @@ class IsosurfacePatch {
                           std::span<const std::uint8_t> free);
 
   const IsosurfaceFaces& faces_;
-  Vec3d center_{};
+  Vec3d box_center_{};
   double size_ = 1;
-  std::vector<std::uint32_t> vertices_;  ///< By point, the low poly's vertex
-  std::vector<std::uint32_t> numbers_;   ///< By triangle, the low poly's triangle
-  std::vector<std::uint32_t> all_;       ///< The low poly's triangles that the patch replaces
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> merges_;
+  std::vector<std::uint32_t> vertices_;  ///< For each point of the patch, the low poly's vertex
+  /// For each triangle of the patch, the low poly's triangle
+  std::vector<std::uint32_t> low_poly_triangles_;
+  std::vector<std::uint32_t> all_;  ///< The low poly's triangles that the patch replaces
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> merged_vertices_;
 };
 
 }  // namespace kiln

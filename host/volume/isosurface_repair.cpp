@@ -47,12 +47,12 @@ struct RepairContext {
     return {to_double(low_poly.positions[t[0]]), to_double(low_poly.positions[t[1]]),
             to_double(low_poly.positions[t[2]])};
   }
-  Vec3 center(const Triangle& t) const {
+  Vec3 triangle_center(const Triangle& t) const {
     const TriangleCorners p = corners(t);
     return to_float((p[0] + p[1] + p[2]) * (1.0 / 3));
   }
   /// Calls `body` with position and normal of the fine vertices that a vertex represents.
-  void each_leaf(std::uint32_t vertex, const auto& body) const {
+  void for_each_fine_vertex(std::uint32_t vertex, const auto& body) const {
     for (std::uint32_t i = low_poly.leaf_begins[vertex]; i < low_poly.leaf_begins[vertex + 1];
          ++i) {
       const kiln_volume_vertex& leaf = surface.vertices[low_poly.leaves[i]];
@@ -60,30 +60,30 @@ struct RepairContext {
            Vec3d(leaf.normal[0], leaf.normal[1], leaf.normal[2]));
     }
   }
-  /// True if simplification closed a gap between a triangle and its reverse: fine vertices with the triangle's
-  /// direction lie below those with the opposite direction.
-  bool had_gap(const Triangle& t) const {
+  /// True if simplification closed a gap between a triangle and its reverse: the fine vertices whose normals agree with
+  /// the triangle's lie below those whose normals oppose it.
+  bool closed_a_gap(const Triangle& t) const {
     const Vec3d normal = unit_or_zero(normal_of(corners(t)));
-    double height_above = 0, height_below = 0;
-    std::size_t count_above = 0, count_below = 0;
+    double height_sum_above = 0, height_sum_below = 0;
+    std::size_t fine_count_above = 0, fine_count_below = 0;
     for (const std::uint32_t vertex : t) {
       const Vec3d at = to_double(low_poly.positions[vertex]);
-      each_leaf(vertex, [&](const Vec3d& p, const Vec3d& n) {
+      for_each_fine_vertex(vertex, [&](const Vec3d& p, const Vec3d& n) {
         const double along = dot(n, normal), height = dot(p - at, normal);
-        if (along > kMinSideCosine) height_above += height, ++count_above;
-        if (along < -kMinSideCosine) height_below += height, ++count_below;
+        if (along > kMinSideCosine) height_sum_above += height, ++fine_count_above;
+        if (along < -kMinSideCosine) height_sum_below += height, ++fine_count_below;
       });
     }
-    if (count_above == 0 || count_below == 0) return false;
-    return height_above / static_cast<double>(count_above) <
-           height_below / static_cast<double>(count_below);
+    if (fine_count_above == 0 || fine_count_below == 0) return false;
+    return height_sum_above / static_cast<double>(fine_count_above) <
+           height_sum_below / static_cast<double>(fine_count_below);
   }
   /// True if the fine surface between a triangle's corners has a sharp edge or is thin.
-  bool has_edge(const Triangle& t) const {
+  bool has_sharp_edge(const Triangle& t) const {
     const Vec3d normal = unit_or_zero(normal_of(corners(t)));
     double max_cosine = -1, min_cosine = 1;
     for (const std::uint32_t vertex : t) {
-      each_leaf(vertex, [&](const Vec3d&, const Vec3d& n) {
+      for_each_fine_vertex(vertex, [&](const Vec3d&, const Vec3d& n) {
         max_cosine = std::max(max_cosine, dot(n, normal));
         min_cosine = std::min(min_cosine, dot(n, normal));
       });
@@ -95,18 +95,18 @@ struct RepairContext {
     const TriangleCorners p = corners(t);
     const Vec3d normal = unit_or_zero(normal_of(p));
     std::array<Vec3d, 4> places{};
-    std::array<double, 4> nearest{}, cosines{};
+    std::array<double, 4> nearest_distances{}, cosines{};
     for (std::size_t i = 0; i < 4; ++i) {
       for (std::size_t k = 0; k < 3; ++k)
         places[i] += p[k] * (i == 3 ? 1.0 / 3 : i == k ? 0.6 : 0.2);
-      nearest[i] = std::numeric_limits<double>::infinity();
+      nearest_distances[i] = std::numeric_limits<double>::infinity();
     }
     for (const std::uint32_t vertex : t) {
-      each_leaf(vertex, [&](const Vec3d& at, const Vec3d& n) {
+      for_each_fine_vertex(vertex, [&](const Vec3d& at, const Vec3d& n) {
         for (std::size_t i = 0; i < 4; ++i) {
           const Vec3d d = at - places[i];
-          if (!(dot(d, d) < nearest[i])) continue;
-          nearest[i] = dot(d, d);
+          if (!(dot(d, d) < nearest_distances[i])) continue;
+          nearest_distances[i] = dot(d, d);
           cosines[i] = dot(n, normal);
         }
       });
@@ -120,39 +120,42 @@ struct RepairContext {
 void remove_closed_gaps(const FineSurface& surface, SimplifiedIsosurface& low_poly,
                         IsosurfaceFlaws& flaws) {
   const IsosurfaceFaces faces(low_poly);
-  const RepairContext repair{surface, low_poly};
+  const RepairContext context{surface, low_poly};
   struct Item {
     Triangle sorted;
     std::uint32_t triangle;
-    bool even;  ///< True if the corners are an even permutation of the sorted corners.
+    bool even;  ///< True if the triangle's corners are an even permutation of the sorted corners.
   };
-  std::vector<Item> items(faces.triangles.size());
-  parallel_for(items.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
+  std::vector<Item> sorted_triangles(faces.triangles.size());
+  parallel_for(sorted_triangles.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       Triangle t = lowest_first(faces.triangles[i]);
       const bool even = t[1] < t[2];
       if (!even) std::swap(t[1], t[2]);
-      items[i] = {t, static_cast<std::uint32_t>(i), even};
+      sorted_triangles[i] = {t, static_cast<std::uint32_t>(i), even};
     }
   });
-  const VertexLists lists(
-      low_poly.positions.size(), items.size(), [&](std::size_t i) { return items[i].sorted[0]; },
-      [&](std::size_t i) { return std::uint64_t{items[i].sorted[1]} << 32 | items[i].sorted[2]; });
+  const VertexLists triangles_by_vertex(
+      low_poly.positions.size(), sorted_triangles.size(),
+      [&](std::size_t i) { return sorted_triangles[i].sorted[0]; },
+      [&](std::size_t i) {
+        return std::uint64_t{sorted_triangles[i].sorted[1]} << 32 | sorted_triangles[i].sorted[2];
+      });
   std::vector<std::uint8_t> gone;
-  for (std::size_t v = 0; v < lists.vertices(); ++v) {
-    const auto of = lists.of(v);
+  for (std::size_t v = 0; v < triangles_by_vertex.vertices(); ++v) {
+    const auto of = triangles_by_vertex.of(v);
     for (std::size_t begin = 0, end = 0; begin < of.size(); begin = end) {
       while (end < of.size() && of[end].key == of[begin].key) ++end;
       const std::size_t count = end - begin;
       if (count < 2) continue;
       std::array<std::vector<std::uint32_t>, 2> sides;
       for (std::size_t i = begin; i < end; ++i) {
-        sides[items[of[i].index].even ? 0 : 1].push_back(of[i].index);
+        sides[sorted_triangles[of[i].index].even ? 0 : 1].push_back(of[i].index);
       }
       const std::size_t pairs = std::min(sides[0].size(), sides[1].size());
       const Triangle& first = faces.triangles[of[begin].index];
-      if (pairs > 0 && repair.had_gap(first)) {
-        if (gone.empty()) gone.resize(items.size(), 0);
+      if (pairs > 0 && context.closed_a_gap(first)) {
+        if (gone.empty()) gone.resize(sorted_triangles.size(), 0);
         for (const auto& side : sides) {
           for (std::size_t i = 0; i < pairs; ++i) gone[side[i]] = 1;
         }
@@ -162,32 +165,32 @@ void remove_closed_gaps(const FineSurface& surface, SimplifiedIsosurface& low_po
       } else {
         flaws.repeated.count += count - 1;
       }
-      flaws.repeated.place = repair.center(first);
+      flaws.repeated.place = context.triangle_center(first);
     }
   }
   if (gone.empty()) return;
   IsosurfaceChange change(low_poly, faces);
-  for (std::uint32_t t = 0; t < gone.size(); ++t) change.alive[t] = gone[t] == 0;
-  change.apply(surface, low_poly);
+  for (std::uint32_t t = 0; t < gone.size(); ++t) change.is_remaining[t] = gone[t] == 0;
+  change.apply_to_low_poly(surface, low_poly);
 }
 
 /// Triangles that may be folded or degenerate.
-std::vector<std::uint32_t> find_suspects(const RepairContext& repair,
+std::vector<std::uint32_t> find_suspects(const RepairContext& context,
                                          const IsosurfaceFaces& faces) {
   const std::vector<Triangle>& triangles = faces.triangles;
   std::vector<Vec3d> normals(triangles.size());
   std::vector<std::uint8_t> is_suspect(triangles.size(), 0);
   parallel_for(triangles.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
-      normals[t] = unit_or_zero(normal_of(repair.corners(triangles[t])));
-      int against = 0;
+      normals[t] = unit_or_zero(normal_of(context.corners(triangles[t])));
+      int opposed_corners = 0;
       for (const std::uint32_t v : triangles[t])
-        against += dot(normals[t], to_double(repair.low_poly.normals[v])) < 0;
-      is_suspect[t] = against >= 2 || is_flat(repair.corners(triangles[t]));
+        opposed_corners += dot(normals[t], to_double(context.low_poly.normals[v])) < 0;
+      is_suspect[t] = opposed_corners >= 2 || is_flat(context.corners(triangles[t]));
     }
   });
   std::vector<std::uint8_t> back_to_back(triangles.size(), 0);
-  const SideLists sides(triangles, repair.low_poly.positions.size());
+  const SideLists sides(triangles, context.low_poly.positions.size());
   sides.each_edge([&](std::uint32_t, std::span<const SideLists::Item> of) {
     for (std::size_t i = 1; i < of.size(); ++i) {
       if (SideLists::forward(of[i - 1]) == SideLists::forward(of[i])) continue;
@@ -201,54 +204,57 @@ std::vector<std::uint32_t> find_suspects(const RepairContext& repair,
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
     if (is_suspect[t] != 0) candidates.push_back(t);
   }
-  std::vector<std::uint8_t> suspect(candidates.size(), 0);
+  std::vector<std::uint8_t> is_confirmed(candidates.size(), 0);
   parallel_for(candidates.size(), 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Triangle& t = triangles[candidates[i]];
-      suspect[i] =
-          back_to_back[candidates[i]] != 0 || is_flat(repair.corners(t)) || repair.may_face_away(t);
+      is_confirmed[i] = back_to_back[candidates[i]] != 0 || is_flat(context.corners(t)) ||
+                        context.may_face_away(t);
     }
   });
   for (std::size_t i = 0; i < candidates.size(); ++i) {
-    if (suspect[i] != 0) result.push_back(candidates[i]);
+    if (is_confirmed[i] != 0) result.push_back(candidates[i]);
   }
   return result;
 }
 
-/// Constraint for patches: the rim is fixed, inner vertices are free.
-class PatchRule : public CollapseConstraint {
+/// Constraint for edge collapses in a patch: vertices on the patch's boundary keep their positions, inner vertices may
+/// move.
+class FixedVerticesConstraint : public CollapseConstraint {
  public:
-  explicit PatchRule(const std::vector<std::uint8_t>& fixed) : fixed_(fixed) {}
+  explicit FixedVerticesConstraint(const std::vector<std::uint8_t>& is_fixed)
+      : is_fixed_(is_fixed) {}
 
   std::optional<Vec3d> place(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
                              Anchor anchor, Quadric& sum) const override {
-    const bool stays_a = anchor == Anchor::first || fixed_[a] != 0;
-    const bool stays_b = anchor == Anchor::second || fixed_[b] != 0;
-    if (stays_a && stays_b) return std::nullopt;
+    const bool is_a_fixed = anchor == Anchor::first || is_fixed_[a] != 0;
+    const bool is_b_fixed = anchor == Anchor::second || is_fixed_[b] != 0;
+    if (is_a_fixed && is_b_fixed) return std::nullopt;
     const Vec3d &pa = mesh.points[a], &pb = mesh.points[b];
-    return stays_a ? pa : stays_b ? pb : sum.best_near(pa, pb);
+    return is_a_fixed ? pa : is_b_fixed ? pb : sum.best_near(pa, pb);
   }
   bool any_place() const override { return true; }
   bool keeps(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, Anchor,
              const Vec3d& target) const override {
     const auto stays = [&](std::uint32_t v) {
-      return fixed_[v] == 0 || length(mesh.points[v] - target) == 0;
+      return is_fixed_[v] == 0 || length(mesh.points[v] - target) == 0;
     };
     return stays(a) && stays(b);
   }
   void collapse(const CollapseMesh&, std::uint32_t a, std::uint32_t b, Anchor, const Vec3d&,
                 std::uint32_t kept) override {
-    fixed_[kept] = fixed_[a] | fixed_[b];
+    is_fixed_[kept] = is_fixed_[a] | is_fixed_[b];
     merges.emplace_back(kept, kept == a ? b : a);
   }
   bool may_move(const CollapseMesh&, std::uint32_t vertex, const Vec3d&) const override {
-    return fixed_[vertex] == 0;
+    return is_fixed_[vertex] == 0;
   }
 
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> merges;  ///< Merged vertices: kept, removed.
+  /// Pairs of merged vertices: the kept one and the removed one.
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> merges;
 
  private:
-  std::vector<std::uint8_t> fixed_;
+  std::vector<std::uint8_t> is_fixed_;
 };
 
 /// Repairs a patch as far as possible.
@@ -262,8 +268,8 @@ void mend_patch(IsosurfacePatch& patch, IsosurfaceFlaws& flaws) {
   const std::size_t flaws_before = found.count();
   for (int round = 0; round < kMaxRepairRounds && !found.none(); ++round) {
     CollapseMesh mesh(patch.points, patch.triangles);
-    PatchRule rule(patch.fixed);
-    EdgeCollapser collapser(mesh, &rule, snap);
+    FixedVerticesConstraint constraint(patch.is_fixed);
+    EdgeCollapser collapser(mesh, &constraint, snap);
     bool has_repaired = false;
     for (const auto* list : {&found.flat, &found.folded}) {
       for (const std::uint32_t t : *list) has_repaired = collapser.mend(t, bad) || has_repaired;
@@ -273,7 +279,7 @@ void mend_patch(IsosurfacePatch& patch, IsosurfaceFlaws& flaws) {
     for (const auto* list : {&found.flat, &found.folded}) {
       patch.seeds.insert(patch.seeds.end(), list->begin(), list->end());
     }
-    patch.apply_collapses(mesh, rule.merges);
+    patch.apply_collapses(mesh, constraint.merges);
     const std::size_t last = found.count();
     found = check.find_among(patch.points, patch.triangles, patch.seeds);
     if (found.count() * kFlawsPerRepair > last * (kFlawsPerRepair - 1)) break;
@@ -301,7 +307,7 @@ IsosurfaceFlaws repair_isosurface(const FineSurface& surface, const Volume& volu
   if (suspects.empty()) return flaws;
   IsosurfacePatch patch(surface, low_poly, faces, suspects);
   mend_patch(patch, flaws);
-  patch.apply(surface, volume, low_poly);
+  patch.apply_to_low_poly(surface, volume, low_poly);
   return flaws;
 }
 

@@ -19,23 +19,24 @@ auto view(const Vector& vector) {
 }
 
 /// Rows and texels of the mip pyramids of all charts.
-struct Pyramids {
-  struct Level {
+struct ChartPyramids {
+  struct PyramidLevel {
     std::vector<std::uint32_t> row_charts, first_rows;
   };
-  std::vector<Level> levels;
-  std::vector<std::uint32_t> first_texels;  // First texel by level and chart
+  std::vector<PyramidLevel> levels;
+  // Index of the first texel of each chart at each level
+  std::vector<std::uint32_t> chart_first_texels;
   std::uint64_t texels = 0;
 };
 
-Pyramids make_pyramids(const Atlas& atlas) {
-  Pyramids result;
+ChartPyramids make_pyramids(const Atlas& atlas) {
+  ChartPyramids result;
   const std::size_t charts = atlas.charts.size();
   for (std::uint32_t level = 0;; ++level) {
-    Pyramids::Level rows;
+    ChartPyramids::PyramidLevel rows;
     rows.first_rows.resize(charts);
     const auto side = [&](std::uint32_t texels) { return (texels + (1U << level) - 1) >> level; };
-    result.first_texels.resize((level + 1) * charts);
+    result.chart_first_texels.resize((level + 1) * charts);
     for (std::size_t i = 0; i < charts; ++i) {
       const kiln_volume_chart& chart = atlas.charts[i];
       rows.first_rows[i] = static_cast<std::uint32_t>(rows.row_charts.size());
@@ -44,7 +45,7 @@ Pyramids make_pyramids(const Atlas& atlas) {
           (std::max(chart.size[0], chart.size[1]) + (1U << (level - 1)) - 1) >> (level - 1) == 1) {
         continue;
       }
-      result.first_texels[level * charts + i] = static_cast<std::uint32_t>(result.texels);
+      result.chart_first_texels[level * charts + i] = static_cast<std::uint32_t>(result.texels);
       result.texels += std::uint64_t{side(chart.size[0])} * side(chart.size[1]);
       rows.row_charts.insert(rows.row_charts.end(), side(chart.size[1]),
                              static_cast<std::uint32_t>(i));
@@ -55,44 +56,47 @@ Pyramids make_pyramids(const Atlas& atlas) {
 }
 
 /// Texels of all charts on the device, one float4 each.
-class Charts {
+class DeviceCharts {
  public:
-  Charts(cl::Context& context, const Atlas& atlas, const Pyramids& pyramids,
-         const kiln_volume_level& params)
+  DeviceCharts(cl::Context& context, const Atlas& atlas, const ChartPyramids& chart_pyramids,
+               const kiln_volume_level& kernel_params)
       : context_(context),
         atlas_(atlas),
-        pyramids_(pyramids),
-        params_(params),
+        pyramids_(chart_pyramids),
+        kernel_params_(kernel_params),
         charts_(context, view(atlas.charts)),
-        first_texels_(context, view(pyramids.first_texels)),
-        texels_(context, 4 * pyramids.texels) {
-    for (const Pyramids::Level& level : pyramids.levels) {
-      rows_.push_back({cl::Array<std::uint32_t>(context, view(level.row_charts)),
-                       cl::Array<std::uint32_t>(context, view(level.first_rows))});
+        first_texels_(context, view(chart_pyramids.chart_first_texels)),
+        texels_(context, 4 * chart_pyramids.texels) {
+    for (const ChartPyramids::PyramidLevel& level : chart_pyramids.levels) {
+      level_rows_.push_back({cl::Array<std::uint32_t>(context, view(level.row_charts)),
+                             cl::Array<std::uint32_t>(context, view(level.first_rows))});
     }
   }
 
   /// \returns the number of texels that contain fine vertices
-  std::uint64_t splat(const FineSurface& surface, const SimplifiedIsosurface& low_poly) {
+  std::uint64_t splat_fine_vertices(const FineSurface& surface,
+                                    const SimplifiedIsosurface& low_poly) {
     const cl::Array<kiln_volume_vertex> fine(context_, view(surface.vertices));
     const cl::Array<std::uint32_t> begins(context_, view(low_poly.leaf_begins));
     const cl::Array<std::uint32_t> leaves(context_, view(low_poly.leaves));
     const cl::Array<float> normals(
         context_, std::span<const float>(&low_poly.normals[0].x, 3 * low_poly.normals.size()));
-    const cl::Array<std::uint32_t> counts(context_, atlas_.charts.size());
-    context_.launch(context_.kernel("volume_map", "kiln_volume_map_splat"), params_.charts, kLocal,
-                    params_, charts_, begins, leaves, fine, normals, texels_, counts);
-    const std::vector<std::uint32_t> known = counts.download(context_);
+    const cl::Array<std::uint32_t> fine_vertex_counts(context_, atlas_.charts.size());
+    context_.launch(context_.kernel("volume_map", "kiln_volume_map_splat"), kernel_params_.charts,
+                    kLocal, kernel_params_, charts_, begins, leaves, fine, normals, texels_,
+                    fine_vertex_counts);
+    const std::vector<std::uint32_t> known = fine_vertex_counts.download(context_);
     return std::accumulate(known.begin(), known.end(), std::uint64_t{0});
   }
-  /// Runs a kernel over the rows of a level.
-  /// \param middle  kernel arguments between the parameters and the texels
+  /// Runs a kernel over the rows of a level. \param middle  the kernel's arguments between the parameters and the
+  /// texels
   template <typename... Middle>
   void run(const char* family, const char* name, std::uint32_t level, const Middle&... middle) {
-    params_.level = level;
-    params_.rows = static_cast<std::uint32_t>(pyramids_.levels[level].row_charts.size());
-    context_.launch(context_.kernel(family, name), params_.rows, kLocal, params_, charts_,
-                    rows_[level].row_charts, rows_[level].first_rows, middle..., texels_);
+    kernel_params_.level = level;
+    kernel_params_.rows = static_cast<std::uint32_t>(pyramids_.levels[level].row_charts.size());
+    context_.launch(context_.kernel(family, name), kernel_params_.rows, kLocal, kernel_params_,
+                    charts_, level_rows_[level].row_charts, level_rows_[level].first_rows,
+                    middle..., texels_);
   }
   /// Fills empty texels from their surroundings.
   void fill() {
@@ -107,26 +111,28 @@ class Charts {
   /// Gives charts with a common edge the same normals along it.
   /// \param vertices  number of the low poly's vertices
   void join_seams(std::size_t vertices) {
-    const Seams seams = find_seams(atlas_.charts, vertices);
-    const std::size_t corners = seams.edges.size();
+    const ChartAdjacency chart_adjacency = find_chart_adjacency(atlas_.charts, vertices);
+    const std::size_t corners = chart_adjacency.edges.size();
     const cl::Array<float> ring(context_, 4 * atlas_.ring_texels);
     {
-      const cl::Array<std::uint32_t> corner_begins(context_, view(seams.corner_begins));
-      const cl::Array<std::uint32_t> corner_members(context_, view(seams.corner_members));
-      const cl::Array<std::uint32_t> edges(context_, view(seams.edges));
-      const cl::Array<std::uint32_t> edge_begins(context_, view(seams.edge_begins));
-      const cl::Array<std::uint32_t> edge_members(context_, view(seams.edge_members));
-      const cl::Array<float> agreed(context_, 4 * corners);
+      const cl::Array<std::uint32_t> corner_begins(context_, view(chart_adjacency.corner_begins));
+      const cl::Array<std::uint32_t> corner_members(context_, view(chart_adjacency.corner_members));
+      const cl::Array<std::uint32_t> edges(context_, view(chart_adjacency.edges));
+      const cl::Array<std::uint32_t> edge_begins(context_, view(chart_adjacency.edge_begins));
+      const cl::Array<std::uint32_t> edge_members(context_, view(chart_adjacency.edge_members));
+      const cl::Array<float> corner_averages(context_, 4 * corners);
       context_.launch(context_.kernel("volume_seam", "kiln_volume_seam_corners"), corners, kLocal,
-                      params_, charts_, corner_begins, corner_members, texels_, agreed);
+                      kernel_params_, charts_, corner_begins, corner_members, texels_,
+                      corner_averages);
       context_.launch(context_.kernel("volume_seam", "kiln_volume_seam_sides"), corners, kLocal,
-                      params_, charts_, edges, edge_begins, edge_members, agreed, texels_, ring);
+                      kernel_params_, charts_, edges, edge_begins, edge_members, corner_averages,
+                      texels_, ring);
       context_.finish();
     }
     run("volume_seam", "kiln_volume_seam_gather", 1, first_texels_, ring);
-    // Skips levels that do not contribute (seam_fade in volume_seam.cl).
+    // Levels beyond a seam's reach contribute nothing and are skipped (seam_fade in volume_seam.cl).
     std::uint32_t last = levels();
-    while (last > 2 && static_cast<float>(1U << (last - 1)) >= 2 * params_.reach) --last;
+    while (last > 2 && static_cast<float>(1U << (last - 1)) >= 2 * kernel_params_.reach) --last;
     for (std::uint32_t level = 2; level < last; ++level) {
       run("volume_seam", "kiln_volume_seam_push", level, first_texels_);
     }
@@ -134,8 +140,8 @@ class Charts {
       run("volume_seam", "kiln_volume_seam_pull", level, first_texels_);
     }
     run("volume_seam", "kiln_volume_seam_finish", 0, first_texels_, ring);
-    context_.launch(context_.kernel("volume_seam", "kiln_volume_seam_mirror"), params_.charts,
-                    kLocal, params_, charts_, texels_);
+    context_.launch(context_.kernel("volume_seam", "kiln_volume_seam_mirror"),
+                    kernel_params_.charts, kLocal, kernel_params_, charts_, texels_);
     context_.finish();
   }
   /// Downloads the finest level.
@@ -153,17 +159,18 @@ class Charts {
   };
   cl::Context& context_;
   const Atlas& atlas_;
-  const Pyramids& pyramids_;
-  kiln_volume_level params_;
+  const ChartPyramids& pyramids_;
+  kiln_volume_level kernel_params_;
   cl::Array<kiln_volume_chart> charts_;
   cl::Array<std::uint32_t> first_texels_;
   cl::Array<float> texels_;
-  std::vector<Rows> rows_;
+  std::vector<Rows> level_rows_;
 };
 
 /// Copies charts to their positions in the map.
 /// \param flat value of the first two channels outside of charts
-Image compose(const RawVector<float>& values, const Atlas& atlas, std::uint32_t size, float flat) {
+Image compose_map(const RawVector<float>& values, const Atlas& atlas, std::uint32_t size,
+                  float flat) {
   Image image;
   image.width = image.height = size;
   image.channels = 3;
@@ -196,16 +203,17 @@ Image splat_normals(cl::Context& context, const FineSurface& surface,
                     const SimplifiedIsosurface& low_poly, const Atlas& atlas,
                     double texels_per_cell, const ExtractOptions& options,
                     std::uint64_t& splatted) {
-  const Pyramids pyramids = make_pyramids(atlas);
-  kiln_volume_level params{};
-  params.charts = static_cast<std::uint32_t>(atlas.charts.size());
-  params.space = options.space == NormalMapSpace::tangent ? KILN_SPACE_TANGENT : KILN_SPACE_OBJECT;
-  params.y_scale = options.flip_y ? -1.0F : 1.0F;
-  params.scale = options.raw ? 1.0F : 0.5F;
-  params.offset = options.raw ? 0.0F : 0.5F;
-  params.reach = static_cast<float>(texels_per_cell);
-  Charts charts(context, atlas, pyramids, params);
-  splatted = charts.splat(surface, low_poly);
+  const ChartPyramids chart_pyramids = make_pyramids(atlas);
+  kiln_volume_level kernel_params{};
+  kernel_params.charts = static_cast<std::uint32_t>(atlas.charts.size());
+  kernel_params.space =
+      options.space == NormalMapSpace::tangent ? KILN_SPACE_TANGENT : KILN_SPACE_OBJECT;
+  kernel_params.y_scale = options.flip_y ? -1.0F : 1.0F;
+  kernel_params.scale = options.raw ? 1.0F : 0.5F;
+  kernel_params.offset = options.raw ? 0.0F : 0.5F;
+  kernel_params.reach = static_cast<float>(texels_per_cell);
+  DeviceCharts charts(context, atlas, chart_pyramids, kernel_params);
+  splatted = charts.splat_fine_vertices(surface, low_poly);
   charts.fill();
   charts.join_seams(low_poly.positions.size());
   std::vector<kiln_low_shading> shading(1);
@@ -214,7 +222,7 @@ Image splat_normals(cl::Context& context, const FineSurface& surface,
   }
   const cl::Array<kiln_low_shading> device_shading(context, view(shading));
   charts.run("volume_map", "kiln_volume_map_encode", 0, device_shading);
-  return compose(charts.download(atlas.texels), atlas, options.size, params.offset);
+  return compose_map(charts.download(atlas.texels), atlas, options.size, kernel_params.offset);
 }
 
 }  // namespace kiln

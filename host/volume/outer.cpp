@@ -16,9 +16,9 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kPlanesPerTask = 16;  // planes of voxels per task
-/// A region counts as outside if its number of voxels on the volume's border is at least 1 / kOuterDivisor of the
-/// largest region's.
+constexpr std::size_t kPlanesPerTask = 16;  // Number of voxel planes per task of a parallel loop
+/// A region of empty voxels counts as outside if it has at least 1 / kOuterDivisor as many voxels on the volume's
+/// border as the region that has most there.
 constexpr std::uint64_t kOuterDivisor = 20;
 
 /// Maximum number of runs, since runs have 32-bit numbers.
@@ -106,40 +106,40 @@ void dilate(BitVolume& bits, std::uint32_t radius, const std::vector<std::uint64
 }
 
 /// Connected regions of voxels whose bit is 0.
-class Regions {
+class OutsideRegions {
  public:
-  Regions(const BitVolume& solid, const std::string& name) : solid_(solid) {
+  OutsideRegions(const BitVolume& solid, const std::string& name) : solid_(solid) {
     find_runs(name);
     join();
   }
 
-  std::size_t run_count() const { return runs_.size(); }
-  const Run& run(std::size_t index) const { return runs_[index]; }
-  /// Runs of row y, z (in voxels) are first_run(row) to first_run(row + 1) - 1.
-  std::uint32_t first_run(std::size_t row) const { return first_[row]; }
+  std::size_t run_count() const { return outside_runs_.size(); }
+  const Run& run(std::size_t index) const { return outside_runs_[index]; }
+  /// The runs of the row at y and z (in voxels) are first_run(row) to first_run(row + 1) - 1.
+  std::uint32_t first_run(std::size_t row) const { return first_runs_[row]; }
 
-  /// By run, 1 if its region is connected with the outside.
+  /// For each run, 1 if its region is connected with the outside.
   std::vector<char> open_runs() {
     const auto [nx, ny, nz] = solid_.size();
-    std::vector<std::uint64_t> on_border(runs_.size());
-    for (std::size_t row = 0; row + 1 < first_.size(); ++row) {
+    std::vector<std::uint64_t> border_voxels(outside_runs_.size());
+    for (std::size_t row = 0; row + 1 < first_runs_.size(); ++row) {
       const std::size_t y = row % ny, z = row / ny;
       const bool side = y == 0 || y + 1 == ny || z == 0 || z + 1 == nz;
-      for (std::uint32_t i = first_[row]; i < first_[row + 1]; ++i) {
-        const Run& run = runs_[i];
+      for (std::uint32_t i = first_runs_[row]; i < first_runs_[row + 1]; ++i) {
+        const Run& run = outside_runs_[i];
         const std::uint64_t count =
             side ? run.last - run.first + 1 : (run.first == 1 ? 1 : 0) + (run.last == nx ? 1 : 0);
-        if (count != 0) on_border[regions_.find(i)] += count;
+        if (count != 0) border_voxels[region_sets_.find(i)] += count;
       }
     }
     const std::uint64_t max_border_voxels =
-        on_border.empty() ? 0 : *std::max_element(on_border.begin(), on_border.end());
-    std::vector<char> open(runs_.size());
-    for (std::uint32_t i = 0; i < runs_.size(); ++i) {
-      open[i] =
-          max_border_voxels != 0 && on_border[regions_.find(i)] * kOuterDivisor >= max_border_voxels
-              ? 1
-              : 0;
+        border_voxels.empty() ? 0 : *std::max_element(border_voxels.begin(), border_voxels.end());
+    std::vector<char> open(outside_runs_.size());
+    for (std::uint32_t i = 0; i < outside_runs_.size(); ++i) {
+      open[i] = max_border_voxels != 0 &&
+                        border_voxels[region_sets_.find(i)] * kOuterDivisor >= max_border_voxels
+                    ? 1
+                    : 0;
     }
     return open;
   }
@@ -148,20 +148,21 @@ class Regions {
   void find_runs(const std::string& name) {
     const auto size = solid_.size();
     const std::size_t ny = size[1], nz = size[2];
-    first_.resize(ny * nz + 1);
+    first_runs_.resize(ny * nz + 1);
     const std::vector<std::uint64_t> mask = voxel_mask(size[0], solid_.row_words());
     std::atomic<std::uint64_t> count = 0;
     solid_.for_rows([&](std::size_t y, std::size_t z) {
       // A run starts where a voxel is outside and the previous one is not.
-      std::uint32_t starts = 0;
+      std::uint32_t started_runs = 0;
       std::uint64_t before = 0;
       for (std::size_t w = 0; w < mask.size(); ++w) {
         const std::uint64_t outside = ~solid_.row(y, z)[w] & mask[w];
-        starts += static_cast<std::uint32_t>(std::popcount(outside & ~(outside << 1 | before)));
+        started_runs +=
+            static_cast<std::uint32_t>(std::popcount(outside & ~(outside << 1 | before)));
         before = outside >> 63;
       }
-      first_[(z - 1) * ny + y - 1] = starts;
-      count += starts;
+      first_runs_[(z - 1) * ny + y - 1] = started_runs;
+      count += started_runs;
     });
     if (count > kMaxRuns) {
       throw Error(ErrorCode::input, "The outside of volume '" + name + "' is too fragmented (" +
@@ -171,19 +172,19 @@ class Regions {
     }
     require_memory("The outside of volume '" + name + "'", kBytesPerRun * count);
     std::uint32_t sum = 0;
-    for (std::uint32_t& first : first_) sum += std::exchange(first, sum);
-    runs_.resize(count);
+    for (std::uint32_t& first : first_runs_) sum += std::exchange(first, sum);
+    outside_runs_.resize(count);
     solid_.for_rows([&](std::size_t y, std::size_t z) { write_runs(y, z); });
-    regions_ = DisjointSets(runs_.size());
+    region_sets_ = DisjointSets(outside_runs_.size());
   }
 
   void write_runs(std::size_t y, std::size_t z) {
-    Run* out = runs_.data() + first_[(z - 1) * solid_.size()[1] + y - 1];
+    Run* out = outside_runs_.data() + first_runs_[(z - 1) * solid_.size()[1] + y - 1];
     const std::uint64_t* row = solid_.row(y, z);
     // Runs start and end where a bit differs from the previous one.
     std::uint32_t x = 1;
     const std::uint32_t end = solid_.size()[0] + 1;
-    // first bit of this value at or after x, or the end of the row
+    // Position of the first bit of this value at or after x, or the end of the row
     const auto next = [&](bool solid) {
       while (x < end) {
         const std::uint64_t word = (solid ? row[x >> 6] : ~row[x >> 6]) >> (x & 63);
@@ -221,10 +222,12 @@ class Regions {
   }
 
   void join_rows(std::size_t row_a, std::size_t row_b) {
-    std::uint32_t a = first_[row_a], b = first_[row_b];
-    while (a < first_[row_a + 1] && b < first_[row_b + 1]) {
-      if (runs_[a].first <= runs_[b].last && runs_[b].first <= runs_[a].last) regions_.join(a, b);
-      if (runs_[a].last < runs_[b].last) {
+    std::uint32_t a = first_runs_[row_a], b = first_runs_[row_b];
+    while (a < first_runs_[row_a + 1] && b < first_runs_[row_b + 1]) {
+      if (outside_runs_[a].first <= outside_runs_[b].last &&
+          outside_runs_[b].first <= outside_runs_[a].last)
+        region_sets_.join(a, b);
+      if (outside_runs_[a].last < outside_runs_[b].last) {
         ++a;
       } else {
         ++b;
@@ -233,13 +236,14 @@ class Regions {
   }
 
   const BitVolume& solid_;
-  std::vector<std::uint32_t> first_;
-  std::vector<Run> runs_;
-  DisjointSets regions_{0};  ///< United runs; the lowest run represents each region
+  std::vector<std::uint32_t> first_runs_;
+  std::vector<Run> outside_runs_;
+  /// Regions as sets of touching runs; the lowest run represents each region
+  DisjointSets region_sets_{0};
 };
 
 /// Sets the bits first to last of a row.
-void set_range(std::uint64_t* row, std::uint32_t first, std::uint32_t last) {
+void set_bits(std::uint64_t* row, std::uint32_t first, std::uint32_t last) {
   for (std::uint32_t w = first >> 6; w <= last >> 6; ++w) {
     std::uint64_t bits = ~std::uint64_t{0};
     if (w == first >> 6) bits &= ~std::uint64_t{0} << (first & 63);
@@ -257,7 +261,7 @@ std::uint64_t fill_unreached(CellGrid& cells, std::uint32_t gap, const std::stri
   const auto line = [&](std::size_t y, std::size_t z) {
     return cells.plane(static_cast<std::uint32_t>(z)) + y * words;
   };
-  // Three volumes of bits: the solid, the reached voxels, and the dilation of one of them.
+  // Peak memory: three volumes of bits, for the solid, the reached voxels, and a copy during dilation.
   require_memory("The outside of volume '" + name + "'", 3 * sizeof(std::uint64_t) * words *
                                                              (std::uint64_t{size[1]} + 2) *
                                                              (std::uint64_t{size[2]} + 2));
@@ -267,17 +271,19 @@ std::uint64_t fill_unreached(CellGrid& cells, std::uint32_t gap, const std::stri
   if (gap != 0) dilate(solid, gap, mask);
   BitVolume reached(size, words);
   {
-    Regions free(solid, name);
-    const std::vector<char> open = free.open_runs();
+    OutsideRegions outside_regions(solid, name);
+    const std::vector<char> open = outside_regions.open_runs();
     reached.for_rows([&](std::size_t y, std::size_t z) {
       const std::size_t row = (z - 1) * size[1] + y - 1;
-      for (std::uint32_t i = free.first_run(row); i < free.first_run(row + 1); ++i) {
-        if (open[i] != 0) set_range(reached.row(y, z), free.run(i).first, free.run(i).last);
+      for (std::uint32_t i = outside_regions.first_run(row); i < outside_regions.first_run(row + 1);
+           ++i) {
+        if (open[i] != 0)
+          set_bits(reached.row(y, z), outside_regions.run(i).first, outside_regions.run(i).last);
       }
     });
   }
   if (gap != 0) dilate(reached, gap, mask);
-  std::atomic<std::uint64_t> filled = 0;
+  std::atomic<std::uint64_t> filled_voxels = 0;
   reached.for_rows([&](std::size_t y, std::size_t z) {
     const std::uint64_t* from = reached.row(y, z);
     std::uint64_t* to = line(y, z);
@@ -287,9 +293,9 @@ std::uint64_t fill_unreached(CellGrid& cells, std::uint32_t gap, const std::stri
       count += static_cast<std::uint64_t>(std::popcount(fill));
       to[w] |= fill;
     }
-    filled += count;
+    filled_voxels += count;
   });
-  return filled;
+  return filled_voxels;
 }
 
 }  // namespace kiln

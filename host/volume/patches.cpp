@@ -10,7 +10,7 @@ std::uint32_t corner(std::uint32_t axis, std::uint32_t along, std::uint32_t u, s
   return along << axis | u << ((axis + 1) % 3) | v << ((axis + 2) % 3);
 }
 
-struct SheetsOfCells {
+struct EdgeSets {
   std::array<std::uint8_t, 12> parent{};
   std::uint32_t find(std::uint32_t edge) const {
     while (parent[edge] != edge) edge = parent[edge];
@@ -37,24 +37,24 @@ Face face(std::uint32_t index) {
           {4 * u + 0 + 2 * side, 4 * v + side + 2, 4 * u + 1 + 2 * side, 4 * v + side + 0}};
 }
 
-bool alternates(const Face& face, std::uint32_t signs) {
+bool is_ambiguous(const Face& face, std::uint32_t signs) {
   const auto inside = [&](std::size_t k) { return signs >> face.corners[k] & 1; };
   return inside(0) == inside(2) && inside(1) == inside(3) && inside(0) != inside(1);
 }
 
-SheetsOfCells trace(std::uint32_t signs, std::uint32_t flipped) {
-  SheetsOfCells sheets;
+EdgeSets trace_sheets(std::uint32_t signs, std::uint32_t flipped) {
+  EdgeSets sheets;
   for (std::uint32_t edge = 0; edge < 12; ++edge) {
     sheets.parent[edge] = static_cast<std::uint8_t>(edge);
   }
   for (std::uint32_t index = 0; index < 6; ++index) {
     const Face f = face(index);
     const auto inside = [&](std::size_t k) { return signs >> f.corners[k] & 1; };
-    if (alternates(f, signs)) {
-      // The two lines separate the inside corners, or the outside corners if the face is flipped.
-      const std::uint32_t around = index == flipped ? 0 : 1;
+    if (is_ambiguous(f, signs)) {
+      // The two lines on an ambiguous face separate its inside corners, or its outside corners if the face is flipped.
+      const std::uint32_t separated_state = index == flipped ? 0 : 1;
       for (std::size_t k = 0; k < 4; ++k) {
-        if (inside(k) == around) sheets.join(f.edges[k], f.edges[(k + 3) % 4]);
+        if (inside(k) == separated_state) sheets.join(f.edges[k], f.edges[(k + 3) % 4]);
       }
       continue;
     }
@@ -73,51 +73,52 @@ SheetsOfCells trace(std::uint32_t signs, std::uint32_t flipped) {
 
 }  // namespace
 
-PatchTable::PatchTable() {
+SheetTable::SheetTable() {
   for (std::uint32_t signs = 0; signs < 256; ++signs) {
     for (std::uint32_t edge = 0; edge < 12; ++edge) {
       const std::uint32_t axis = edge / 4;
       const std::uint32_t a = corner(axis, 0, edge & 1, edge >> 1 & 1);
       const std::uint32_t b = corner(axis, 1, edge & 1, edge >> 1 & 1);
       if ((signs >> a & 1) != (signs >> b & 1)) {
-        crossed_[signs] = static_cast<std::uint16_t>(crossed_[signs] | 1U << edge);
+        crossed_edges_[signs] = static_cast<std::uint16_t>(crossed_edges_[signs] | 1U << edge);
       }
     }
-    for (std::uint32_t flipped = 0; flipped < kFlips; ++flipped) {
-      const SheetsOfCells sheets = trace(signs, flipped);
+    for (std::uint32_t flipped = 0; flipped < kFlipChoices; ++flipped) {
+      const EdgeSets sheets = trace_sheets(signs, flipped);
       std::array<std::uint32_t, 12> number{};
       std::uint8_t count = 0;
       for (std::uint32_t edge = 0; edge < 12; ++edge) {
-        if ((crossed_[signs] >> edge & 1) == 0) continue;
+        if ((crossed_edges_[signs] >> edge & 1) == 0) continue;
         const std::uint32_t root = sheets.find(edge);
         if (root == edge) number[edge] = count++;
-        edges_[signs][flipped] |= number[root] << (2 * edge);
+        sheets_of_edges_[signs][flipped] |= number[root] << (2 * edge);
       }
-      counts_[signs][flipped] = count;
+      sheet_counts_[signs][flipped] = count;
     }
-    doubled_[signs] = kNoFace;
+    doubled_faces_[signs] = kNoFace;
     for (std::uint32_t index = 0; index < 6; ++index) {
       const Face f = face(index);
-      if (!alternates(f, signs)) continue;
-      // Skip: opposite edges of the face belong to different sheets.
-      if (patch(signs, kNoFace, f.edges[0]) != patch(signs, kNoFace, f.edges[2])) continue;
-      if (doubled_[signs] != kNoFace) {
+      if (!is_ambiguous(f, signs)) continue;
+      // The face's two lines belong to different sheets: it is not doubled.
+      if (sheet_of_edge(signs, kNoFace, f.edges[0]) != sheet_of_edge(signs, kNoFace, f.edges[2]))
+        continue;
+      if (doubled_faces_[signs] != kNoFace) {
         throw Error(ErrorCode::internal,
                     "Internal error: inconsistent orientation of the faces in a cell.");
       }
-      doubled_[signs] = static_cast<std::uint8_t>(index);
+      doubled_faces_[signs] = static_cast<std::uint8_t>(index);
     }
   }
 }
 
-std::array<std::uint32_t, 2> PatchTable::opposite_edges(std::uint32_t face_index) {
+std::array<std::uint32_t, 2> SheetTable::opposite_edges(std::uint32_t face_index) {
   const Face f = face(face_index);
   return {f.edges[0], f.edges[2]};
 }
 
-const PatchTable& PatchTable::get() {
-  static const PatchTable table;
-  return table;
+const SheetTable& SheetTable::get() {
+  static const SheetTable patch_table;
+  return patch_table;
 }
 
 }  // namespace kiln

@@ -12,39 +12,41 @@ namespace kiln {
 /// Edges are numbered as in shared/volume.h, corners x + 2 y + 4 z, faces 2 axis + side. On an ambiguous face, whose
 /// corners alternate, the surface separates the two inside corners; if the face is "flipped", the two outside
 /// corners.
-class PatchTable {
+class SheetTable {
  public:
   static constexpr std::uint32_t kNoFace = 6;
-  static constexpr std::uint32_t kFlips = 7;  // Choices of the flipped face: one of six, or none
+  // Choices of the flipped face: one of six, or none
+  static constexpr std::uint32_t kFlipChoices = 7;
 
-  static const PatchTable& get();
+  static const SheetTable& get();
 
   /// Number of sheets, 0 to 4.
   /// \param flipped  the flipped face, or kNoFace
-  std::uint32_t count(std::uint32_t corners, std::uint32_t flipped) const {
-    return counts_[corners][flipped];
+  std::uint32_t sheet_count(std::uint32_t corners, std::uint32_t flipped) const {
+    return sheet_counts_[corners][flipped];
   }
   /// The sheet that crosses an edge.
-  std::uint32_t patch(std::uint32_t corners, std::uint32_t flipped, std::uint32_t edge) const {
-    return edges_[corners][flipped] >> (2 * edge) & 3;
+  std::uint32_t sheet_of_edge(std::uint32_t corners, std::uint32_t flipped,
+                              std::uint32_t edge) const {
+    return sheets_of_edges_[corners][flipped] >> (2 * edge) & 3;
   }
-  /// The crossed edges, 12 bits.
-  std::uint32_t crossed(std::uint32_t corners) const { return crossed_[corners]; }
+  /// One bit for each of the cell's 12 edges; 1: crossed.
+  std::uint32_t crossed_edges(std::uint32_t corners) const { return crossed_edges_[corners]; }
 
-  /// The face both of whose lines belong to the same sheet, or kNoFace. If this holds in both cells at a face, the
-  /// two vertices would share two edges of the dual mesh (four faces at an edge). Such a face must be flipped, which
-  /// splits the sheet in both cells (Wenger 2013, "Isosurfaces", section 3.3.5).
-  std::uint32_t doubled_face(std::uint32_t corners) const { return doubled_[corners]; }
+  /// The ambiguous face on which both lines belong to the same sheet, or kNoFace. If this holds in both cells at a
+  /// face, the two vertices would share two edges of the dual mesh (four faces at an edge). Such a face must be
+  /// flipped, which splits the sheet in both cells (Wenger 2013, "Isosurfaces", section 3.3.5).
+  std::uint32_t doubled_face(std::uint32_t corners) const { return doubled_faces_[corners]; }
 
   /// A crossed edge of each of the two lines on an ambiguous face.
   static std::array<std::uint32_t, 2> opposite_edges(std::uint32_t face);
 
  private:
-  PatchTable();
-  std::array<std::array<std::uint32_t, kFlips>, 256> edges_{};
-  std::array<std::array<std::uint8_t, kFlips>, 256> counts_{};
-  std::array<std::uint16_t, 256> crossed_{};
-  std::array<std::uint8_t, 256> doubled_{};
+  SheetTable();
+  std::array<std::array<std::uint32_t, kFlipChoices>, 256> sheets_of_edges_{};
+  std::array<std::array<std::uint8_t, kFlipChoices>, 256> sheet_counts_{};
+  std::array<std::uint16_t, 256> crossed_edges_{};
+  std::array<std::uint8_t, 256> doubled_faces_{};
 };
 
 }  // namespace kiln

@@ -15,7 +15,7 @@ struct Qef {
   std::array<double, 6> a{};  ///< Symmetric matrix A: xx xy xz yy yz zz
   Vec3d b{};
   double c = 0;
-  Vec3d mass{};  ///< Sum of the crossings' points
+  Vec3d mass{};  ///< Sum of the positions of the crossings
   double count = 0;
 
   /// \param cell cell whose lowest corner is the origin of `local`
@@ -31,7 +31,7 @@ struct Qef {
   };
   /// The minimum within a box. In directions whose eigenvalues are below KILN_VOLUME_EIGEN_LIMIT of the largest, the
   /// mean of the crossings is used (Lindstrom 2000, section 3.3).
-  Minimum minimum(const Vec3d& low, const Vec3d& high) const;
+  Minimum find_minimum(const Vec3d& low, const Vec3d& high) const;
 };
 
 }  // namespace kiln

@@ -11,17 +11,17 @@ std::uint32_t next_corner(const kiln_volume_chart& chart, std::uint32_t k) {
 }
 
 /// Groups items by group number: the begin of each group, and its members in their order.
-void group(const std::vector<std::uint32_t>& group_of, std::size_t groups,
-           std::vector<std::uint32_t>& begins, std::vector<std::uint32_t>& members) {
+void group_members(const std::vector<std::uint32_t>& group_of, std::size_t groups,
+                   std::vector<std::uint32_t>& begins, std::vector<std::uint32_t>& members) {
   begins.assign(groups + 1, 0);
   for (const std::uint32_t g : group_of) {
-    if (g != Seams::kNone) ++begins[g + 1];
+    if (g != ChartAdjacency::kNone) ++begins[g + 1];
   }
   for (std::size_t g = 0; g < groups; ++g) begins[g + 1] += begins[g];
   members.resize(begins[groups]);
   std::vector<std::uint32_t> next(begins.begin(), begins.end() - 1);
   for (std::uint32_t i = 0; i < group_of.size(); ++i) {
-    if (group_of[i] != Seams::kNone) members[next[group_of[i]]++] = i;
+    if (group_of[i] != ChartAdjacency::kNone) members[next[group_of[i]]++] = i;
   }
 }
 
@@ -37,11 +37,13 @@ std::uint32_t ring_texels(const kiln_volume_chart& chart) {
   return count;
 }
 
-Seams find_seams(std::span<const kiln_volume_chart> charts, std::size_t vertices) {
-  Seams seams;
-  std::vector<std::uint32_t> vertex_of(4 * charts.size(), Seams::kNone);
+ChartAdjacency find_chart_adjacency(std::span<const kiln_volume_chart> charts,
+                                    std::size_t vertices) {
+  ChartAdjacency chart_adjacency;
+  std::vector<std::uint32_t> vertex_of(4 * charts.size(), ChartAdjacency::kNone);
   struct Side {
-    std::uint64_t vertices;  ///< Both ends packed, the lower number first
+    /// The vertices at both ends in one integer, the lower one in the high bits
+    std::uint64_t vertices;
     std::uint32_t number;
   };
   std::vector<Side> sides;
@@ -54,18 +56,19 @@ Seams find_seams(std::span<const kiln_volume_chart> charts, std::size_t vertices
       sides.push_back({std::uint64_t{low} << 32 | high, 4 * i + k});
     }
   }
-  group(vertex_of, vertices, seams.corner_begins, seams.corner_members);
+  group_members(vertex_of, vertices, chart_adjacency.corner_begins, chart_adjacency.corner_members);
   std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
     return a.vertices != b.vertices ? a.vertices < b.vertices : a.number < b.number;
   });
-  seams.edges.assign(vertex_of.size(), Seams::kNone);
+  chart_adjacency.edges.assign(vertex_of.size(), ChartAdjacency::kNone);
   std::uint32_t edges = 0;
   for (std::size_t i = 0; i < sides.size(); ++i) {
     if (i > 0 && sides[i].vertices != sides[i - 1].vertices) ++edges;
-    seams.edges[sides[i].number] = edges;
+    chart_adjacency.edges[sides[i].number] = edges;
   }
-  group(seams.edges, edges + 1, seams.edge_begins, seams.edge_members);
-  return seams;
+  group_members(chart_adjacency.edges, edges + 1, chart_adjacency.edge_begins,
+                chart_adjacency.edge_members);
+  return chart_adjacency;
 }
 
 }  // namespace kiln

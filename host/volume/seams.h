@@ -10,13 +10,14 @@
 namespace kiln {
 
 /// Corners and sides are numbered 4 * chart + corner; a side starts at that corner.
-struct Seams {
+struct ChartAdjacency {
   static constexpr std::uint32_t kNone = 0xFFFFFFFF;
 
   /// Chart corners at vertex v of the low poly: corner_members[corner_begins[v]] to [corner_begins[v + 1] - 1].
   std::vector<std::uint32_t> corner_begins, corner_members;
-  std::vector<std::uint32_t> edges;  ///< By side, its edge; kNone if the chart has no such side
-  /// Chart sides at an edge, stored as for corners.
+  /// Edge of each chart side; kNone if the chart has no such side
+  std::vector<std::uint32_t> edges;
+  /// Chart sides at edge e: edge_members[edge_begins[e]] to edge_members[edge_begins[e + 1] - 1].
   std::vector<std::uint32_t> edge_begins, edge_members;
 };
 
@@ -24,6 +25,7 @@ struct Seams {
 std::uint32_t ring_texels(const kiln_volume_chart& chart);
 
 /// \param vertices  number of the low poly's vertices
-Seams find_seams(std::span<const kiln_volume_chart> charts, std::size_t vertices);
+ChartAdjacency find_chart_adjacency(std::span<const kiln_volume_chart> charts,
+                                    std::size_t vertices);
 
 }  // namespace kiln

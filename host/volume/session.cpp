@@ -22,7 +22,7 @@ double session_lap(std::chrono::steady_clock::time_point& last) {
   return seconds;
 }
 
-std::string describe(const std::array<std::uint32_t, 3>& v) {
+std::string format_triple(const std::array<std::uint32_t, 3>& v) {
   return std::to_string(v[0]) + ", " + std::to_string(v[1]) + ", " + std::to_string(v[2]);
 }
 
@@ -46,12 +46,12 @@ struct KILN_HIDDEN VolumeSession::Impl {
   }
 
   /// Updates the contour after changes in some voxel planes. Strong exception guarantee.
-  void follow_changes(const Planes& planes) {
+  void follow_changes(const PlaneRange& planes) {
     auto clock = std::chrono::steady_clock::now();
-    ContourReport fresh;
-    const KeptVertices kept = fine.update(volume, planes, fresh);
-    report = std::move(fresh);
-    last.kept = kept.before + (fine.surface().keys.size() - kept.new_after);
+    ContourReport new_report;
+    const UnchangedVertices kept = fine.update(volume, planes, new_report);
+    report = std::move(new_report);
+    last.kept = kept.before + (fine.surface().keys.size() - kept.new_suffix_begin);
     last.vertices = fine.surface().keys.size() - last.kept;
     last.seconds_contour = session_lap(clock);
     const bool open = options.border == VolumeBorder::open;
@@ -102,10 +102,10 @@ void VolumeSession::update(const VolumeRegion& region, std::span<const std::byte
   for (std::size_t k = 0; k < 3; ++k) {
     if (region.size[k] == 0 || region.first[k] >= volume.size[k] ||
         region.size[k] > volume.size[k] - region.first[k]) {
-      throw Error(ErrorCode::usage, "The box of voxels from (" + describe(region.first) +
-                                        ") with sides " + describe(region.size) +
+      throw Error(ErrorCode::usage, "The box of voxels from (" + format_triple(region.first) +
+                                        ") with sides " + format_triple(region.size) +
                                         " is not within volume '" + volume.name + "' of " +
-                                        describe(volume.size) + " voxels.");
+                                        format_triple(volume.size) + " voxels.");
     }
     count *= region.size[k];
   }

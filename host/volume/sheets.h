@@ -18,9 +18,11 @@ struct CellRecord {
 
 struct Sheets {
   RawVector<CellRecord> cells;
-  RawVector<std::uint64_t> keys;              ///< Keys by vertex; ordered by cell, plane by plane
-  std::vector<std::uint32_t> plane_vertices;  ///< By plane, its first vertex; one extra entry
-  std::vector<FineFork> forks;
+  /// Packed key of each vertex, ordered by cell, plane by plane
+  RawVector<std::uint64_t> keys;
+  /// First vertex of each plane, and one extra entry at the end
+  std::vector<std::uint32_t> plane_vertices;
+  std::vector<ForkedVertex> forked_vertices;
 };
 
 Sheets find_sheets(const CellGrid& cells);

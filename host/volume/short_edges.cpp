@@ -23,30 +23,31 @@ bool has_side(const PolygonCorners& p, std::uint32_t a, std::uint32_t b) {
   return false;
 }
 
-class Collapser {
+class ZeroEdgeCollapser {
  public:
-  explicit Collapser(std::vector<PolygonCorners>& polygons) : polygons_(polygons) {}
+  explicit ZeroEdgeCollapser(std::vector<PolygonCorners>& polygons) : polygons_(polygons) {}
 
-  void add_vertex(std::uint32_t vertex) { around_.try_emplace(vertex); }
-  void gather() {
+  void add_candidate(std::uint32_t vertex) { polygons_around_.try_emplace(vertex); }
+  void collect_polygons() {
     for (std::uint32_t i = 0; i < polygons_.size(); ++i) {
       for (const std::uint32_t corner : polygons_[i]) {
         if (corner == kNoCorner) continue;
-        const auto at = around_.find(corner);
-        if (at != around_.end()) at->second.push_back(i);
+        const auto at = polygons_around_.find(corner);
+        if (at != polygons_around_.end()) at->second.push_back(i);
       }
     }
   }
   std::uint32_t find(std::uint32_t vertex) const {
-    for (auto at = gone_.find(vertex); at != gone_.end(); at = gone_.find(vertex)) {
+    for (auto at = merged_into_.find(vertex); at != merged_into_.end();
+         at = merged_into_.find(vertex)) {
       vertex = at->second;
     }
     return vertex;
   }
   /// \returns true if the edge was collapsed
   bool collapse(std::uint32_t a, std::uint32_t b) {
-    std::vector<std::uint32_t>& at_a = around_.at(a);
-    const std::vector<std::uint32_t>& at_b = around_.at(b);
+    std::vector<std::uint32_t>& at_a = polygons_around_.at(a);
+    const std::vector<std::uint32_t>& at_b = polygons_around_.at(b);
     std::vector<std::uint32_t> shared_polygons, apexes, near_a, near_b, common;
     for (const std::uint32_t i : at_a) {
       if (has(polygons_[i], b)) shared_polygons.push_back(i);
@@ -92,19 +93,19 @@ class Collapser {
       const bool was_quad = sides(p) == 4;
       std::rotate(std::find(p.begin(), p.end(), b), std::find(p.begin(), p.end(), b) + 1, p.end());
       if (was_quad) {
-        p[3] = kNoCorner;  // corners in order, from the one after b
+        p[3] = kNoCorner;  // The polygon's corners in order, from the one after b
       } else {
         p = {kNoCorner, kNoCorner, kNoCorner, kNoCorner};
       }
     }
     std::erase_if(at_a, [&](std::uint32_t i) { return polygons_[i][0] == kNoCorner; });
     for (const std::uint32_t apex : apexes) {
-      const auto at = around_.find(apex);
-      if (at == around_.end()) continue;
+      const auto at = polygons_around_.find(apex);
+      if (at == polygons_around_.end()) continue;
       std::erase_if(at->second, [&](std::uint32_t i) { return polygons_[i][0] == kNoCorner; });
     }
-    gone_[b] = a;
-    around_.erase(b);
+    merged_into_[b] = a;
+    polygons_around_.erase(b);
     return true;
   }
 
@@ -126,9 +127,9 @@ class Collapser {
   }
 
   std::vector<PolygonCorners>& polygons_;
-  // By candidate vertex, the polygons at it
-  std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> around_;
-  std::unordered_map<std::uint32_t, std::uint32_t> gone_;
+  // The polygons around each candidate vertex
+  std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> polygons_around_;
+  std::unordered_map<std::uint32_t, std::uint32_t> merged_into_;
 };
 
 }  // namespace
@@ -145,7 +146,7 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> collapse_short_edges(
     std::vector<PolygonCorners>& polygons, const std::function<Vec3(std::uint32_t)>& at,
     std::uint32_t count) {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> edges, result;
-  Collapser collapser(polygons);
+  ZeroEdgeCollapser collapser(polygons);
   for (const PolygonCorners& p : polygons) {
     std::array<Vec3, 4> places;
     const std::size_t n = sides(p);
@@ -156,13 +157,13 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> collapse_short_edges(
       if (p[k] >= count || p[(k + 1) % n] >= count) continue;
       if (!same_place(places[k], places[(k + 1) % n])) continue;
       edges.emplace_back(std::min(p[k], p[(k + 1) % n]), std::max(p[k], p[(k + 1) % n]));
-      collapser.add_vertex(p[k]);
-      collapser.add_vertex(p[(k + 1) % n]);
+      collapser.add_candidate(p[k]);
+      collapser.add_candidate(p[(k + 1) % n]);
     }
   }
   if (edges.empty()) return result;
-  collapser.gather();
-  // The pass is repeated, since one collapse may allow another.
+  collapser.collect_polygons();
+  // The pass over the polygons is repeated, since one collapse may make another possible.
   for (bool changed = true; changed;) {
     changed = false;
     for (const auto& [first, second] : edges) {

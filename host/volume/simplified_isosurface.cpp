@@ -19,25 +19,27 @@ constexpr std::uint32_t kNone = VertexTree::kNone;
 constexpr float kNoLimit = std::numeric_limits<float>::infinity();
 
 /// Connected parts of the fine surface.
-struct Pieces {
-  std::vector<std::uint32_t> of;     ///< Root of each node in the tree
-  std::vector<std::uint32_t> sizes;  ///< By root, its number of fine vertices
+struct SurfaceParts {
+  std::vector<std::uint32_t> part_root;  ///< Root of each node in the tree
+  /// Number of fine vertices of each part, by the part's root
+  std::vector<std::uint32_t> part_sizes;
   std::uint32_t largest = 0;
 
-  explicit Pieces(const VertexTree& tree) : of(tree.count()), sizes(tree.count()) {
+  explicit SurfaceParts(const VertexTree& tree)
+      : part_root(tree.count()), part_sizes(tree.count()) {
     for (std::uint32_t node = tree.count(); node-- > 0;) {
-      of[node] = tree.parent(node) == kNone ? node : of[tree.parent(node)];
-      if (node < tree.leaves()) ++sizes[of[node]];
+      part_root[node] = tree.parent(node) == kNone ? node : part_root[tree.parent(node)];
+      if (node < tree.leaves()) ++part_sizes[part_root[node]];
     }
-    for (const std::uint32_t size : sizes) largest = std::max(largest, size);
+    for (const std::uint32_t size : part_sizes) largest = std::max(largest, size);
   }
 };
 
-/// By fine vertex: 1 if its part is removed because it is small; empty if no part is removed.
-std::vector<std::uint8_t> small_parts(const VertexTree& tree, double min_part,
-                                      SimplifiedIsosurface& low_poly) {
-  const Pieces parts(tree);
-  for (const std::uint32_t size : parts.sizes) {
+/// For each fine vertex, 1 if its part is small and is removed; empty if no part is removed.
+std::vector<std::uint8_t> find_small_parts(const VertexTree& tree, double min_part,
+                                           SimplifiedIsosurface& low_poly) {
+  const SurfaceParts parts(tree);
+  for (const std::uint32_t size : parts.part_sizes) {
     if (size == 0) continue;
     ++low_poly.parts;
     if (size < min_part * parts.largest) ++low_poly.dropped_parts;
@@ -46,35 +48,35 @@ std::vector<std::uint8_t> small_parts(const VertexTree& tree, double min_part,
   if (low_poly.dropped_parts == 0) return result;
   result.resize(tree.leaves());
   for (std::uint32_t leaf = 0; leaf < tree.leaves(); ++leaf) {
-    result[leaf] = parts.sizes[parts.of[leaf]] < min_part * parts.largest ? 1 : 0;
+    result[leaf] = parts.part_sizes[parts.part_root[leaf]] < min_part * parts.largest ? 1 : 0;
   }
   return result;
 }
 
-/// By cluster: the error limit at which its fine vertices are merged, by the cluster or by an ancestor.
+/// For each cluster, the error limit at which its fine vertices are merged, by the cluster itself or by an ancestor.
 std::vector<float> merging_limits(const VertexTree& tree, bool keep_topology) {
   const std::uint32_t leaves = tree.leaves();
-  std::vector<float> limits(tree.count() - leaves);
+  std::vector<float> merge_limits(tree.count() - leaves);
   for (std::uint32_t node = tree.count(); node-- > leaves;) {
     const VertexTree::Cluster& cluster = tree.cluster(node);
-    float limit = cluster.is_one_sheet || !keep_topology ? cluster.error : kNoLimit;
+    float merge_limit = cluster.is_one_sheet || !keep_topology ? cluster.error : kNoLimit;
     const std::uint32_t parent = tree.parent(node);
-    if (parent != kNone) limit = std::min(limit, limits[parent - leaves]);
-    limits[node - leaves] = limit;
+    if (parent != kNone) merge_limit = std::min(merge_limit, merge_limits[parent - leaves]);
+    merge_limits[node - leaves] = merge_limit;
   }
-  return limits;
+  return merge_limits;
 }
 
-/// The error limit at which at most `faces` triangles remain. A quad loses one triangle when the ends of a side are
-/// merged, and the other one at the second such side.
+/// Finds the error limit at which at most `faces` triangles remain. A quad loses one triangle when the two ends of a
+/// side are merged, and its other triangle when the ends of a second side are merged.
 float limit_for_faces(const FineSurface& surface, const VertexTree& tree,
                       const std::vector<std::uint8_t>& small, const std::vector<float>& limits,
                       std::size_t faces) {
-  RawVector<float> losses(2 * surface.edges.size());
+  RawVector<float> loss_limits(2 * surface.edges.size());
   parallel_for(surface.edges.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const FineEdge& edge = surface.edges[i];
-      float first = -1, second = -1;  // edges without a quad lose no triangles
+      float first = -1, second = -1;  // Edges without a quad have no triangles to lose
       if (edge.is_quad() && (small.empty() || small[edge.vertices[0]] == 0)) {
         first = second = kNoLimit;
         for (std::size_t k = 0; k < 4; ++k) {
@@ -91,23 +93,24 @@ float limit_for_faces(const FineSurface& surface, const VertexTree& tree,
           first = std::min(first, limit);
         }
       }
-      losses[2 * i] = first;
-      losses[2 * i + 1] = second;
+      loss_limits[2 * i] = first;
+      loss_limits[2 * i + 1] = second;
     }
   });
-  if (losses.size() <= faces) return -1;
-  // Index of the last triangle loss that is needed for the goal.
-  const auto last = losses.begin() + static_cast<std::ptrdiff_t>(losses.size() - faces - 1);
-  std::nth_element(losses.begin(), last, losses.end());
+  if (loss_limits.size() <= faces) return -1;
+  // Sorted index of the last of the triangle losses that the goal needs.
+  const auto last =
+      loss_limits.begin() + static_cast<std::ptrdiff_t>(loss_limits.size() - faces - 1);
+  std::nth_element(loss_limits.begin(), last, loss_limits.end());
   if (*last != kNoLimit) return *last;
-  float last_loss = -1;
-  for (auto at = losses.begin(); at != last; ++at) {
-    if (*at != kNoLimit) last_loss = std::max(last_loss, *at);
+  float max_loss_limit = -1;
+  for (auto at = loss_limits.begin(); at != last; ++at) {
+    if (*at != kNoLimit) max_loss_limit = std::max(max_loss_limit, *at);
   }
-  return last_loss;
+  return max_loss_limit;
 }
 
-Vec3d world(const Volume& volume, const Vec3d& padded) {
+Vec3d to_world(const Volume& volume, const Vec3d& padded) {
   const double at[3] = {padded.x - 1, padded.y - 1, padded.z - 1};
   Vec3d result{};
   for (std::size_t k = 0; k < 3; ++k) {
@@ -126,7 +129,7 @@ bool prefers_other_diagonal(const SimplifiedIsosurface& low_poly,
                             const SimplifiedIsosurface::Polygon& polygon) {
   const auto& c = polygon.corners;
   const auto position = [&](std::size_t k) { return low_poly.positions[c[k % 4]]; };
-  const auto agreement = [&](std::size_t first) {
+  const auto min_normal_cosine = [&](std::size_t first) {
     double min_agreement = 1;
     for (std::size_t half = 0; half < 2; ++half) {
       const std::size_t k0 = first, k1 = first + 1 + half, k2 = first + 2 + half;
@@ -139,7 +142,7 @@ bool prefers_other_diagonal(const SimplifiedIsosurface& low_poly,
     }
     return min_agreement;
   };
-  return agreement(1) > agreement(0);
+  return min_normal_cosine(1) > min_normal_cosine(0);
 }
 
 std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) {
@@ -192,8 +195,8 @@ void merge_zero_length_edges(SimplifiedIsosurface& low_poly,
   }
 }
 
-/// Number of sets of merged vertices.
-std::uint64_t count_sets(DisjointSets& sets, const std::vector<std::uint8_t>& joined) {
+/// Counts the sets that contain at least one joined element.
+std::uint64_t count_joined_sets(DisjointSets& sets, const std::vector<std::uint8_t>& joined) {
   std::uint64_t count = 0;
   for (std::uint32_t v = 0; v < joined.size(); ++v) count += joined[v] != 0 && sets.find(v) == v;
   return count;
@@ -203,15 +206,15 @@ std::uint64_t count_sets(DisjointSets& sets, const std::vector<std::uint8_t>& jo
 SimplifiedIsosurface::Pieces count_pieces(const std::vector<PolygonCorners>& polygons,
                                           std::size_t vertices,
                                           const std::vector<std::uint8_t>& at_border) {
-  DisjointSets parts(vertices), loops(vertices);
-  std::vector<std::uint8_t> in_part(vertices), in_loop(vertices);
+  DisjointSets parts(vertices), border_loops(vertices);
+  std::vector<std::uint8_t> is_in_part(vertices), is_in_loop(vertices);
   std::vector<std::uint64_t> edges;
   for (const PolygonCorners& c : polygons) {
     const std::size_t count = c[3] == kNone ? 3 : 4;
     for (std::size_t k = 0; k < count; ++k) {
       const std::uint32_t a = c[k], b = c[(k + 1) % count];
       parts.join(a, b);
-      in_part[a] = in_part[b] = 1;
+      is_in_part[a] = is_in_part[b] = 1;
       if (at_border.empty() || (at_border[a] != 0 && at_border[b] != 0)) {
         edges.push_back(edge_key(a, b));
       }
@@ -224,12 +227,12 @@ SimplifiedIsosurface::Pieces count_pieces(const std::vector<PolygonCorners>& pol
     if (end - i == 1) {
       const auto a = static_cast<std::uint32_t>(edges[i] >> 32);
       const auto b = static_cast<std::uint32_t>(edges[i]);
-      loops.join(a, b);
-      in_loop[a] = in_loop[b] = 1;
+      border_loops.join(a, b);
+      is_in_loop[a] = is_in_loop[b] = 1;
     }
     i = end;
   }
-  return {count_sets(parts, in_part), count_sets(loops, in_loop)};
+  return {count_joined_sets(parts, is_in_part), count_joined_sets(border_loops, is_in_loop)};
 }
 
 SimplifiedIsosurface::Pieces count_fine_pieces(const FineSurface& surface,
@@ -271,9 +274,9 @@ Vec3 SimplifiedIsosurface::mean_normal(const FineSurface& surface, std::uint32_t
 }
 
 std::uint64_t count_small_parts(const VertexTree& tree, double share) {
-  const Pieces parts(tree);
+  const SurfaceParts parts(tree);
   return static_cast<std::uint64_t>(
-      std::count_if(parts.sizes.begin(), parts.sizes.end(),
+      std::count_if(parts.part_sizes.begin(), parts.part_sizes.end(),
                     [&](std::uint32_t size) { return size != 0 && size < share * parts.largest; }));
 }
 
@@ -281,7 +284,7 @@ SimplifiedIsosurface simplify_isosurface(const FineSurface& surface, const Verte
                                          const Volume& volume, const IsosurfaceOptions& options) {
   const std::uint32_t leaves = tree.leaves();
   SimplifiedIsosurface low_poly;
-  const std::vector<std::uint8_t> small = small_parts(tree, options.min_part, low_poly);
+  const std::vector<std::uint8_t> small = find_small_parts(tree, options.min_part, low_poly);
   const std::vector<float> limits = merging_limits(tree, options.keep_topology);
   low_poly.aimed_faces = options.faces;
   if (options.faces == 0 && options.share < 1) {
@@ -313,13 +316,13 @@ SimplifiedIsosurface simplify_isosurface(const FineSurface& surface, const Verte
   }
 
   // Collects polygons with distinct vertices, in parallel and in edge order.
-  constexpr std::size_t kGrain = 1 << 15;
+  constexpr std::size_t kEdgesPerPart = 1 << 15;
   std::vector<std::vector<SimplifiedIsosurface::Polygon>> parts(
-      (surface.edges.size() + kGrain - 1) / kGrain);
+      (surface.edges.size() + kEdgesPerPart - 1) / kEdgesPerPart);
   parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t part = begin; part < end; ++part) {
-      const std::size_t last = std::min(surface.edges.size(), (part + 1) * kGrain);
-      for (std::size_t i = part * kGrain; i < last; ++i) {
+      const std::size_t last = std::min(surface.edges.size(), (part + 1) * kEdgesPerPart);
+      for (std::size_t i = part * kEdgesPerPart; i < last; ++i) {
         const FineEdge& edge = surface.edges[i];
         if (!edge.is_quad() || (!small.empty() && small[edge.vertices[0]] != 0)) continue;
         SimplifiedIsosurface::Polygon polygon{{kNone, kNone, kNone, kNone}};
@@ -330,7 +333,7 @@ SimplifiedIsosurface simplify_isosurface(const FineSurface& surface, const Verte
             polygon.corners[corners++] = vertex;
         }
         if (corners < 3) continue;
-        if ((edge.rises != 0) == surface.mirrored) {
+        if ((edge.solid_at_lower_end != 0) == surface.is_left_handed) {
           std::reverse(polygon.corners.begin(),
                        polygon.corners.begin() + static_cast<std::ptrdiff_t>(corners));
         }
@@ -343,7 +346,7 @@ SimplifiedIsosurface simplify_isosurface(const FineSurface& surface, const Verte
   }
 
   const auto place = [&](std::uint32_t node) {
-    if (node >= leaves) return to_float(world(volume, tree.cluster(node).place));
+    if (node >= leaves) return to_float(to_world(volume, tree.cluster(node).place));
     const float* p = surface.vertices[node].position;
     return Vec3{p[0], p[1], p[2]};
   };
@@ -401,7 +404,7 @@ SimplifiedIsosurface simplify_isosurface(const FineSurface& surface, const Verte
     low_poly.pieces = count_pieces(polygons, count, {});
   }
   choose_diagonals(low_poly);
-  low_poly.reached = options.faces == 0 || low_poly.faces <= options.faces;
+  low_poly.is_goal_reached = options.faces == 0 || low_poly.faces <= options.faces;
   return low_poly;
 }
 

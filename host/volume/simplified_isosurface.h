@@ -26,20 +26,21 @@ struct SimplifiedIsosurface {
   /// Mean normal of the fine vertices that a vertex represents.
   Vec3 mean_normal(const FineSurface& surface, std::uint32_t vertex) const;
 
-  std::uint64_t faces = 0;             ///< Number of triangles
-  double error = 0;                    ///< Largest error of a cluster, in cells
-  std::uint64_t changed_topology = 0;  ///< Number of clusters that are not a single sheet
-  std::uint64_t parts = 0;             ///< Number of connected parts of the fine surface
-  std::uint64_t dropped_parts = 0;     ///< Number of parts removed because they are small
-  /// Topology of the fine surface without small parts, and of the low poly. It is computed if the topology is kept
-  /// and the volume's border is open.
+  std::uint64_t faces = 0;  ///< Number of triangles
+  double error = 0;         ///< Largest error of a cluster, in cells
+  /// Number of clusters whose surface is not a single sheet: merging them changes the topology
+  std::uint64_t changed_topology = 0;
+  std::uint64_t parts = 0;          ///< Number of connected parts of the fine surface
+  std::uint64_t dropped_parts = 0;  ///< Number of parts removed because they are small
+  /// Topology of the fine surface without small parts, and of the low poly; computed only if the topology is kept and
+  /// the volume's border is open.
   struct Pieces {
-    std::uint64_t parts = 0;  ///< Number of parts, connected over polygons
-    std::uint64_t loops = 0;  ///< Number of loops of border edges
+    std::uint64_t parts = 0;         ///< Number of parts, connected over polygons
+    std::uint64_t border_loops = 0;  ///< Number of loops of border edges
     bool operator==(const Pieces&) const = default;
   };
   Pieces fine_pieces, pieces;
-  bool reached = true;            ///< False if more faces remain than requested
+  bool is_goal_reached = true;    ///< False if more faces remain than requested
   double error_limit = 0;         ///< Error limit in effect, in cells; 0 for a goal of faces
   std::uint64_t aimed_faces = 0;  ///< Goal of faces, requested or from a share of the fine surface
 };

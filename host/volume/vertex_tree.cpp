@@ -13,17 +13,18 @@ namespace kiln {
 namespace {
 
 /// Topological invariants that decide whether a cluster is one sheet.
-struct Shape {
-  std::int32_t euler2 = 0;       ///< Twice the Euler characteristic of its surface
-  std::uint16_t once = 0;        ///< Bits of the node's edges that are crossed
-  std::uint16_t repeatedly = 0;  ///< Bits of the node's edges that are crossed more than once
+struct ClusterTopology {
+  std::int32_t doubled_euler = 0;  ///< Twice the Euler characteristic of its surface
+  std::uint16_t crossed = 0;       ///< Bits of the node's edges that are crossed
+  /// Bits of the node's edges that are crossed more than once
+  std::uint16_t crossed_repeatedly = 0;
   /// Number of lines on each face of the node (2 axis + side) that end at the volume's open border, at most
   /// 3.
   std::array<std::uint8_t, 6> ends{};
 };
 
 /// Bits of the four edges of each face. Faces are 2 axis + side.
-constexpr std::array<std::uint16_t, 6> face_edges() {
+constexpr std::array<std::uint16_t, 6> make_face_edges() {
   std::array<std::uint16_t, 6> result{};
   for (std::uint32_t axis = 0; axis < 3; ++axis) {
     for (std::uint32_t side = 0; side < 2; ++side) {
@@ -37,37 +38,38 @@ constexpr std::array<std::uint16_t, 6> face_edges() {
 }
 
 /// True for a disk that crosses each edge of the node at most once, and each face and the volume's open border in at
-/// most one line. The vertex that replaces it then has one ring of polygons, or one fan at the border.
-bool is_one_sheet(const Shape& shape) {
-  constexpr std::array<std::uint16_t, 6> kFaceEdges = face_edges();
-  if (shape.euler2 != 2 || shape.repeatedly != 0) return false;
+/// most one line. A vertex that replaces the disk then has one ring of polygons, or one fan at the border.
+bool is_one_sheet(const ClusterTopology& topology) {
+  constexpr std::array<std::uint16_t, 6> kFaceEdges = make_face_edges();
+  if (topology.doubled_euler != 2 || topology.crossed_repeatedly != 0) return false;
   int ends = 0;
   for (std::size_t face = 0; face < kFaceEdges.size(); ++face) {
-    const int met = std::popcount(static_cast<std::uint16_t>(shape.once & kFaceEdges[face]));
-    // A line connects two crossings or ends.
-    if (met + shape.ends[face] != 0 && met + shape.ends[face] != 2) return false;
-    ends += shape.ends[face];
+    const int met = std::popcount(static_cast<std::uint16_t>(topology.crossed & kFaceEdges[face]));
+    // A line on a face connects two of the face's crossings, or a crossing with the open border.
+    if (met + topology.ends[face] != 0 && met + topology.ends[face] != 2) return false;
+    ends += topology.ends[face];
   }
-  return ends <= 2 && std::popcount(shape.once) >= (ends == 0 ? 3 : 1);
+  return ends <= 2 && std::popcount(topology.crossed) >= (ends == 0 ? 3 : 1);
 }
 
 /// Sums over the fine vertices of a cluster at which the surface ends at the volume's open border, by side: 2 axis,
-/// + 1 for the far one. They keep the surface on the border: along a wall perpendicular to the border, all heights
-/// fit the crossings equally, and the crossings' mean would be that of the whole cluster.
-struct Rim {
-  std::array<double, 6> sum{};  ///< Sums of coordinates along the axis
+/// + 1 for the far one. They keep the vertex on the border plane. Without them, where the surface is perpendicular to
+/// the border, the error function would be the same at every distance from the border, and the vertex would move to the
+/// cluster's mean.
+struct BorderSums {
+  std::array<double, 6> sum{};  ///< Sums of the fine vertices' coordinates along the axis
   std::array<std::uint32_t, 6> count{};
 
-  void add(const Rim& other) {
+  void add(const BorderSums& other) {
     for (std::size_t k = 0; k < 6; ++k) {
       sum[k] += other.sum[k];
       count[k] += other.count[k];
     }
   }
-  /// Restricts a box to the rims.
-  /// \returns half the distance between two opposite rims if both cannot be kept
-  double restrict_to_rims(std::array<double, 3>& low, std::array<double, 3>& high) const {
-    double apart = 0;
+  /// Restricts a box to the border planes that the cluster touches. \returns half the distance of two opposite planes
+  /// if it touches both, since a vertex cannot lie on both; otherwise 0
+  double restrict_to_border(std::array<double, 3>& low, std::array<double, 3>& high) const {
+    double border_plane_gap = 0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const std::size_t near = 2 * axis, far = near + 1;
       const auto at = [&](std::size_t side) { return sum[side] / count[side]; };
@@ -75,19 +77,19 @@ struct Rim {
       double place = 0;
       if (count[near] != 0 && count[far] != 0) {
         place = (at(near) + at(far)) / 2;
-        apart = std::max(apart, (at(far) - at(near)) / 2);
+        border_plane_gap = std::max(border_plane_gap, (at(far) - at(near)) / 2);
       } else {
         place = at(count[near] != 0 ? near : far);
       }
       low[axis] = high[axis] = std::clamp(place, low[axis], high[axis]);
     }
-    return apart;
+    return border_plane_gap;
   }
 };
 
-/// Rims of the fine vertices at crossed edges in the outermost voxel planes.
-std::vector<Rim> find_rims(const FineSurface& surface) {
-  std::vector<Rim> rims(surface.keys.size());
+/// Computes the border sums of fine vertices: those at crossed edges in the outermost voxel planes.
+std::vector<BorderSums> find_border_sums(const FineSurface& surface) {
+  std::vector<BorderSums> border_sums(surface.keys.size());
   for (const FineEdge& edge : surface.edges) {
     if (edge.is_quad()) continue;
     const auto& at = edge.vertices;
@@ -102,54 +104,55 @@ std::vector<Rim> find_rims(const FineSurface& surface) {
     for (const std::uint32_t vertex : at) {
       if (vertex == CellGrid::kNone) continue;
       for (const auto& [side, ends] : sides) {
-        if (!ends || rims[vertex].count[side] != 0) continue;
-        const CellPlace cell = unpack_place(surface.keys[vertex]);
+        if (!ends || border_sums[vertex].count[side] != 0) continue;
+        const CellPlace cell = unpack_cell_place(surface.keys[vertex]);
         Qef qef;
         qef.add(surface.qefs[vertex], cell);
         const Vec3d low(cell[0], cell[1], cell[2]);
-        const Vec3d place = qef.minimum(low, low + Vec3d(1, 1, 1)).place;
+        const Vec3d place = qef.find_minimum(low, low + Vec3d(1, 1, 1)).place;
         const double along[3] = {place.x, place.y, place.z};
-        rims[vertex].sum[side] = along[side / 2];
-        rims[vertex].count[side] = 1;
+        border_sums[vertex].sum[side] = along[side / 2];
+        border_sums[vertex].count[side] = 1;
       }
     }
   }
-  return rims;
+  return border_sums;
 }
 
-/// Sides of an edge's quad that cross the plane of constant u, and of constant v.
-constexpr std::array<std::array<std::uint32_t, 2>, 2> kAcrossU = {{{0, 1}, {3, 2}}};
-constexpr std::array<std::array<std::uint32_t, 2>, 2> kAcrossV = {{{1, 2}, {0, 3}}};
+/// Pairs of the four cells around an edge that are adjacent along u, and along v.
+constexpr std::array<std::array<std::uint32_t, 2>, 2> kCellPairsAcrossU = {{{0, 1}, {3, 2}}};
+constexpr std::array<std::array<std::uint32_t, 2>, 2> kCellPairsAcrossV = {{{1, 2}, {0, 3}}};
 
-/// The line between the two cells at an edge in the open border.
-struct BorderLine {
+/// The line in which the surface crosses the face between the two cells at an edge in the open border.
+struct BorderLineAcross {
   std::uint32_t axis;  ///< Axis along which the cells are adjacent
-  std::uint8_t level;  ///< the cells share a node from this level + 1 on
+  std::uint8_t level;  ///< The cells are in one node from this level + 1 on
   /// The lower and the upper cell: indices among the edge's four cells
   std::array<std::uint32_t, 2> sides;
 };
 
-BorderLine line_at_border(const FineEdge& edge) {
+BorderLineAcross find_border_line(const FineEdge& edge) {
   const auto both = [&](const std::array<std::uint32_t, 2>& sides) {
     return edge.vertices[sides[0]] != CellGrid::kNone && edge.vertices[sides[1]] != CellGrid::kNone;
   };
-  for (const auto& sides : kAcrossU) {
+  for (const auto& sides : kCellPairsAcrossU) {
     if (both(sides)) return {(edge.axis + 1U) % 3, edge.u_level, sides};
   }
-  return {(edge.axis + 2U) % 3, edge.v_level, both(kAcrossV[0]) ? kAcrossV[0] : kAcrossV[1]};
+  return {(edge.axis + 2U) % 3, edge.v_level,
+          both(kCellPairsAcrossV[0]) ? kCellPairsAcrossV[0] : kCellPairsAcrossV[1]};
 }
 
-/// Edges in the open border at which a line between two cells ends. Lines with both ends at one edge are skipped:
-/// no polygon has them as a side, so they connect nothing.
-std::vector<std::uint32_t> ending_edges(const FineSurface& surface) {
-  struct Ending {
+/// Finds the edges in the open border at which a line between two cells ends. Lines with both ends at one edge are
+/// skipped: they are no polygon's side, so they connect nothing.
+std::vector<std::uint32_t> border_line_end_edges(const FineSurface& surface) {
+  struct BorderLineEnd {
     std::uint64_t cells;
     std::uint32_t edge;
   };
   const auto key = [](std::uint32_t a, std::uint32_t b) {
     return std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
   };
-  std::vector<Ending> endings;
+  std::vector<BorderLineEnd> border_line_ends;
   std::vector<std::uint8_t> ends(surface.keys.size(), 0);
   for (std::uint32_t i = 0; i < surface.edges.size(); ++i) {
     const FineEdge& edge = surface.edges[i];
@@ -157,28 +160,30 @@ std::vector<std::uint32_t> ending_edges(const FineSurface& surface) {
         std::count(edge.vertices.begin(), edge.vertices.end(), CellGrid::kNone) != 2) {
       continue;
     }
-    const BorderLine line = line_at_border(edge);
+    const BorderLineAcross line = find_border_line(edge);
     const std::uint32_t a = edge.vertices[line.sides[0]], b = edge.vertices[line.sides[1]];
-    endings.push_back({key(a, b), i});
+    border_line_ends.push_back({key(a, b), i});
     ends[a] = ends[b] = 1;
   }
-  const auto before = [](const Ending& a, const Ending& b) { return a.cells < b.cells; };
-  std::stable_sort(endings.begin(), endings.end(), before);
-  std::vector<std::uint8_t> is_side(endings.size(), 0);
+  const auto before = [](const BorderLineEnd& a, const BorderLineEnd& b) {
+    return a.cells < b.cells;
+  };
+  std::stable_sort(border_line_ends.begin(), border_line_ends.end(), before);
+  std::vector<std::uint8_t> is_polygon_side(border_line_ends.size(), 0);
   for (const FineEdge& edge : surface.edges) {
     if (!edge.is_quad()) continue;
     for (std::size_t k = 0; k < 4; ++k) {
       const std::uint32_t a = edge.vertices[k], b = edge.vertices[(k + 1) % 4];
       if (ends[a] == 0 || ends[b] == 0) continue;
-      const auto [first, last] =
-          std::equal_range(endings.begin(), endings.end(), Ending{key(a, b), 0}, before);
+      const auto [first, last] = std::equal_range(border_line_ends.begin(), border_line_ends.end(),
+                                                  BorderLineEnd{key(a, b), 0}, before);
       for (auto at = first; at != last; ++at)
-        is_side[static_cast<std::size_t>(at - endings.begin())] = 1;
+        is_polygon_side[static_cast<std::size_t>(at - border_line_ends.begin())] = 1;
     }
   }
   std::vector<std::uint32_t> result;
-  for (std::size_t i = 0; i < endings.size(); ++i) {
-    if (is_side[i] != 0) result.push_back(endings[i].edge);
+  for (std::size_t i = 0; i < border_line_ends.size(); ++i) {
+    if (is_polygon_side[i] != 0) result.push_back(border_line_ends[i].edge);
   }
   std::sort(result.begin(), result.end());
   return result;
@@ -189,12 +194,14 @@ constexpr std::array<std::uint32_t, 4> kEdgeOfCell = {3, 2, 0, 1};
 
 }  // namespace
 
-const VertexTree::Cluster* VertexTree::find_earlier(const Earlier& earlier, std::uint32_t leaf,
-                                                    std::uint32_t level) {
-  const KeptVertices& kept = earlier.kept;
-  if (leaf >= kept.before && leaf < kept.new_after) return nullptr;
+const VertexTree::Cluster* VertexTree::find_earlier_cluster(const EarlierTree& earlier,
+                                                            std::uint32_t leaf,
+                                                            std::uint32_t level) {
+  const UnchangedVertices& kept = earlier.kept;
+  if (leaf >= kept.before && leaf < kept.new_suffix_begin) return nullptr;
   const VertexTree& tree = *earlier.tree;
-  std::uint32_t node = leaf < kept.before ? leaf : leaf - kept.new_after + kept.old_after;
+  std::uint32_t node =
+      leaf < kept.before ? leaf : leaf - kept.new_suffix_begin + kept.old_suffix_begin;
   do {
     node = tree.parent(node);
     if (node == kNone) return nullptr;
@@ -204,40 +211,42 @@ const VertexTree::Cluster* VertexTree::find_earlier(const Earlier& earlier, std:
 }
 
 VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_t, 3>& size,
-                       bool open, const Earlier& earlier)
-    : open_(open), leaves_(static_cast<std::uint32_t>(surface.keys.size())) {
-  std::vector<Rim> rims;  // Rim sums by node
-  if (open) rims = find_rims(surface);
+                       bool open, const EarlierTree& earlier)
+    : has_open_border_(open), leaves_(static_cast<std::uint32_t>(surface.keys.size())) {
+  std::vector<BorderSums> border_sums;  // BorderSums sums by node
+  if (open) border_sums = find_border_sums(surface);
   DisjointSets sets(leaves_);
-  parent_.assign(leaves_, kNone);
-  RawVector<std::uint32_t> node_of(leaves_);  // Node of each set, at the current level
-  for (std::uint32_t i = 0; i < leaves_; ++i) node_of[i] = i;
-  std::vector<Shape> shapes;  // Topological invariants by cluster
+  parents_.assign(leaves_, kNone);
+  RawVector<std::uint32_t> node_of_set(leaves_);  // Node of each set, at the current level
+  for (std::uint32_t i = 0; i < leaves_; ++i) node_of_set[i] = i;
+  std::vector<ClusterTopology> cluster_topologies;  // Topological invariants of each cluster
   const auto is_there = [](std::uint32_t vertex) { return vertex != CellGrid::kNone; };
 
-  // Edges that can still connect sets, and edges that lie on nodes' edges; both ascending.
+  // Indices of edges whose cells are not all in one node yet, so that they can still connect sets, and of edges that
+  // lie on nodes' edges; both ascending.
   const auto edge_count = static_cast<std::uint32_t>(surface.edges.size());
-  std::vector<std::uint32_t> joining(edge_count), framing, ending;
+  std::vector<std::uint32_t> joining(edge_count), framing, border_end_edges;
   for (std::uint32_t i = 0; i < edge_count; ++i) joining[i] = i;
   framing = joining;
   if (open) {
-    ending = ending_edges(surface);
+    border_end_edges = border_line_end_edges(surface);
     std::erase_if(framing, [&](std::uint32_t i) { return !surface.edges[i].is_quad(); });
     std::erase_if(joining, [&](std::uint32_t i) {
-      return !surface.edges[i].is_quad() && !std::binary_search(ending.begin(), ending.end(), i);
+      return !surface.edges[i].is_quad() &&
+             !std::binary_search(border_end_edges.begin(), border_end_edges.end(), i);
     });
   }
   const std::uint32_t side = std::max({size[0], size[1], size[2]}) + 1;
 
-  struct Touched {
+  struct GrowingChild {
     std::uint32_t set, node;
   };
-  std::vector<Touched> touched;
-  std::vector<std::uint32_t> lowest;  // By new cluster, its lowest fine vertex
+  std::vector<GrowingChild> growing_children;
+  std::vector<std::uint32_t> lowest;  // Lowest fine vertex of each new cluster
   for (std::uint32_t level = 1; (side - 1) >> (level - 1) != 0; ++level) {
     ProgressGuard::poll();
     const std::uint32_t plane = level - 1;
-    touched.clear();
+    growing_children.clear();
     lowest.clear();
     const std::uint32_t first = count();
     const auto join = [&](std::uint32_t a, std::uint32_t b) {
@@ -245,42 +254,42 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
       a = sets.find(a);
       b = sets.find(b);
       if (a == b) return;
-      // A set that was already united at this level has no node yet.
+      // A set that another union of this level has already enlarged has no node yet.
       for (const std::uint32_t set : {a, b}) {
-        if (node_of[set] != kNone) touched.push_back({set, node_of[set]});
+        if (node_of_set[set] != kNone) growing_children.push_back({set, node_of_set[set]});
       }
       sets.join(a, b);
-      node_of[sets.find(a)] = kNone;
+      node_of_set[sets.find(a)] = kNone;
     };
     for (const std::uint32_t index : joining) {
       const FineEdge& edge = surface.edges[index];
       if (edge.u_level == plane) {
-        for (const auto& [a, b] : kAcrossU) join(edge.vertices[a], edge.vertices[b]);
+        for (const auto& [a, b] : kCellPairsAcrossU) join(edge.vertices[a], edge.vertices[b]);
       }
       if (edge.v_level == plane) {
-        for (const auto& [a, b] : kAcrossV) join(edge.vertices[a], edge.vertices[b]);
+        for (const auto& [a, b] : kCellPairsAcrossV) join(edge.vertices[a], edge.vertices[b]);
       }
     }
     // Creates a cluster for each set that grew, in the order of the unions.
-    for (const Touched& child : touched) {
+    for (const GrowingChild& child : growing_children) {
       const std::uint32_t set = sets.find(child.set);
-      if (node_of[set] == kNone) {
-        node_of[set] = count();
+      if (node_of_set[set] == kNone) {
+        node_of_set[set] = count();
         lowest.push_back(set);
-        parent_.push_back(kNone);
-        shapes.emplace_back();
+        parents_.push_back(kNone);
+        cluster_topologies.emplace_back();
       }
-      parent_[child.node] = node_of[set];
-      shapes[node_of[set] - leaves_].euler2 +=
-          child.node < leaves_ ? 2 : shapes[child.node - leaves_].euler2;
+      parents_[child.node] = node_of_set[set];
+      cluster_topologies[node_of_set[set] - leaves_].doubled_euler +=
+          child.node < leaves_ ? 2 : cluster_topologies[child.node - leaves_].doubled_euler;
     }
-    const auto shape_at = [&](std::uint32_t vertex) -> Shape* {
-      const std::uint32_t node = node_of[sets.find(vertex)];
-      return node < first ? nullptr : &shapes[node - leaves_];
+    const auto topology_at = [&](std::uint32_t vertex) -> ClusterTopology* {
+      const std::uint32_t node = node_of_set[sets.find(vertex)];
+      return node < first ? nullptr : &cluster_topologies[node - leaves_];
     };
-    // Euler characteristic V - E + F: each child has counted its own crossings and lines; a crossing that two
-    // children share, and a line on the face between them, must be counted once. A line has a crossing at both
-    // ends, each of which contributes half.
+    // Euler characteristic V - E + F. Each child has counted its own crossings and lines. A crossing that two children
+    // share, and a line on the face between them, must be counted once in their parent. The line is handled at the
+    // crossings at its two ends, each of which contributes half.
     for (const std::uint32_t index : joining) {
       const FineEdge& edge = surface.edges[index];
       const bool u = edge.u_level == plane, v = edge.v_level == plane;
@@ -289,29 +298,31 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
       const auto lines = [&](const auto& sides, bool apart) {
         for (const auto& [a, b] : sides) {
           if (!is_there(at[a]) || !is_there(at[b])) continue;
-          // If the other pair of cells lies in another node, or is removed, these two share the crossing.
-          shape_at(at[a])->euler2 += apart ? 1 - 2 : 1;
+          // If the other two of the four cells lie in another node, or have no vertex, these two alone share the
+          // crossing.
+          topology_at(at[a])->doubled_euler += apart ? 1 - 2 : 1;
         }
       };
-      if (u) lines(kAcrossU, edge.v_level > plane);
-      if (v) lines(kAcrossV, edge.u_level > plane);
+      if (u) lines(kCellPairsAcrossU, edge.v_level > plane);
+      if (v) lines(kCellPairsAcrossV, edge.u_level > plane);
       if (u && v) {
-        // All four lie in one node: each has counted the crossing, which must be counted once.
-        int present = 0;
-        std::uint32_t any_cell = 0;
+        // All four cells lie in one node. Each has counted the crossing, which must be counted once.
+        int cells_in_node = 0;
+        std::uint32_t cell_of_node = 0;
         for (const std::uint32_t vertex : at) {
           if (is_there(vertex)) {
-            ++present;
-            any_cell = vertex;
+            ++cells_in_node;
+            cell_of_node = vertex;
           }
         }
-        if (present > 1) shape_at(any_cell)->euler2 -= 2 * (present - 1);
+        if (cells_in_node > 1) topology_at(cell_of_node)->doubled_euler -= 2 * (cells_in_node - 1);
       } else if ((u && edge.v_level < plane) || (v && edge.u_level < plane)) {
-        // Two pairs that were counted separately.
-        const auto& [near, far] = u ? kAcrossU : kAcrossV;
+        // Two pairs of cells, each of which has already counted the crossing once.
+        const auto& [near, far] = u ? kCellPairsAcrossU : kCellPairsAcrossV;
         const bool one = is_there(at[near[0]]) || is_there(at[far[0]]);
         const bool other = is_there(at[near[1]]) || is_there(at[far[1]]);
-        if (one && other) shape_at(is_there(at[near[0]]) ? at[near[0]] : at[far[0]])->euler2 -= 2;
+        if (one && other)
+          topology_at(is_there(at[near[0]]) ? at[near[0]] : at[far[0]])->doubled_euler -= 2;
       }
     }
     std::erase_if(framing, [&](std::uint32_t index) {
@@ -322,23 +333,24 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
       const FineEdge& edge = surface.edges[index];
       for (std::size_t k = 0; k < 4; ++k) {
         if (!is_there(edge.vertices[k])) continue;
-        Shape* shape = shape_at(edge.vertices[k]);
-        if (shape == nullptr) continue;
+        ClusterTopology* topology = topology_at(edge.vertices[k]);
+        if (topology == nullptr) continue;
         const auto bit = static_cast<std::uint16_t>(1U << (4 * edge.axis + kEdgeOfCell[k]));
-        shape->repeatedly = static_cast<std::uint16_t>(shape->repeatedly | (shape->once & bit));
-        shape->once = static_cast<std::uint16_t>(shape->once | bit);
+        topology->crossed_repeatedly =
+            static_cast<std::uint16_t>(topology->crossed_repeatedly | (topology->crossed & bit));
+        topology->crossed = static_cast<std::uint16_t>(topology->crossed | bit);
       }
     }
-    std::erase_if(ending, [&](std::uint32_t index) {
-      return line_at_border(surface.edges[index]).level < level;
+    std::erase_if(border_end_edges, [&](std::uint32_t index) {
+      return find_border_line(surface.edges[index]).level < level;
     });
-    for (const std::uint32_t index : ending) {
+    for (const std::uint32_t index : border_end_edges) {
       const FineEdge& edge = surface.edges[index];
-      const BorderLine line = line_at_border(edge);
+      const BorderLineAcross line = find_border_line(edge);
       for (const std::uint32_t upper : {0U, 1U}) {
-        Shape* shape = shape_at(edge.vertices[line.sides[upper]]);
-        if (shape == nullptr) continue;
-        std::uint8_t& ends = shape->ends[2 * line.axis + 1 - upper];
+        ClusterTopology* topology = topology_at(edge.vertices[line.sides[upper]]);
+        if (topology == nullptr) continue;
+        std::uint8_t& ends = topology->ends[2 * line.axis + 1 - upper];
         ends = static_cast<std::uint8_t>(std::min(ends + 1, 3));
       }
     }
@@ -350,36 +362,36 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
 
     // Sorts the children by cluster, stably, so that sums do not depend on the number of threads.
     const std::uint32_t fresh = count() - first;
-    std::vector<std::uint32_t> begins(fresh + 1), children(touched.size());
-    for (const Touched& child : touched) ++begins[parent_[child.node] - first + 1];
+    std::vector<std::uint32_t> begins(fresh + 1), children(growing_children.size());
+    for (const GrowingChild& child : growing_children) ++begins[parents_[child.node] - first + 1];
     for (std::uint32_t i = 0; i < fresh; ++i) begins[i + 1] += begins[i];
     {
       std::vector<std::uint32_t> next(begins.begin(), begins.end() - 1);
-      for (const Touched& child : touched)
-        children[next[parent_[child.node] - first]++] = child.node;
+      for (const GrowingChild& child : growing_children)
+        children[next[parents_[child.node] - first]++] = child.node;
     }
     clusters_.resize(count() - leaves_);
-    if (open) rims.resize(count());
+    if (open) border_sums.resize(count());
     parallel_for(fresh, 256, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         Cluster& cluster = clusters_[first - leaves_ + i];
         cluster = {};
         std::uint32_t leaf = children[begins[i]];
-        const auto own_plane = leaf < leaves_ ? unpack_place(surface.keys[leaf])[2]
+        const auto own_plane = leaf < leaves_ ? unpack_cell_place(surface.keys[leaf])[2]
                                               : clusters_[leaf - leaves_].node[2];
-        const std::uint32_t low_plane = own_plane >> level << level;
-        const Planes& changed = earlier.kept.planes;
+        const std::uint32_t node_low_plane = own_plane >> level << level;
+        const PlaneRange& changed = earlier.kept.planes;
         const bool unchanged =
-            low_plane >= changed.last || low_plane + (1U << level) <= changed.first;
+            node_low_plane >= changed.last || node_low_plane + (1U << level) <= changed.first;
         const Cluster* old = earlier.tree != nullptr && unchanged
-                                 ? find_earlier(earlier, lowest[i], level)
+                                 ? find_earlier_cluster(earlier, lowest[i], level)
                                  : nullptr;
         for (std::uint32_t c = begins[i]; c < begins[i + 1]; ++c) {
           const std::uint32_t child = children[c];
-          if (open) rims[first + i].add(rims[child]);
+          if (open) border_sums[first + i].add(border_sums[child]);
           if (old != nullptr) continue;
           if (child < leaves_) {
-            cluster.qef.add(surface.qefs[child], unpack_place(surface.keys[child]));
+            cluster.qef.add(surface.qefs[child], unpack_cell_place(surface.keys[child]));
           } else {
             const Cluster& child_cluster = clusters_[child - leaves_];
             cluster.qef.add(child_cluster.qef);
@@ -389,7 +401,7 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
         // The node's box, from any cell within it.
         CellPlace node;
         if (leaf < leaves_) {
-          node = unpack_place(surface.keys[leaf]);
+          node = unpack_cell_place(surface.keys[leaf]);
         } else {
           const Cluster& child_cluster = clusters_[leaf - leaves_];
           node = child_cluster.node;
@@ -403,18 +415,19 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
         }
         if (old != nullptr) {
           cluster = *old;
-          cluster.is_one_sheet = is_one_sheet(shapes[first - leaves_ + i]);
+          cluster.is_one_sheet = is_one_sheet(cluster_topologies[first - leaves_ + i]);
           continue;
         }
         cluster.node = node;
         cluster.level = static_cast<std::uint8_t>(level);
-        const double apart = open ? rims[first + i].restrict_to_rims(low, high) : 0;
-        const Qef::Minimum minimum =
-            cluster.qef.minimum(Vec3d(low[0], low[1], low[2]), Vec3d(high[0], high[1], high[2]));
+        const double border_plane_gap =
+            open ? border_sums[first + i].restrict_to_border(low, high) : 0;
+        const Qef::Minimum minimum = cluster.qef.find_minimum(Vec3d(low[0], low[1], low[2]),
+                                                              Vec3d(high[0], high[1], high[2]));
         cluster.place = minimum.place;
-        cluster.error =
-            std::max({cluster.error, static_cast<float>(minimum.error), static_cast<float>(apart)});
-        cluster.is_one_sheet = is_one_sheet(shapes[first - leaves_ + i]);
+        cluster.error = std::max({cluster.error, static_cast<float>(minimum.error),
+                                  static_cast<float>(border_plane_gap)});
+        cluster.is_one_sheet = is_one_sheet(cluster_topologies[first - leaves_ + i]);
       }
     });
   }
@@ -422,14 +435,14 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
     while (a != b) {
       std::uint32_t& lower = a < b ? a : b;
       if (lower == kNone) return kNone;
-      lower = parent_[lower];
+      lower = parents_[lower];
     }
     return a;
   };
-  for (const FineFork& fork : surface.forks) {
-    std::uint32_t node = common(fork.branches[0], fork.branches[1]);
+  for (const ForkedVertex& fork : surface.forked_vertices) {
+    std::uint32_t node = common(fork.forked_neighbours[0], fork.forked_neighbours[1]);
     const std::uint32_t end = node == kNone ? kNone : common(node, fork.stem);
-    for (; node != end && node != kNone; node = parent_[node]) {
+    for (; node != end && node != kNone; node = parents_[node]) {
       clusters_[node - leaves_].is_one_sheet = false;
     }
   }

@@ -22,23 +22,24 @@ class VertexTree {
   static constexpr std::uint32_t kNone = 0xFFFFFFFF;
 
   /// An earlier tree, whose clusters are reused where nothing changed; the result is the same as without it.
-  struct Earlier {
+  struct EarlierTree {
     const VertexTree* tree = nullptr;
-    KeptVertices kept;
+    UnchangedVertices kept;
   };
   /// \param open  the volume has an open border
   VertexTree(const FineSurface& surface, const std::array<std::uint32_t, 3>& size, bool open,
-             const Earlier& earlier = {nullptr, {}});
+             const EarlierTree& earlier = {nullptr, {}});
 
-  bool open() const { return open_; }  ///< True if the volume has an open border
+  bool open() const { return has_open_border_; }  ///< True if the volume has an open border
   std::uint32_t leaves() const { return leaves_; }
-  std::uint32_t count() const { return static_cast<std::uint32_t>(parent_.size()); }
-  std::uint32_t parent(std::uint32_t node) const { return parent_[node]; }
+  std::uint32_t count() const { return static_cast<std::uint32_t>(parents_.size()); }
+  std::uint32_t parent(std::uint32_t node) const { return parents_[node]; }
 
   struct Cluster {
     Qef qef;
     Vec3d place{};  ///< Position in padded coordinates
-    float error;    ///< Root-mean-square error, its own or the largest below it; in cells
+    /// Root-mean-square error in cells: the cluster's own or that of a descendant, whichever is largest
+    float error;
     /// True if one vertex may replace its descendants without changing the topology
     bool is_one_sheet;
     std::uint8_t level;
@@ -47,13 +48,13 @@ class VertexTree {
   const Cluster& cluster(std::uint32_t node) const { return clusters_[node - leaves_]; }
 
  private:
-  /// The earlier tree's cluster at a level with a given lowest fine vertex; null if there is none.
-  static const Cluster* find_earlier(const Earlier& earlier, std::uint32_t leaf,
-                                     std::uint32_t level);
+  /// Finds the earlier tree's cluster at a level by its lowest fine vertex; null if there is none.
+  static const Cluster* find_earlier_cluster(const EarlierTree& earlier, std::uint32_t leaf,
+                                             std::uint32_t level);
 
-  bool open_ = false;
+  bool has_open_border_ = false;
   std::uint32_t leaves_ = 0;
-  RawVector<std::uint32_t> parent_;
+  RawVector<std::uint32_t> parents_;
   RawVector<Cluster> clusters_;
 };
 

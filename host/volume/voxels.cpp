@@ -30,28 +30,29 @@ std::size_t voxel_count(const Volume& volume) {
   return std::size_t{volume.size[0]} * volume.size[1] * volume.size[2];
 }
 
-struct Range {
+struct FiniteRange {
   double lowest = std::numeric_limits<double>::infinity();
   double highest = -std::numeric_limits<double>::infinity();
   std::uint64_t not_finite = 0;
-  std::uint64_t above = 0, below = 0;  ///< Number of infinite and of minus infinite voxels
+  /// Number of voxels that are +infinity, and of those that are -infinity
+  std::uint64_t infinite_count = 0, minus_infinite_count = 0;
 };
 
-Range find_range(const Volume& volume) {
+FiniteRange find_finite_range(const Volume& volume) {
   return with_type(volume, [&](const auto* voxels) {
     using T = std::remove_cvref_t<decltype(*voxels)>;
-    Range range;
+    FiniteRange finite_range;
     std::mutex mutex;
     parallel_for(voxel_count(volume), kVoxelsPerTask, [&](std::size_t begin, std::size_t end) {
       T low = std::numeric_limits<T>::max(), high = std::numeric_limits<T>::lowest();
-      std::uint64_t bad = 0, above = 0, below = 0;
+      std::uint64_t bad = 0, infinite_count = 0, minus_infinite_count = 0;
       for (std::size_t i = begin; i < end; ++i) {
         const T value = voxels[i];
         if constexpr (std::is_floating_point_v<T>) {
           const bool is_exact = std::abs(value) <= std::numeric_limits<T>::max();
           bad += is_exact ? 0 : 1;
-          above += value > std::numeric_limits<T>::max() ? 1 : 0;
-          below += value < std::numeric_limits<T>::lowest() ? 1 : 0;
+          infinite_count += value > std::numeric_limits<T>::max() ? 1 : 0;
+          minus_infinite_count += value < std::numeric_limits<T>::lowest() ? 1 : 0;
           low = is_exact && value < low ? value : low;
           high = is_exact && value > high ? value : high;
         } else {
@@ -59,16 +60,16 @@ Range find_range(const Volume& volume) {
           high = std::max(high, value);
         }
       }
-      if (bad == end - begin) low = high = 0;  // All voxels of the range are non-finite
+      if (bad == end - begin) low = high = 0;  // No voxel of this range is finite
       const std::lock_guard lock(mutex);
-      range.not_finite += bad;
-      range.above += above;
-      range.below += below;
+      finite_range.not_finite += bad;
+      finite_range.infinite_count += infinite_count;
+      finite_range.minus_infinite_count += minus_infinite_count;
       if (bad == end - begin) return;
-      range.lowest = std::min(range.lowest, static_cast<double>(low));
-      range.highest = std::max(range.highest, static_cast<double>(high));
+      finite_range.lowest = std::min(finite_range.lowest, static_cast<double>(low));
+      finite_range.highest = std::max(finite_range.highest, static_cast<double>(high));
     });
-    return range;
+    return finite_range;
   });
 }
 
@@ -139,38 +140,41 @@ DeviceVoxels device_voxels(const Volume& volume, const ContourOptions& options, 
   if (static_cast<double>(result.iso) < options.iso) {
     result.iso = std::nextafter(result.iso, std::numeric_limits<float>::infinity());
   }
-  Range range;
+  FiniteRange finite_range;
   if (volume.type == VoxelType::f32 || volume.type == VoxelType::f64) {
-    range = find_range(volume);
-    if (!(range.lowest <= range.highest)) {
+    finite_range = find_finite_range(volume);
+    if (!(finite_range.lowest <= finite_range.highest)) {
       throw Error(ErrorCode::input,
                   "Volume '" + volume.name + "' has no finite voxel: it holds nothing to contour.");
     }
-    lowest = range.lowest;
-    highest = range.highest;
+    lowest = finite_range.lowest;
+    highest = finite_range.highest;
   }
-  result.not_finite = range.not_finite;
-  double outside = options.inside == Inside::above ? range.lowest : range.highest;
+  result.not_finite = finite_range.not_finite;
+  double outside = options.inside == Inside::above ? finite_range.lowest : finite_range.highest;
   // Infinite voxels inside the solid get the depth of the deepest finite voxel inside, or if there is none, that
   // of the farthest voxel outside.
-  const bool above = options.inside == Inside::above;
-  const bool infinite_inside = (above ? range.above : range.below) != 0;
-  if (infinite_inside) {
-    const double farthest = above ? range.highest : range.lowest;
-    const bool has_depth = above ? farthest > options.iso : farthest < options.iso;
-    result.infinite_inside = has_depth ? farthest : 2 * options.iso - outside;
+  const bool is_solid_above = options.inside == Inside::above;
+  const bool has_infinity_inside =
+      (is_solid_above ? finite_range.infinite_count : finite_range.minus_infinite_count) != 0;
+  if (has_infinity_inside) {
+    const double farthest = is_solid_above ? finite_range.highest : finite_range.lowest;
+    const bool has_finite_inside = is_solid_above ? farthest > options.iso : farthest < options.iso;
+    result.infinity_value = has_finite_inside ? farthest : 2 * options.iso - outside;
   }
-  if (infinite_inside || (size_of(volume.type) >= 4 && volume.type != VoxelType::f32)) {
+  if (has_infinity_inside || (size_of(volume.type) >= 4 && volume.type != VoxelType::f32)) {
     // Voxels are stored as differences to the iso value, so that no digits near it are lost.
     const auto relative = [&](double value) {
       const double difference = value - options.iso;
       if (std::isnan(difference) || std::isinf(value)) return static_cast<float>(value);
-      const auto rounded = static_cast<float>(std::clamp<double>(difference, -FLT_MAX, FLT_MAX));
-      if (rounded == 0 && difference != 0) return difference < 0 ? -FLT_MIN : FLT_MIN;
-      return rounded;
+      const auto rounded_difference =
+          static_cast<float>(std::clamp<double>(difference, -FLT_MAX, FLT_MAX));
+      if (rounded_difference == 0 && difference != 0) return difference < 0 ? -FLT_MIN : FLT_MIN;
+      return rounded_difference;
     };
-    // Differences that underflow in float only matter if all differences are small.
-    const bool tiny = range.highest - range.lowest < 1e6 * double{FLT_MIN};
+    // Differences that underflow in float only matter if all differences are small: otherwise, such voxels are as good
+    // as on the surface.
+    const bool tiny = finite_range.highest - finite_range.lowest < 1e6 * double{FLT_MIN};
     const auto changes = [&](double value) {
       const double size = std::abs(value - options.iso);
       return size <= DBL_MAX && (size > FLT_MAX || (tiny && size != 0 && size < FLT_MIN));
@@ -178,19 +182,19 @@ DeviceVoxels device_voxels(const Volume& volume, const ContourOptions& options, 
     std::atomic<std::uint64_t> changed = 0;
     result.converted.resize(voxel_count(volume));
     with_type(volume, [&](const auto* voxels) {
-      parallel_for(result.converted.size(), kVoxelsPerTask,
-                   [&](std::size_t begin, std::size_t end) {
-                     std::uint64_t count = 0;
-                     for (std::size_t i = begin; i < end; ++i) {
-                       auto value = static_cast<double>(voxels[i]);
-                       if (infinite_inside && std::isinf(value) && (value > 0) == above) {
-                         value = result.infinite_inside;
-                       }
-                       result.converted[i] = relative(value);
-                       count += changes(value) ? 1 : 0;
-                     }
-                     changed += count;
-                   });
+      parallel_for(
+          result.converted.size(), kVoxelsPerTask, [&](std::size_t begin, std::size_t end) {
+            std::uint64_t count = 0;
+            for (std::size_t i = begin; i < end; ++i) {
+              auto value = static_cast<double>(voxels[i]);
+              if (has_infinity_inside && std::isinf(value) && (value > 0) == is_solid_above) {
+                value = result.infinity_value;
+              }
+              result.converted[i] = relative(value);
+              count += changes(value) ? 1 : 0;
+            }
+            changed += count;
+          });
     });
     result.beyond_float = changed;
     result.data = reinterpret_cast<const std::byte*>(result.converted.data());
@@ -203,17 +207,18 @@ DeviceVoxels device_voxels(const Volume& volume, const ContourOptions& options, 
 }
 
 void throw_no_surface(const Volume& volume, const ContourOptions& options) {
-  const Range range = find_range(volume);
-  if (range.lowest == range.highest) {
+  const FiniteRange finite_range = find_finite_range(volume);
+  if (finite_range.lowest == finite_range.highest) {
     throw Error(ErrorCode::input, "Volume '" + volume.name + "' is constant: every voxel is " +
-                                      number(range.lowest) + ", so there is no surface in it.");
+                                      number(finite_range.lowest) +
+                                      ", so there is no surface in it.");
   }
-  const bool at_end = options.iso == range.lowest || options.iso == range.highest;
-  throw Error(ErrorCode::input, "The iso value " + number(options.iso) + " is " +
-                                    (at_end ? "at the end of" : "outside") +
-                                    " the range of volume '" + volume.name +
-                                    "': its voxels lie between " + number(range.lowest) + " and " +
-                                    number(range.highest) + ". Give one strictly between them.");
+  const bool is_at_end = options.iso == finite_range.lowest || options.iso == finite_range.highest;
+  throw Error(ErrorCode::input,
+              "The iso value " + number(options.iso) + " is " +
+                  (is_at_end ? "at the end of" : "outside") + " the range of volume '" +
+                  volume.name + "': its voxels lie between " + number(finite_range.lowest) +
+                  " and " + number(finite_range.highest) + ". Give one strictly between them.");
 }
 
 }  // namespace kiln

@@ -18,7 +18,8 @@ struct DeviceVoxels {
   VoxelType type = VoxelType::f32;
   float iso = 0;      ///< Smallest float that is not below the iso value; 0 for `converted`
   float outside = 0;  ///< The finite value farthest outside, which replaces other non-finite voxels
-  double infinite_inside = 0;  ///< Replaces infinite voxels of the solid, if there are any
+  /// The value that replaces infinite voxels of the solid, if there are any
+  double infinity_value = 0;
   std::uint64_t not_finite = 0;
   /// Number of voxels whose difference to the iso value exceeds the range of float
   std::uint64_t beyond_float = 0;

@@ -99,13 +99,13 @@ TEST(PartDirections, FindsWhatLiesTogether) {
                                                  {{-0.8, 0.05, 0.6}, 1},
                                                  {{0.8, -0.1, 0.59}, 1},
                                                  {{-0.8, -0.05, 0.6}, 3}};
-  const std::vector<Vec3d> two = part_directions(directions, 2);
+  const std::vector<Vec3d> two = cluster_directions(directions, 2);
   ASSERT_EQ(two.size(), 2U);
   EXPECT_LT(angle(two[0], {1.6, 0, 1.18}), 1e-6);
   EXPECT_LT(angle(two[1], {-3.2, -0.1, 2.4}), 1e-6);
-  EXPECT_EQ(part_directions(directions, 4).size(), 4U);
-  EXPECT_EQ(part_directions(std::span(directions).first(1), 4).size(), 1U);
-  EXPECT_TRUE(part_directions({}, 2).empty());
+  EXPECT_EQ(cluster_directions(directions, 4).size(), 4U);
+  EXPECT_EQ(cluster_directions(std::span(directions).first(1), 4).size(), 1U);
+  EXPECT_TRUE(cluster_directions({}, 2).empty());
 }
 
 TEST(VisibilityClusters, AreTheTwoSidesThatAFloorIsSeenFrom) {

@@ -334,7 +334,7 @@ struct Directed {
     TexelSampler sampler(context, surface, {width, height, samples, 1U << 22});
     const TexelBand band = sampler.sample(0);
     cl::Array<float> out(context, std::size_t{7} * band.capacity);
-    all.direct(band, samples, hybrid, out, band.capacity);
+    all.write_directed_samples(band, samples, hybrid, out, band.capacity);
     given = band.points.download(context);
     turned = out.download(context);
     triangle = band.triangle.download(context);

@@ -108,7 +108,7 @@ enum class By { views, rays };
 
 std::vector<Seen> see(VisibilityProbe& probe, const std::vector<Vec3>& positions,
                       const std::vector<Vec3>& normals, By by) {
-  VisibilityProbe::Places places = probe.places(positions, normals);
+  VisibilityProbe::ProbedPoints places = probe.places(positions, normals);
   if (by == By::rays) {
     probe.add_by_rays(places);
   } else {

@@ -134,12 +134,12 @@ TEST(Plan, KnowsWhatNoMapCanShow) {
     // none, add to each.
     std::shared_ptr<const VisibilityField> field;
     NormalProbe::InfiniteMap limit = probe.infinite_map(plan_options(0).bake, field);
-    const double least = limit.error.mean_degrees * probe.least_share(limit);
+    const double least = limit.error.mean_degrees * probe.min_error_share(limit);
     EXPECT_LT(least, limit.error.mean_degrees);
     for (std::size_t i = 0; i < limit.normals.size(); ++i) limit.normals[i] = i % 3 == 2 ? 1 : 0;
-    const double plain = probe.with_normals(limit.normals).mean_degrees;
+    const double plain = probe.error_with_normals(limit.normals).mean_degrees;
     EXPECT_NEAR(plain, probe.without_map().mean_degrees, 1e-3 * plain);
-    EXPECT_NEAR(plain * probe.least_share(limit), least, 0.2 * least);
+    EXPECT_NEAR(plain * probe.min_error_share(limit), least, 0.2 * least);
     return least;
   };
   // By the height for slopes, and again for how far pictures shift.

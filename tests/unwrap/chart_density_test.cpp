@@ -195,7 +195,7 @@ FlatTriangles laid(const Mesh& mesh) {
         }
       }
     }
-    flat.beside.push_back(beside);
+    flat.neighbours.push_back(beside);
   }
   return flat;
 }

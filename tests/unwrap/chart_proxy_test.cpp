@@ -41,21 +41,21 @@ void check_proxy(const ChartSurface& surface, std::size_t triangles) {
   EXPECT_LE(open_edges(made), open_edges(surface));
   for (const double area : made.area) EXPECT_GT(area, 0);
   for (std::uint32_t h = 0; h < made.mate.size(); ++h) {
-    const std::uint32_t m = made.mate[h], fine = proxy.curve[h];
+    const std::uint32_t m = made.mate[h], fine = proxy.surface_edge[h];
     EXPECT_EQ(proxy.piece[fine / 3], h / 3);
     if (m == kNoIndex) {
       EXPECT_EQ(surface.mate[fine], kNoIndex);
       continue;
     }
     EXPECT_EQ(made.mate[m], h);
-    EXPECT_EQ(surface.mate[fine], proxy.curve[m]);
+    EXPECT_EQ(surface.mate[fine], proxy.surface_edge[m]);
   }
   // The links between the triangles of a piece make a tree of them.
   std::vector<std::int64_t> joints(made.triangles.size(), 1);
   for (std::uint32_t t = 0; t < proxy.piece.size(); ++t) --joints[proxy.piece[t]];
-  for (std::uint32_t h = 0; h < proxy.inside.size(); ++h) {
+  for (std::uint32_t h = 0; h < proxy.is_inside_piece.size(); ++h) {
     const std::uint32_t m = surface.mate[h];
-    if (proxy.inside[h] == 0 || m > h) continue;
+    if (proxy.is_inside_piece[h] == 0 || m > h) continue;
     ASSERT_EQ(proxy.piece[h / 3], proxy.piece[m / 3]);
     ++joints[proxy.piece[h / 3]];
   }

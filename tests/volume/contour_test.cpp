@@ -24,35 +24,36 @@ namespace {
 using test::Topology;
 using test::topology;
 
-TEST(PatchTable, KnowsTheKnownCases) {
-  const PatchTable& table = PatchTable::get();
-  constexpr std::uint32_t kNone = PatchTable::kNoFace;
-  EXPECT_EQ(table.count(0, kNone), 0U);
-  EXPECT_EQ(table.count(255, kNone), 0U);
+TEST(SheetTable, KnowsTheKnownCases) {
+  const SheetTable& table = SheetTable::get();
+  constexpr std::uint32_t kNone = SheetTable::kNoFace;
+  EXPECT_EQ(table.sheet_count(0, kNone), 0U);
+  EXPECT_EQ(table.sheet_count(255, kNone), 0U);
   for (std::uint32_t corner = 0; corner < 8; ++corner) {
-    EXPECT_EQ(table.count(1U << corner, kNone), 1U);
-    EXPECT_EQ(std::popcount(table.crossed(1U << corner)), 3);
-    EXPECT_EQ(table.count(1U << corner | 1U << (corner ^ 7), kNone), 2U);  // opposite corners
-    EXPECT_EQ(table.count(1U << corner | 1U << (corner ^ 3), kNone), 2U);  // parted on a face
+    EXPECT_EQ(table.sheet_count(1U << corner, kNone), 1U);
+    EXPECT_EQ(std::popcount(table.crossed_edges(1U << corner)), 3);
+    EXPECT_EQ(table.sheet_count(1U << corner | 1U << (corner ^ 7), kNone), 2U);  // opposite corners
+    EXPECT_EQ(table.sheet_count(1U << corner | 1U << (corner ^ 3), kNone), 2U);  // parted on a face
     // Two outside corners on a face: what is inside is joined around them.
-    EXPECT_EQ(table.count(255U ^ (1U << corner | 1U << (corner ^ 3)), kNone), 1U);
+    EXPECT_EQ(table.sheet_count(255U ^ (1U << corner | 1U << (corner ^ 3)), kNone), 1U);
   }
-  EXPECT_EQ(table.count(0b01101001, kNone), 4U);  // every other corner
-  EXPECT_EQ(table.count(0b00001111, kNone), 1U);
+  EXPECT_EQ(table.sheet_count(0b01101001, kNone), 4U);  // every other corner
+  EXPECT_EQ(table.sheet_count(0b00001111, kNone), 1U);
 }
 
-TEST(PatchTable, SheetsAreWhole) {
+TEST(SheetTable, SheetsAreWhole) {
   // Every sheet crosses three edges or more, all crossed edges have a sheet, and flipping the doubled
   // face parts its sheet in two.
-  const PatchTable& table = PatchTable::get();
+  const SheetTable& table = SheetTable::get();
   for (std::uint32_t signs = 0; signs < 256; ++signs) {
-    for (std::uint32_t flipped = 0; flipped < PatchTable::kFlips; ++flipped) {
+    for (std::uint32_t flipped = 0; flipped < SheetTable::kFlipChoices; ++flipped) {
       std::array<int, 4> sizes{};
       for (std::uint32_t edge = 0; edge < 12; ++edge) {
-        if ((table.crossed(signs) >> edge & 1) != 0) ++sizes[table.patch(signs, flipped, edge)];
+        if ((table.crossed_edges(signs) >> edge & 1) != 0)
+          ++sizes[table.sheet_of_edge(signs, flipped, edge)];
       }
       for (std::size_t k = 0; k < 4; ++k) {
-        if (k < table.count(signs, flipped)) {
+        if (k < table.sheet_count(signs, flipped)) {
           EXPECT_GE(sizes[k], 3);
         } else {
           EXPECT_EQ(sizes[k], 0);
@@ -60,8 +61,8 @@ TEST(PatchTable, SheetsAreWhole) {
       }
     }
     const std::uint32_t face = table.doubled_face(signs);
-    if (face != PatchTable::kNoFace) {
-      EXPECT_EQ(table.count(signs, face), table.count(signs, PatchTable::kNoFace) + 1);
+    if (face != SheetTable::kNoFace) {
+      EXPECT_EQ(table.sheet_count(signs, face), table.sheet_count(signs, SheetTable::kNoFace) + 1);
     }
   }
 }
@@ -95,7 +96,7 @@ TEST(Qef, PlaneKeepsTheMean) {
                   {Vec3d(0.75, 0, 0.5), Vec3d(0, 0, 1)},
                   {Vec3d(0.5, 1, 0.5), Vec3d(0, 0, 1)}}),
           {400, 2, 300});
-  const auto minimum = qef.minimum(Vec3d(400, 2, 300), Vec3d(401, 3, 301));
+  const auto minimum = qef.find_minimum(Vec3d(400, 2, 300), Vec3d(401, 3, 301));
   expect_place(minimum, 400.5, 2 + 1.0 / 3, 300.5);
   EXPECT_LT(minimum.error, 1e-4);
 }
@@ -105,11 +106,11 @@ TEST(Qef, EdgeAndCornerAreFound) {
   Qef edge;
   edge.add(planes({{Vec3d(0.3, 0.1, 0), x}, {Vec3d(0.3, 0.2, 1), x}, {Vec3d(0, 0.8, 0.5), y}}),
            {10, 10, 10});
-  expect_place(edge.minimum(Vec3d(10, 10, 10), Vec3d(11, 11, 11)), 10.3, 10.8, 10.5);
+  expect_place(edge.find_minimum(Vec3d(10, 10, 10), Vec3d(11, 11, 11)), 10.3, 10.8, 10.5);
   Qef corner;
   corner.add(planes({{Vec3d(0.3, 0.1, 0), x}, {Vec3d(0, 0.8, 0.5), y}, {Vec3d(0.1, 0.1, 0.9), z}}),
              {10, 10, 10});
-  const auto minimum = corner.minimum(Vec3d(10, 10, 10), Vec3d(11, 11, 11));
+  const auto minimum = corner.find_minimum(Vec3d(10, 10, 10), Vec3d(11, 11, 11));
   expect_place(minimum, 10.3, 10.8, 10.9);
   EXPECT_LT(minimum.error, 1e-4);
 }
@@ -127,7 +128,7 @@ TEST(Qef, MinimumWithinTheBoxIsTheLeast) {
     Qef qef;
     qef.add(planes(list), {0, 0, 0});
     const double high = 0.6;
-    const auto minimum = qef.minimum(Vec3d(0, 0, 0), Vec3d(high, high, high));
+    const auto minimum = qef.find_minimum(Vec3d(0, 0, 0), Vec3d(high, high, high));
     const auto error = [&](const Vec3d& at) {
       double sum = 0;
       for (const auto& [p, n] : list) sum += std::pow(dot(n, at - p), 2);
@@ -373,7 +374,7 @@ TEST(VertexTree, ReachesTheFacesAskedFor) {
   std::uint64_t fine = 0;
   for (const std::uint32_t faces : {100000000U, 8000U, 4000U}) {
     const Simplified s = simplified(volume, faces, 0);
-    EXPECT_TRUE(s.light.reached);
+    EXPECT_TRUE(s.light.is_goal_reached);
     EXPECT_LE(s.light.faces, faces);
     if (fine == 0) {
       fine = s.light.faces;
@@ -387,11 +388,11 @@ TEST(VertexTree, ReachesTheFacesAskedFor) {
   }
   // Fewer than the topology needs.
   const Simplified kept = simplified(volume, 10, 0);
-  EXPECT_FALSE(kept.light.reached);
+  EXPECT_FALSE(kept.light.is_goal_reached);
   EXPECT_TRUE(kept.after.is_closed_manifold());
   EXPECT_EQ(kept.after.euler, kept.before.euler);
   const Simplified freed = simplified(volume, 40, 0, false);
-  EXPECT_TRUE(freed.light.reached);
+  EXPECT_TRUE(freed.light.is_goal_reached);
   EXPECT_GT(freed.light.changed_topology, 0U);
   EXPECT_EQ(freed.after.border_edges, 0U);
   EXPECT_EQ(freed.after.inconsistent_edges, 0U);

@@ -99,7 +99,7 @@ TEST(Contour, VerticesStayInTheirCells) {
   ContourReport report;
   const FineSurface surface = fine_surface(context_of(*test::device()), volume, {}, true, report);
   for (std::size_t i = 0; i < surface.keys.size(); ++i) {
-    const CellPlace cell = unpack_place(surface.keys[i]);
+    const CellPlace cell = unpack_cell_place(surface.keys[i]);
     for (std::size_t k = 0; k < 3; ++k) {
       const double local = surface.vertices[i].position[k] - (double{cell[k] * 1.0} - 1);
       ASSERT_GE(local, 0);
