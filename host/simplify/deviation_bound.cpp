@@ -109,7 +109,7 @@ DeviationBound::DeviationBound(const CollapseMesh& mesh, const BoundSamples& sam
     });
     holds_ =
         std::none_of(squared.begin(), squared.end(), [&](double d) { return d > bound * bound; }) &&
-        distance_back(samples.surface, points, mesh.triangles).largest <= bound;
+        low_to_high_distance(samples.surface, points, mesh.triangles).largest <= bound;
   }
   for (std::size_t i = of.size(); i-- > 0;) {
     next_[i] = first_[of[i]];

@@ -126,7 +126,7 @@ NormalFans::NormalFans(const Mesh& low, const TwoSided& sides, double least_turn
 std::size_t NormalFans::split_sides(const TwoSided& sides, std::size_t vertices) {
   if (sides.empty()) return vertices;
   for (std::size_t t = 0; t < welded_.size(); ++t) {
-    const std::size_t shift = vertices * (sides.backs[t] != 0 ? 2 : sides.alone[t]);
+    const std::size_t shift = vertices * (sides.backs[t] != 0 ? 2 : sides.has_only_pairs[t]);
     for (std::uint32_t& v : welded_[t]) v += static_cast<std::uint32_t>(shift);
   }
   return 3 * vertices;

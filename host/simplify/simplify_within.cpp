@@ -88,7 +88,7 @@ SimplifyResult SimplifyJob::simplify_within(double bound, const Work& work) {
       continue;
     }
     result.back =
-        distance_back(bound_samples_->surface, to_floats(result.points), result.triangles);
+        low_to_high_distance(bound_samples_->surface, to_floats(result.points), result.triangles);
     result.bound = shrinking.is_bound();
     const bool good = is_good(result);
     if (best.triangles.empty() || result.flawed.size() < best.flawed.size()) {
