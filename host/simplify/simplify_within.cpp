@@ -99,7 +99,7 @@ SimplifyResult SimplifyJob::simplify_within(double bound, const Work& work) {
     if (good || result.flawed.empty() || result.flawed.size() > most) break;
     if (std::exchange(sharpening, 0) > 0) continue;
     flawed_sets.push_back(result.flawed);
-    // Shrinks to the triangle's own radius.
+    // The ball shrinks from the radius within which presimplification keeps the high poly to the flawed triangle alone.
     for (Place& place : flawed_sets.back()) place.radius -= kFlawRadius;
   }
   report_.mended = best_mended;
