@@ -19,12 +19,12 @@ constexpr double kMaxSlabDistance = 2;
 constexpr double kMinSideSine = 1e-6;  // minimum sine of the angle between two sides
 
 /// Statistics of the triangles, from which candidate directions of the axis are derived.
-struct Shape {
+struct TriangleStatistics {
   Matrix3 spread{};  ///< Covariance of the corners
   /// Sum of outer products of normals, weighted by area
   Matrix3 normals{};
-  std::size_t largest = 0;  ///< First corner of the largest triangle
-  double longest = 0;       ///< Longest edge
+  std::size_t largest_corner = 0;  ///< First corner of the largest triangle
+  double longest_edge = 0;         ///< Longest edge
   double min_doubled_area = std::numeric_limits<double>::infinity();  ///< Smallest doubled area
 };
 
@@ -35,8 +35,8 @@ void add_square(Matrix3& m, const Vec3d& v, double weight) {
   }
 }
 
-Shape shape_of(const Corners& corners) {
-  Shape shape;
+TriangleStatistics triangle_statistics_of(const Corners& corners) {
+  TriangleStatistics statistics;
   Vec3d mean{};
   const std::size_t count = corners.x.size();
   for (std::size_t i = 0; i < count; ++i) mean += corners.at(i);
@@ -45,49 +45,51 @@ Shape shape_of(const Corners& corners) {
   for (std::size_t i = 0; i < count; i += 3) {
     const Vec3d a = corners.at(i), b = corners.at(i + 1), c = corners.at(i + 2);
     for (const Vec3d& p : {a, b, c}) {
-      add_square(shape.spread, p - mean, 1 / static_cast<double>(count));
+      add_square(statistics.spread, p - mean, 1 / static_cast<double>(count));
     }
     const Vec3d normal = cross(b - a, c - a);
     const double area = length(normal);
-    if (area > 0) add_square(shape.normals, normal, 1 / area);
-    shape.longest = std::max({shape.longest, length(b - a), length(c - b), length(a - c)});
-    shape.min_doubled_area = std::min(shape.min_doubled_area, area);
+    if (area > 0) add_square(statistics.normals, normal, 1 / area);
+    statistics.longest_edge =
+        std::max({statistics.longest_edge, length(b - a), length(c - b), length(a - c)});
+    statistics.min_doubled_area = std::min(statistics.min_doubled_area, area);
     if (area > max_area) {
       max_area = area;
-      shape.largest = i;
+      statistics.largest_corner = i;
     }
   }
-  return shape;
+  return statistics;
 }
 
 /// The eigenvectors of the smallest and of the largest eigenvalue.
-std::array<Vec3d, 2> extreme_axes(Matrix3 m) {
+std::array<Vec3d, 2> smallest_and_largest_axis(Matrix3 m) {
   Matrix3 v;
   diagonalise(m, v);
-  std::size_t least = 0, most = 0;
+  std::size_t smallest_column = 0, largest_column = 0;
   for (std::size_t k = 1; k < 3; ++k) {
-    if (m[k][k] < m[least][least]) least = k;
-    if (m[k][k] > m[most][most]) most = k;
+    if (m[k][k] < m[smallest_column][smallest_column]) smallest_column = k;
+    if (m[k][k] > m[largest_column][largest_column]) largest_column = k;
   }
   const auto column = [&](std::size_t k) { return Vec3d{v[0][k], v[1][k], v[2][k]}; };
-  return {column(least), column(most)};
+  return {column(smallest_column), column(largest_column)};
 }
 
-struct Point2 {
+struct PlanePoint {
   double x, y;
 };
-double cross2(const Point2& a, const Point2& b) { return a.x * b.y - a.y * b.x; }
+double cross2(const PlanePoint& a, const PlanePoint& b) { return a.x * b.y - a.y * b.x; }
 
 /// Normals of the candidate sides, in the plane of e and f. kEvenSides of them are spaced evenly relative to the
 /// spread of the corners, so that slivers get as many as compact shapes; the others are parallel to the edges of the
 /// largest triangle.
-std::array<Point2, kSideCandidates> sides_of(const Corners& corners, const Shape& shape,
-                                             const Vec3d& e, const Vec3d& f) {
+std::array<PlanePoint, kSideCandidates> sides_of(const Corners& corners,
+                                                 const TriangleStatistics& statistics,
+                                                 const Vec3d& e, const Vec3d& f) {
   const auto spread = [&](const Vec3d& a, const Vec3d& b) {
     const double u[] = {a.x, a.y, a.z}, v[] = {b.x, b.y, b.z};
     double sum = 0;
     for (std::size_t i = 0; i < 3; ++i) {
-      for (std::size_t j = 0; j < 3; ++j) sum += u[i] * shape.spread[i][j] * v[j];
+      for (std::size_t j = 0; j < 3; ++j) sum += u[i] * statistics.spread[i][j] * v[j];
     }
     return sum;
   };
@@ -97,33 +99,33 @@ std::array<Point2, kSideCandidates> sides_of(const Corners& corners, const Shape
   const double l00 = std::sqrt(std::max(spread(e, e), 0.0) + kMinSpread);
   const double l10 = spread(e, f) / l00;
   const double l11 = std::sqrt(std::max(spread(f, f) - l10 * l10, 0.0) + kMinSpread);
-  std::array<Point2, kSideCandidates> sides{};
+  std::array<PlanePoint, kSideCandidates> sides{};
   const auto unit = [](double x, double y) {
     const double size = std::sqrt(x * x + y * y);
-    return size > 0 ? Point2{x / size, y / size} : Point2{1, 0};
+    return size > 0 ? PlanePoint{x / size, y / size} : PlanePoint{1, 0};
   };
   for (std::size_t k = 0; k < kEvenSides; ++k) {
     const double angle = 2 * std::numbers::pi * static_cast<double>(k) / kEvenSides;
     const double y = std::sin(angle) / l11;
     sides[k] = unit((std::cos(angle) - l10 * y) / l00, y);
   }
-  std::array<Point2, 3> corner{};
+  std::array<PlanePoint, 3> corner{};
   for (std::size_t k = 0; k < 3; ++k) {
-    const Vec3d p = corners.at(shape.largest + k);
+    const Vec3d p = corners.at(statistics.largest_corner + k);
     corner[k] = {dot(p, e), dot(p, f)};
   }
-  const Point2 ab{corner[1].x - corner[0].x, corner[1].y - corner[0].y};
-  const Point2 ac{corner[2].x - corner[0].x, corner[2].y - corner[0].y};
+  const PlanePoint ab{corner[1].x - corner[0].x, corner[1].y - corner[0].y};
+  const PlanePoint ac{corner[2].x - corner[0].x, corner[2].y - corner[0].y};
   const double turn = cross2(ab, ac) < 0 ? -1 : 1;
   for (std::size_t k = 0; k < 3; ++k) {
-    const Point2 &from = corner[k], &to = corner[(k + 1) % 3];
+    const PlanePoint &from = corner[k], &to = corner[(k + 1) % 3];
     sides[kEvenSides + k] = unit(turn * (to.y - from.y), turn * (from.x - to.x));
   }
   return sides;
 }
 
 /// Largest extent of the corners along each side's normal.
-std::array<float, kSideCandidates> supports(
+std::array<float, kSideCandidates> largest_extents(
     const Corners& corners, const std::array<Vec3d, kSideCandidates>& axis_candidates) {
   constexpr std::size_t kGroups = kSideCandidates / 4;
   Float4 wx[kGroups], wy[kGroups], wz[kGroups], most[kGroups];
@@ -141,10 +143,10 @@ std::array<float, kSideCandidates> supports(
       most[g] = upper(most[g], x * wx[g] + y * wy[g] + z * wz[g]);
     }
   }
-  std::array<float, kSideCandidates> result{};
+  std::array<float, kSideCandidates> extents{};
   for (std::size_t k = 0; k < kSideCandidates; ++k)
-    result[k] = most[k / 4][static_cast<int>(k % 4)];
-  return result;
+    extents[k] = most[k / 4][static_cast<int>(k % 4)];
+  return extents;
 }
 
 /// Three of the candidate sides, which form a triangle around all corners.
@@ -154,8 +156,8 @@ struct Base {
 };
 
 /// The three sides that minimise the surface of a prism of a given height.
-Base best_base(const std::array<Point2, kSideCandidates>& sides,
-               const std::array<double, kSideCandidates>& ends, double height) {
+Base smallest_base(const std::array<PlanePoint, kSideCandidates>& sides,
+                   const std::array<double, kSideCandidates>& ends, double height) {
   Base best;
   for (std::size_t i = 0; i < kSideCandidates; ++i) {
     for (std::size_t j = i + 1; j < kSideCandidates; ++j) {
@@ -177,17 +179,17 @@ Base best_base(const std::array<Point2, kSideCandidates>& sides,
   return best;
 }
 
-Prism prism_along(const Corners& corners, const Shape& shape, const Vec3d& axis) {
+Prism prism_along(const Corners& corners, const TriangleStatistics& statistics, const Vec3d& axis) {
   const Vec3d other = std::abs(axis.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
   Vec3d e = cross(axis, other);
   e = e * (1 / length(e));
   const Vec3d f = cross(axis, e);
-  const std::array<Point2, kSideCandidates> sides = sides_of(corners, shape, e, f);
+  const std::array<PlanePoint, kSideCandidates> sides = sides_of(corners, statistics, e, f);
   std::array<Vec3d, kSideCandidates> axis_candidates{};
   for (std::size_t k = 0; k < kSideCandidates; ++k)
     axis_candidates[k] = e * sides[k].x + f * sides[k].y;
   std::array<double, kSideCandidates> ends{};
-  const std::array<float, kSideCandidates> reached = supports(corners, axis_candidates);
+  const std::array<float, kSideCandidates> reached = largest_extents(corners, axis_candidates);
   for (std::size_t k = 0; k < kSideCandidates; ++k) ends[k] = double{reached[k]} + kPrismMargin;
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (std::size_t i = 0; i < corners.x.size(); ++i) {
@@ -197,7 +199,7 @@ Prism prism_along(const Corners& corners, const Shape& shape, const Vec3d& axis)
   }
   low -= kPrismMargin;
   high += kPrismMargin;
-  const Base base = best_base(sides, ends, high - low);
+  const Base base = smallest_base(sides, ends, high - low);
   Prism prism;
   if (!std::isfinite(base.half_area)) return prism;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -223,52 +225,56 @@ Prism prism_along(const Corners& corners, const Shape& shape, const Vec3d& axis)
 }
 
 /// Sets the slack by which prism_may_hit_between() widens the interval: see kernels/accel/prism.clh.
-void set_slack(const Corners& corners, const Shape& shape, Prism& prism) {
-  const double edge = shape.longest;
-  const double weight = (0x1p-21 * edge * edge + 4 * 0x1p-18 * edge) / shape.min_doubled_area;
+void set_slack(const Corners& corners, const TriangleStatistics& statistics, Prism& prism) {
+  const double edge = statistics.longest_edge;
+  const double weight = (0x1p-21 * edge * edge + 4 * 0x1p-18 * edge) / statistics.min_doubled_area;
   prism.slack = 4 * 3 * edge * weight + 0x1p-15;
-  double least = 1;  // smallest squared cosine between a triangle's normal and the axis
+  double smallest_squared_cosine =
+      1;  // smallest squared cosine between a triangle's normal and the axis
   for (std::size_t i = 0; i < corners.x.size(); i += 3) {
     const Vec3d a = corners.at(i);
     const Vec3d normal = cross(corners.at(i + 1) - a, corners.at(i + 2) - a);
     const double along = dot(normal, prism.normals[4]);
-    least = std::min(least, along * along / dot(normal, normal));
+    smallest_squared_cosine =
+        std::min(smallest_squared_cosine, along * along / dot(normal, normal));
   }
-  const double cosine = std::sqrt(least), sine = std::sqrt(1 - least);
+  const double cosine = std::sqrt(smallest_squared_cosine),
+               sine = std::sqrt(1 - smallest_squared_cosine);
   prism.tilt = 2 * (sine + 1 - cosine) + 1e-5;  // margin for single precision
 }
 
 }  // namespace
 
 Prism fit_prism(const Corners& corners) {
-  const Shape shape = shape_of(corners);
-  const std::array<Vec3d, 2> spread = extreme_axes(shape.spread);
+  const TriangleStatistics statistics = triangle_statistics_of(corners);
+  const std::array<Vec3d, 2> spread = smallest_and_largest_axis(statistics.spread);
   Prism best;
-  for (const Vec3d& axis : {extreme_axes(shape.normals)[1], spread[0], spread[1]}) {
-    const Prism prism = prism_along(corners, shape, axis);
+  for (const Vec3d& axis :
+       {smallest_and_largest_axis(statistics.normals)[1], spread[0], spread[1]}) {
+    const Prism prism = prism_along(corners, statistics, axis);
     if (prism.half_area < best.half_area) best = prism;
   }
-  set_slack(corners, shape, best);
+  set_slack(corners, statistics, best);
   return best;
 }
 
 kiln_bvh_prism prism_of(const Prism& prism) {
-  kiln_bvh_prism packed{};
+  kiln_bvh_prism packed_prism{};
   for (std::size_t k = 0; k < KILN_BVH_WIDTH; ++k) {
     const Vec3 corner = to_float(prism.corners[std::min<std::size_t>(k, 5)]);
-    packed.corner[0][k] = corner.x;
-    packed.corner[1][k] = corner.y;
-    packed.corner[2][k] = corner.z;
+    packed_prism.corner[0][k] = corner.x;
+    packed_prism.corner[1][k] = corner.y;
+    packed_prism.corner[2][k] = corner.z;
     const std::size_t p = std::min<std::size_t>(k, 4);
     const Vec3 normal = to_float(prism.normals[p]);
-    packed.plane[0][k] = normal.x;
-    packed.plane[1][k] = normal.y;
-    packed.plane[2][k] = normal.z;
-    packed.plane[3][k] = static_cast<float>(prism.ends[p]);
+    packed_prism.plane[0][k] = normal.x;
+    packed_prism.plane[1][k] = normal.y;
+    packed_prism.plane[2][k] = normal.z;
+    packed_prism.plane[3][k] = static_cast<float>(prism.ends[p]);
   }
-  packed.slack = static_cast<float>(prism.slack);
-  packed.tilt = static_cast<float>(prism.tilt);
-  return packed;
+  packed_prism.slack = static_cast<float>(prism.slack);
+  packed_prism.tilt = static_cast<float>(prism.tilt);
+  return packed_prism;
 }
 
 }  // namespace kiln::bvh

@@ -23,10 +23,10 @@ struct Corners {
 };
 
 struct Prism {
-  std::array<Vec3d, 6> corners{};  ///< 3 corners of the bottom, then those of the top
+  std::array<Vec3d, 6> corners{};  ///< The 3 corners of the bottom, then the 3 corners of the top
   std::array<Vec3d, 5> normals{};  ///< Outward unit normals: sides, bottom, top
   std::array<double, 5> ends{};    ///< Largest extent of the corners along each normal
-  double slack = 0, tilt = 0;      ///< As in kiln_bvh_prism
+  double slack = 0, tilt = 0;      ///< Slack and tilt as in kiln_bvh_prism
   double height() const { return ends[3] + ends[4]; }
   double half_area = std::numeric_limits<double>::infinity();  ///< Infinite if there is no prism
 };

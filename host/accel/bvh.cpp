@@ -42,52 +42,54 @@ class Builder {
         prisms_(merge) {}
 
   TreeParts build() {
-    TreeParts parts;
-    const Range root = gather();
-    parts.skipped = triangles_.size() - root.size();
+    TreeParts tree_parts;
+    const Range root = gather_usable_triangles();
+    tree_parts.skipped = triangles_.size() - root.size();
     // Builds the top of the tree one node after the other, with parallel binning, then the
     // subtrees in parallel. The size at which subtrees begin depends on the triangle count alone,
     // so the tree does not depend on the number of threads.
     const std::size_t cut = std::max<std::size_t>(4096, root.size() / 64);
-    std::vector<Task>& tasks = parts.tasks;
-    emit_top(root, cut, parts.top, tasks);
-    std::vector<std::uint32_t> order(tasks.size());
-    for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
-    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    std::vector<Task>& tasks = tree_parts.tasks;
+    emit_top(root, cut, tree_parts.top, tasks);
+    std::vector<std::uint32_t> task_order(tasks.size());
+    for (std::uint32_t i = 0; i < task_order.size(); ++i) task_order[i] = i;
+    std::stable_sort(task_order.begin(), task_order.end(), [&](std::uint32_t a, std::uint32_t b) {
       return tasks[a].range.size() > tasks[b].range.size();
     });
-    parts.subtrees.resize(tasks.size());
-    parallel_for(order.size(), 1, [&](std::size_t begin, std::size_t end) {
+    tree_parts.subtrees.resize(tasks.size());
+    parallel_for(task_order.size(), 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
-        const Task& task = tasks[order[i]];
-        Subtree& subtree = parts.subtrees[order[i]];
+        const Task& task = tasks[task_order[i]];
+        Subtree& subtree = tree_parts.subtrees[task_order[i]];
         subtree.nodes.reserve(task.range.size() / 12 + 8);
         subtree.blocks.reserve(task.range.size() / 2 + 8);
         emit_nodes(task.range, task.level, subtree);
         primitives_.discard(task.range.begin, task.range.end);
       }
     });
-    double leaf_area = parts.top.leaf_area;
+    double leaf_area = tree_parts.top.leaf_area;
     bool has_crowded_leaves = false;
-    for (const Subtree& subtree : parts.subtrees) {
+    for (const Subtree& subtree : tree_parts.subtrees) {
       leaf_area += subtree.leaf_area;
       has_crowded_leaves = has_crowded_leaves || subtree.has_crowded_leaves;
     }
-    if (const double area{root.box.half_area()}; area > 0) parts.leaves_per_line = leaf_area / area;
-    parts.crowded = prisms_ && (has_crowded_leaves || parts.leaves_per_line > kMinCrowdedLeaves);
-    parts.duplicates = duplicates_;
-    parts.triangles = root.size() - duplicates_;
-    return parts;
+    if (const double area{root.box.half_area()}; area > 0)
+      tree_parts.leaves_per_line = leaf_area / area;
+    tree_parts.crowded =
+        prisms_ && (has_crowded_leaves || tree_parts.leaves_per_line > kMinCrowdedLeaves);
+    tree_parts.duplicates = duplicates_;
+    tree_parts.triangles = root.size() - duplicates_;
+    return tree_parts;
   }
 
  private:
   /// Fills primitives_ with the usable triangles, in order. \returns the range of all of them
-  Range gather() {
+  Range gather_usable_triangles() {
     constexpr std::size_t kTrianglesPerTask = 1 << 15;
     const std::size_t count = triangles_.size();
     const std::size_t pieces = (count + kTrianglesPerTask - 1) / kTrianglesPerTask;
     primitives_ = PageArray<Primitive>(count);
-    std::vector<Range> filled(pieces);
+    std::vector<Range> piece_ranges(pieces);
     std::atomic<std::size_t> bad_index{count};
     parallel_for(pieces, 1, [&](std::size_t first, std::size_t last) {
       for (std::size_t piece = first; piece < last; ++piece) {
@@ -113,7 +115,7 @@ class Builder {
           primitive.box.lo[3] = std::bit_cast<float>(static_cast<std::uint32_t>(i));
           primitives_[range.end++] = primitive;
         }
-        filled[piece] = range;
+        piece_ranges[piece] = range;
       }
     });
     if (bad_index < count) {
@@ -123,7 +125,7 @@ class Builder {
                                         " vertices. Repair the mesh's indices.");
     }
     Range all;
-    for (const Range& range : filled) {
+    for (const Range& range : piece_ranges) {
       if (all.end != range.begin) {
         std::memmove(static_cast<void*>(&primitives_[all.end]), &primitives_[range.begin],
                      range.size() * sizeof(Primitive));
@@ -137,10 +139,10 @@ class Builder {
 
   bool is_usable(const Triangle& triangle) const { return has_area(positions_, triangle); }
 
-  void fill_bins(const Range& range, const Mapping& mapping, Bins& bins) const {
+  void fill_bins(const Range& range, const Mapping& bin_mapping, Bins& bins) const {
     for (std::size_t i = range.begin; i < range.end; ++i) {
       const Primitive& primitive = primitives_[i];
-      const Int4 index = mapping.bins_of(primitive);
+      const Int4 index = bin_mapping.bins_of(primitive);
       for (std::size_t axis = 0; axis < 3; ++axis) {
         Bin& bin = bins[static_cast<std::size_t>(index[axis])][axis];
         bin.box.include(primitive.box);
@@ -149,19 +151,19 @@ class Builder {
     }
   }
 
-  void fill_bins_parallel(const Range& range, const Mapping& mapping, Bins& bins) const {
+  void fill_bins_parallel(const Range& range, const Mapping& bin_mapping, Bins& bins) const {
     constexpr std::size_t kTrianglesPerTask = 1 << 14;
     const std::size_t pieces = (range.size() + kTrianglesPerTask - 1) / kTrianglesPerTask;
-    std::vector<Bins> partial(pieces);
+    std::vector<Bins> partial_bins(pieces);
     parallel_for(pieces, 1, [&](std::size_t first, std::size_t last) {
       for (std::size_t piece = first; piece < last; ++piece) {
         Range part = range;
         part.begin = range.begin + piece * kTrianglesPerTask;
         part.end = std::min(range.end, part.begin + kTrianglesPerTask);
-        fill_bins(part, mapping, partial[piece]);
+        fill_bins(part, bin_mapping, partial_bins[piece]);
       }
     });
-    for (const Bins& part : partial) {
+    for (const Bins& part : partial_bins) {
       for (std::size_t i = 0; i < kMaxBins; ++i) {
         for (std::size_t axis = 0; axis < 3; ++axis) {
           bins[i][axis].box.include(part[i][axis].box);
@@ -171,53 +173,53 @@ class Builder {
     }
   }
 
-  /// Splits a range in two that are not empty.
+  /// Splits a range into two ranges, neither of which is empty.
   void split(const Range& range, bool by_count, bool parallel, Range& left, Range& right) {
     left = right = Range{};
     left.begin = range.begin;
     right.end = range.end;
-    Split chosen;
-    const Mapping mapping(range);
+    Split chosen_split;
+    const Mapping bin_mapping(range);
     if (!by_count) {
       Bins bins;
       if (parallel) {
-        fill_bins_parallel(range, mapping, bins);
+        fill_bins_parallel(range, bin_mapping, bins);
       } else {
-        fill_bins(range, mapping, bins);
+        fill_bins(range, bin_mapping, bins);
       }
-      chosen = best_split(bins, mapping);
-      if (chosen.axis >= 0 && range.size() >= kMinOverlapTriangles &&
-          chosen.cost > kMinCostRatio * range.box.half_area() *
-                            blocks_of(static_cast<std::uint32_t>(range.size())) &&
-          split_with_least_overlap(range, mapping, bins, chosen, left, right)) {
+      chosen_split = best_split(bins, bin_mapping);
+      if (chosen_split.axis >= 0 && range.size() >= kMinOverlapTriangles &&
+          chosen_split.cost > kMinCostRatio * range.box.half_area() *
+                                  blocks_of(static_cast<std::uint32_t>(range.size())) &&
+          split_with_least_overlap(range, bin_mapping, bins, chosen_split, left, right)) {
         return;
       }
     }
-    if (chosen.axis < 0) {
+    if (chosen_split.axis < 0) {
       left.end = right.begin = range.begin + range.size() / 2;
       left.merged = right.merged = range.merged;
       sort_by_position(range);
-      measure(left);
-      measure(right);
+      measure_range(left);
+      measure_range(right);
       return;
     }
     Primitive* const first = primitives_.data();
-    left.end = right.begin =
-        range.begin + partition_bins({first + range.begin, first + range.end}, mapping, chosen);
-    measure(left);
-    measure(right);
+    left.end = right.begin = range.begin + partition_bins({first + range.begin, first + range.end},
+                                                          bin_mapping, chosen_split);
+    measure_range(left);
+    measure_range(right);
   }
 
   /// Replaces a split whose sides overlap much by one with less overlap. If no split separates the boxes, the
   /// range is split at the middle of the corner coordinate with the largest variation. Triangles of similar shape,
   /// and duplicates, then stay together, and a bounding prism fits them tightly.
   /// \returns true if the range was split
-  [[gnu::noinline]] bool split_with_least_overlap(const Range& range, const Mapping& mapping,
-                                                  const Bins& bins, Split& chosen, Range& left,
-                                                  Range& right) {
-    if (!(overlap(bins, mapping, chosen) > kMaxOverlapShare)) return false;
-    chosen = least_overlap_split(bins, mapping);
-    if (!(chosen.cost > kMaxOverlapShare)) return false;
+  [[gnu::noinline]] bool split_with_least_overlap(const Range& range, const Mapping& bin_mapping,
+                                                  const Bins& bins, Split& chosen_split,
+                                                  Range& left, Range& right) {
+    if (!(overlap(bins, bin_mapping, chosen_split) > kMaxOverlapShare)) return false;
+    chosen_split = least_overlap_split(bins, bin_mapping);
+    if (!(chosen_split.cost > kMaxOverlapShare)) return false;
     Primitive* const first = &primitives_[range.begin];
     Primitive* const last = first + range.size();
     const Corner widest = widest_corner({first, last}, positions_, triangles_);
@@ -226,8 +228,8 @@ class Builder {
              widest.middle;
     });
     left.end = right.begin = range.begin + static_cast<std::size_t>(middle - first);
-    measure(left);
-    measure(right);
+    measure_range(left);
+    measure_range(right);
     return true;
   }
 
@@ -250,7 +252,7 @@ class Builder {
                      has_lower_centre);
   }
 
-  void measure(Range& range) const {
+  void measure_range(Range& range) const {
     for (std::size_t i = range.begin; i < range.end; ++i) {
       range.box.include(primitives_[i].box);
       range.centers.include(primitives_[i].center());
@@ -264,7 +266,7 @@ class Builder {
     children[0] = range;
     int count = 1;
     while (count < KILN_BVH_WIDTH) {
-      int widest = -1;
+      int child_to_split = -1;
       float max_measure = -1;
       for (int i = 0; i < count; ++i) {
         const Range& child = children[static_cast<std::size_t>(i)];
@@ -272,11 +274,11 @@ class Builder {
         const float measure = by_count ? static_cast<float>(child.size()) : child.box.half_area();
         if (measure > max_measure) {
           max_measure = measure;
-          widest = i;
+          child_to_split = i;
         }
       }
-      if (widest < 0) break;
-      Range& parent_slot = children[static_cast<std::size_t>(widest)];
+      if (child_to_split < 0) break;
+      Range& parent_slot = children[static_cast<std::size_t>(child_to_split)];
       if (!parent_slot.merged && has_one_centre(parent_slot)) {
         Primitive* const first = &primitives_[parent_slot.begin];
         Primitive* const end = duplicate_merger_.merge(first, first + parent_slot.size());
@@ -284,11 +286,12 @@ class Builder {
         duplicates_ += parent_slot.size() - left;
         parent_slot.end = parent_slot.begin + left;
         parent_slot.merged = true;
-        continue;  // skipped: the child may have become a leaf
+        continue;  // skipped, since the child may have become a leaf
       }
       const Range parent = parent_slot;
       split(parent, by_count, parent.size() > parallel_above,
-            children[static_cast<std::size_t>(widest)], children[static_cast<std::size_t>(count)]);
+            children[static_cast<std::size_t>(child_to_split)],
+            children[static_cast<std::size_t>(count)]);
       ++count;
     }
     return count;

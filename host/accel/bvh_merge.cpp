@@ -28,7 +28,7 @@ Primitive* Merger::merge(Primitive* first, Primitive* last) const {
   std::sort(first, last, [this](const Primitive& a, const Primitive& b) {
     return corners_before(a.triangle(), b.triangle());
   });
-  if (drop_) {
+  if (removes_duplicates_) {
     last = std::unique(first, last, [this](const Primitive& a, const Primitive& b) {
       return same_corners(a.triangle(), b.triangle());
     });
@@ -52,7 +52,8 @@ std::size_t Merger::leaf(const Primitive* first, const Primitive* last,
     const std::uint32_t index = first->triangle();
     const float x = first->box.lo[0];
     std::size_t at = 0;
-    while (at < count && !(drop_ && low[at] == x && same_corners(found[at], index))) ++at;
+    while (at < count && !(removes_duplicates_ && low[at] == x && same_corners(found[at], index)))
+      ++at;
     found[at] = at < count ? std::min(found[at], index) : index;
     low[at] = x;
     if (at == count) ++count;

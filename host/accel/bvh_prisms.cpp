@@ -52,7 +52,7 @@ class PrismPlacer {
   }
   static bool is_leaf(std::uint32_t child) { return (child & KILN_BVH_LEAF) != 0; }
 
-  static std::array<double, 3> size_of(const kiln_bvh_node& node, std::size_t c) {
+  static std::array<double, 3> box_size_of(const kiln_bvh_node& node, std::size_t c) {
     std::array<double, 3> size;
     for (std::size_t a = 0; a < 3; ++a) {
       size[a] = double{node.planes[a][1][c]} - double{node.planes[a][0][c]};
@@ -63,7 +63,7 @@ class PrismPlacer {
     return size[0] * size[1] + size[1] * size[2] + size[2] * size[0];
   }
   static double half_area(const kiln_bvh_node& node, std::size_t c) {
-    return half_area(size_of(node, c));
+    return half_area(box_size_of(node, c));
   }
 
   /// Counts the triangles and sums the areas of leaves in each node's subtree. A child's index
@@ -107,7 +107,7 @@ class PrismPlacer {
       for (std::size_t c = 0; c < KILN_BVH_WIDTH; ++c) {
         const std::uint32_t child = node.child[c];
         if (!is_child_used(node, c) || is_leaf(child)) continue;
-        const std::array<double, 3> size = size_of(node, c);
+        const std::array<double, 3> size = box_size_of(node, c);
         const double box = half_area(size);
         has_crowded_leaves[child] =
             has_crowded_leaves[i] || leaf_area_[child] > kMinCrowdedLeaves * box;
@@ -143,14 +143,15 @@ class PrismPlacer {
   }
 
   void fit_prisms() {
-    std::vector<std::uint32_t> order(candidates_.size());
-    for (std::uint32_t i = 0; i < order.size(); ++i) order[i] = i;
-    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-      return candidates_[a].triangles > candidates_[b].triangles;
-    });
-    parallel_for(order.size(), 1, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::uint32_t> candidate_order(candidates_.size());
+    for (std::uint32_t i = 0; i < candidate_order.size(); ++i) candidate_order[i] = i;
+    std::stable_sort(candidate_order.begin(), candidate_order.end(),
+                     [&](std::uint32_t a, std::uint32_t b) {
+                       return candidates_[a].triangles > candidates_[b].triangles;
+                     });
+    parallel_for(candidate_order.size(), 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
-        Candidate& candidate = candidates_[order[i]];
+        Candidate& candidate = candidates_[candidate_order[i]];
         candidate.prism = fit_prism(corners_of_subtree(candidate.node, candidate.triangles));
       }
     });

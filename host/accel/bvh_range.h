@@ -172,7 +172,7 @@ class Merger {
  public:
   /// \param drop true: remove duplicates; false: only sort
   Merger(std::span<const Vec3> positions, std::span<const Triangle> triangles, bool drop)
-      : positions_(positions), triangles_(triangles), drop_(drop) {}
+      : positions_(positions), triangles_(triangles), removes_duplicates_(drop) {}
 
   /// \returns the end of the remaining triangles
   Primitive* merge(Primitive* first, Primitive* last) const;
@@ -187,7 +187,7 @@ class Merger {
 
   std::span<const Vec3> positions_;
   std::span<const Triangle> triangles_;
-  bool drop_;
+  bool removes_duplicates_;
 };
 
 }  // namespace kiln::bvh

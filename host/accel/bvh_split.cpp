@@ -41,15 +41,16 @@ Split least_overlap_split(const Bins& bins, const Mapping& mapping) {
   std::int64_t best_imbalance = 0;
   for (int axis = 0; axis < 3; ++axis) {
     if (mapping.scale[axis] == 0) continue;
-    std::int64_t total = 0, left = 0;
+    std::int64_t triangle_count = 0, left = 0;
     const auto a = static_cast<std::size_t>(axis);
-    for (int i = 0; i < mapping.count; ++i) total += bins[static_cast<std::size_t>(i)][a].count;
+    for (int i = 0; i < mapping.count; ++i)
+      triangle_count += bins[static_cast<std::size_t>(i)][a].count;
     for (int i = 1; i < mapping.count; ++i) {
       left += bins[static_cast<std::size_t>(i - 1)][a].count;
-      if (left == 0 || left == total) continue;
+      if (left == 0 || left == triangle_count) continue;
       Split split{axis, i, 0};
       split.cost = overlap(bins, mapping, split);
-      const std::int64_t off = std::abs(total - 2 * left);
+      const std::int64_t off = std::abs(triangle_count - 2 * left);
       if (split.cost < best.cost || (split.cost == best.cost && off < best_imbalance)) {
         best = split;
         best_imbalance = off;

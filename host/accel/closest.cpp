@@ -43,26 +43,26 @@ void ClosestFinder::find(const cl::Array<float>& points, std::uint32_t count,
   }
   result.count = count;
   // CPU drivers other than PoCL may take minutes to compile the wide kernel, as Mesa's rusticl did.
-  const bool scalar = traversal_ != Traversal::cpu;
-  const bool single = is_automatic_ && count <= kMaxSingleSamples;
+  const bool is_scalar = traversal_ != Traversal::cpu;
+  const bool searches_singly = is_automatic_ && count <= kMaxSingleSamples;
   const cl::Kernel kernel =
-      context_->kernel("closest", scalar ? "kiln_closest_scalar" : "kiln_closest_run",
-                       tree_->defines(scalar   ? "-DKILN_CLOSEST_SCALAR=1"
-                                      : single ? "-DKILN_CLOSEST_SINGLE=1"
-                                               : ""));
+      context_->kernel("closest", is_scalar ? "kiln_closest_scalar" : "kiln_closest_run",
+                       tree_->defines(is_scalar         ? "-DKILN_CLOSEST_SCALAR=1"
+                                      : searches_singly ? "-DKILN_CLOSEST_SINGLE=1"
+                                                        : ""));
   kiln_closest_params params{};
   params.max_distance = query.max_distance;
   params.flags = query.two_sided ? KILN_CLOSEST_TWO_SIDED : 0;
   params.capacity = capacity;
   params.result_capacity = result.capacity;
-  const std::uint32_t samples_per_item = scalar ? 1 : KILN_CLOSEST_RUN;
+  const std::uint32_t samples_per_item = is_scalar ? 1 : KILN_CLOSEST_RUN;
   for (std::uint32_t first = 0; first < count; first = params.end) {
     params.first = first;
     params.end = first + std::min(count - first, kSamplesPerLaunch);
     const std::size_t items = (params.end - first + samples_per_item - 1) / samples_per_item;
-    context_->launch(kernel, items, scalar ? kScalarLocalSize : kRunLocalSize, params, tree_->nodes,
-                     tree_->blocks, points, result.triangle, result.barycentric, result.distance,
-                     result.status);
+    context_->launch(kernel, items, is_scalar ? kScalarLocalSize : kRunLocalSize, params,
+                     tree_->nodes, tree_->blocks, points, result.triangle, result.barycentric,
+                     result.distance, result.status);
   }
 }
 

@@ -55,7 +55,7 @@ class ClosestFinder : public ClosestSearch {
   cl::Context* context_;
   std::shared_ptr<const Tree> tree_;
   Traversal traversal_;
-  bool is_automatic_;  // variants are chosen by the number of samples, too
+  bool is_automatic_;  // true if the number of samples may select the variant
 };
 
 }  // namespace kiln

@@ -18,11 +18,11 @@ constexpr double kMaxMemoryShare = 0.25;
 std::vector<Vec3d> spread_directions(std::uint32_t count) {
   std::vector<Vec3d> result;
   result.reserve(count);
-  const double golden = std::numbers::phi;
+  const double golden_ratio = std::numbers::phi;
   if (count == 12) {
-    const double length = std::sqrt(1 + golden * golden);
+    const double length = std::sqrt(1 + golden_ratio * golden_ratio);
     const double a = 1 / length;
-    const double b = golden / length;
+    const double b = golden_ratio / length;
     for (const double s : {1.0, -1.0}) {
       for (const double t : {1.0, -1.0}) {
         result.push_back({0, s * a, t * b});
@@ -35,7 +35,7 @@ std::vector<Vec3d> spread_directions(std::uint32_t count) {
   for (std::uint32_t i = 0; i < count; ++i) {
     const double z = 1 - (2.0 * i + 1) / count;
     const double r = std::sqrt(std::max(0.0, 1 - z * z));
-    const double phi = 2 * std::numbers::pi * std::fmod(i / golden, 1.0);
+    const double phi = 2 * std::numbers::pi * std::fmod(i / golden_ratio, 1.0);
     result.push_back({r * std::cos(phi), z, r * std::sin(phi)});
   }
   return result;
@@ -43,11 +43,11 @@ std::vector<Vec3d> spread_directions(std::uint32_t count) {
 
 std::uint32_t DepthViews::batch_size(const cl::Context& context, std::uint32_t size) {
   const auto pixels = static_cast<double>(DepthKeys::count(size, size));
-  const double bytes = 8.0 * pixels;
+  const double key_bytes = 8.0 * pixels;
   const double limit = std::min(static_cast<double>(context.info().largest_buffer_bytes),
                                 kMaxMemoryShare * static_cast<double>(context.info().memory_bytes));
   // The number of pixels of a batch must fit 32 bits.
-  const double max_views = std::min(limit / bytes, 4294967295.0 / pixels);
+  const double max_views = std::min(limit / key_bytes, 4294967295.0 / pixels);
   return static_cast<std::uint32_t>(std::clamp(max_views, 1.0, double{kDepthViewsPerLaunch}));
 }
 
@@ -55,17 +55,17 @@ DepthViews::DepthViews(cl::Context& context, Rasterizer& rasterizer,
                        const std::vector<Vec3d>& directions, std::uint32_t size, bool two_sided,
                        const ViewArea& area)
     : context_(context), rasterizer_(rasterizer) {
-  std::uint32_t first = 0;
+  std::uint32_t first_view = 0;
   for (const Vec3d& toward : directions) {
     kiln_view view = make_view(toward, area.radius, size, area.center);
-    view.first = first;
+    view.first = first_view;
     view.flags = two_sided ? KILN_RASTER_TWO_SIDED : 0;
-    first += static_cast<std::uint32_t>(DepthKeys::count(size, size));
+    first_view += static_cast<std::uint32_t>(DepthKeys::count(size, size));
     views_.push_back(view);
   }
   device_views_ = cl::Array<kiln_view>(context, std::span<const kiln_view>(views_));
-  keys_ = DepthKeys(context, first);
-  rasterizer.draw(views_, keys_);
+  batch_keys_ = DepthKeys(context, first_view);
+  rasterizer.draw(views_, batch_keys_);
 }
 
 void DepthViews::reset(cl::Context& context, std::uint32_t count, const cl::Array<float>& score,
@@ -99,7 +99,7 @@ void DepthViews::match(const cl::Array<float>& points, std::uint32_t count, std:
   kiln_views_params values = params(count, capacity, query);
   values.result_capacity = result.capacity;
   context_.launch(context_.kernel("views", "kiln_views_match"), count, kLocal, values,
-                  device_views_, keys_.keys, keys_.drawn, rasterizer_.triangles(),
+                  device_views_, batch_keys_.keys, batch_keys_.drawn, rasterizer_.triangles(),
                   rasterizer_.positions(), points, score, result.triangle, result.barycentric,
                   result.distance, result.status);
 }
@@ -107,8 +107,8 @@ void DepthViews::match(const cl::Array<float>& points, std::uint32_t count, std:
 void DepthViews::probe(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,
                        const ViewQuery& query, const cl::Array<float>& quality) const {
   context_.launch(context_.kernel("views", "kiln_views_probe"), count, kLocal,
-                  params(count, capacity, query), device_views_, keys_.keys, keys_.drawn, points,
-                  quality);
+                  params(count, capacity, query), device_views_, batch_keys_.keys,
+                  batch_keys_.drawn, points, quality);
 }
 
 }  // namespace kiln

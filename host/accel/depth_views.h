@@ -27,9 +27,9 @@ struct ViewQuery {
   ViewCriterion criterion = ViewCriterion::angle;
   float max_distance = 1;  ///< Frame units
   float least_cosine = 0;  ///< Minimum cosine between a view and the sample's direction
-  /// Move the result to the point on the line along the sample's own direction
+  /// Move the found point to the line through the sample along the sample's own direction
   bool refine = true;
-  bool two_sided = false;  ///< Also draw and match faces that are turned away
+  bool two_sided = false;  ///< Also draw and match faces that are turned away from the view
   ViewArea area;           ///< The area that the view shows
 };
 
@@ -60,7 +60,7 @@ class DepthViews {
   static std::uint32_t batch_size(const cl::Context& context, std::uint32_t size);
 
   const std::vector<kiln_view>& views() const { return views_; }
-  const DepthKeys& keys() const { return keys_; }
+  const DepthKeys& keys() const { return batch_keys_; }
 
  private:
   kiln_views_params params(std::uint32_t count, std::uint32_t capacity,
@@ -70,7 +70,7 @@ class DepthViews {
   const Rasterizer& rasterizer_;
   std::vector<kiln_view> views_;
   cl::Array<kiln_view> device_views_;
-  DepthKeys keys_;
+  DepthKeys batch_keys_;
 };
 
 }  // namespace kiln

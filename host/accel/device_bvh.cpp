@@ -38,7 +38,7 @@ Traversal choose_traversal(const cl::Context& context, Traversal requested) {
 Tree::Tree(cl::Context& context, std::span<const Vec3> positions,
            std::span<const Triangle> triangles, bool keep) {
   const auto start = Clock::now();
-  // What load and repairs freed would else stay in memory beside the tree.
+  // Otherwise, memory that loading and repairs have freed would stay with the allocator while the tree is built.
   if (triangles.size() >= kMinTrianglesToTrim) os::return_free_blocks();
   bvh::TreeParts parts = bvh::build_parts(positions, triangles, !keep);
   stats.build_seconds = seconds_since(start);
@@ -53,7 +53,7 @@ Tree::Tree(cl::Context& context, std::span<const Vec3> positions,
     blocks = cl::Array<kiln_bvh_block>(context, bvh.blocks());
     if (keep) refit_copy_ = std::make_unique<Bvh>(std::move(bvh));
   } else {
-    // Joined on the device itself where it shares the host's memory.
+    // If the device shares the host's memory, the tree is joined in place, in the device's arrays.
     nodes = cl::Array<kiln_bvh_node>(context, parts.node_count());
     blocks = cl::Array<kiln_bvh_block>(context, parts.block_count());
     nodes.write_by(context, nodes.size(), [&](std::span<kiln_bvh_node> to) {

@@ -18,14 +18,14 @@ constexpr std::size_t kViewsPerLaunch = 16;
 constexpr std::size_t kMaxBoxBytes = 32U << 20;
 
 /// Two unit vectors perpendicular to `toward`, the second one pointing up (+Y) if possible.
-void basis(const Vec3d& toward, Vec3d& right, Vec3d& up) {
+void make_basis(const Vec3d& toward, Vec3d& right, Vec3d& up) {
   const Vec3d pole = std::abs(toward.y) < 0.99 ? Vec3d{0, 1, 0} : Vec3d{0, 0, -1};
   right = cross(pole, toward);
   right = right * (1 / length(right));
   up = cross(toward, right);
 }
 
-void store(const Vec3d& from, kiln_float to[3]) {
+void store_vector(const Vec3d& from, kiln_float to[3]) {
   to[0] = static_cast<float>(from.x);
   to[1] = static_cast<float>(from.y);
   to[2] = static_cast<float>(from.z);
@@ -33,41 +33,41 @@ void store(const Vec3d& from, kiln_float to[3]) {
 
 /// Squared radius around the origin of the part of a mesh that views can show.
 double squared_radius(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
-  std::vector<double> parts((triangles.size() >> 16) + 1, 0.0);
+  std::vector<double> largest_of_tasks((triangles.size() >> 16) + 1, 0.0);
   parallel_for(triangles.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
-    double largest = 0;
+    double largest_squared = 0;
     for (std::size_t t = begin; t < end; ++t) {
       for (const std::uint32_t i : triangles[t]) {
         const Vec3d p = to_double(positions[i]);
         const double squared = dot(p, p);
-        if (is_in_views(positions[i])) largest = std::max(largest, squared);
+        if (is_in_views(positions[i])) largest_squared = std::max(largest_squared, squared);
       }
     }
-    parts[begin >> 16] = largest;
+    largest_of_tasks[begin >> 16] = largest_squared;
   });
-  return *std::max_element(parts.begin(), parts.end());
+  return *std::max_element(largest_of_tasks.begin(), largest_of_tasks.end());
 }
 
-RasterPath choose_path(const cl::Context& context, RasterPath requested) {
+RasterPath choose_path(const cl::Context& context, RasterPath requested_path) {
   const DeviceInfo& info = context.info();
   // On Mesa's rusticl, tiles.cl draws incorrect pictures and is 160 times slower (40 KiB of private
   // memory per item); in the other paths its 64-bit arithmetic is incorrect for large triangles.
   const bool is_mesa = info.platform.find("rusticl") != std::string::npos;
-  if (requested == RasterPath::automatic && !info.is_gpu && !is_mesa) return RasterPath::tiles;
-  if (requested == RasterPath::automatic || requested == RasterPath::atomics) {
+  if (requested_path == RasterPath::automatic && !info.is_gpu && !is_mesa) return RasterPath::tiles;
+  if (requested_path == RasterPath::automatic || requested_path == RasterPath::atomics) {
     return info.has_atomics_64 ? RasterPath::atomics : RasterPath::two_passes;
   }
-  return requested;
+  return requested_path;
 }
 
 }  // namespace
 
 std::vector<std::uint64_t> DepthKeys::picture(cl::Context& context, const kiln_view& view) const {
   const std::uint64_t stored = count(view.width, view.height);
-  std::vector<std::uint64_t> tiled(stored);
-  std::vector<std::uint8_t> marks(stored / KILN_RASTER_TILE_PIXELS);
-  keys.read(context, tiled, view.first);
-  drawn.read(context, marks, view.first / KILN_RASTER_TILE_PIXELS);
+  std::vector<std::uint64_t> tile_keys(stored);
+  std::vector<std::uint8_t> is_tile_drawn(stored / KILN_RASTER_TILE_PIXELS);
+  keys.read(context, tile_keys, view.first);
+  drawn.read(context, is_tile_drawn, view.first / KILN_RASTER_TILE_PIXELS);
   std::vector<std::uint64_t> result(std::size_t{view.width} * view.height);
   constexpr std::uint32_t kTileSide = KILN_RASTER_TILE;
   for (std::uint32_t y = 0; y < view.height; ++y) {
@@ -75,8 +75,9 @@ std::vector<std::uint64_t> DepthKeys::picture(cl::Context& context, const kiln_v
       const std::size_t tile =
           std::size_t{y / kTileSide} * KILN_RASTER_TILES(view.width) + x / kTileSide;
       result[std::size_t{y} * view.width + x] =
-          marks[tile] != 0 ? tiled[(tile * kTileSide + y % kTileSide) * kTileSide + x % kTileSide]
-                           : KILN_RASTER_EMPTY;
+          is_tile_drawn[tile] != 0
+              ? tile_keys[(tile * kTileSide + y % kTileSide) * kTileSide + x % kTileSide]
+              : KILN_RASTER_EMPTY;
     }
   }
   return result;
@@ -85,14 +86,14 @@ std::vector<std::uint64_t> DepthKeys::picture(cl::Context& context, const kiln_v
 kiln_view make_view(const Vec3d& toward, double radius, std::uint32_t size, const Vec3d& center) {
   Vec3d right{};
   Vec3d up{};
-  basis(toward, right, up);
+  make_basis(toward, right, up);
   kiln_view view{};
-  store(right, view.right);
-  store(up, view.up);
-  store(toward, view.toward);
+  store_vector(right, view.right);
+  store_vector(up, view.up);
+  store_vector(toward, view.toward);
   // A margin of one pixel on each side allows for snapping, and for samples just outside the silhouette.
-  const double inner = size > 4 ? size - 2.0 : size;
-  const double scale = inner / (2 * radius);
+  const double inner_size = size > 4 ? size - 2.0 : size;
+  const double scale = inner_size / (2 * radius);
   view.scale = static_cast<float>(scale);
   view.left = static_cast<float>(size / 2.0 - dot(right, center) * scale);
   view.top = static_cast<float>(size / 2.0 + dot(up, center) * scale);
@@ -147,7 +148,7 @@ void Rasterizer::draw(std::span<const kiln_view> views, const DepthKeys& keys) {
                   "The array of keys is smaller than a depth view, or the views differ in size.");
     }
   }
-  const std::lock_guard lock(drawing_);
+  const std::lock_guard lock(drawing_mutex_);
   if (path_ == RasterPath::tiles) {
     draw_tiles(views, keys);
   } else {

@@ -72,7 +72,8 @@ class Rasterizer {
   void draw_triangles(const kiln_view& view, const DepthKeys& keys);
 
   cl::Context& context_;
-  std::mutex drawing_;  ///< Held while commands that use the mutable arrays below are enqueued
+  std::mutex
+      drawing_mutex_;  ///< Held while commands that use the mutable arrays below are enqueued
   std::uint32_t vertex_count_ = 0;
   std::uint32_t triangle_count_ = 0;
   double radius_ = 0;

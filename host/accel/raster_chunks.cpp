@@ -132,7 +132,7 @@ RasterChunks cut_piece(std::span<const Vec3> positions, std::span<const Triangle
                        std::span<const std::uint32_t> order, std::size_t begin, std::size_t end) {
   RasterChunks result;
   result.chunks.reserve((end - begin) / 24 + kLanes);
-  LocalVertices local;
+  LocalVertices local_vertices;
   kiln_raster_chunk chunk{};
   std::uint32_t vertex_count = 0;
   std::uint32_t count = 0;
@@ -142,7 +142,7 @@ RasterChunks cut_piece(std::span<const Vec3> positions, std::span<const Triangle
     compute_bounds(chunk, vertex_count, count, result);
     result.chunks.push_back(chunk);
     chunk = {};
-    local.clear();
+    local_vertices.clear();
     vertex_count = count = 0;
   };
   for (std::size_t i = begin; i < end; ++i) {
@@ -153,10 +153,10 @@ RasterChunks cut_piece(std::span<const Vec3> positions, std::span<const Triangle
       continue;
     }
     std::uint32_t new_vertices = vertex_count;
-    for (const std::uint32_t v : triangle) new_vertices += local.has(v) ? 0 : 1;
+    for (const std::uint32_t v : triangle) new_vertices += local_vertices.has(v) ? 0 : 1;
     if (count == kTrianglesPerChunk || new_vertices > kTrianglesPerChunk) finish_chunk();
     for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t number = local.add(triangle[k], vertex_count);
+      const std::uint32_t number = local_vertices.add(triangle[k], vertex_count);
       if (number == vertex_count) {
         const Vec3& p = positions[triangle[k]];
         chunk.position[0][number] = p.x;
@@ -199,22 +199,22 @@ void radix_sort(std::vector<std::uint64_t>& keys) {
   constexpr std::size_t kKeysPerTask = 1 << 16;
   const std::size_t pieces = (keys.size() + kKeysPerTask - 1) / kKeysPerTask;
   std::vector<std::uint64_t> sorted_keys(keys.size());
-  std::vector<std::size_t> places(pieces * kDigits);
+  std::vector<std::size_t> digit_starts(pieces * kDigits);
   for (const std::uint32_t shift : {32U, 42U, 52U}) {
     const auto digit = [shift](std::uint64_t key) { return key >> shift & (kDigits - 1); };
-    std::fill(places.begin(), places.end(), 0);
+    std::fill(digit_starts.begin(), digit_starts.end(), 0);
     parallel_for(keys.size(), kKeysPerTask, [&](std::size_t begin, std::size_t end) {
-      std::size_t* const counts = &places[begin / kKeysPerTask * kDigits];
+      std::size_t* const counts = &digit_starts[begin / kKeysPerTask * kDigits];
       for (std::size_t i = begin; i < end; ++i) ++counts[digit(keys[i])];
     });
-    std::size_t place = 0;
+    std::size_t next_place = 0;
     for (std::size_t d = 0; d < kDigits; ++d) {
       for (std::size_t piece = 0; piece < pieces; ++piece) {
-        place += std::exchange(places[piece * kDigits + d], place);
+        next_place += std::exchange(digit_starts[piece * kDigits + d], next_place);
       }
     }
     parallel_for(keys.size(), kKeysPerTask, [&](std::size_t begin, std::size_t end) {
-      std::size_t* const next = &places[begin / kKeysPerTask * kDigits];
+      std::size_t* const next = &digit_starts[begin / kKeysPerTask * kDigits];
       for (std::size_t i = begin; i < end; ++i) sorted_keys[next[digit(keys[i])]++] = keys[i];
     });
     keys.swap(sorted_keys);
@@ -222,8 +222,8 @@ void radix_sort(std::vector<std::uint64_t>& keys) {
 }
 
 /// Indices of the triangles along a Morton curve with 2^10 cells a side.
-std::vector<std::uint32_t> curve_order(std::span<const Vec3> positions,
-                                       std::span<const Triangle> triangles) {
+std::vector<std::uint32_t> morton_order(std::span<const Vec3> positions,
+                                        std::span<const Triangle> triangles) {
   constexpr float kCellsPerAxis = 1024;
   std::vector<std::uint64_t> keys(triangles.size());
   // Cells of triangles outside of [-0.5, 0.5] on an axis, or non-finite, are clamped to the outermost cells.
@@ -252,18 +252,18 @@ std::vector<std::uint32_t> curve_order(std::span<const Vec3> positions,
 
 std::vector<RasterChunks> make_raster_chunks(std::span<const Vec3> positions,
                                              std::span<const Triangle> triangles) {
-  std::vector<RasterChunks> pieces = cut_in_parallel(positions, triangles, {});
+  std::vector<RasterChunks> own_order_pieces = cut_in_parallel(positions, triangles, {});
   double area = 0;
-  double diagonals = 0;
-  for (const RasterChunks& piece : pieces) {
+  double squared_diagonals = 0;
+  for (const RasterChunks& piece : own_order_pieces) {
     area += piece.area;
-    diagonals += piece.diagonals;
+    squared_diagonals += piece.diagonals;
   }
   // NaN fails this comparison.
-  if (!(diagonals <= kMaxDiagonalsPerArea * area)) {
-    pieces = cut_in_parallel(positions, triangles, curve_order(positions, triangles));
+  if (!(squared_diagonals <= kMaxDiagonalsPerArea * area)) {
+    own_order_pieces = cut_in_parallel(positions, triangles, morton_order(positions, triangles));
   }
-  return pieces;
+  return own_order_pieces;
 }
 
 }  // namespace kiln

@@ -113,13 +113,14 @@ void RayCaster::occluded(const cl::Array<float>& points, std::uint32_t count,
   check_query(query, count, capacity);
   if (query.has_ray_limits)
     throw Error(ErrorCode::internal, "Any-hit queries do not support limits per ray.");
-  const bool stream = impl_->traversal == Traversal::cpu;
+  const bool traces_streams = impl_->traversal == Traversal::cpu;
   impl_->launch("occlusion",
-                stream                               ? "kiln_occlusion_any_stream"
+                traces_streams                       ? "kiln_occlusion_any_stream"
                 : impl_->traversal == Traversal::gpu ? "kiln_occlusion_any_scalar"
                                                      : "kiln_occlusion_any_wide",
-                stream ? kOcclusionLocalSize : kLocalSize, stream ? KILN_OCCLUSION_BLOCK : 1,
-                impl_->params(query, capacity, capacity), count, points, hit);
+                traces_streams ? kOcclusionLocalSize : kLocalSize,
+                traces_streams ? KILN_OCCLUSION_BLOCK : 1, impl_->params(query, capacity, capacity),
+                count, points, hit);
 }
 
 kiln_ray_params RayCaster::params(const RayQuery& query, std::uint32_t capacity) const {

@@ -307,11 +307,11 @@ void Pipeline::finish_match(bool first_time) {
   if (!coarse->advice.empty()) {
     report.warnings.push_back({"coarse-low", "'" + scene_.low.name + "': " + coarse->advice, 1});
   }
-  if (report.cage_mesh && surface_.cage_hull != nullptr && !surface_.cage_hull->misfit.empty()) {
+  if (report.cage_mesh && surface_.cage_hull != nullptr && !surface_.cage_hull->mismatch.empty()) {
     report.warnings.push_back({"cage-no-copy",
                                "The cage '" + surface_.cage_hull->name +
                                    "' is used as a closed hull, not as a copy of the low poly: " +
-                                   surface_.cage_hull->misfit + ".",
+                                   surface_.cage_hull->mismatch + ".",
                                1});
   }
   warn_about_small_charts(sampler_.small_charts(), scene_.low, report.warnings);

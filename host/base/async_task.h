@@ -19,23 +19,24 @@ template <typename Result>
 class AsyncTask {
  public:
   explicit AsyncTask(std::function<Result()> work)
-      : result_(std::async(thread_count() > 1 ? std::launch::async : std::launch::deferred,
-                           [work = std::move(work), log = current_input_log()] {
-                             const InputLogScope scope(log);
-                             obey_memory_limit();
-                             return work();
-                           })) {}
+      : future_result_(std::async(thread_count() > 1 ? std::launch::async : std::launch::deferred,
+                                  [work = std::move(work), log = current_input_log()] {
+                                    const InputLogScope log_scope(log);
+                                    obey_memory_limit();
+                                    return work();
+                                  })) {}
 
   /// Waits for the result, polling progress; must be called once. \throws the work's exception, or
   /// as ProgressGuard::poll()
   Result get() {
     constexpr std::chrono::milliseconds kPollInterval(20);
-    while (result_.wait_for(kPollInterval) == std::future_status::timeout) ProgressGuard::poll();
-    return result_.get();
+    while (future_result_.wait_for(kPollInterval) == std::future_status::timeout)
+      ProgressGuard::poll();
+    return future_result_.get();
   }
 
  private:
-  std::future<Result> result_;
+  std::future<Result> future_result_;
 };
 
 }  // namespace kiln

@@ -17,9 +17,9 @@ namespace kiln {
 class ByteHash {
  public:
   void add(std::span<const std::byte> bytes) {
-    constexpr std::size_t kBlock = std::size_t{1} << 20;
-    std::vector<std::uint64_t> blocks((bytes.size() + kBlock - 1) / kBlock);
-    parallel_for(bytes.size(), kBlock, [&](std::size_t begin, std::size_t end) {
+    constexpr std::size_t kBytesPerBlock = std::size_t{1} << 20;
+    std::vector<std::uint64_t> block_hashes((bytes.size() + kBytesPerBlock - 1) / kBytesPerBlock);
+    parallel_for(bytes.size(), kBytesPerBlock, [&](std::size_t begin, std::size_t end) {
       Fnv1a hash;
       std::size_t i = begin;
       for (; i + 4 <= end; i += 4) {
@@ -28,10 +28,10 @@ class ByteHash {
         hash.add(word);
       }
       for (; i < end; ++i) hash.add(static_cast<std::uint64_t>(bytes[i]));
-      blocks[begin / kBlock] = hash.value;
+      block_hashes[begin / kBytesPerBlock] = hash.value;
     });
     hash_.add(bytes.size());
-    for (const std::uint64_t block : blocks) hash_.add(block);
+    for (const std::uint64_t block : block_hashes) hash_.add(block);
   }
   /// The hash; never 0, which callers use for "unknown".
   std::uint64_t value() const { return hash_.value != 0 ? hash_.value : 1; }
@@ -52,15 +52,16 @@ std::uint64_t hash_bytes(const Arrays&... arrays) {
 /// are stored in files. Never 0.
 template <typename... Arrays>
 std::uint64_t fast_hash(const Arrays&... arrays) {
-  constexpr std::size_t kLanes = 4, kWord = sizeof(std::uint64_t), kStep = kLanes * kWord;
+  constexpr std::size_t kHashLanes = 4, kBytesPerWord = sizeof(std::uint64_t),
+                        kBytesPerStep = kHashLanes * kBytesPerWord;
   Fnv1a all;
   const auto add = [&](std::span<const std::byte> bytes) {
-    Fnv1a lanes[kLanes];  // independent hashes, so that their multiplications overlap
+    Fnv1a lanes[kHashLanes];  // independent hashes, so that their multiplications overlap
     std::size_t i = 0;
-    for (; i + kStep <= bytes.size(); i += kStep) {
-      std::uint64_t words[kLanes];
-      std::memcpy(words, &bytes[i], kStep);
-      for (std::size_t k = 0; k < kLanes; ++k) {
+    for (; i + kBytesPerStep <= bytes.size(); i += kBytesPerStep) {
+      std::uint64_t words[kHashLanes];
+      std::memcpy(words, &bytes[i], kBytesPerStep);
+      for (std::size_t k = 0; k < kHashLanes; ++k) {
         // The low bits of a product depend on the low bits of its factors alone; the rotation moves high bits
         // down.
         lanes[k].add(words[k]);

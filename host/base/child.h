@@ -8,7 +8,7 @@
 namespace kiln {
 
 enum class ChildEnd {
-  none,     ///< The work did not run: no child could be created, or the system does not support it
+  none,  ///< The work did not run: no child could be created, or the system does not support child processes
   done,     ///< The child ended normally
   slow,     ///< The child exceeded its time limit
   crashed,  ///< The child ended by a signal or std::terminate()

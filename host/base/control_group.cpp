@@ -28,8 +28,8 @@ std::uint64_t bytes_left(std::uint64_t limit, std::uint64_t used) {
 
 namespace {
 
-/// Names in one version of control groups: the files of limit and usage, and the keys of cached files and of
-/// cached files that tmpfs holds.
+/// Names in one version of control groups: of the files that hold the limit and the usage, and of the keys in
+/// memory.stat for cached files and for files of tmpfs.
 struct GroupNames {
   const char *limit, *used, *cached, *shared;
 };
@@ -38,14 +38,14 @@ constexpr GroupNames kVersion1 = {"memory.limit_in_bytes", "memory.usage_in_byte
                                   "total_shmem"};
 /// Larger limits count as "no limit", for which version 1 reports a multiple of the page size just below
 /// 2^63.
-constexpr std::uint64_t kLargestLimit = std::uint64_t{1} << 62;
+constexpr std::uint64_t kMaxRealLimit = std::uint64_t{1} << 62;
 
-std::uint64_t left_in_group(const std::string& folder, const GroupNames& names) {
+std::uint64_t bytes_left_in_group(const std::string& folder, const GroupNames& names) {
   const std::string stat = folder + "/memory.stat";
   // Version 1 reports the limits of enclosing groups in memory.stat.
   const std::uint64_t limit = std::min(first_number_in(folder + "/" + names.limit),
                                        number_in(stat, "hierarchical_memory_limit"));
-  if (limit >= kLargestLimit) return kNoNumber;
+  if (limit >= kMaxRealLimit) return kNoNumber;
   const auto bytes = [&](const char* key) {
     const std::uint64_t number = number_in(stat, key);
     return number == kNoNumber ? 0 : number;
@@ -59,8 +59,8 @@ std::uint64_t left_in_group(const std::string& folder, const GroupNames& names) 
 std::uint64_t free_in_control_groups(const std::string& root, const std::string& group_file) {
   // In a container, the group is the root. Elsewhere, its path is given: "0::/a/b", in version 1
   // "9:memory:/a/b".
-  std::uint64_t available =
-      std::min(left_in_group(root, kVersion2), left_in_group(root + "/memory", kVersion1));
+  std::uint64_t available_bytes = std::min(bytes_left_in_group(root, kVersion2),
+                                           bytes_left_in_group(root + "/memory", kVersion1));
   std::ifstream groups(group_file);
   for (std::string line; std::getline(groups, line);) {
     const std::size_t first = line.find(':'), second = line.find(':', first + 1);
@@ -68,15 +68,15 @@ std::uint64_t free_in_control_groups(const std::string& root, const std::string&
     const std::string controllers = "," + line.substr(first + 1, second - first - 1) + ",";
     const bool is_version_2 = controllers == ",,";
     if (!is_version_2 && controllers.find(",memory,") == std::string::npos) continue;
-    // A group's limit applies to the groups within it, too.
+    // The limit of a group applies to the groups within it, too, so the parents are checked as well.
     for (std::string path = line.substr(second + 1); path.size() > 1 && path[0] == '/';
          path.resize(path.find_last_of('/'))) {
-      available =
-          std::min(available, is_version_2 ? left_in_group(root + path, kVersion2)
-                                           : left_in_group(root + "/memory" + path, kVersion1));
+      available_bytes = std::min(
+          available_bytes, is_version_2 ? bytes_left_in_group(root + path, kVersion2)
+                                        : bytes_left_in_group(root + "/memory" + path, kVersion1));
     }
   }
-  return available;
+  return available_bytes;
 }
 
 }  // namespace kiln

@@ -77,8 +77,8 @@ bool replace(const std::filesystem::path& from, const std::filesystem::path& to)
 bool add_name(const std::filesystem::path& of,
               const std::filesystem::path& name) noexcept;  ///< Adds a hard link
 
-// std::filesystem's functions of these names, which take a network share of Windows (\\server\share) for a folder of the
-// current drive.
+// These functions replace those of std::filesystem with the same names, which treat a network share of Windows
+// (\\server\share) as a folder of the current drive.
 bool is_absolute(const std::filesystem::path& path);
 std::filesystem::path join(const std::filesystem::path& folder, const std::filesystem::path& path);
 std::filesystem::path absolute(const std::filesystem::path& path, std::error_code& error);
@@ -119,10 +119,12 @@ std::filesystem::path user_folder();
 void set_variable(const char* name, const char* value) noexcept;
 
 long process_id() noexcept;
-/// Identifies this boot of this machine and its process numbering (containers have their own). Files with another
-/// mark may belong to processes that this one cannot see. 16 hexadecimal digits.
+/// A text of 16 hexadecimal digits that names temporary files. It identifies the machine, its current boot and the
+/// process numbering, of which each container has its own. Files with another mark may belong to processes that this
+/// one cannot see.
 const std::string& process_mark();
-/// True if no process with this number exists any more; for processes with the same process_mark().
+/// True if no process with this number exists any more. Only valid for numbers of processes with the same
+/// process_mark().
 bool is_gone(long process) noexcept;
 
 }  // namespace kiln::os

@@ -17,11 +17,11 @@ namespace kiln {
   static const locale_t classic = newlocale(LC_ALL_MASK, "C", nullptr);
   const locale_t before = uselocale(classic);
 #endif
-  std::va_list again;
-  va_copy(again, values);
+  std::va_list values_copy;
+  va_copy(values_copy, values);
   std::string text(static_cast<std::size_t>(std::vsnprintf(nullptr, 0, format, values)), '\0');
-  std::vsnprintf(text.data(), text.size() + 1, format, again);
-  va_end(again);
+  std::vsnprintf(text.data(), text.size() + 1, format, values_copy);
+  va_end(values_copy);
 #ifndef _WIN32
   uselocale(before);
 #endif

@@ -12,12 +12,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::mutex all_mutex;
+std::mutex all_logs_mutex;
 std::vector<InputLog*> all_logs;
 std::atomic<int> log_count{0};
 thread_local InputLog* own_log = nullptr;
 
-std::string whole_path(const fs::path& path) {
+std::string absolute_text(const fs::path& path) {
   std::error_code error;
   const fs::path whole = os::absolute(path, error);
   return os::normal(error ? path : whole).string();
@@ -30,7 +30,7 @@ void for_each_log(const Function& function) {
     function(*own_log);
     return;
   }
-  const std::lock_guard lock(all_mutex);
+  const std::lock_guard lock(all_logs_mutex);
   for (InputLog* const log : all_logs) function(*log);
 }
 
@@ -38,13 +38,13 @@ void for_each_log(const Function& function) {
 
 InputLog::InputLog(std::function<std::string(const fs::path&)> identify)
     : identify_(std::move(identify)) {
-  const std::lock_guard lock(all_mutex);
+  const std::lock_guard lock(all_logs_mutex);
   all_logs.push_back(this);
   ++log_count;
 }
 
 InputLog::~InputLog() {
-  const std::lock_guard lock(all_mutex);
+  const std::lock_guard lock(all_logs_mutex);
   std::erase(all_logs, this);
   --log_count;
 }
@@ -55,7 +55,7 @@ InputLog::Inputs InputLog::inputs() const {
 }
 
 void InputLog::add(const fs::path& path) {
-  const std::string whole = whole_path(path);
+  const std::string whole = absolute_text(path);
   {
     const std::lock_guard lock(mutex_);
     if (inputs_.files.count(whole) != 0) return;
@@ -79,7 +79,7 @@ void note_absent(const fs::path& path) {
   if (log_count == 0) return;
   for_each_log([&](InputLog& log) {
     const std::lock_guard lock(log.mutex_);
-    log.inputs_.absent.insert(whole_path(path));
+    log.inputs_.absent.insert(absolute_text(path));
   });
 }
 
@@ -87,15 +87,15 @@ void note_answer(const fs::path& path, const std::string& question, const std::s
   if (log_count == 0) return;
   for_each_log([&](InputLog& log) {
     const std::lock_guard lock(log.mutex_);
-    log.inputs_.answers[{whole_path(path), question}] = answer;
+    log.inputs_.answers[{absolute_text(path), question}] = answer;
   });
 }
 
 bool note_whether_file(const fs::path& path) {
   std::error_code error;
-  const bool there = fs::is_regular_file(path, error);
-  there ? note_input(path) : note_absent(path);
-  return there;
+  const bool is_present = fs::is_regular_file(path, error);
+  is_present ? note_input(path) : note_absent(path);
+  return is_present;
 }
 
 }  // namespace kiln

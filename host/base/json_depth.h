@@ -14,14 +14,14 @@ inline constexpr std::size_t kMaxJsonDepth = 200;
 /// would reach that depth before it fails. Runs in one pass without allocations.
 inline bool is_nested_too_deep(std::string_view json) {
   std::size_t depth = 0;
-  bool in_text = false;
+  bool is_in_string = false;
   for (std::size_t i = 0; i < json.size(); ++i) {
     const char c = json[i];
-    if (in_text) {
+    if (is_in_string) {
       if (c == '\\') ++i;
-      if (c == '"') in_text = false;
+      if (c == '"') is_in_string = false;
     } else if (c == '"') {
-      in_text = true;
+      is_in_string = true;
     } else if (c == '[' || c == '{') {
       if (++depth > kMaxJsonDepth) return true;
     } else if ((c == ']' || c == '}') && depth > 0) {

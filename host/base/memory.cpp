@@ -43,11 +43,11 @@ std::uint64_t memory_limit() {
   const std::uint64_t set = explicit_limit;
   if (set != 0) return set;
   // The variable has no dynamic initializer, since its allocations would query the limit recursively.
-  static std::atomic<std::uint64_t> unset{0};
-  std::uint64_t first = unset;
-  if (first != 0) return first;
+  static std::atomic<std::uint64_t> cached_limit{0};
+  std::uint64_t known_limit = cached_limit;
+  if (known_limit != 0) return known_limit;
   const std::uint64_t limit = default_limit();
-  return unset.compare_exchange_strong(first, limit) ? limit : first;
+  return cached_limit.compare_exchange_strong(known_limit, limit) ? limit : known_limit;
 }
 
 void set_memory_limit(std::uint64_t bytes) noexcept { explicit_limit = bytes; }

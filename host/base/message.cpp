@@ -6,7 +6,7 @@
 namespace kiln {
 namespace {
 
-std::string in_backticks(std::string_view option, std::string_view value) {
+std::string option_in_backticks(std::string_view option, std::string_view value) {
   std::string text = "`" + std::string(option) + "`";
   if (!value.empty()) text.append(" ").append(value);
   return text;
@@ -41,7 +41,7 @@ bool Message::names_options() const {
                      [](const MessagePiece& piece) { return !piece.option.empty(); });
 }
 
-std::string Message::text() const { return text(in_backticks); }
+std::string Message::text() const { return text(option_in_backticks); }
 
 std::string Message::text(OptionSpelling spelling) const {
   std::string text;

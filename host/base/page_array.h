@@ -58,9 +58,9 @@ class PageArray {
   PageArray(PageArray&& other) noexcept
       : data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)) {}
   PageArray& operator=(PageArray&& other) noexcept {
-    PageArray moved(std::move(other));
-    std::swap(data_, moved.data_);
-    std::swap(size_, moved.size_);
+    PageArray taken(std::move(other));
+    std::swap(data_, taken.data_);
+    std::swap(size_, taken.size_);
     return *this;
   }
   PageArray(const PageArray&) = delete;
@@ -76,8 +76,8 @@ class PageArray {
   const T& operator[](std::size_t i) const { return data_[i]; }
   operator std::span<const T>() const { return {data_, size_}; }
 
-  /// Gives the memory of elements that are not read any more back to the system, as far as whole pages hold them alone.
-  /// Smaller arrays keep it. Other threads may use the elements around them.
+  /// Returns the memory of elements that are not read any more to the system: the pages that hold no other elements.
+  /// Arrays without pages of their own keep their memory. Other threads may use other elements meanwhile.
   void discard(std::size_t first, std::size_t last) noexcept {
     if (size_ * sizeof(T) < kMinPagedBytes || first >= last) return;
     os::discard_pages(data_ + first, (last - first) * sizeof(T));

@@ -72,7 +72,8 @@ void parallel_pieces(std::size_t count, std::size_t grain, const void* body,
     try {
       for (std::size_t piece = next++; piece < pieces; piece = next++) {
         call(body, piece * grain, std::min(count, (piece + 1) * grain));
-        ProgressGuard::poll();  // polls the calling thread's callback; other threads have none
+        ProgressGuard::
+            poll();  // polls the progress callback of the calling thread; the other threads have no callback
       }
     } catch (...) {
       next = pieces;

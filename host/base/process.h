@@ -30,8 +30,8 @@ std::vector<std::filesystem::path> programs_of_path(const std::string& name,
 /// failure; ENOSYS if the system does not support it
 int become_program(const char* program, char** argv) noexcept;
 
-/// Runs this program with these arguments, and waits until it ends. \param interrupted polled; an interrupt
-/// is passed on
+/// Runs this program with these arguments, and waits until it ends. \param interrupted polled; when it returns true,
+/// the program is interrupted, too
 /// \returns false if no process can be started
 bool run_own_program(const std::vector<std::string>& words,
                      const std::function<bool()>& interrupted);

@@ -15,7 +15,9 @@ thread_local ProgressGuard* of_thread = nullptr;
 }  // namespace
 
 ProgressGuard::ProgressGuard(Progress callback)
-    : callback_(std::move(callback)), outer_(of_thread), last_(std::chrono::steady_clock::now()) {
+    : callback_(std::move(callback)),
+      outer_(of_thread),
+      last_call_time_(std::chrono::steady_clock::now()) {
   if (callback_) of_thread = this;
 }
 
@@ -25,17 +27,17 @@ ProgressGuard::~ProgressGuard() {
 
 bool ProgressGuard::report(double done, std::string_view stage) {
   if (!callback_) return true;
-  done_ = done;
-  if (stage_ != stage) stage_ = stage;
-  struct Calling {
+  last_done_ = done;
+  if (last_stage_ != stage) last_stage_ = stage;
+  struct CallingFlag {
     bool& flag;
-    explicit Calling(bool& calling) : flag(calling) { flag = true; }
-    ~Calling() { flag = false; }
+    explicit CallingFlag(bool& is_calling) : flag(is_calling) { flag = true; }
+    ~CallingFlag() { flag = false; }
   };
-  const Calling calling(calling_);
-  const bool go_on = callback_(done, stage);
-  last_ = std::chrono::steady_clock::now();
-  return go_on;
+  const CallingFlag calling_flag(is_calling_back_);
+  const bool should_continue = callback_(done, stage);
+  last_call_time_ = std::chrono::steady_clock::now();
+  return should_continue;
 }
 
 Progress ProgressGuard::progress() {
@@ -45,23 +47,23 @@ Progress ProgressGuard::progress() {
 
 void ProgressGuard::poll_at(double done, std::string_view stage) {
   ProgressGuard* const guard = of_thread;
-  if (guard == nullptr || guard->calling_) return;
+  if (guard == nullptr || guard->is_calling_back_) return;
   if (!guard->report(done, stage)) throw Cancelled();
 }
 
 void ProgressGuard::poll_in(std::string_view stage) {
   ProgressGuard* const guard = of_thread;
-  if (guard == nullptr || guard->calling_) return;
-  if (!guard->report(guard->done_, stage)) throw Cancelled();
+  if (guard == nullptr || guard->is_calling_back_) return;
+  if (!guard->report(guard->last_done_, stage)) throw Cancelled();
 }
 
 bool ProgressGuard::active() { return of_thread != nullptr; }
 
 void ProgressGuard::poll() {
   ProgressGuard* const guard = of_thread;
-  if (guard == nullptr || guard->calling_) return;
-  if (std::chrono::steady_clock::now() - guard->last_ < min_progress_interval) return;
-  if (!guard->report(guard->done_, guard->stage_)) throw Cancelled();
+  if (guard == nullptr || guard->is_calling_back_) return;
+  if (std::chrono::steady_clock::now() - guard->last_call_time_ < min_progress_interval) return;
+  if (!guard->report(guard->last_done_, guard->last_stage_)) throw Cancelled();
 }
 
 }  // namespace kiln

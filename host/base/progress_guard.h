@@ -46,11 +46,11 @@ class ProgressGuard {
  private:
   Progress callback_;
   ProgressGuard* outer_ = nullptr;
-  double done_ = 0;
-  std::string stage_ = "preparing";
-  std::chrono::steady_clock::time_point last_;
-  // true during a callback: Kiln's functions that the callback calls report no progress
-  bool calling_ = false;
+  double last_done_ = 0;
+  std::string last_stage_ = "preparing";
+  std::chrono::steady_clock::time_point last_call_time_;
+  // true during a callback, so that functions of Kiln that the callback calls report no progress
+  bool is_calling_back_ = false;
 };
 
 /// Locks a mutex, polling progress while another thread holds it. \throws as ProgressGuard::poll()

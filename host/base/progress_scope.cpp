@@ -6,16 +6,16 @@
 namespace kiln {
 
 struct ProgressScope::Impl {
-  explicit Impl(Progress progress) : guard(std::move(progress)) {}
+  explicit Impl(Progress progress) : progress_guard(std::move(progress)) {}
 
-  ProgressGuard guard;
+  ProgressGuard progress_guard;
 };
 
 ProgressScope::ProgressScope(Progress progress) : impl_(new Impl(std::move(progress))) {}
 ProgressScope::~ProgressScope() { delete impl_; }
 
 void ProgressScope::at(double done, std::string_view stage) {
-  if (!impl_->guard.report(done, stage)) throw Cancelled();
+  if (!impl_->progress_guard.report(done, stage)) throw Cancelled();
 }
 
 }  // namespace kiln

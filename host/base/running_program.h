@@ -38,7 +38,7 @@ class RunningProgram {
   /// \param limit_seconds time limit from now on, after which it is killed
   /// \param interrupted polled on another thread; the program is killed when it returns true
   void begin(std::string input, double limit_seconds, std::function<bool()> interrupted);
-  /// True if begin() was called; the second overload: with this input.
+  /// True if begin() was called. The second overload: true if it was called with this input.
   bool began() const;
   bool began_with(std::string_view input) const;
 

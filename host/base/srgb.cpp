@@ -13,24 +13,24 @@ namespace {
 constexpr std::size_t kTableSteps = 4096;
 constexpr std::size_t kGrain = std::size_t{1} << 16;
 
-double encoded(double linear) {
+double encode_srgb(double linear) {
   return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
 }
 
 /// The curve, sampled at evenly spaced fourth roots of its argument, between which it is nearly linear.
-const std::vector<float>& curve() {
+const std::vector<float>& srgb_curve_samples() {
   static const std::vector<float> values = [] {
     std::vector<float> list(kTableSteps + 2);
     for (std::size_t i = 0; i < list.size(); ++i) {
       const double root = static_cast<double>(i) / kTableSteps;
-      list[i] = static_cast<float>(encoded(root * root * root * root));
+      list[i] = static_cast<float>(encode_srgb(root * root * root * root));
     }
     return list;
   }();
   return values;
 }
 
-float on_curve(const float* values, float linear) {
+float interpolate_curve(const float* values, float linear) {
   if (!(linear > 0)) return 0;
   // The linear segment of the curve; the fourth root is too steep there.
   if (linear <= 0.0031308F) return 12.92F * linear;
@@ -47,7 +47,7 @@ double from_srgb(double value) {
   return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
 }
 
-float to_srgb(float linear) { return on_curve(curve().data(), linear); }
+float to_srgb(float linear) { return interpolate_curve(srgb_curve_samples().data(), linear); }
 
 const std::array<float, 256>& linear_of_bytes() {
   static const std::array<float, 256> values = [] {
@@ -61,14 +61,14 @@ const std::array<float, 256>& linear_of_bytes() {
 }
 
 void to_srgb(Image& image) {
-  const float* values = curve().data();
+  const float* values = srgb_curve_samples().data();
   const std::size_t channels = image.channels, colors = std::min<std::size_t>(channels, 3);
   if (channels == 0) return;
   parallel_for(image.pixels.size() / channels, kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       for (std::size_t c = 0; c < colors; ++c) {
         float& value = image.pixels[i * channels + c];
-        value = on_curve(values, value);
+        value = interpolate_curve(values, value);
       }
     }
   });

@@ -17,9 +17,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kMagic = "kiln binary 1\n";
-// maximum size of a file in bytes
+// maximum size of a cached file in bytes
 constexpr std::uint64_t kMaxFileBytes = std::uint64_t{64} << 20U;
-constexpr const char* kEnding = ".bin";
+constexpr const char* kFileExtension = ".bin";
 
 std::string hex(std::uint64_t number) {
   char text[17];
@@ -29,8 +29,8 @@ std::string hex(std::uint64_t number) {
 
 }  // namespace
 
-BinaryCache::BinaryCache(fs::path folder, std::string driver, bool programs)
-    : folder_(std::move(folder)), driver_(std::move(driver)), programs_(programs) {}
+BinaryCache::BinaryCache(fs::path folder, std::string driver_text, bool programs)
+    : folder_(std::move(folder)), driver_(std::move(driver_text)), keeps_programs_(programs) {}
 
 BinaryCache BinaryCache::of(const DeviceInfo& device, std::string_view platform_version,
                             const fs::path& folder) {
@@ -40,9 +40,10 @@ BinaryCache BinaryCache::of(const DeviceInfo& device, std::string_view platform_
   };
   const bool is_enabled = !is("POCL_KERNEL_CACHE", "0") && !is("KILN_KEEP_BINARIES", "0");
   const bool programs = is("KILN_KEEP_BINARIES", "1");
-  std::string driver = device.name + '\n' + device.driver + '\n' + device.opencl_version + '\n';
-  driver += platform_version;
-  return {is_enabled ? folder : fs::path(), std::move(driver),
+  std::string driver_text =
+      device.name + '\n' + device.driver + '\n' + device.opencl_version + '\n';
+  driver_text += platform_version;
+  return {is_enabled ? folder : fs::path(), std::move(driver_text),
           programs && device.platform == "Portable Computing Language"};
 }
 
@@ -52,7 +53,7 @@ std::string BinaryCache::key(std::string_view source, std::string_view options) 
 }
 
 fs::path BinaryCache::file(const std::string& key) const {
-  return folder_ / (hex(fnv1a(key)) + kEnding);
+  return folder_ / (hex(fnv1a(key)) + kFileExtension);
 }
 
 // File format: magic bytes, key, hash of the binary, binary.
@@ -60,11 +61,12 @@ std::optional<std::vector<unsigned char>> BinaryCache::find(std::string_view sou
                                                             std::string_view options) const {
   if (folder_.empty()) return std::nullopt;
   const std::string file_key = key(source, options);
-  std::error_code failed;
+  std::error_code file_error;
   const fs::path path = file(file_key);
-  const std::uintmax_t size = fs::file_size(path, failed);  // fails for folders, pipes and the like
+  const std::uintmax_t size =
+      fs::file_size(path, file_error);  // fails if the path is no regular file
   const std::size_t head = kMagic.size() + file_key.size() + 17;
-  if (failed || size <= head || size > kMaxFileBytes) return std::nullopt;
+  if (file_error || size <= head || size > kMaxFileBytes) return std::nullopt;
   // Skips files that other users may replace. kernel_folder() has warned about the folder itself.
   if (os::shared_level(path).filename() == path.filename()) return std::nullopt;
   std::string text(size, '\0');
@@ -80,17 +82,18 @@ void BinaryCache::keep(std::string_view source, std::string_view options,
                        const std::vector<unsigned char>& binary) const noexcept {
   if (folder_.empty() || binary.empty() || binary.size() > kMaxFileBytes / 2) return;
   try {
-    static std::atomic<unsigned> count{0};
+    static std::atomic<unsigned> temporary_count{0};
     const std::string file_key = key(source, options);
     const fs::path path = file(file_key);
-    std::error_code failed;
+    std::error_code file_error;
     os::create_private_folders(folder_);
-    const fs::path temporary =
-        path.string() + "." + std::to_string(os::process_id()) + "." + std::to_string(count++);
+    const fs::path temporary = path.string() + "." + std::to_string(os::process_id()) + "." +
+                               std::to_string(temporary_count++);
     std::string text(kMagic);
-    const std::string_view bytes(reinterpret_cast<const char*>(binary.data()), binary.size());
-    text += file_key + hex(fnv1a(bytes)) + '\n';
-    text += bytes;
+    const std::string_view binary_bytes(reinterpret_cast<const char*>(binary.data()),
+                                        binary.size());
+    text += file_key + hex(fnv1a(binary_bytes)) + '\n';
+    text += binary_bytes;
     const int file = os::create_file(temporary, 0600);
     const bool is_written = file >= 0 && os::write_some(file, text.data(), text.size()) ==
                                              static_cast<std::ptrdiff_t>(text.size());
@@ -105,25 +108,26 @@ void BinaryCache::keep(std::string_view source, std::string_view options,
 void BinaryCache::forget(std::string_view source, std::string_view options) const noexcept {
   if (folder_.empty()) return;
   try {
-    std::error_code failed;
-    fs::remove(file(key(source, options)), failed);
+    std::error_code file_error;
+    fs::remove(file(key(source, options)), file_error);
   } catch (const std::exception&) {
   }
 }
 
 /// Also removes files that a killed process left incomplete: they are never loaded, and become the oldest.
 void BinaryCache::remove_oldest() const {
-  std::error_code failed;
-  std::vector<std::pair<fs::file_time_type, fs::path>> files;
-  for (fs::directory_iterator at(folder_, failed), end; !failed && at != end;
-       at.increment(failed)) {
+  std::error_code file_error;
+  std::vector<std::pair<fs::file_time_type, fs::path>> cached_files;
+  for (fs::directory_iterator at(folder_, file_error), end; !file_error && at != end;
+       at.increment(file_error)) {
     std::error_code gone;
     const fs::file_time_type time = fs::last_write_time(at->path(), gone);
-    if (!gone && at->is_regular_file(gone)) files.emplace_back(time, at->path());
+    if (!gone && at->is_regular_file(gone)) cached_files.emplace_back(time, at->path());
   }
-  if (files.size() <= kMaxBinaries) return;
-  std::sort(files.begin(), files.end());
-  for (std::size_t i = 0; i < files.size() - kMaxBinaries; ++i) fs::remove(files[i].second, failed);
+  if (cached_files.size() <= kMaxBinaries) return;
+  std::sort(cached_files.begin(), cached_files.end());
+  for (std::size_t i = 0; i < cached_files.size() - kMaxBinaries; ++i)
+    fs::remove(cached_files[i].second, file_error);
 }
 
 }  // namespace kiln::ocl

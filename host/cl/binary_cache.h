@@ -42,7 +42,7 @@ class BinaryCache {
             const std::vector<unsigned char>& binary) const noexcept;
   /// Removes a binary that the driver rejected.
   void forget(std::string_view source, std::string_view options) const noexcept;
-  bool keeps_programs() const { return programs_ && !folder_.empty(); }
+  bool keeps_programs() const { return keeps_programs_ && !folder_.empty(); }
 
  private:
   std::string key(std::string_view source, std::string_view options) const;
@@ -51,7 +51,7 @@ class BinaryCache {
 
   std::filesystem::path folder_;
   std::string driver_;
-  bool programs_;
+  bool keeps_programs_;
 };
 
 }  // namespace kiln::ocl

@@ -62,7 +62,7 @@ class Buffer {
 
   cl_mem get() const { return memory_; }
   std::size_t bytes() const { return bytes_; }
-  /// Marks the memory as written, so that it no longer counts as untouched (count_untouched()).
+  /// Marks the memory as written, so that count_untouched() no longer subtracts it.
   void touch() const noexcept;
 
  private:
@@ -75,7 +75,8 @@ class Buffer {
   cl_mem memory_ = nullptr;
   std::size_t bytes_ = 0;
   Context* context_ = nullptr;
-  mutable std::atomic<bool> untouched_{false};  ///< Counted by count_untouched()
+  mutable std::atomic<bool> untouched_{
+      false};  ///< True while count_untouched() counts the memory as allocated but not written
 };
 
 /// A typed device array of fixed size. An empty array is passed to kernels as a null pointer.
@@ -198,9 +199,9 @@ class KILN_HIDDEN Context {
 
  private:
   struct Program;
-  /// A program that is built or being built.
+  /// A program whose build is finished or running.
   struct Build;
-  /// Builds a source. \param builds the source's name in messages \param code error code of compiler errors
+  /// Builds a source. \param builds name of the source in messages \param code error code of compiler errors
   std::shared_ptr<Program> build(std::string_view source, const std::string& builds,
                                  const std::string& defines, ErrorCode code);
   std::shared_ptr<Program> load(std::string_view source, const std::string& options);
@@ -233,7 +234,7 @@ class KILN_HIDDEN Context {
   void set_raw_argument(const Kernel& kernel, cl_uint index, const void* value, std::size_t bytes);
   void enqueue(const Kernel& kernel, std::size_t count, std::size_t local);
   void wait();
-  /// \returns false if it expired
+  /// \returns false if the time limit expired
   bool wait_within(std::chrono::steady_clock::duration timeout);
   void fill_bytes(const Buffer& buffer, const void* value, std::size_t value_bytes,
                   std::size_t bytes);

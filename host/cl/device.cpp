@@ -33,7 +33,7 @@ constexpr const char* kHowToInstall =
     "writable folder for its kernels: set HOME or POCL_CACHE_DIR to one that can be written.";
 #endif
 
-struct Found {
+struct FoundDevice {
   cl_platform_id platform = nullptr;
   cl_device_id device = nullptr;
   DeviceInfo info;
@@ -76,9 +76,9 @@ DeviceInfo describe(cl_platform_id platform, cl_device_id device) {
   info.compute_units = device_value<cl_uint>(device, CL_DEVICE_MAX_COMPUTE_UNITS);
   info.memory_bytes = device_value<cl_ulong>(device, CL_DEVICE_GLOBAL_MEM_SIZE);
   info.largest_buffer_bytes = device_value<cl_ulong>(device, CL_DEVICE_MAX_MEM_ALLOC_SIZE);
-  std::string extensions(" ");
-  extensions.append(device_text(device, CL_DEVICE_EXTENSIONS)).append(" ");
-  const auto has = [&](const char* name) { return extensions.find(name) != std::string::npos; };
+  std::string extension_list(" ");
+  extension_list.append(device_text(device, CL_DEVICE_EXTENSIONS)).append(" ");
+  const auto has = [&](const char* name) { return extension_list.find(name) != std::string::npos; };
   info.has_atomics_64 =
       has(" cl_khr_int64_base_atomics ") && has(" cl_khr_int64_extended_atomics ");
   const auto single = device_value<cl_device_fp_config>(device, CL_DEVICE_SINGLE_FP_CONFIG);
@@ -92,15 +92,15 @@ using PlatformsCall = cl_int(CL_API_CALL*)(cl_uint, cl_platform_id*, cl_uint*);
 
 /// Returns the function that lists the platforms of the driver named by KILN_OPENCL_DRIVER, which loaders do
 /// not list; null if there is none.
-/// \param reason out: why the driver cannot be used; empty if the variable is not set
-PlatformsCall own_driver(std::string& reason) {
+/// \param reason [out] why the driver cannot be used; empty if the variable is not set
+PlatformsCall driver_of_variable(std::string& reason) {
   const char* path = std::getenv("KILN_OPENCL_DRIVER");
   if (path == nullptr || *path == '\0') return nullptr;
   reason = "KILN_OPENCL_DRIVER";
-  std::string problem;
-  void* const library = os::load_library(path, problem);
+  std::string library_error;
+  void* const library = os::load_library(path, library_error);
   if (library == nullptr) {
-    reason += ": " + problem;
+    reason += ": " + library_error;
     return nullptr;
   }
   using GetFunction = void*(CL_API_CALL*)(const char*);
@@ -114,7 +114,7 @@ PlatformsCall own_driver(std::string& reason) {
   return nullptr;
 }
 
-std::vector<Found> query_devices(PlatformsCall get_platforms) {
+std::vector<FoundDevice> query_devices(PlatformsCall get_platforms) {
   cl_uint platform_count = 0;
   if (get_platforms == nullptr || get_platforms(0, nullptr, &platform_count) != CL_SUCCESS) {
     return {};
@@ -124,7 +124,7 @@ std::vector<Found> query_devices(PlatformsCall get_platforms) {
       get_platforms(platform_count, platforms.data(), nullptr) != CL_SUCCESS) {
     return {};
   }
-  std::vector<Found> found;
+  std::vector<FoundDevice> found_devices;
   for (cl_platform_id platform : platforms) {
     cl_uint count = 0;
     if (clGetDeviceIDs(platform, CL_DEVICE_TYPE_ALL, 0, nullptr, &count) != CL_SUCCESS) continue;
@@ -141,60 +141,65 @@ std::vector<Found> query_devices(PlatformsCall get_platforms) {
       const DeviceInfo info = describe(platform, device);
       const bool is_integrated =
           device_value<cl_bool>(device, CL_DEVICE_HOST_UNIFIED_MEMORY) != CL_FALSE;
-      found.push_back({platform,
-                       device,
-                       info,
-                       {info.is_gpu, is_integrated, info.memory_bytes, info.compute_units}});
+      found_devices.push_back(
+          {platform,
+           device,
+           info,
+           {info.is_gpu, is_integrated, info.memory_bytes, info.compute_units}});
     }
   }
-  std::stable_sort(found.begin(), found.end(),
-                   [](const Found& a, const Found& b) { return is_preferred(a.rank, b.rank); });
-  for (std::size_t i = 0; i < found.size(); ++i) found[i].info.index = static_cast<int>(i);
-  return found;
+  std::stable_sort(
+      found_devices.begin(), found_devices.end(),
+      [](const FoundDevice& a, const FoundDevice& b) { return is_preferred(a.rank, b.rank); });
+  for (std::size_t i = 0; i < found_devices.size(); ++i)
+    found_devices[i].info.index = static_cast<int>(i);
+  return found_devices;
 }
 
 /// \param reason  why KILN_OPENCL_DRIVER provides no device; empty if it was not used
-std::vector<Found> find_devices(std::string& reason) {
+std::vector<FoundDevice> find_devices(std::string& reason) {
   // a lower bound: PoCL's driver needs 68 MiB
   constexpr std::uint64_t kDriverBytes = std::uint64_t{60} << 20;
   require_memory("Loading OpenCL drivers", kDriverBytes);
-  cl::kernel_folder();  // set first, since PoCL reads the environment only once
+  cl::kernel_folder();  // This is set before the first call of OpenCL, since PoCL reads the environment only once
   // PoCL compiles a kernel anew for each work-group size and for small and large grids, so maps of another size would
   // not find their kernels in its cache. Kernels that call one function per item (kernels/lib/call.clh) do not
   // benefit from that.
-  constexpr const char* kSpecialize = "POCL_WORK_GROUP_SPECIALIZATION";
-  if (std::getenv(kSpecialize) == nullptr) os::set_variable(kSpecialize, "0");
-  std::vector<Found> found;
+  constexpr const char* kSpecializeVariable = "POCL_WORK_GROUP_SPECIALIZATION";
+  if (std::getenv(kSpecializeVariable) == nullptr) os::set_variable(kSpecializeVariable, "0");
+  std::vector<FoundDevice> found_devices;
   // With delayed loading, the first call loads the OpenCL library, and would end the process if there is
   // none.
-  std::string missing;
+  std::string load_error;
   const bool has_loader =
-      !kLoaderIsLoadedLate || os::load_library("OpenCL.dll", missing) != nullptr;
+      !kLoaderIsLoadedLate || os::load_library("OpenCL.dll", load_error) != nullptr;
   cl::driver([&] {
-    if (has_loader) found = query_devices(clGetPlatformIDs);
+    if (has_loader) found_devices = query_devices(clGetPlatformIDs);
     // The query is repeated, since a driver whose start failed, such as PoCL without a writable folder, may
     // succeed now.
-    if (has_loader && found.empty()) found = query_devices(clGetPlatformIDs);
-    if (found.empty()) found = query_devices(own_driver(reason));
+    if (has_loader && found_devices.empty()) found_devices = query_devices(clGetPlatformIDs);
+    if (found_devices.empty()) found_devices = query_devices(driver_of_variable(reason));
     return CL_SUCCESS;
   });
-  return found;
+  return found_devices;
 }
 
-const Found* select(const std::vector<Found>& found, std::string_view selector) {
+const FoundDevice* select_device(const std::vector<FoundDevice>& found_devices,
+                                 std::string_view selector) {
   if (selector.empty()) {
-    const auto sound = std::find_if(found.begin(), found.end(),
-                                    [](const Found& f) { return !may_wait_for_itself(f.info); });
-    return sound != found.end() ? &*sound : found.data();
+    const auto sound =
+        std::find_if(found_devices.begin(), found_devices.end(),
+                     [](const FoundDevice& f) { return !may_wait_for_itself(f.info); });
+    return sound != found_devices.end() ? &*sound : found_devices.data();
   }
   if (std::all_of(selector.begin(), selector.end(),
                   [](unsigned char c) { return std::isdigit(c); })) {
     const std::size_t index =
-        selector.size() < 6 ? std::stoul(std::string(selector)) : found.size();
-    return index < found.size() ? &found[index] : nullptr;
+        selector.size() < 6 ? std::stoul(std::string(selector)) : found_devices.size();
+    return index < found_devices.size() ? &found_devices[index] : nullptr;
   }
   const std::string wanted_name = lower_case(selector);
-  for (const Found& candidate : found) {
+  for (const FoundDevice& candidate : found_devices) {
     const std::string text = lower_case(candidate.info.name + " " + candidate.info.platform);
     if (text.find(wanted_name) != std::string::npos) return &candidate;
   }
@@ -238,14 +243,14 @@ bool may_wait_for_itself(const DeviceInfo& info) {
 std::vector<DeviceInfo> list_devices() {
   std::vector<DeviceInfo> result;
   std::string reason;
-  for (Found& entry : find_devices(reason)) result.push_back(std::move(entry.info));
+  for (FoundDevice& entry : find_devices(reason)) result.push_back(std::move(entry.info));
   return result;
 }
 
 Device Device::open(std::string_view selector) {
   std::string reason;
-  const std::vector<Found> found = find_devices(reason);
-  if (found.empty()) {
+  const std::vector<FoundDevice> found_devices = find_devices(reason);
+  if (found_devices.empty()) {
     if (!reason.empty()) reason += ". ";
     throw Error(ErrorCode::device, "No OpenCL device was found. " + reason + kHowToInstall);
   }
@@ -256,11 +261,11 @@ Device Device::open(std::string_view selector) {
       origin = "KILN_DEVICE";
     }
   }
-  const Found* chosen = select(found, selector);
+  const FoundDevice* chosen = select_device(found_devices, selector);
   if (chosen == nullptr) {
     Message message = "No OpenCL device matches " + origin + " '" + std::string(selector) +
                       "'. Use an index or part of a name:";
-    for (const Found& entry : found) {
+    for (const FoundDevice& entry : found_devices) {
       message += "\n  " + std::to_string(entry.info.index) + "  " + entry.info.name + " (" +
                  entry.info.platform + ")";
     }
@@ -273,13 +278,13 @@ Device Device::open(std::string_view selector) {
 std::string describe_device_choice() {
   if (std::getenv("KILN_DEVICE") != nullptr) return {};
   std::string reason;
-  const std::vector<Found> found = find_devices(reason);
-  const Found* const chosen = select(found, {});
-  if (found.size() < 2 || chosen != found.data()) return {};
-  std::vector<DeviceRank> ranks;
-  for (const Found& entry : found) ranks.push_back(entry.rank);
-  return "device: " + chosen->info.name + ", " + explain_preference(ranks) + " (of " +
-         std::to_string(found.size()) + " devices)";
+  const std::vector<FoundDevice> found_devices = find_devices(reason);
+  const FoundDevice* const chosen = select_device(found_devices, {});
+  if (found_devices.size() < 2 || chosen != found_devices.data()) return {};
+  std::vector<DeviceRank> device_ranks;
+  for (const FoundDevice& entry : found_devices) device_ranks.push_back(entry.rank);
+  return "device: " + chosen->info.name + ", " + explain_preference(device_ranks) + " (of " +
+         std::to_string(found_devices.size()) + " devices)";
 }
 
 Device::Device(std::shared_ptr<cl::Context> context) : context_(std::move(context)) {}

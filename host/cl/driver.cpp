@@ -19,7 +19,7 @@ std::atomic<bool> failed{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 thread_local volatile int depth = 0;
 // Numbers of driver calls, of all threads, that have begun and that have ended.
-std::atomic<std::uint64_t> begun{0}, ended{0};
+std::atomic<std::uint64_t> begun_calls{0}, ended_calls{0};
 std::atomic<int> own_maps{0};
 // name of the first running user's map; read by signal handlers
 std::array<char, 512> own_map_name{};
@@ -35,10 +35,10 @@ namespace ocl {
 
 DriverCall::DriverCall() noexcept {
   depth = depth + 1;
-  ++begun;
+  ++begun_calls;
 }
 DriverCall::~DriverCall() {
-  ++ended;
+  ++ended_calls;
   depth = depth - 1;
 }
 
@@ -47,14 +47,15 @@ thread_local const OwnMapRun* current_run = nullptr;
 }
 
 OwnMapRun::OwnMapRun(std::string label, double seconds)
-    : label_(std::move(label)), seconds_(seconds), before_(current_run) {
+    : map_label_(std::move(label)), time_limit_seconds_(seconds), before_(current_run) {
   static std::mutex mutex;
   const std::lock_guard lock(mutex);
   if (own_maps == 0) {
-    const std::size_t size = std::min(label_.size(), own_map_name.size() - 1);
-    std::transform(
-        label_.begin(), label_.begin() + static_cast<std::ptrdiff_t>(size), own_map_name.begin(),
-        [](char c) { return static_cast<unsigned char>(c) < ' ' || c == 127 ? '?' : c; });
+    const std::size_t size = std::min(map_label_.size(), own_map_name.size() - 1);
+    std::transform(map_label_.begin(), map_label_.begin() + static_cast<std::ptrdiff_t>(size),
+                   own_map_name.begin(), [](char c) {
+                     return static_cast<unsigned char>(c) < ' ' || c == 127 ? '?' : c;
+                   });
     own_map_name[size] = '\0';
   }
   ++own_maps;
@@ -70,15 +71,15 @@ const OwnMapRun* OwnMapRun::current() noexcept { return current_run; }
 
 void OwnMapRun::abandon_compilation() const {
   record_driver_failure();
-  throw Error(ErrorCode::input, "The map " + label_ + " is not compiled within " +
-                                    formatted("%g s", seconds_) +
+  throw Error(ErrorCode::input, "The map " + map_label_ + " is not compiled within " +
+                                    formatted("%g s", time_limit_seconds_) +
                                     ": its macros or unrolled loops may be too large. "
                                     "Shorten it, or raise " +
                                     option("own_map_seconds") + ".");
 }
 
 std::uint64_t call_under_way() noexcept {
-  const std::uint64_t done = ended, all = begun;
+  const std::uint64_t done = ended_calls, all = begun_calls;
   return all > done ? all + done : 0;
 }
 
@@ -93,8 +94,8 @@ void throw_driver_failure() {
 void record_opened() noexcept { opened_by = os::process_id(); }
 
 bool is_forked() noexcept {
-  const long opener = opened_by;
-  return opener != 0 && opener != os::process_id();
+  const long opening_process = opened_by;
+  return opening_process != 0 && opening_process != os::process_id();
 }
 
 void throw_forked() {
@@ -108,10 +109,10 @@ std::string cache_hint(const DeviceInfo& info) {
   if (info.platform != "Portable Computing Language") return {};
   const char* set = std::getenv("POCL_CACHE_DIR");
   const char* caches = std::getenv("XDG_CACHE_HOME");
-  const std::string there = caches == nullptr || *caches == '\0' ? "~/.cache" : caches;
+  const std::string cache_folder = caches == nullptr || *caches == '\0' ? "~/.cache" : caches;
   return "Where PoCL's cache of kernels is damaged or its disk is full, remove it, or set "
          "POCL_CACHE_DIR (now " +
-         (set == nullptr ? "unset: " + there + "/pocl" : "'" + std::string(set) + "'") +
+         (set == nullptr ? "unset: " + cache_folder + "/pocl" : "'" + std::string(set) + "'") +
          ") to another folder. ";
 }
 

@@ -35,15 +35,15 @@ class OwnMapRun {
 
   /// The innermost scope of the calling thread; null if there is none.
   static const OwnMapRun* current() noexcept;
-  const std::string& label() const { return label_; }
-  double seconds() const { return seconds_; }
+  const std::string& label() const { return map_label_; }
+  double seconds() const { return time_limit_seconds_; }
   /// Abandons a compilation that exceeded its time limit, since compilers cannot be stopped: disables all further calls.
   /// \throws Error(input)
   [[noreturn]] void abandon_compilation() const;
 
  private:
-  std::string label_;
-  double seconds_;
+  std::string map_label_;
+  double time_limit_seconds_;
   const OwnMapRun* before_;
 };
 
@@ -86,7 +86,7 @@ void release(const Call& call) noexcept {
   }
 }
 
-/// Text for messages about failed builds: a likely cause other than the kernel. Empty for drivers other than
+/// Text for messages about failed builds: a likely cause other than the kernel's source. Empty for drivers other than
 /// PoCL.
 std::string cache_hint(const DeviceInfo& info);
 

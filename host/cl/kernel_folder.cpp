@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kPocl = "POCL_CACHE_DIR";
 
-std::string variable(const char* name) {
+std::string environment_text(const char* name) {
   const char* value = std::getenv(name);
   return value != nullptr ? value : "";
 }
@@ -23,11 +23,11 @@ fs::path shared_level(const fs::path& a, const fs::path& b) {
   return level.empty() ? os::shared_level(b) : level;
 }
 
-/// \param then the action that follows
-Warning warning_of(const fs::path& level, const std::string& then) {
+/// \param next_action what the user should do, or what Kiln does instead
+Warning warning_of(const fs::path& level, const std::string& next_action) {
   return {"kernel-folder",
           "Compiled kernels are code, and another user owns '" + level.string() +
-              "' or may write to it: " + then,
+              "' or may write to it: " + next_action,
           1};
 }
 
@@ -105,7 +105,7 @@ KernelFolder kernel_folder() {
   static std::string chosen_folder;  // the folder that this process has set
   static std::vector<Warning> warnings_of_choice;
   const std::lock_guard lock(mutex);
-  if (const std::string given = variable(kPocl); !given.empty()) {
+  if (const std::string given = environment_text(kPocl); !given.empty()) {
     const fs::path kiln = fs::path(given) / "kiln";
     if (given == chosen_folder) return {kiln, warnings_of_choice};
     os::create_private_folders(given);
@@ -120,12 +120,12 @@ KernelFolder kernel_folder() {
     return {kiln, {warning_of(level, "set POCL_CACHE_DIR to a folder that is yours alone.")}};
   }
   std::vector<Warning> warnings;
-  const std::string given = variable("XDG_CACHE_HOME"), home = variable("HOME");
+  const std::string given = environment_text("XDG_CACHE_HOME"), home = environment_text("HOME");
   const fs::path caches = !given.empty() ? fs::path(given)
                           : home.empty() ? fs::path()
                                          : fs::path(home) / ".cache";
   if (!caches.empty() && can_write(caches)) {
-    const char* const pocl = variable("POCL_KERNEL_CACHE") == "0" ? "uncached" : "kcache";
+    const char* const pocl = environment_text("POCL_KERNEL_CACHE") == "0" ? "uncached" : "kcache";
     const fs::path kiln = caches / "kiln", level = shared_level(caches / "pocl" / pocl, kiln);
     if (level.empty() || !given.empty()) {
       if (!level.empty()) {

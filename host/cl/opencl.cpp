@@ -45,12 +45,13 @@ void check_queue(const OpenClHandles& given) {
   }
 }
 
-Rectangle part_of(const Image& image, const OpenClTarget& target, const ConvertOptions& options) {
+Rectangle target_rectangle(const Image& image, const OpenClTarget& target,
+                           const ConvertOptions& options) {
   const Rectangle& part = target.part;
   if (part.width == 0 || part.height == 0) return {0, 0, image.width, image.height};
-  const bool inside = part.x < image.width && part.width <= image.width - part.x &&
-                      part.y < image.height && part.height <= image.height - part.y;
-  if (!inside || options.bottom_up) {
+  const bool is_inside_image = part.x < image.width && part.width <= image.width - part.x &&
+                               part.y < image.height && part.height <= image.height - part.y;
+  if (!is_inside_image || options.bottom_up) {
     fail("The part lies beyond the image, or bottom_up turns it upside down.", "opencl-part");
   }
   return part;
@@ -73,14 +74,14 @@ cl_image_format image_format(PixelFormat format) {
   return {CL_RGBA, CL_FLOAT};
 }
 
-struct Pixels {
+struct PixelLayout {
   std::vector<std::byte> bytes;  // pixels of the whole image, without row padding
   std::size_t size;              // bytes of a pixel
   std::size_t row;               // bytes of a row
 };
 
 void write_image(cl::Context& context, const Image& image, PixelFormat format,
-                 const OpenClTarget& target, const Rectangle& part, const Pixels& pixels) {
+                 const OpenClTarget& target, const Rectangle& part, const PixelLayout& pixels) {
   const auto size = [&](cl_image_info what) {
     return query<std::size_t>(clGetImageInfo, target.memory, what, "memory");
   };
@@ -102,7 +103,7 @@ void write_image(cl::Context& context, const Image& image, PixelFormat format,
 }
 
 void write_buffer(cl::Context& context, const Image& image, const OpenClTarget& target,
-                  const Rectangle& part, const Pixels& pixels, std::size_t row_bytes) {
+                  const Rectangle& part, const PixelLayout& pixels, std::size_t row_bytes) {
   const auto bytes = query<std::size_t>(clGetMemObjectInfo, target.memory, CL_MEM_SIZE, "memory");
   const std::size_t needed = row_bytes * (image.height - std::size_t{1}) + pixels.row;
   if (target.offset > bytes || needed > bytes - target.offset) {
@@ -146,16 +147,16 @@ OpenClHandles opencl_handles(const Device& device) {
 void write_pixels(const Device& device, const Image& image, PixelFormat format,
                   const OpenClTarget& target, const ConvertOptions& options) {
   cl::Context& context = context_of(device);
-  const Rectangle part = part_of(image, target, options);
+  const Rectangle part = target_rectangle(image, target, options);
   if (query<cl_context>(clGetMemObjectInfo, target.memory, CL_MEM_CONTEXT, "memory") !=
       context.get()) {
     fail("The memory object belongs to another context than the device.", "opencl-memory");
   }
-  Pixels pixels{{}, pixel_bytes(format), image.width * pixel_bytes(format)};
+  PixelLayout pixels{{}, pixel_bytes(format), image.width * pixel_bytes(format)};
   pixels.bytes.resize(pixels.row * image.height);
-  ConvertOptions tight = options;
-  tight.row_bytes = 0;
-  convert(image, format, pixels.bytes, tight);
+  ConvertOptions tight_options = options;
+  tight_options.row_bytes = 0;
+  convert(image, format, pixels.bytes, tight_options);
   const std::size_t row_bytes = options.row_bytes != 0 ? options.row_bytes : pixels.row;
   if (row_bytes < pixels.row) fail("Rows are shorter than the map is wide.", "pixel-size");
   const auto type =

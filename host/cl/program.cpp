@@ -31,9 +31,9 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 }
 
 /// True if a build runs on a separate thread while waiting threads poll.
-bool is_watched() { return ProgressGuard::active() || OwnMapRun::current() != nullptr; }
+bool polls_while_building() { return ProgressGuard::active() || OwnMapRun::current() != nullptr; }
 
-std::atomic<std::uint64_t> whole_headers{0};
+std::atomic<std::uint64_t> whole_header_count{0};
 
 /// Result of a compiler; a program only if it succeeded.
 struct CompileResult {
@@ -74,7 +74,7 @@ CompileResult compile(const Context& context, std::string_view source, const std
 
 }  // namespace
 
-std::uint64_t whole_header_builds() { return whole_headers; }
+std::uint64_t whole_header_builds() { return whole_header_count; }
 
 double Context::build_seconds() const {
   const std::lock_guard lock(programs_mutex_);
@@ -147,10 +147,10 @@ std::shared_ptr<Context::Program> Context::build(std::string_view source, const 
   // Users' sources may call any function, so they are compiled with the whole header. If one of Kiln's programs fails
   // without it, further programs are compiled with it, since PoCL prints errors.
   const bool tries = code != ErrorCode::input && !info_.is_gpu && is_pocl(info_);
-  if (tries && whole_headers == 0) {
+  if (tries && whole_header_count == 0) {
     compile_result = compile(*this, std::string(embedded_source("builtins")) + std::string(source),
                              builds, options + " -D_OPENCL_H_=1");
-    if (compile_result.status != CL_SUCCESS) ++whole_headers;
+    if (compile_result.status != CL_SUCCESS) ++whole_header_count;
   }
   if (compile_result.program == nullptr) compile_result = compile(*this, source, builds, options);
   built_program->program = compile_result.program;
@@ -202,7 +202,7 @@ std::shared_ptr<Context::Build> Context::build_by(
   auto new_build = std::make_shared<Build>();
   new_build->program = task->get_future().share();
   programs_.emplace(key, new_build);
-  if (is_watched()) {
+  if (polls_while_building()) {
     try {
       new_build->thread = std::jthread([task] { (*task)(); });
       return new_build;
@@ -219,7 +219,7 @@ Kernel Context::kernel_by(const std::string& key, const std::string& name,
                           std::function<std::shared_ptr<Program>()> build) {
   const auto start = std::chrono::steady_clock::now();
   const std::shared_ptr<Build> new_build = build_by(key, std::move(build));
-  if (!is_watched()) new_build->program.wait();
+  if (!polls_while_building()) new_build->program.wait();
   while (new_build->program.wait_for(std::chrono::milliseconds(4)) != std::future_status::ready) {
     if (ProgressGuard::active()) ProgressGuard::poll();
     const OwnMapRun* const own = OwnMapRun::current();
@@ -276,7 +276,8 @@ Kernel Context::kernel_with(const std::string& family, const std::string& name,
   const OwnMapRun* const own = OwnMapRun::current();
   const std::string label = own != nullptr ? own->label() : more_name;
   return kernel_by(family + "\n" + more_name + "\n" + more, name, [=, this] {
-    const OwnMapRun here(label, 0);  // a copy for this thread, which may outlive the waiting one
+    const OwnMapRun here(
+        label, 0);  // a copy for the building thread, which may outlive the waiting thread
     std::string file = more_name;
     for (char& c : file) {
       if (c == '"' || c == '\\' || static_cast<unsigned char>(c) < 32) c = '_';

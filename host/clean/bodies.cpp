@@ -27,12 +27,12 @@ constexpr std::uint32_t kMinHiddenPixels = 256;
 /// The first views have no back faces, so that least is occluded; the later ones have back faces, for leaves of which
 /// only the back is visible. The first 32 directions are drawn in rounds: each round shows most of the remaining
 /// parts, which are not counted in later rounds.
-constexpr std::array<OutsideViews, 6> kViews{{{.step = 8, .first = 0, .backs = false},
-                                              {.step = 8, .first = 4, .backs = false},
-                                              {.step = 4, .first = 2, .backs = false},
-                                              {.step = 2, .first = 1, .backs = false},
-                                              {},
-                                              {.count = 64, .backs = false}}};
+constexpr std::array<OutsideViews, 6> kViewRounds{{{.step = 8, .first = 0, .backs = false},
+                                                   {.step = 8, .first = 4, .backs = false},
+                                                   {.step = 4, .first = 2, .backs = false},
+                                                   {.step = 2, .first = 1, .backs = false},
+                                                   {},
+                                                   {.count = 64, .backs = false}}};
 
 /// Components over shared vertices, numbered in order.
 struct SharedParts {
@@ -61,80 +61,89 @@ bool is_finite_triangle(const Mesh& mesh, const Triangle& t) {
          is_finite(mesh.positions[t[2]]);
 }
 
-/// Clusters of parts with gaps below the size of a grid cell, each identified by one of its parts.
-class Bodies {
+/// Bodies: clusters of parts whose gaps are below the size of a grid cell. One of its parts identifies each body.
+class BodyFinder {
  public:
-  Bodies(const Mesh& mesh, const SharedParts& parts, const Vec3d& low, double cell)
-      : low_(low), cell_(cell), sets_(parts.count) {
+  BodyFinder(const Mesh& mesh, const SharedParts& parts, const Vec3d& low, double cell)
+      : low_(low), cell_size_(cell), part_sets_(parts.count) {
     for (std::size_t t = 0; t < parts.of.size(); ++t) {
       if (is_finite_triangle(mesh, mesh.triangles[t])) add(mesh, mesh.triangles[t], parts.of[t]);
     }
-    std::sort(places_.begin(), places_.end());
-    places_.erase(std::unique(places_.begin(), places_.end()), places_.end());
+    std::sort(parts_in_cells_.begin(), parts_in_cells_.end());
+    parts_in_cells_.erase(std::unique(parts_in_cells_.begin(), parts_in_cells_.end()),
+                          parts_in_cells_.end());
     join();
   }
-  std::uint32_t of(std::uint32_t part) { return sets_.find(part); }
+  std::uint32_t of(std::uint32_t part) { return part_sets_.find(part); }
 
  private:
-  using Place = std::pair<std::uint64_t, std::uint32_t>;  ///< A cell, and a part that touches it
-  static constexpr int kBits = 21;
+  using PartInCell =
+      std::pair<std::uint64_t, std::uint32_t>;  ///< A grid cell, and a part that touches the cell
+  static constexpr int kBitsPerCoordinate = 21;
 
   void add(const Mesh& mesh, const Triangle& t, std::uint32_t part) {
     const Vec3d a = point_of(mesh, t[0]), u = point_of(mesh, t[1]) - a,
                 v = point_of(mesh, t[2]) - a;
     const double longest = std::max({length(u), length(v), length(v - u)});
-    const int steps = longest < cell_ ? 0 : static_cast<int>(std::min(longest / cell_, 1e5)) + 1;
+    const int steps =
+        longest < cell_size_ ? 0 : static_cast<int>(std::min(longest / cell_size_, 1e5)) + 1;
     for (int i = 0; i <= steps; ++i) {
       for (int k = 0; k <= steps - i; ++k) {
         const double step = steps == 0 ? 0 : 1.0 / steps;
-        const Place place{cell_of(a + u * (i * step) + v * (k * step)), part};
+        const PartInCell part_in_cell{cell_of(a + u * (i * step) + v * (k * step)), part};
         // Neighbouring triangles mostly touch the same cells: a small cache removes most repetitions, and sorting
         // finds the others.
-        const std::uint64_t mixed =
-            place.first ^ place.first >> (kBits - 4) ^ place.first >> 2 * (kBits - 4);
-        Place& recent = recent_[mixed % recent_.size()];
-        if (std::exchange(recent, place) != place) places_.push_back(place);
+        const std::uint64_t mixed = part_in_cell.first ^
+                                    part_in_cell.first >> (kBitsPerCoordinate - 4) ^
+                                    part_in_cell.first >> 2 * (kBitsPerCoordinate - 4);
+        PartInCell& recent_entry = recent_entries_[mixed % recent_entries_.size()];
+        if (std::exchange(recent_entry, part_in_cell) != part_in_cell)
+          parts_in_cells_.push_back(part_in_cell);
       }
     }
   }
   std::uint64_t cell_of(const Vec3d& p) const {
     // Cell coordinates start at 1, so that each cell has preceding cells, even if the parts have no extent.
-    const auto along = [&](double x) {
-      return static_cast<std::uint64_t>(std::clamp(x / cell_ + 1, 1.0, (1 << kBits) - 2.0));
+    const auto cell_coordinate = [&](double x) {
+      return static_cast<std::uint64_t>(
+          std::clamp(x / cell_size_ + 1, 1.0, (1 << kBitsPerCoordinate) - 2.0));
     };
-    return along(p.x - low_.x) << 2 * kBits | along(p.y - low_.y) << kBits | along(p.z - low_.z);
+    return cell_coordinate(p.x - low_.x) << 2 * kBitsPerCoordinate |
+           cell_coordinate(p.y - low_.y) << kBitsPerCoordinate | cell_coordinate(p.z - low_.z);
   }
   /// Unites parts that touch the same cell or adjacent cells.
   void join() {
-    for (std::size_t i = 1; i < places_.size(); ++i) {
-      if (places_[i].first == places_[i - 1].first) {
-        sets_.join(places_[i].second, places_[i - 1].second);
+    for (std::size_t i = 1; i < parts_in_cells_.size(); ++i) {
+      if (parts_in_cells_[i].first == parts_in_cells_[i - 1].first) {
+        part_sets_.join(parts_in_cells_[i].second, parts_in_cells_[i - 1].second);
       }
     }
     // One part represents each cell.
-    places_.erase(std::unique(places_.begin(), places_.end(),
-                              [](const Place& a, const Place& b) { return a.first == b.first; }),
-                  places_.end());
-    // 13 of the 26 adjacent cells precede a cell: one in its row, and three in each of four rows.
-    constexpr std::uint64_t kRow = std::uint64_t{1} << kBits, kSlice = kRow << kBits;
-    for (const std::uint64_t back :
-         {std::uint64_t{0}, kRow, kSlice - kRow, kSlice, kSlice + kRow}) {
-      auto first = places_.begin();
-      for (const Place& place : places_) {
-        const std::uint64_t from = place.first - back - 1, to = back == 0 ? from : from + 2;
+    parts_in_cells_.erase(
+        std::unique(parts_in_cells_.begin(), parts_in_cells_.end(),
+                    [](const PartInCell& a, const PartInCell& b) { return a.first == b.first; }),
+        parts_in_cells_.end());
+    // 13 of the 26 adjacent cells precede a cell: one in the cell's own row, and three in each of four other rows.
+    constexpr std::uint64_t kCellsPerRow = std::uint64_t{1} << kBitsPerCoordinate,
+                            kCellsPerSlice = kCellsPerRow << kBitsPerCoordinate;
+    for (const std::uint64_t back : {std::uint64_t{0}, kCellsPerRow, kCellsPerSlice - kCellsPerRow,
+                                     kCellsPerSlice, kCellsPerSlice + kCellsPerRow}) {
+      auto first = parts_in_cells_.begin();
+      for (const PartInCell& part_in_cell : parts_in_cells_) {
+        const std::uint64_t from = part_in_cell.first - back - 1, to = back == 0 ? from : from + 2;
         while (first->first < from) ++first;
-        for (auto near = first; near != places_.end() && near->first <= to; ++near) {
-          sets_.join(place.second, near->second);
+        for (auto near = first; near != parts_in_cells_.end() && near->first <= to; ++near) {
+          part_sets_.join(part_in_cell.second, near->second);
         }
       }
     }
   }
 
   Vec3d low_{};
-  double cell_;
-  DisjointSets sets_;
-  std::vector<Place> places_;
-  std::array<Place, 4096> recent_{};  ///< Cache of recent places, indexed by a hash
+  double cell_size_;
+  DisjointSets part_sets_;
+  std::vector<PartInCell> parts_in_cells_;
+  std::array<PartInCell, 4096> recent_entries_{};  ///< Cache of recent places, indexed by a hash
 };
 
 }  // namespace
@@ -142,56 +151,58 @@ class Bodies {
 std::vector<std::uint8_t> find_floaters(const Mesh& mesh, double share, Cleaned& floaters) {
   const SharedParts parts(mesh);
   if (parts.count < 2) return {};
-  std::vector<Box<Vec3d>> boxes(parts.count);
-  std::vector<double> areas(parts.count, 0);
-  Box<Vec3d> whole;
+  std::vector<Box<Vec3d>> part_boxes(parts.count);
+  std::vector<double> part_areas(parts.count, 0);
+  Box<Vec3d> mesh_box;
   double area = 0;
   for (std::size_t t = 0; t < parts.of.size(); ++t) {
     const Triangle& v = mesh.triangles[t];
     if (!is_finite_triangle(mesh, v)) continue;
-    add_triangle(boxes[parts.of[t]], mesh, v);
+    add_triangle(part_boxes[parts.of[t]], mesh, v);
     const double size = area_of(mesh, v);
-    areas[parts.of[t]] += size;
+    part_areas[parts.of[t]] += size;
     area += size;
   }
-  for (const Box<Vec3d>& box : boxes) {
-    if (box.diagonal() > 0) whole.join(box);
+  for (const Box<Vec3d>& box : part_boxes) {
+    if (box.diagonal() > 0) mesh_box.join(box);
   }
-  double diagonal = whole.diagonal();
+  double diagonal = mesh_box.diagonal();
   if (!(diagonal > 0)) return {};
   std::vector<Box<Vec3d>> of_body;
-  std::vector<double> area_of;
+  std::vector<double> area_of_body;
   std::vector<std::uint32_t> body(parts.count);
   for (int scale = 0; scale < kMaxScales && diagonal > 0; ++scale) {
     const double cell = std::max(0.5 * share * diagonal, std::sqrt(area / kMaxTouchedCells));
-    Bodies bodies(mesh, parts, whole.low, cell);
+    BodyFinder body_finder(mesh, parts, mesh_box.low, cell);
     of_body.assign(parts.count, {});
-    area_of.assign(parts.count, 0);
+    area_of_body.assign(parts.count, 0);
     for (std::uint32_t p = 0; p < parts.count; ++p) {
-      body[p] = bodies.of(p);
-      of_body[body[p]].join(boxes[p]);
-      area_of[body[p]] += areas[p];
+      body[p] = body_finder.of(p);
+      of_body[body[p]].join(part_boxes[p]);
+      area_of_body[body[p]] += part_areas[p];
     }
-    const auto largest = std::max_element(area_of.begin(), area_of.end()) - area_of.begin();
+    const auto largest =
+        std::max_element(area_of_body.begin(), area_of_body.end()) - area_of_body.begin();
     const double own = of_body[static_cast<std::size_t>(largest)].diagonal();
-    const bool rescale = own < kMaxRescaleShare * diagonal;
+    const bool is_rescaled = own < kMaxRescaleShare * diagonal;
     diagonal = own;
-    if (!rescale) break;
+    if (!is_rescaled) break;
   }
-  double floating = 0;
-  Cleaned found;
+  double floater_area = 0;
+  Cleaned found_floaters;
   std::vector<std::uint8_t> is_floater(parts.count, 0);
   for (std::uint32_t p = 0; p < parts.count; ++p) {
     if (!(of_body[body[p]].diagonal() < share * diagonal)) continue;
     is_floater[p] = 1;
-    floating += areas[p];
-    if (body[p] == p && found.count++ == 0) found.example = to_float(boxes[p].low);
+    floater_area += part_areas[p];
+    if (body[p] == p && found_floaters.count++ == 0)
+      found_floaters.example = to_float(part_boxes[p].low);
   }
-  if (found.count == 0 || floating > kMaxFloaterShare * area) return {};
-  floaters = found;
-  std::vector<std::uint8_t> dropped(parts.of.size());
-  for (std::size_t t = 0; t < dropped.size(); ++t) dropped[t] = is_floater[parts.of[t]];
-  return dropped;
+  if (found_floaters.count == 0 || floater_area > kMaxFloaterShare * area) return {};
+  floaters = found_floaters;
+  std::vector<std::uint8_t> is_dropped(parts.of.size());
+  for (std::size_t t = 0; t < is_dropped.size(); ++t) is_dropped[t] = is_floater[parts.of[t]];
+  return is_dropped;
 }
 
 std::vector<std::uint8_t> find_inner(const Mesh& mesh, Cleaned& inner) {
@@ -202,7 +213,7 @@ std::vector<std::uint8_t> find_inner(const Mesh& mesh, Cleaned& inner) {
     return of.front + of.back == 0 && of.drawn >= kMinHiddenPixels;
   };
   std::vector<std::uint8_t> is_unseen;  // For each part, 1 if no view has shown it so far
-  for (const OutsideViews& views : kViews) {
+  for (const OutsideViews& views : kViewRounds) {
     const std::vector<SeenPixels> more =
         look_from_outside(mesh, parts.of, parts.count, views, is_unseen);
     for (std::size_t p = 0; p < seen.size(); ++p) {
@@ -214,22 +225,23 @@ std::vector<std::uint8_t> find_inner(const Mesh& mesh, Cleaned& inner) {
     is_unseen.resize(parts.count);
     std::transform(seen.begin(), seen.end(), is_unseen.begin(),
                    [](const SeenPixels& of) { return of.front + of.back == 0; });
-    const bool is_round = views.step > 2;  // Later views may cover more pixels of a part
-    if (!is_round && std::none_of(seen.begin(), seen.end(), is_hidden)) return {};
-    if (is_round &&
+    const bool is_counted_in_rounds =
+        views.step > 2;  // Later views may cover more pixels of a part
+    if (!is_counted_in_rounds && std::none_of(seen.begin(), seen.end(), is_hidden)) return {};
+    if (is_counted_in_rounds &&
         std::none_of(is_unseen.begin(), is_unseen.end(), [](auto is) { return is != 0; })) {
       return {};
     }
   }
-  std::vector<std::uint8_t> dropped(parts.of.size(), 0), counted(parts.count, 0);
-  for (std::size_t t = 0; t < dropped.size(); ++t) {
+  std::vector<std::uint8_t> is_dropped(parts.of.size(), 0), counted(parts.count, 0);
+  for (std::size_t t = 0; t < is_dropped.size(); ++t) {
     const std::uint32_t p = parts.of[t];
     if (!is_hidden(seen[p])) continue;
-    dropped[t] = 1;
+    is_dropped[t] = 1;
     if (std::exchange(counted[p], 1) != 0) continue;
     if (inner.count++ == 0) inner.example = mesh.positions[mesh.triangles[t][0]];
   }
-  return inner.count == 0 ? std::vector<std::uint8_t>{} : dropped;
+  return inner.count == 0 ? std::vector<std::uint8_t>{} : is_dropped;
 }
 
 }  // namespace kiln

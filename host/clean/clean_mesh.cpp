@@ -18,7 +18,7 @@
 namespace kiln {
 namespace {
 
-void check(const CleanOptions& options) {
+void check_options(const CleanOptions& options) {
   const auto share = [](const char* name, double value, double most) {
     if (value >= 0 && value <= most) return;
     throw Error(ErrorCode::usage,
@@ -51,23 +51,23 @@ std::vector<std::uint8_t> find_useless(const Mesh& mesh, CleanReport& report) {
                                     [&](std::uint32_t v) { return is_finite(mesh.positions[v]); });
     if (finite && !has_area(mesh.positions, corners[t])) note(report.degenerate, t);
   }
-  const VertexLists lists(
+  const VertexLists triangles_by_vertex(
       mesh.positions.size(), corners.size(),
       [&](std::size_t t) { return lowest_first(corners[t])[0]; },
       [&](std::size_t t) {
         const Triangle v = lowest_first(corners[t]);
         return std::uint64_t{v[1]} << 32 | v[2];
       });
-  std::vector<std::uint32_t> repeats;
-  for (std::size_t v = 0; v < lists.vertices(); ++v) {
-    const std::span<const VertexLists::Item> items = lists.of(v);
+  std::vector<std::uint32_t> repeated_triangles;
+  for (std::size_t v = 0; v < triangles_by_vertex.vertices(); ++v) {
+    const std::span<const VertexLists::Item> items = triangles_by_vertex.of(v);
     for (std::size_t i = 1; i < items.size(); ++i) {
       if (items[i].key == items[i - 1].key && dropped[items[i].index] == 0)
-        repeats.push_back(items[i].index);
+        repeated_triangles.push_back(items[i].index);
     }
   }
-  std::sort(repeats.begin(), repeats.end());
-  for (const std::uint32_t t : repeats) note(report.duplicates, t);
+  std::sort(repeated_triangles.begin(), repeated_triangles.end());
+  for (const std::uint32_t t : repeated_triangles) note(report.duplicates, t);
   return dropped;
 }
 
@@ -79,7 +79,9 @@ std::uint64_t drop(Mesh& mesh, const std::vector<std::uint8_t>& dropped) {
   return count;
 }
 
-std::string percent_words(double share) { return formatted("%.3g%% of the diagonal", 100 * share); }
+std::string percent_of_diagonal(double share) {
+  return formatted("%.3g%% of the diagonal", 100 * share);
+}
 
 /// Adds a warning for each kind of repair.
 class RepairWarnings {
@@ -109,40 +111,44 @@ std::string count_phrase(std::uint64_t count, const char* noun, const char* one,
 
 void add_warnings(const Mesh& mesh, const CleanOptions& options, CleanReport& r,
                   std::uint64_t given, std::uint64_t floating, std::uint64_t hidden) {
-  RepairWarnings words(mesh, r);
-  words.add_warning("welded-vertices", r.welded,
-                    std::to_string(r.welded.count) +
-                        (r.welded.count == 1 ? " vertex" : " vertices") + " of open edges within " +
-                        percent_words(options.weld) + " of another @: welded.");
-  words.add_warning("degenerate-triangles", r.degenerate,
-                    count_phrase(r.degenerate.count, "triangle", "has no area", "have no area") +
-                        " @: left out.");
-  words.add_warning(
+  RepairWarnings repair_warnings(mesh, r);
+  repair_warnings.add_warning(
+      "welded-vertices", r.welded,
+      std::to_string(r.welded.count) + (r.welded.count == 1 ? " vertex" : " vertices") +
+          " of open edges within " + percent_of_diagonal(options.weld) + " of another @: welded.");
+  repair_warnings.add_warning(
+      "degenerate-triangles", r.degenerate,
+      count_phrase(r.degenerate.count, "triangle", "has no area", "have no area") +
+          " @: left out.");
+  repair_warnings.add_warning(
       "duplicate-triangles", r.duplicates,
       count_phrase(r.duplicates.count, "triangle", "repeats another", "repeat another") +
           " @: left out.");
-  words.add_warning("split-at-junctions", r.junctions,
-                    counted(r.junctions.count, "open edge") + " on which others end @: cut there.");
-  words.add_warning("dropped-fins", r.fins,
-                    counted(r.fins.count, "fin") + " below " + percent_words(options.floater) +
-                        " across on edges that two other triangles share @: left out.");
-  words.add_warning(
+  repair_warnings.add_warning(
+      "split-at-junctions", r.junctions,
+      counted(r.junctions.count, "open edge") + " on which others end @: cut there.");
+  repair_warnings.add_warning("dropped-fins", r.fins,
+                              counted(r.fins.count, "fin") + " below " +
+                                  percent_of_diagonal(options.floater) +
+                                  " across on edges that two other triangles share @: left out.");
+  repair_warnings.add_warning(
       "turned-triangles", r.turned,
       std::to_string(r.turned.count) + " of " + counted(given, "triangle") +
           " faced against those beside them, or away from all views from outside @; they were "
           "turned round. To be rid of this, let the program that made the mesh recalculate its "
           "normals.");
-  words.add_warning(
+  repair_warnings.add_warning(
       "faces-inwards", r.inward,
       "Views from outside see backs of its faces almost alone @. If it is no room, turn its "
       "faces round "
       "(flip normals) in the modelling tool.");
-  words.add_warning("filled-holes", r.holes,
-                    count_phrase(r.holes.count, "hole", "of a few edges", "of a few edges") +
-                        ", below " + percent_words(options.max_hole) + " around @: filled.");
-  words.add_warning(
+  repair_warnings.add_warning(
+      "filled-holes", r.holes,
+      count_phrase(r.holes.count, "hole", "of a few edges", "of a few edges") + ", below " +
+          percent_of_diagonal(options.max_hole) + " around @: filled.");
+  repair_warnings.add_warning(
       "filled-large-holes", r.large_holes,
-      counted(r.large_holes.count, "hole") + ", up to " + percent_words(r.largest_hole) +
+      counted(r.large_holes.count, "hole") + ", up to " + percent_of_diagonal(r.largest_hole) +
           " across @: filled" +
           (r.flat_holes == 0 ? ""
            : r.flat_holes == r.large_holes.count
@@ -151,22 +157,23 @@ void add_warnings(const Mesh& mesh, const CleanOptions& options, CleanReport& r,
           ". " +
           (r.open_edges.count == 0 ? "No edge is open."
                                    : counted(r.open_edges.count, "edge") + " stay open."));
-  words.add_warning(
+  repair_warnings.add_warning(
       "open-holes", r.open_rims.count != 0 ? r.open_rims : r.open_edges,
       r.open_rims.count == 0
           ? counted(r.open_edges.count, "open edge") + " @ that belong to no closed rim: left open."
           : count_phrase(r.open_rims.count, "rim", "stays", "stay") +
                 (std::isinf(options.fill_holes)
                      ? " open @, as outlines of flat sheets do."
-                     : " open @: larger than " + percent_words(options.fill_holes) +
+                     : " open @: larger than " + percent_of_diagonal(options.fill_holes) +
                            " across, or an outline of a sheet."));
-  words.add_warning("dropped-floaters", r.floaters,
-                    counted(r.floaters.count, "floater") + " below " +
-                        percent_words(options.floater) + " across, of " +
-                        counted(floating, "triangle") + " @: left out.");
-  words.add_warning("dropped-inner", r.inner,
-                    counted(r.inner.count, "part") + " that no view from outside sees, of " +
-                        counted(hidden, "triangle") + " @: left out.");
+  repair_warnings.add_warning("dropped-floaters", r.floaters,
+                              counted(r.floaters.count, "floater") + " below " +
+                                  percent_of_diagonal(options.floater) + " across, of " +
+                                  counted(floating, "triangle") + " @: left out.");
+  repair_warnings.add_warning("dropped-inner", r.inner,
+                              counted(r.inner.count, "part") +
+                                  " that no view from outside sees, of " +
+                                  counted(hidden, "triangle") + " @: left out.");
 }
 
 }  // namespace
@@ -174,18 +181,18 @@ void add_warnings(const Mesh& mesh, const CleanOptions& options, CleanReport& r,
 CleanReport clean_mesh(Mesh& mesh, const CleanOptions& options) {
   const auto start = std::chrono::steady_clock::now();
   validate(mesh);
-  check(options);
+  check_options(options);
   CleanReport report;
   const std::uint64_t given = mesh.triangles.size();
   std::uint64_t floating = 0, hidden = 0;
   const double diagonal = diagonal_of(mesh);
   const bool full_cleaning = !options.windings_alone;
   // Runs the enabled steps in order, with progress and cancellation between steps.
-  constexpr int kSteps = 10;
+  constexpr int kRepairSteps = 10;
   int finished_steps = 0;
   const auto step = [&](bool is, const auto& body) {
     if (is) body();
-    ProgressGuard::poll_at(static_cast<double>(++finished_steps) / kSteps, "cleaning");
+    ProgressGuard::poll_at(static_cast<double>(++finished_steps) / kRepairSteps, "cleaning");
   };
   // Duplicates hide open edges, so they are removed first, and again after welding, which may create more.
   step(full_cleaning, [&] { drop(mesh, find_useless(mesh, report)); });

@@ -18,7 +18,7 @@ namespace kiln {
 namespace {
 
 /// Meaning of an object's name.
-enum class Shape {
+enum class HullKind {
   /// The object is drawn and is a hull (Godot's -col); it is only a hull if other objects of LOW are drawn
   shown,  ///< The name is not that of a hull: the object is drawn
   both,
@@ -27,18 +27,19 @@ enum class Shape {
 
 /// Unreal's prefixes for convex, box, sphere and capsule hulls; Godot's suffixes, before a copy's number
 /// ("crate-col.001").
-Shape shape_of(const std::string& name) {
+HullKind hull_kind_of(const std::string& name) {
   const std::string lower = lower_case(name);
   std::string_view text = lower;
   for (const char* prefix : {"ucx_", "ubx_", "usp_", "ucp_"}) {
-    if (text.starts_with(prefix)) return Shape::hidden;
+    if (text.starts_with(prefix)) return HullKind::hidden;
   }
   const std::size_t last = text.find_last_not_of("0123456789. ");
-  text = text.substr(0, last + 1);  // npos + 1 is 0, which gives an empty text
+  text = text.substr(
+      0, last + 1);  // If there is no character to keep, npos + 1 is 0, which leaves an empty text
   for (const char* ending : {"-colonly", "-convcolonly"}) {
-    if (text.ends_with(ending)) return Shape::hidden;
+    if (text.ends_with(ending)) return HullKind::hidden;
   }
-  return text.ends_with("-col") || text.ends_with("-convcol") ? Shape::both : Shape::shown;
+  return text.ends_with("-col") || text.ends_with("-convcol") ? HullKind::both : HullKind::shown;
 }
 
 /// Removes names without triangles.
@@ -85,50 +86,51 @@ Mesh without_triangles(Mesh mesh, const std::vector<std::uint8_t>& dropped) {
   return mesh;
 }
 
-std::vector<Shape> shapes_of(const std::vector<std::string>& names) {
-  std::vector<Shape> shapes;
-  for (const std::string& name : names) shapes.push_back(shape_of(name));
-  return shapes;
+std::vector<HullKind> hull_kinds_of(const std::vector<std::string>& names) {
+  std::vector<HullKind> hull_kinds;
+  for (const std::string& name : names) hull_kinds.push_back(hull_kind_of(name));
+  return hull_kinds;
 }
 
 /// Shapes of groups. A group of an OBJ file may have several names ("g skin UCX_crate"), and is a hull if any of
 /// these names is a hull's.
-std::vector<Shape> shapes_of_groups(const std::vector<std::string>& names) {
-  std::vector<Shape> shapes;
+std::vector<HullKind> hull_kinds_of_groups(const std::vector<std::string>& names) {
+  std::vector<HullKind> hull_kinds;
   for (const std::string& name : names) {
-    Shape shape = shape_of(name);
+    HullKind hull_kind = hull_kind_of(name);
     std::istringstream words(name);
-    for (std::string word; words >> word;) shape = std::max(shape, shape_of(word));
-    shapes.push_back(shape);
+    for (std::string word; words >> word;) hull_kind = std::max(hull_kind, hull_kind_of(word));
+    hull_kinds.push_back(hull_kind);
   }
-  return shapes;
+  return hull_kinds;
 }
 
 /// Name of a hull's triangle: that of its object, or else of its group, as in OBJ files.
-const std::string& hull_name(const Mesh& hulls, const std::vector<Shape>& objects, std::size_t t) {
-  const bool by_object =
-      !hulls.objects.empty() && (hulls.groups.empty() || objects[hulls.objects[t]] != Shape::shown);
+const std::string& hull_name(const Mesh& hulls, const std::vector<HullKind>& objects,
+                             std::size_t t) {
+  const bool by_object = !hulls.objects.empty() &&
+                         (hulls.groups.empty() || objects[hulls.objects[t]] != HullKind::shown);
   return by_object ? hulls.object_names[hulls.objects[t]] : hulls.group_names[hulls.groups[t]];
 }
 
-std::vector<Shape> shapes_of_triangles(const Mesh& mesh) {
+std::vector<HullKind> hull_kinds_of_triangles(const Mesh& mesh) {
   const std::size_t count = mesh.triangles.size();
   const bool has_objects = mesh.objects.size() == count, has_groups = mesh.groups.size() == count;
-  const std::vector<Shape> objects = shapes_of(mesh.object_names),
-                           groups = shapes_of_groups(mesh.group_names);
-  std::vector<Shape> shapes(count, Shape::shown);
+  const std::vector<HullKind> objects = hull_kinds_of(mesh.object_names),
+                              groups = hull_kinds_of_groups(mesh.group_names);
+  std::vector<HullKind> hull_kinds(count, HullKind::shown);
   for (std::size_t t = 0; t < count; ++t) {
-    if (has_objects) shapes[t] = objects[mesh.objects[t]];
-    if (has_groups) shapes[t] = std::max(shapes[t], groups[mesh.groups[t]]);
+    if (has_objects) hull_kinds[t] = objects[mesh.objects[t]];
+    if (has_groups) hull_kinds[t] = std::max(hull_kinds[t], groups[mesh.groups[t]]);
   }
-  return shapes;
+  return hull_kinds;
 }
 
 /// Names of hulls, in the order of their first triangles.
 /// \param of  [out] index of each triangle's name
 std::vector<std::string> list_hulls(const Mesh& hulls, std::vector<std::uint32_t>& of) {
   std::vector<std::string> names;
-  const std::vector<Shape> objects = shapes_of(hulls.object_names);
+  const std::vector<HullKind> objects = hull_kinds_of(hulls.object_names);
   for (std::size_t t = 0; t < hulls.triangles.size(); ++t) {
     const std::string& name = hull_name(hulls, objects, t);
     const auto known = std::find(names.begin(), names.end(), name);
@@ -153,14 +155,15 @@ std::string quote_names(const std::vector<std::string>& names) {
 }  // namespace
 
 std::vector<std::uint8_t> collision_hulls(const Mesh& low) {
-  const std::vector<Shape> shapes = shapes_of_triangles(low);
+  const std::vector<HullKind> hull_kinds = hull_kinds_of_triangles(low);
   // If LOW consists of -col objects only, they are drawn.
   const bool has_shown_objects =
-      std::find(shapes.begin(), shapes.end(), Shape::shown) != shapes.end();
-  const Shape least = has_shown_objects ? Shape::both : Shape::hidden;
-  std::vector<std::uint8_t> is_hull(shapes.size());
-  std::transform(shapes.begin(), shapes.end(), is_hull.begin(),
-                 [least](Shape shape) { return shape >= least ? 1 : 0; });
+      std::find(hull_kinds.begin(), hull_kinds.end(), HullKind::shown) != hull_kinds.end();
+  const HullKind smallest_hull_kind = has_shown_objects ? HullKind::both : HullKind::hidden;
+  std::vector<std::uint8_t> is_hull(hull_kinds.size());
+  std::transform(
+      hull_kinds.begin(), hull_kinds.end(), is_hull.begin(),
+      [smallest_hull_kind](HullKind hull_kind) { return hull_kind >= smallest_hull_kind ? 1 : 0; });
   return is_hull;
 }
 
@@ -168,9 +171,9 @@ Mesh take_collision_hulls(Mesh& low, std::vector<Warning>* warnings) {
   const std::vector<std::uint8_t> is_hull = collision_hulls(low);
   const auto found = static_cast<std::uint64_t>(std::count(is_hull.begin(), is_hull.end(), 1));
   if (found == 0) return {};
-  std::vector<std::uint8_t> is_shown;
-  for (const std::uint8_t hull : is_hull) is_shown.push_back(1 - hull);
-  Mesh hulls = without_triangles(low, is_shown);
+  std::vector<std::uint8_t> is_drawn;
+  for (const std::uint8_t hull : is_hull) is_drawn.push_back(1 - hull);
+  Mesh hulls = without_triangles(low, is_drawn);
   std::vector<std::uint32_t> of;
   const std::vector<std::string> names = list_hulls(hulls, of);
   hulls.objects = std::move(of);
@@ -198,16 +201,16 @@ Mesh take_collision_hulls(Mesh& low, std::vector<Warning>* warnings) {
 }
 
 void drop_hidden_hulls(Mesh& high, std::vector<Warning>& warnings) {
-  const std::vector<Shape> shapes = shapes_of_triangles(high);
-  std::vector<std::uint8_t> is_hull, is_shown;
-  for (const Shape shape : shapes) {
-    is_hull.push_back(shape == Shape::hidden ? 1 : 0);
-    is_shown.push_back(1 - is_hull.back());
+  const std::vector<HullKind> hull_kinds = hull_kinds_of_triangles(high);
+  std::vector<std::uint8_t> is_hull, is_drawn;
+  for (const HullKind hull_kind : hull_kinds) {
+    is_hull.push_back(hull_kind == HullKind::hidden ? 1 : 0);
+    is_drawn.push_back(1 - is_hull.back());
   }
   const auto found = static_cast<std::uint64_t>(std::count(is_hull.begin(), is_hull.end(), 1));
-  if (found == 0 || found == shapes.size()) return;
+  if (found == 0 || found == hull_kinds.size()) return;
   std::vector<std::uint32_t> of;
-  const std::vector<std::string> names = list_hulls(without_triangles(high, is_shown), of);
+  const std::vector<std::string> names = list_hulls(without_triangles(high, is_drawn), of);
   warnings.push_back({"collision-hulls",
                       "'" + high.name + "': " + counted(names.size(), "collision hull") + " (" +
                           quote_names(names) + "; " + counted(found, "triangle") + ")" +

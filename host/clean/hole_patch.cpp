@@ -13,21 +13,21 @@
 namespace kiln {
 namespace {
 
-using Corners = std::array<std::uint32_t, 3>;
+using TriangleCorners = std::array<std::uint32_t, 3>;
 
 /// Smallest continuation_cosine() of holes whose patch follows the surface: 70 degrees.
 constexpr double kMinCurvedCosine = 0.342;
 /// Growth of edge lengths with the distance from the rim.
 constexpr double kSizeGrowth = 0.3;
-/// An edge is split where it is so many times as long as its ends' edges should be.
+/// An edge is split if its length is more than this many times the target length at its ends.
 constexpr double kMaxEdgeRatio = 1.4;
-/// Splits end at this number of vertices inside.
-constexpr std::size_t kMaxInside = 20000;
-/// Splits end after so many rounds, each of which halves long edges.
+/// Maximum number of inner vertices, above which no edge is split.
+constexpr std::size_t kMaxInnerVertices = 20000;
+/// Maximum number of rounds of splitting; each round halves long edges.
 constexpr int kMaxSplitRounds = 60;
-/// Rounds of fairing, each with weights of the shape before.
+/// Rounds of fairing. Each round uses the cotangent weights of the shape that the previous round made.
 constexpr int kFairingRounds = 8;
-/// Range of cotangents, so that needles around a scan's hole do not decide alone.
+/// Range of cotangents. The limit keeps needle triangles around a scan's hole from dominating the weights.
 constexpr double kMinCotangent = 0.02, kMaxCotangent = 20;
 constexpr std::uint32_t kNoNeighbour = std::numeric_limits<std::uint32_t>::max();
 
@@ -36,8 +36,8 @@ Vec3d corner_normal(const Vec3d& a, const Vec3d& b, const Vec3d& c) { return cro
 /// Cotangent of the angle at `tip`.
 double cotangent(const Vec3d& tip, const Vec3d& a, const Vec3d& b) {
   const Vec3d u = a - tip, v = b - tip;
-  const double across = length(cross(u, v));
-  const double value = across > 0 ? dot(u, v) / across : kMaxCotangent;
+  const double doubled_area = length(cross(u, v));
+  const double value = doubled_area > 0 ? dot(u, v) / doubled_area : kMaxCotangent;
   return std::clamp(value, kMinCotangent, kMaxCotangent);
 }
 
@@ -53,41 +53,43 @@ Vec3d area_vector(std::span<const Vec3d> points) {
 /// A triangulation whose edges are split and flipped.
 class PatchTriangulation {
  public:
-  PatchTriangulation(const HoleRim& rim, std::vector<Corners> triangles)
+  PatchTriangulation(const HoleRim& rim, std::vector<TriangleCorners> triangles)
       : rim_(rim.points.size()), points(rim.points), triangles_(std::move(triangles)) {
     const std::size_t n = rim_;
-    sizes_.resize(n);
+    edge_lengths_.resize(n);
     for (std::size_t i = 0; i < n; ++i) {
-      const double before = length(points[i] - points[(i + n - 1) % n]);
-      const double after = length(points[(i + 1) % n] - points[i]);
-      sizes_[i] = (before + after) / 2;
+      const double previous_length = length(points[i] - points[(i + n - 1) % n]);
+      const double next_length = length(points[(i + 1) % n] - points[i]);
+      edge_lengths_[i] = (previous_length + next_length) / 2;
     }
-    connect();
+    connect_sides();
   }
 
   std::size_t rim() const { return rim_; }
-  const std::vector<Corners>& triangles() const { return triangles_; }
+  const std::vector<TriangleCorners>& triangles() const { return triangles_; }
 
-  /// Splits each edge inside for which `is` returns true. \returns whether there was one
+  /// Splits each inner edge for which `is` returns true. \returns whether there was one
   template <typename Is>
   bool split_edges(const Is& is) {
-    std::vector<std::pair<double, std::uint32_t>> sides;
+    std::vector<std::pair<double, std::uint32_t>> long_sides;
     for (std::uint32_t side = 0; side < 3 * triangles_.size(); ++side) {
-      if (beside_[side] == kNoNeighbour || beside_[side] < side) continue;
+      if (opposite_side_[side] == kNoNeighbour || opposite_side_[side] < side) continue;
       if (is(start(side), end(side))) {
-        sides.emplace_back(-length(points[end(side)] - points[start(side)]), side);
+        long_sides.emplace_back(-length(points[end(side)] - points[start(side)]), side);
       }
     }
-    std::sort(sides.begin(), sides.end());
-    // A split keeps the ends of other sides of these triangles, but may renumber one: it is looked at in the next round.
-    for (const auto& [size, side] : sides) {
-      if (is(start(side), end(side)) && points.size() - rim_ < kMaxInside) split(side);
+    std::sort(long_sides.begin(), long_sides.end());
+    // A split may renumber another side of its triangles. The check skips such a side, which the next round finds
+    // again.
+    for (const auto& [size, side] : long_sides) {
+      if (is(start(side), end(side)) && points.size() - rim_ < kMaxInnerVertices) split_at(side);
     }
-    return !sides.empty() && points.size() - rim_ < kMaxInside;
+    return !long_sides.empty() && points.size() - rim_ < kMaxInnerVertices;
   }
 
   bool is_long(std::uint32_t a, std::uint32_t b) const {
-    return length(points[b] - points[a]) > kMaxEdgeRatio * (sizes_[a] + sizes_[b]) / 2;
+    return length(points[b] - points[a]) >
+           kMaxEdgeRatio * (edge_lengths_[a] + edge_lengths_[b]) / 2;
   }
 
   /// Flips edges whose opposite angles exceed 180 degrees together.
@@ -95,33 +97,35 @@ class PatchTriangulation {
   void flip_to_delaunay(const IsEdge& is_edge) {
     constexpr int kMaxRounds = 20;
     for (int round = 0; round < kMaxRounds; ++round) {
-      bool flipped = false;
+      bool has_flipped = false;
       for (std::uint32_t side = 0; side < 3 * triangles_.size(); ++side) {
-        if (beside_[side] != kNoNeighbour && wants_flip(side, is_edge)) {
+        if (opposite_side_[side] != kNoNeighbour && wants_flip(side, is_edge)) {
           flip(side);
-          flipped = true;
+          has_flipped = true;
         }
       }
-      if (!flipped) return;
+      if (!has_flipped) return;
     }
   }
 
  private:
   static std::uint32_t next(std::uint32_t side) { return side % 3 == 2 ? side - 2 : side + 1; }
-  static std::uint32_t before(std::uint32_t side) { return side % 3 == 0 ? side + 2 : side - 1; }
+  static std::uint32_t previous_side(std::uint32_t side) {
+    return side % 3 == 0 ? side + 2 : side - 1;
+  }
   std::uint32_t start(std::uint32_t side) const { return triangles_[side / 3][side % 3]; }
   std::uint32_t end(std::uint32_t side) const { return start(next(side)); }
-  std::uint32_t tip(std::uint32_t side) const { return start(before(side)); }
+  std::uint32_t tip(std::uint32_t side) const { return start(previous_side(side)); }
 
   void join(std::uint32_t a, std::uint32_t b) {
-    beside_[a] = b;
-    if (b != kNoNeighbour) beside_[b] = a;
+    opposite_side_[a] = b;
+    if (b != kNoNeighbour) opposite_side_[b] = a;
   }
 
-  void connect() {
-    beside_.assign(3 * triangles_.size(), kNoNeighbour);
+  void connect_sides() {
+    opposite_side_.assign(3 * triangles_.size(), kNoNeighbour);
     std::vector<std::pair<std::uint64_t, std::uint32_t>> sides;
-    for (std::uint32_t side = 0; side < beside_.size(); ++side) {
+    for (std::uint32_t side = 0; side < opposite_side_.size(); ++side) {
       const auto [low, high] = std::minmax({start(side), end(side)});
       sides.emplace_back(std::uint64_t{low} << 32 | high, side);
     }
@@ -131,40 +135,40 @@ class PatchTriangulation {
     }
   }
 
-  void split(std::uint32_t side) {
-    const std::uint32_t other = beside_[side];
-    const std::uint32_t a = start(side), b = end(side), c = tip(side), d = tip(other);
+  void split_at(std::uint32_t side) {
+    const std::uint32_t opposite = opposite_side_[side];
+    const std::uint32_t a = start(side), b = end(side), c = tip(side), d = tip(opposite);
     const auto middle = static_cast<std::uint32_t>(points.size());
     points.push_back((points[a] + points[b]) * 0.5);
     const double half = length(points[b] - points[a]) / 2;
-    sizes_.push_back(std::min(sizes_[a], sizes_[b]) + kSizeGrowth * half);
+    edge_lengths_.push_back(std::min(edge_lengths_[a], edge_lengths_[b]) + kSizeGrowth * half);
     // (a, b, c) becomes (a, middle, c) and (middle, b, c); (b, a, d) becomes (b, middle, d) and (middle, a, d).
     const auto first = static_cast<std::uint32_t>(3 * triangles_.size());
     triangles_.push_back({middle, b, c});
     triangles_.push_back({middle, a, d});
-    beside_.resize(3 * triangles_.size(), kNoNeighbour);
-    const std::uint32_t b_c = next(side), a_d = next(other);
-    join(first + 1, beside_[b_c]);
-    join(first + 4, beside_[a_d]);
+    opposite_side_.resize(3 * triangles_.size(), kNoNeighbour);
+    const std::uint32_t b_c = next(side), a_d = next(opposite);
+    join(first + 1, opposite_side_[b_c]);
+    join(first + 4, opposite_side_[a_d]);
     triangles_[side / 3][next(side) % 3] = middle;
-    triangles_[other / 3][next(other) % 3] = middle;
+    triangles_[opposite / 3][next(opposite) % 3] = middle;
     join(b_c, first + 2);
     join(a_d, first + 5);
     join(side, first + 3);
-    join(other, first);
+    join(opposite, first);
   }
 
   template <typename IsEdge>
   bool wants_flip(std::uint32_t side, const IsEdge& is_edge) const {
-    const std::uint32_t other = beside_[side];
-    const std::uint32_t a = start(side), b = end(side), c = tip(side), d = tip(other);
+    const std::uint32_t opposite = opposite_side_[side];
+    const std::uint32_t a = start(side), b = end(side), c = tip(side), d = tip(opposite);
     if (c == d) return false;
     const auto angle = [&](std::uint32_t at) {
       const Vec3d u = points[a] - points[at], v = points[b] - points[at];
       return std::atan2(length(cross(u, v)), dot(u, v));
     };
-    constexpr double kTolerance = 1e-9;
-    if (!(angle(c) + angle(d) > std::numbers::pi + kTolerance)) return false;
+    constexpr double kAngleTolerance = 1e-9;
+    if (!(angle(c) + angle(d) > std::numbers::pi + kAngleTolerance)) return false;
     if (is_edge(c, d) || has_edge(side)) return false;
     // The flipped pair must not fold.
     const Vec3d n = corner_normal(points[a], points[b], points[c]) +
@@ -175,13 +179,14 @@ class PatchTriangulation {
 
   /// True if an edge joins the tips of both triangles at a side already.
   bool has_edge(std::uint32_t side) const {
-    const std::uint32_t wanted = tip(beside_[side]);
+    const std::uint32_t wanted = tip(opposite_side_[side]);
     for (const bool outgoing : {true, false}) {
-      std::uint32_t at = outgoing ? before(side) : next(side);  // a side from or to the tip
-      for (std::size_t steps = 0; steps < triangles_.size(); ++steps) {
-        const std::uint32_t across = beside_[at];
-        if (across == kNoNeighbour || across / 3 == side / 3) break;
-        at = outgoing ? next(across) : before(across);
+      std::uint32_t at =
+          outgoing ? previous_side(side) : next(side);  // a side that starts or ends at the tip
+      for (std::size_t visited_sides = 0; visited_sides < triangles_.size(); ++visited_sides) {
+        const std::uint32_t opposite_side = opposite_side_[at];
+        if (opposite_side == kNoNeighbour || opposite_side / 3 == side / 3) break;
+        at = outgoing ? next(opposite_side) : previous_side(opposite_side);
         if ((outgoing ? end(at) : start(at)) == wanted) return true;
       }
     }
@@ -189,10 +194,11 @@ class PatchTriangulation {
   }
 
   void flip(std::uint32_t side) {
-    const std::uint32_t other = beside_[side];
+    const std::uint32_t other = opposite_side_[side];
     const std::uint32_t a = start(side), b = end(side), c = tip(side), d = tip(other);
-    const std::uint32_t b_c = beside_[next(side)], c_a = beside_[before(side)];
-    const std::uint32_t a_d = beside_[next(other)], d_b = beside_[before(other)];
+    const std::uint32_t b_c = opposite_side_[next(side)], c_a = opposite_side_[previous_side(side)];
+    const std::uint32_t a_d = opposite_side_[next(other)],
+                        d_b = opposite_side_[previous_side(other)];
     const std::uint32_t t = side / 3 * 3, u = other / 3 * 3;
     triangles_[side / 3] = {c, a, d};
     triangles_[other / 3] = {d, b, c};
@@ -209,13 +215,13 @@ class PatchTriangulation {
   std::vector<Vec3d> points;
 
  private:
-  std::vector<Corners> triangles_;
-  std::vector<double> sizes_;  ///< Per vertex, the length that its edges should have
-  std::vector<std::uint32_t>
-      beside_;  ///< Per side (3 t + k), the side of the neighbour; kNoNeighbour: at the rim
+  std::vector<TriangleCorners> triangles_;
+  std::vector<double> edge_lengths_;  ///< Per vertex, the length that its edges should have
+  /// For each side (3 t + k), the side of the neighbouring triangle; kNoNeighbour: the side lies on the rim
+  std::vector<std::uint32_t> opposite_side_;
 };
 
-using Sparse = Eigen::SparseMatrix<double>;
+using EdgeMatrix = Eigen::SparseMatrix<double>;
 using Entry = Eigen::Triplet<double>;
 
 /// Weights of edges by both vertices, and areas of vertices.
@@ -225,7 +231,7 @@ struct Laplacian {
 
   explicit Laplacian(std::size_t vertices) : areas(vertices, 0) {}
 
-  void add(std::span<const Vec3d> points, const Corners& t) {
+  void add(std::span<const Vec3d> points, const TriangleCorners& t) {
     const double area = length(corner_normal(points[t[0]], points[t[1]], points[t[2]])) / 6;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t a = t[(k + 1) % 3], b = t[(k + 2) % 3];
@@ -236,60 +242,62 @@ struct Laplacian {
     }
   }
 
-  /// Differences of each of the first `rows` vertices' values and their neighbours'.
-  Sparse matrix(std::size_t rows) const {
-    std::vector<Entry> entries;
-    entries.reserve(2 * weights.size());
+  /// Weighted differences between the values of each of the first `rows` vertices and those of its neighbours.
+  EdgeMatrix matrix(std::size_t rows) const {
+    std::vector<Entry> matrix_entries;
+    matrix_entries.reserve(2 * weights.size());
     for (const Entry& entry : weights) {
       if (static_cast<std::size_t>(entry.row()) >= rows) continue;
-      entries.push_back(entry);
-      entries.emplace_back(entry.row(), entry.row(), -entry.value());
+      matrix_entries.push_back(entry);
+      matrix_entries.emplace_back(entry.row(), entry.row(), -entry.value());
     }
-    Sparse result(static_cast<Eigen::Index>(rows), static_cast<Eigen::Index>(areas.size()));
-    result.setFromTriplets(entries.begin(), entries.end());
+    EdgeMatrix result(static_cast<Eigen::Index>(rows), static_cast<Eigen::Index>(areas.size()));
+    result.setFromTriplets(matrix_entries.begin(), matrix_entries.end());
     return result;
   }
 };
 
-/// Columns of values at vertices.
-using Values = Eigen::Matrix<double, Eigen::Dynamic, 3>;
+/// Values at vertices: one row per vertex.
+using VertexValues = Eigen::Matrix<double, Eigen::Dynamic, 3>;
 
-Values values_of(std::span<const Vec3d> points) {
-  Values values(static_cast<Eigen::Index>(points.size()), 3);
+VertexValues values_of(std::span<const Vec3d> points) {
+  VertexValues values(static_cast<Eigen::Index>(points.size()), 3);
   for (std::size_t i = 0; i < points.size(); ++i) {
     values.row(static_cast<Eigen::Index>(i)) << points[i].x, points[i].y, points[i].z;
   }
   return values;
 }
 
-/// Moves vertices from `rim` to `inside` + rim to where the surface bends least. \returns false if that has no solution
-bool fair_once(const HoleRim& rim, std::span<const Corners> triangles, std::vector<Vec3d>& points) {
+/// Moves the `inside` vertices that follow the first `rim` vertices to where the surface bends least. \returns false
+/// if that has no solution
+bool fair_once(const HoleRim& rim, std::span<const TriangleCorners> triangles,
+               std::vector<Vec3d>& points) {
   const std::size_t fixed = rim.points.size(), own = points.size(), inside = own - fixed;
   std::vector<Vec3d> all = points;
-  all.insert(all.end(), rim.around.begin(), rim.around.end());
+  all.insert(all.end(), rim.surrounding_points.begin(), rim.surrounding_points.end());
   Laplacian laplacian(all.size());
-  for (const Corners& t : triangles) laplacian.add(all, t);
-  for (Corners t : rim.collar) {
+  for (const TriangleCorners& t : triangles) laplacian.add(all, t);
+  for (TriangleCorners t : rim.surrounding_triangles) {
     for (std::uint32_t& v : t) {
       if (v >= fixed) v = static_cast<std::uint32_t>(v - fixed + own);
     }
     laplacian.add(all, t);
   }
-  const Sparse differences = laplacian.matrix(own);
-  Eigen::VectorXd shares(static_cast<Eigen::Index>(own));
+  const EdgeMatrix differences = laplacian.matrix(own);
+  Eigen::VectorXd inverse_areas(static_cast<Eigen::Index>(own));
   for (std::size_t v = 0; v < own; ++v) {
-    shares[static_cast<Eigen::Index>(v)] = 1 / std::max(laplacian.areas[v], 1e-300);
+    inverse_areas[static_cast<Eigen::Index>(v)] = 1 / std::max(laplacian.areas[v], 1e-300);
   }
   const auto begin = static_cast<Eigen::Index>(fixed), count = static_cast<Eigen::Index>(inside);
-  Values at = values_of(all);
+  VertexValues at = values_of(all);
   at.middleRows(begin, count).setZero();
-  const Sparse free = differences.middleCols(begin, count);
-  const Sparse weighted = shares.asDiagonal() * free;
-  const Sparse system = Sparse(free.transpose()) * weighted;
-  Eigen::SimplicialLDLT<Sparse> solver(system);
+  const EdgeMatrix free = differences.middleCols(begin, count);
+  const EdgeMatrix weighted = inverse_areas.asDiagonal() * free;
+  const EdgeMatrix system = EdgeMatrix(free.transpose()) * weighted;
+  Eigen::SimplicialLDLT<EdgeMatrix> solver(system);
   if (solver.info() != Eigen::Success) return false;
-  const Values right = -(weighted.transpose() * (differences * at));
-  const Values solved = solver.solve(right);
+  const VertexValues right = -(weighted.transpose() * (differences * at));
+  const VertexValues solved = solver.solve(right);
   if (solver.info() != Eigen::Success || !solved.allFinite()) return false;
   for (std::size_t i = 0; i < inside; ++i) {
     const auto row = static_cast<Eigen::Index>(i);
@@ -298,38 +306,38 @@ bool fair_once(const HoleRim& rim, std::span<const Corners> triangles, std::vect
   return true;
 }
 
-/// For each vertex, the corner of the rim that is nearest along edges.
+/// For each vertex, the corner of the rim that is nearest by distance along edges.
 std::vector<std::uint32_t> nearest_corners(std::size_t rim, std::span<const Vec3d> points,
-                                           std::span<const Corners> triangles) {
-  std::vector<std::vector<std::uint32_t>> beside(points.size());
-  for (const Corners& t : triangles) {
+                                           std::span<const TriangleCorners> triangles) {
+  std::vector<std::vector<std::uint32_t>> neighbours(points.size());
+  for (const TriangleCorners& t : triangles) {
     for (std::size_t k = 0; k < 3; ++k) {
-      beside[t[k]].push_back(t[(k + 1) % 3]);
-      beside[t[k]].push_back(t[(k + 2) % 3]);
+      neighbours[t[k]].push_back(t[(k + 1) % 3]);
+      neighbours[t[k]].push_back(t[(k + 2) % 3]);
     }
   }
-  std::vector<std::uint32_t> nearest(points.size(), kNoNeighbour);
-  std::vector<double> distance(points.size(), std::numeric_limits<double>::infinity());
+  std::vector<std::uint32_t> nearest_corner(points.size(), kNoNeighbour);
+  std::vector<double> rim_distance(points.size(), std::numeric_limits<double>::infinity());
   using Step = std::pair<double, std::uint32_t>;
-  std::priority_queue<Step, std::vector<Step>, std::greater<>> steps;
+  std::priority_queue<Step, std::vector<Step>, std::greater<>> open_steps;
   for (std::uint32_t i = 0; i < rim; ++i) {
-    nearest[i] = i;
-    distance[i] = 0;
-    steps.emplace(0, i);
+    nearest_corner[i] = i;
+    rim_distance[i] = 0;
+    open_steps.emplace(0, i);
   }
-  while (!steps.empty()) {
-    const auto [walked, v] = steps.top();
-    steps.pop();
-    if (walked > distance[v]) continue;
-    for (const std::uint32_t other : beside[v]) {
+  while (!open_steps.empty()) {
+    const auto [walked, v] = open_steps.top();
+    open_steps.pop();
+    if (walked > rim_distance[v]) continue;
+    for (const std::uint32_t other : neighbours[v]) {
       const double far = walked + length(points[other] - points[v]);
-      if (!(far < distance[other])) continue;
-      distance[other] = far;
-      nearest[other] = nearest[v];
-      steps.emplace(far, other);
+      if (!(far < rim_distance[other])) continue;
+      rim_distance[other] = far;
+      nearest_corner[other] = nearest_corner[v];
+      open_steps.emplace(far, other);
     }
   }
-  return nearest;
+  return nearest_corner;
 }
 
 }  // namespace
@@ -391,14 +399,14 @@ std::vector<Vec3d> interpolate_over_patch(const HolePatch& patch, std::span<cons
   result.resize(all);
   if (all == fixed) return result;
   Laplacian laplacian(all);
-  for (const Corners& t : patch.triangles) laplacian.add(patch.points, t);
-  const Sparse differences = laplacian.matrix(all);
+  for (const TriangleCorners& t : patch.triangles) laplacian.add(patch.points, t);
+  const EdgeMatrix differences = laplacian.matrix(all);
   const auto begin = static_cast<Eigen::Index>(fixed),
              count = static_cast<Eigen::Index>(all - fixed);
-  const Sparse inside = -differences.middleCols(begin, count).bottomRows(count);
-  Eigen::SimplicialLDLT<Sparse> solver(inside);
-  const Values right = (differences * values_of(result)).bottomRows(count);
-  const Values solved = solver.solve(right);
+  const EdgeMatrix inside = -differences.middleCols(begin, count).bottomRows(count);
+  Eigen::SimplicialLDLT<EdgeMatrix> solver(inside);
+  const VertexValues right = (differences * values_of(result)).bottomRows(count);
+  const VertexValues solved = solver.solve(right);
   for (std::size_t i = fixed; i < all; ++i) {
     const auto row = static_cast<Eigen::Index>(i - fixed);
     const bool is_solved = solver.info() == Eigen::Success && solved.row(row).allFinite();

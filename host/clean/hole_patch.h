@@ -16,9 +16,10 @@ struct HoleRim {
   std::vector<Vec3d> points;  ///< Corners of the rim
   std::vector<Vec3d>
       face_normals;  ///< Unit normal of the face beside the edge from each corner to the next
-  /// Triangles that touch the rim: indices below the size of `points` are corners of the rim, others of `around`
-  std::vector<std::array<std::uint32_t, 3>> collar;
-  std::vector<Vec3d> around;  ///< Further vertices of `collar`
+  /// Triangles of the surface that touch the rim. Indices below the size of `points` are corners of the rim; the
+  /// others continue in `surrounding_points`.
+  std::vector<std::array<std::uint32_t, 3>> surrounding_triangles;
+  std::vector<Vec3d> surrounding_points;  ///< Further vertices of `surrounding_triangles`
 };
 
 /// A triangulated surface that fills a hole.
@@ -28,7 +29,8 @@ struct HolePatch {
   std::vector<std::array<std::uint32_t, 3>> triangles;
   /// Per vertex, the nearest corner of the rim along the patch's edges
   std::vector<std::uint32_t> nearest;
-  bool is_flat = false;  ///< The patch meets the surface at an angle, so that it spans the rim only
+  bool is_flat =
+      false;  ///< True if the patch meets the surface at an angle, so that it has no inner vertices
 };
 
 /// Mean cosine between the hole's plane and the faces around it, weighted by the lengths of the rim's edges. 1: the

@@ -23,18 +23,18 @@ class OpenEdges {
  public:
   OpenEdges(const Mesh& mesh, std::span<const Triangle> corners)
       : mesh_(mesh),
-        corners_(corners),
-        sides_(open_sides(corners, mesh.positions.size())),
+        triangles_(corners),
+        open_sides_(open_sides(corners, mesh.positions.size())),
         at_(
-            mesh.positions.size(), 2 * sides_.size(), [&](std::size_t i) { return end(i); },
-            [](std::size_t i) { return i; }) {}
+            mesh.positions.size(), 2 * open_sides_.size(),
+            [&](std::size_t i) { return end_vertex(i); }, [](std::size_t i) { return i; }) {}
 
-  const std::vector<std::uint32_t>& sides() const { return sides_; }
+  const std::vector<std::uint32_t>& sides() const { return open_sides_; }
 
-  /// Vertices along a side: the chain of other open edges from the side's first to its last vertex; empty if there is
-  /// no such chain.
+  /// Vertices that lie on a side, in order: those of a chain of other open edges from the side's first to its last
+  /// vertex. Empty if there is no such chain.
   std::vector<OnEdge> along(std::uint32_t side, double distance) const {
-    const std::uint32_t a = end_of(side, 0), b = end_of(side, 1);
+    const std::uint32_t a = vertex_of_side(side, 0), b = vertex_of_side(side, 1);
     const Vec3d from = point_of(mesh_, a), way = point_of(mesh_, b) - from;
     const double squared = dot(way, way);
     const double off = std::min(distance, kMinPieceShare * std::sqrt(squared));
@@ -44,11 +44,11 @@ class OpenEdges {
       OnEdge next{b, 2};
       if (at_.of(at).size() > kMaxOpenEdgesAtVertex) return {};
       for (const VertexLists::Item& item : at_.of(at)) {
-        const std::uint32_t other = sides_[item.index / 2];
+        const std::uint32_t other = open_sides_[item.index / 2];
         if (other / 3 == side / 3) continue;
-        const std::uint32_t v = end(item.index ^ 1U);
-        if (v == a || corners_[side / 3][0] == v || corners_[side / 3][1] == v ||
-            corners_[side / 3][2] == v) {
+        const std::uint32_t v = end_vertex(item.index ^ 1U);
+        if (v == a || triangles_[side / 3][0] == v || triangles_[side / 3][1] == v ||
+            triangles_[side / 3][2] == v) {
           if (v != b) continue;
         }
         const Vec3d to = point_of(mesh_, v) - from;
@@ -66,14 +66,16 @@ class OpenEdges {
   }
 
  private:
-  std::uint32_t end_of(std::uint32_t side, std::uint32_t which) const {
-    return corners_[side / 3][(side + which) % 3];
+  std::uint32_t vertex_of_side(std::uint32_t side, std::uint32_t which) const {
+    return triangles_[side / 3][(side + which) % 3];
   }
-  std::uint32_t end(std::size_t i) const { return end_of(sides_[i / 2], i % 2); }
+  std::uint32_t end_vertex(std::size_t i) const {
+    return vertex_of_side(open_sides_[i / 2], i % 2);
+  }
 
   const Mesh& mesh_;
-  std::span<const Triangle> corners_;
-  std::vector<std::uint32_t> sides_;
+  std::span<const Triangle> triangles_;
+  std::vector<std::uint32_t> open_sides_;
   VertexLists at_;
 };
 
@@ -85,13 +87,13 @@ Cleaned cut_at_junctions(Mesh& mesh, double distance) {
     const std::uint64_t cuts_before = cut.count;
     const std::vector<Triangle> corners = welded_triangles(mesh);
     const OpenEdges open(mesh, corners);
-    std::vector<std::uint8_t> is_done(corners.size(), 0);
+    std::vector<std::uint8_t> was_split(corners.size(), 0);
     for (const std::uint32_t side : open.sides()) {
       const std::uint32_t t = side / 3;
-      if (is_done[t] != 0) continue;
+      if (was_split[t] != 0) continue;
       const std::vector<OnEdge> points = open.along(side, distance);
       if (points.empty()) continue;
-      is_done[t] = 1;
+      was_split[t] = 1;
       if (cut.count++ == 0) cut.example = mesh.positions[points[0].vertex];
       cut_triangle(mesh, t, side % 3, points);
     }

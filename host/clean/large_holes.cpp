@@ -17,11 +17,12 @@
 namespace kiln {
 namespace {
 
-/// Below this continuation_cosine() a rim is the outline of a sheet, such as a leaf's: 120 degrees.
+/// Smallest continuation_cosine() of a hole: 120 degrees. A rim with less is the outline of a sheet, such as a leaf.
 constexpr double kMinHoleCosine = -0.5;
-/// Below this one the sheet is flat: a patch would lie on its back.
+/// Smallest continuation_cosine() of a rim that is filled if the size is unlimited. Below it, the sheet is flat, and a
+/// patch would coincide with the sheet's back.
 constexpr double kMinSheetCosine = -0.999;
-/// Corners of a rim whose UVs one triangle of a patch may span, as a share of the rim.
+/// Largest part of a rim that a patch triangle with UVs may span, as a share of the rim's corners.
 constexpr double kMaxUvSpan = 0.125;
 constexpr std::uint32_t kNoOpenSide = std::numeric_limits<std::uint32_t>::max();
 
@@ -54,7 +55,7 @@ class RimFinder {
   std::vector<std::vector<std::uint32_t>> find() {
     std::vector<std::vector<std::uint32_t>> rims;
     for (std::size_t first = 0; first < sides_.size(); ++first) {
-      if (!is_used_[first]) follow(first, rims);
+      if (!is_used_[first]) follow_open_sides(first, rims);
     }
     return rims;
   }
@@ -63,29 +64,31 @@ class RimFinder {
   std::uint32_t end(std::uint32_t side) const { return corners_[side / 3][(side + 1) % 3]; }
 
  private:
-  /// Follows open sides until they return to a vertex of their path: that part is a rim, and is cut off the path.
-  void follow(std::size_t first, std::vector<std::vector<std::uint32_t>>& rims) {
+  /// Follows open sides. Whenever the path returns to one of its own vertices, the loop since that vertex becomes a
+  /// rim and is removed from the path.
+  void follow_open_sides(std::size_t first, std::vector<std::vector<std::uint32_t>>& rims) {
     std::vector<std::uint32_t> path;
-    std::unordered_map<std::uint32_t, std::size_t> place;  // of a vertex on the path
+    std::unordered_map<std::uint32_t, std::size_t>
+        index_on_path;  // Index on the path of each of its vertices
     for (std::size_t next = first; next != kNoOpenSide;) {
       is_used_[next] = true;
-      place[start(sides_[next])] = path.size();
+      index_on_path[start(sides_[next])] = path.size();
       path.push_back(sides_[next]);
       const std::uint32_t reached = end(path.back());
-      if (const auto found = place.find(reached); found != place.end()) {
-        const std::size_t begin = found->second;
-        rims.emplace_back(path.begin() + static_cast<std::ptrdiff_t>(begin), path.end());
-        for (std::size_t i = begin; i < path.size(); ++i) place.erase(start(path[i]));
-        path.resize(begin);
+      if (const auto found = index_on_path.find(reached); found != index_on_path.end()) {
+        const std::size_t rim_begin = found->second;
+        rims.emplace_back(path.begin() + static_cast<std::ptrdiff_t>(rim_begin), path.end());
+        for (std::size_t i = rim_begin; i < path.size(); ++i) index_on_path.erase(start(path[i]));
+        path.resize(rim_begin);
         if (path.empty()) return;
       }
-      next = side_after(path.back());
+      next = next_open_side(path.back());
     }
   }
 
   /// The unused open side that bounds the same hole as the given one at its end. Where several holes touch at a vertex,
   /// the first one met on a turn through the hole, which lies to the right of its sides.
-  std::uint32_t side_after(std::uint32_t side) const {
+  std::uint32_t next_open_side(std::uint32_t side) const {
     std::vector<std::uint32_t> found;
     const std::span<const VertexLists::Item> items = at_.of(end(side));
     for (const VertexLists::Item& item : items) {
@@ -120,29 +123,30 @@ class RimFinder {
 class HoleFiller {
  public:
   HoleFiller(Mesh& mesh, double extent)
-      : mesh_(mesh), corners_(welded_triangles(mesh)), extent_(extent) {}
+      : mesh_(mesh), corners_(welded_triangles(mesh)), max_diagonal_(extent) {}
 
   LargeHoles run() {
-    RimFinder finder(mesh_, corners_);
-    const std::vector<std::vector<std::uint32_t>> rims = finder.find();
-    if (rims.empty()) return std::move(result_);
+    RimFinder rim_finder(mesh_, corners_);
+    const std::vector<std::vector<std::uint32_t>> rims = rim_finder.find();
+    if (rims.empty()) return std::move(holes_);
     find_surroundings(rims);
     for (const std::vector<std::uint32_t>& sides : rims) {
       ProgressGuard::poll();
       fill(sides);
     }
-    for (const Added& added : added_) add(added);
-    return std::move(result_);
+    for (const FilledRim& filled_rim : filled_rims_) add(filled_rim);
+    return std::move(holes_);
   }
 
  private:
-  /// A corner of a rim: the start of an open side, where its face has attributes.
+  /// A corner of a rim: the vertex at which an open side starts, and the corner of that side's face, which has
+  /// attributes.
   struct RimCorner {
     CornerOf corner;
     std::uint32_t vertex;  ///< Welded
   };
   using RimCorners = std::vector<RimCorner>;
-  struct Added {
+  struct FilledRim {
     RimCorners rim;
     HolePatch patch;
   };
@@ -157,15 +161,16 @@ class HoleFiller {
       const Triangle& v = corners_[t];
       for (std::size_t k = 0; k < 3; ++k) {
         if (!on_rim[v[k]]) continue;
-        triangles_at_[v[k]].push_back(t);
-        if (on_rim[v[(k + 1) % 3]]) edges_.insert(edge_key(v[k], v[(k + 1) % 3]));
+        triangles_at_vertex_[v[k]].push_back(t);
+        if (on_rim[v[(k + 1) % 3]]) rim_edges_.insert(edge_key(v[k], v[(k + 1) % 3]));
       }
     }
   }
 
-  HoleRim describe(const RimCorners& corners) const {
+  HoleRim describe_rim(const RimCorners& corners) const {
     HoleRim rim;
-    std::unordered_map<std::uint32_t, std::uint32_t> number;  // by welded vertex
+    std::unordered_map<std::uint32_t, std::uint32_t>
+        number;  // Index in rim.points of each welded vertex
     for (const RimCorner& corner : corners) {
       number.emplace(corner.vertex, static_cast<std::uint32_t>(rim.points.size()));
       rim.points.push_back(point_of(mesh_, corner.vertex));
@@ -175,28 +180,31 @@ class HoleFiller {
       const std::uint32_t face = corners[(i + 1) % corners.size()].corner.triangle;
       rim.face_normals.push_back(unit_face_normal(mesh_, corners_[face]));
     }
-    std::vector<std::uint32_t> collar;
+    std::vector<std::uint32_t> surrounding_triangles;
     for (const RimCorner& corner : corners) {
-      const std::vector<std::uint32_t>& at = triangles_at_.at(corner.vertex);
-      collar.insert(collar.end(), at.begin(), at.end());
+      const std::vector<std::uint32_t>& at = triangles_at_vertex_.at(corner.vertex);
+      surrounding_triangles.insert(surrounding_triangles.end(), at.begin(), at.end());
     }
-    std::sort(collar.begin(), collar.end());
-    collar.erase(std::unique(collar.begin(), collar.end()), collar.end());
-    for (const std::uint32_t t : collar) {
+    std::sort(surrounding_triangles.begin(), surrounding_triangles.end());
+    surrounding_triangles.erase(
+        std::unique(surrounding_triangles.begin(), surrounding_triangles.end()),
+        surrounding_triangles.end());
+    for (const std::uint32_t t : surrounding_triangles) {
       std::array<std::uint32_t, 3> own{};
       for (std::size_t k = 0; k < 3; ++k) {
-        const auto next = static_cast<std::uint32_t>(corners.size() + rim.around.size());
+        const auto next =
+            static_cast<std::uint32_t>(corners.size() + rim.surrounding_points.size());
         const auto [entry, is_new] = number.emplace(corners_[t][k], next);
-        if (is_new) rim.around.push_back(point_of(mesh_, corners_[t][k]));
+        if (is_new) rim.surrounding_points.push_back(point_of(mesh_, corners_[t][k]));
         own[k] = entry->second;
       }
-      rim.collar.push_back(own);
+      rim.surrounding_triangles.push_back(own);
     }
     return rim;
   }
 
-  static void count(Cleaned& cleaned, const Vec3d& place) {
-    if (cleaned.count++ == 0) cleaned.example = to_float(place);
+  static void count(Cleaned& cleaned, const Vec3d& index_on_path) {
+    if (cleaned.count++ == 0) cleaned.example = to_float(index_on_path);
   }
 
   void fill(const std::vector<std::uint32_t>& sides) {
@@ -206,31 +214,31 @@ class HoleFiller {
       corners.push_back({{*side / 3, *side % 3}, corners_[*side / 3][*side % 3]});
       box.add(point_of(mesh_, corners.back().vertex));
     }
-    const HoleRim rim = describe(corners);
+    const HoleRim rim = describe_rim(corners);
     const double cosine = continuation_cosine(rim), across = box.diagonal();
     const bool finite = std::all_of(rim.points.begin(), rim.points.end(),
                                     [](const Vec3d& p) { return std::isfinite(p.x + p.y + p.z); });
-    if (!finite || !(across <= extent_) ||
-        cosine < (std::isinf(extent_) ? kMinSheetCosine : kMinHoleCosine)) {
-      count(result_.open, rim.points[0]);
+    if (!finite || !(across <= max_diagonal_) ||
+        cosine < (std::isinf(max_diagonal_) ? kMinSheetCosine : kMinHoleCosine)) {
+      count(holes_.open, rim.points[0]);
       return;
     }
-    Added added{std::move(corners), {}};
-    added.patch = make_hole_patch(rim, [&](std::uint32_t a, std::uint32_t b) {
-      return !is_along_rim(a, b, added.rim.size()) &&
-             edges_.contains(edge_key(added.rim[a].vertex, added.rim[b].vertex));
+    FilledRim filled_rim{std::move(corners), {}};
+    filled_rim.patch = make_hole_patch(rim, [&](std::uint32_t a, std::uint32_t b) {
+      return !is_along_rim(a, b, filled_rim.rim.size()) &&
+             rim_edges_.contains(edge_key(filled_rim.rim[a].vertex, filled_rim.rim[b].vertex));
     });
-    for (const auto& t : added.patch.triangles) {
+    for (const auto& t : filled_rim.patch.triangles) {
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t a = t[k], b = t[(k + 1) % 3];
-        if (std::max(a, b) >= added.rim.size()) continue;
-        edges_.insert(edge_key(added.rim[a].vertex, added.rim[b].vertex));
+        if (std::max(a, b) >= filled_rim.rim.size()) continue;
+        rim_edges_.insert(edge_key(filled_rim.rim[a].vertex, filled_rim.rim[b].vertex));
       }
     }
-    count(result_.filled, rim.points[0]);
-    if (added.patch.is_flat) ++result_.flat;
-    result_.largest = std::max(result_.largest, across);
-    added_.push_back(std::move(added));
+    count(holes_.filled, rim.points[0]);
+    if (filled_rim.patch.is_flat) ++holes_.flat;
+    holes_.largest = std::max(holes_.largest, across);
+    filled_rims_.push_back(std::move(filled_rim));
   }
 
   static bool is_along_rim(std::uint32_t a, std::uint32_t b, std::size_t corners) {
@@ -239,70 +247,74 @@ class HoleFiller {
   }
 
   /// Adds a patch with the attributes of its rim.
-  void add(const Added& added) {
-    const std::size_t corners = added.rim.size();
-    const std::vector<std::uint32_t> vertices = add_vertices(added);
-    const std::vector<std::uint32_t> normals = add_normals(added);
-    const std::vector<std::uint32_t> charts = charts_of(added.rim);
-    for (const auto& t : added.patch.triangles) {
+  void add(const FilledRim& filled_rim) {
+    const std::size_t corners = filled_rim.rim.size();
+    const std::vector<std::uint32_t> mesh_vertices = add_vertices(filled_rim);
+    const std::vector<std::uint32_t> mesh_normals = add_normals(filled_rim);
+    const std::vector<std::uint32_t> chart_of_corner = charts_of(filled_rim.rim);
+    for (const auto& t : filled_rim.patch.triangles) {
       std::array<std::uint32_t, 3> near{};
-      for (std::size_t k = 0; k < 3; ++k) near[k] = added.patch.nearest[t[k]];
-      std::array<std::uint32_t, 3> ordered = near;
-      std::sort(ordered.begin(), ordered.end());
-      const CornerOf source =
-          added.rim[ordered[1]].corner;  // that of the majority, if there is one
-      mesh_.triangles.push_back({vertices[t[0]], vertices[t[1]], vertices[t[2]]});
+      for (std::size_t k = 0; k < 3; ++k) near[k] = filled_rim.patch.nearest[t[k]];
+      std::array<std::uint32_t, 3> sorted_corners = near;
+      std::sort(sorted_corners.begin(), sorted_corners.end());
+      const CornerOf attribute_source =
+          filled_rim.rim[sorted_corners[1]]
+              .corner;  // The middle corner: if two corners have the same source, it is one of these
+      mesh_.triangles.push_back({mesh_vertices[t[0]], mesh_vertices[t[1]], mesh_vertices[t[2]]});
       if (!mesh_.uv_triangles.empty()) {
-        const bool spans = is_within_chart(near, charts, corners);
+        const bool spans = is_within_chart(near, chart_of_corner, corners);
         Triangle uvs;
         for (std::size_t k = 0; k < 3; ++k) {
-          const CornerOf& of = spans ? added.rim[near[k]].corner : source;
+          const CornerOf& of = spans ? filled_rim.rim[near[k]].corner : attribute_source;
           uvs[k] = mesh_.uv_triangles[of.triangle][of.k];
         }
         mesh_.uv_triangles.push_back(uvs);
       }
       if (!mesh_.normal_triangles.empty()) {
-        mesh_.normal_triangles.push_back({normals[t[0]], normals[t[1]], normals[t[2]]});
+        mesh_.normal_triangles.push_back(
+            {mesh_normals[t[0]], mesh_normals[t[1]], mesh_normals[t[2]]});
       }
       if (!mesh_.tangents.empty()) mesh_.tangents.resize(mesh_.tangents.size() + 3);
       for (std::vector<std::uint32_t>* list : {&mesh_.groups, &mesh_.objects, &mesh_.materials}) {
-        if (!list->empty()) list->push_back(std::uint32_t{(*list)[source.triangle]});
+        if (!list->empty()) list->push_back(std::uint32_t{(*list)[attribute_source.triangle]});
       }
       if (!mesh_.polygons.empty()) mesh_.polygons.push_back(mesh_.polygons.back() + 1);
     }
   }
 
   /// \returns per vertex of the patch, the mesh's vertex
-  std::vector<std::uint32_t> add_vertices(const Added& added) {
-    std::vector<std::uint32_t> vertices;
-    std::vector<Vec3d> colors;
-    for (const RimCorner& corner : added.rim) {
-      vertices.push_back(mesh_.triangles[corner.corner.triangle][corner.corner.k]);
+  std::vector<std::uint32_t> add_vertices(const FilledRim& filled_rim) {
+    std::vector<std::uint32_t> mesh_vertices;
+    std::vector<Vec3d> vertex_colors;
+    for (const RimCorner& corner : filled_rim.rim) {
+      mesh_vertices.push_back(mesh_.triangles[corner.corner.triangle][corner.corner.k]);
       if (mesh_.colors.empty()) continue;
-      const auto& color = mesh_.colors[vertices.back()];
-      colors.emplace_back(color[0], color[1], color[2]);
+      const auto& color = mesh_.colors[mesh_vertices.back()];
+      vertex_colors.emplace_back(color[0], color[1], color[2]);
     }
-    if (!colors.empty()) colors = interpolate_over_patch(added.patch, colors);
-    for (std::size_t i = added.rim.size(); i < added.patch.points.size(); ++i) {
-      vertices.push_back(static_cast<std::uint32_t>(mesh_.positions.size()));
-      mesh_.positions.push_back(to_float(added.patch.points[i]));
-      if (colors.empty()) continue;
+    if (!vertex_colors.empty())
+      vertex_colors = interpolate_over_patch(filled_rim.patch, vertex_colors);
+    for (std::size_t i = filled_rim.rim.size(); i < filled_rim.patch.points.size(); ++i) {
+      mesh_vertices.push_back(static_cast<std::uint32_t>(mesh_.positions.size()));
+      mesh_.positions.push_back(to_float(filled_rim.patch.points[i]));
+      if (vertex_colors.empty()) continue;
       const auto byte = [](double value) {
         return static_cast<std::uint8_t>(std::clamp(std::floor(value + 0.5), 0.0, 255.0));
       };
-      const std::uint8_t alpha = mesh_.colors[vertices[added.patch.nearest[i]]][3];
-      mesh_.colors.push_back({byte(colors[i].x), byte(colors[i].y), byte(colors[i].z), alpha});
+      const std::uint8_t alpha = mesh_.colors[mesh_vertices[filled_rim.patch.nearest[i]]][3];
+      mesh_.colors.push_back(
+          {byte(vertex_colors[i].x), byte(vertex_colors[i].y), byte(vertex_colors[i].z), alpha});
     }
-    return vertices;
+    return mesh_vertices;
   }
 
   /// \returns per vertex of the patch, the index of its normal; empty where the mesh has none
-  std::vector<std::uint32_t> add_normals(const Added& added) {
+  std::vector<std::uint32_t> add_normals(const FilledRim& filled_rim) {
     if (mesh_.normal_triangles.empty()) return {};
-    std::vector<Vec3d> sums(added.patch.points.size());
+    std::vector<Vec3d> sums(filled_rim.patch.points.size());
     Vec3d whole{};
-    for (const auto& t : added.patch.triangles) {
-      const std::vector<Vec3d>& p = added.patch.points;
+    for (const auto& t : filled_rim.patch.triangles) {
+      const std::vector<Vec3d>& p = filled_rim.patch.points;
       const Vec3d n = cross(p[t[1]] - p[t[0]], p[t[2]] - p[t[0]]);
       whole += n;
       for (const std::uint32_t v : t) sums[v] += n;
@@ -313,12 +325,13 @@ class HoleFiller {
       return static_cast<std::uint32_t>(mesh_.normals.size() - 1);
     };
     std::vector<std::uint32_t> normals;
-    if (added.patch.is_flat) {
+    if (filled_rim.patch.is_flat) {
       normals.assign(sums.size(), push(whole));
       return normals;
     }
     for (std::size_t i = 0; i < sums.size(); ++i) {
-      const CornerOf* const corner = i < added.rim.size() ? &added.rim[i].corner : nullptr;
+      const CornerOf* const corner =
+          i < filled_rim.rim.size() ? &filled_rim.rim[i].corner : nullptr;
       normals.push_back(corner != nullptr
                             ? std::uint32_t{mesh_.normal_triangles[corner->triangle][corner->k]}
                             : push(sums[i]));
@@ -328,35 +341,36 @@ class HoleFiller {
 
   /// Per corner of a rim, the number of seams of UVs between it and the first corner.
   std::vector<std::uint32_t> charts_of(const RimCorners& rim) const {
-    std::vector<std::uint32_t> charts(rim.size(), 0);
-    if (mesh_.uv_triangles.empty()) return charts;
+    std::vector<std::uint32_t> chart_of_corner(rim.size(), 0);
+    if (mesh_.uv_triangles.empty()) return chart_of_corner;
     const auto uv_at = [&](const CornerOf& corner, std::uint32_t ahead) -> const Vec2& {
       return mesh_.uvs[mesh_.uv_triangles[corner.triangle][(corner.k + ahead) % 3]];
     };
     for (std::size_t i = 1; i < rim.size(); ++i) {
       // The side of corner i ends where that of corner i - 1 starts.
       const Vec2 &end = uv_at(rim[i].corner, 1), &start = uv_at(rim[i - 1].corner, 0);
-      charts[i] = charts[i - 1] + (end.x == start.x && end.y == start.y ? 0 : 1);
+      chart_of_corner[i] = chart_of_corner[i - 1] + (end.x == start.x && end.y == start.y ? 0 : 1);
     }
-    return charts;
+    return chart_of_corner;
   }
 
   static bool is_within_chart(const std::array<std::uint32_t, 3>& near,
-                              const std::vector<std::uint32_t>& charts, std::size_t corners) {
+                              const std::vector<std::uint32_t>& chart_of_corner,
+                              std::size_t corners) {
     const auto [low, high] = std::minmax({near[0], near[1], near[2]});
-    return charts[low] == charts[high] &&
+    return chart_of_corner[low] == chart_of_corner[high] &&
            high - low <= std::max<std::size_t>(1, static_cast<std::size_t>(
                                                       kMaxUvSpan * static_cast<double>(corners)));
   }
 
   Mesh& mesh_;
   std::vector<Triangle> corners_;
-  double extent_;
-  LargeHoles result_;
+  double max_diagonal_;
+  LargeHoles holes_;
   std::unordered_map<std::uint32_t, std::vector<std::uint32_t>>
-      triangles_at_;                         ///< Of vertices of rims
-  std::unordered_set<std::uint64_t> edges_;  ///< Edges between vertices of rims
-  std::vector<Added> added_;
+      triangles_at_vertex_;                      ///< Triangles at each vertex of a rim
+  std::unordered_set<std::uint64_t> rim_edges_;  ///< Edges between vertices of rims
+  std::vector<FilledRim> filled_rims_;
 };
 
 }  // namespace

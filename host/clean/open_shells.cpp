@@ -25,24 +25,25 @@ std::vector<OpenShells> find_open_shells(const Mesh& mesh) {
       1, mesh.materials.empty()
              ? 1
              : std::size_t{1} + *std::max_element(mesh.materials.begin(), mesh.materials.end()));
-  std::vector<std::uint32_t> group(corners.size(), 0);
+  std::vector<std::uint32_t> group_of_triangle(corners.size(), 0);
   std::vector<OpenShells> result(materials);
-  std::vector<bool> known(materials);
-  for (std::size_t t = 0; t < group.size(); ++t) {
+  std::vector<bool> has_example(materials);
+  for (std::size_t t = 0; t < group_of_triangle.size(); ++t) {
     if (parts.parts[parts.of[t]].closed) continue;
-    group[t] = 1 + of(t);
-    if (!known[of(t)]) result[of(t)].example = mesh.positions[mesh.triangles[t][0]];
-    known[of(t)] = true;
+    group_of_triangle[t] = 1 + of(t);
+    if (!has_example[of(t)]) result[of(t)].example = mesh.positions[mesh.triangles[t][0]];
+    has_example[of(t)] = true;
   }
-  const std::vector<SeenPixels> seen = look_from_outside(mesh, group, materials + 1, {});
-  std::uint64_t front = seen[0].front, back = seen[0].back;
+  const std::vector<SeenPixels> seen =
+      look_from_outside(mesh, group_of_triangle, materials + 1, {});
+  std::uint64_t front_pixels = seen[0].front, back_pixels = seen[0].back;
   for (std::size_t m = 0; m < materials; ++m) {
     result[m].front = seen[m + 1].front;
     result[m].back = seen[m + 1].back;
-    front += result[m].front;
-    back += result[m].back;
+    front_pixels += result[m].front;
+    back_pixels += result[m].back;
   }
-  if (back > kMinRoomRatio * front) return {};
+  if (back_pixels > kMinRoomRatio * front_pixels) return {};
   return result;
 }
 

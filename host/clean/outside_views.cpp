@@ -32,16 +32,16 @@ constexpr std::uint32_t kMinPictureSide = 16;
 /// Side of a tile in pixels, a power of two.
 constexpr std::int32_t kTileSide = 4;
 constexpr float kFar = 1e30F;
-constexpr std::uint32_t kNothing = std::numeric_limits<std::uint32_t>::max();
+constexpr std::uint32_t kNoTriangle = std::numeric_limits<std::uint32_t>::max();
 
 struct Ball {
-  Vec3d middle{};
+  Vec3d centre{};
   double radius = 0;
 };
 
 /// Bounding box of triangles that are tested together for occlusion.
-struct Block {
-  Vec3d middle{}, half{};
+struct TriangleBlock {
+  Vec3d centre{}, half{};
 };
 
 Ball ball_around(const Mesh& mesh, std::span<const Triangle> triangles) {
@@ -62,7 +62,7 @@ std::uint32_t bounded_side(const Mesh& mesh, const Ball& ball, std::uint32_t pix
 }
 
 /// Direction i of `count` on a spiral around the sphere.
-Vec3d direction(std::uint32_t i, std::uint32_t count) {
+Vec3d spiral_direction(std::uint32_t i, std::uint32_t count) {
   const double z = 1 - (2.0 * i + 1) / count;
   const double angle = i * std::numbers::pi * (3 - std::sqrt(5.0));
   const double r = std::sqrt(1 - z * z);
@@ -81,8 +81,8 @@ class Picture {
           const Vec3d& toward, const OutsideViews& views)
       : triangles_(triangles),
         views_(views),
-        ball_(ball),
-        toward_(toward),
+        bounding_ball_(ball),
+        view_direction_(toward),
         pixels_(std::size_t{views.pixels} * views.pixels) {
     const Vec3d other = std::abs(toward.z) < 0.9 ? Vec3d{0, 0, 1} : Vec3d{1, 0, 0};
     right_ = cross(other, toward);
@@ -104,24 +104,24 @@ class Picture {
   }
   struct Pixel {
     float depth = -kFar;
-    /// Twice the index of the visible triangle, plus 1 if its back is visible; or kNothing.
-    std::uint32_t id = kNothing;
+    /// Twice the index of the visible triangle, plus 1 if its back is visible; or kNoTriangle.
+    std::uint32_t id = kNoTriangle;
   };
   const std::vector<Pixel>& pixels() const { return pixels_; }
 
   /// Ends drawing: builds tiles, for triangles that may still occlude others.
   void end_drawing() {
-    tiles_side_ = (views_.pixels + kTileSide - 1) / kTileSide;
-    tiles_.resize(std::size_t{tiles_side_} * tiles_side_);
+    tiles_per_side_ = (views_.pixels + kTileSide - 1) / kTileSide;
+    tiles_.resize(std::size_t{tiles_per_side_} * tiles_per_side_);
     for (std::uint32_t i = 0; i < pixels_.size(); ++i) {
       Pixel& at = pixels_[i];
-      if (at.id == kNothing) {
+      if (at.id == kNoTriangle) {
         at.depth = kFar;
         continue;
       }
       Tile& tile = tile_at(i % views_.pixels, i / views_.pixels);
-      tile.farthest = std::min(tile.farthest, at.depth);
-      ++tile.shown;
+      tile.smallest_depth = std::min(tile.smallest_depth, at.depth);
+      ++tile.shown_pixels;
     }
   }
   /// Clears the pixels that this triangle would cover if all triangles had been drawn in order.
@@ -129,18 +129,18 @@ class Picture {
     each_pixel(t, [&](Pixel& at, float depth, std::uint32_t id) {
       if (depth < at.depth - kDepthTolerance) return;
       if (depth <= at.depth + kDepthTolerance) {
-        const bool first = id < at.id;
-        if (is_front(id) == is_front(at.id) ? !first : !is_front(id)) return;
+        const bool is_first = id < at.id;
+        if (is_front(id) == is_front(at.id) ? !is_first : !is_front(id)) return;
       }
-      at = {kFar, kNothing};
+      at = {kFar, kNoTriangle};
       const auto i = static_cast<std::uint32_t>(&at - pixels_.data());
       Tile& tile = tile_at(i % views_.pixels, i / views_.pixels);
-      if (--tile.shown == 0) tile.farthest = kFar;
+      if (--tile.shown_pixels == 0) tile.smallest_depth = kFar;
     });
   }
   /// False if no triangle of a block can occlude anything.
-  bool may_hide(const Block& block) const {
-    const PicturePoint middle = picture_point_of(block.middle);
+  bool may_occlude(const TriangleBlock& block) const {
+    const PicturePoint centre = picture_point_of(block.centre);
     const auto reach = [&](const Vec3d& axis) {
       return std::abs(axis.x) * block.half.x + std::abs(axis.y) * block.half.y +
              std::abs(axis.z) * block.half.z;
@@ -148,57 +148,59 @@ class Picture {
     const auto steps = [&](const Vec3d& axis) {
       return static_cast<std::int32_t>(reach(axis) * scale_) + 2;
     };
-    const Extent extent = extent_of(middle.x - steps(right_), middle.x + steps(right_),
-                                    middle.y - steps(up_), middle.y + steps(up_));
+    const PixelExtent extent = extent_of(centre.x - steps(right_), centre.x + steps(right_),
+                                         centre.y - steps(up_), centre.y + steps(up_));
     // An upper bound of all depths in the block, including rounding.
-    const float top =
-        middle.depth + static_cast<float>(reach(toward_) / ball_.radius) + kDepthTolerance;
+    const float top = centre.depth +
+                      static_cast<float>(reach(view_direction_) / bounding_ball_.radius) +
+                      kDepthTolerance;
     for (std::int32_t y = extent.y0; y <= extent.y1; y = (y | (kTileSide - 1)) + 1) {
-      if (may_hide(extent, y, top)) return true;
+      if (may_occlude(extent, y, top)) return true;
     }
     return false;
   }
 
  private:
   /// The range of pixels whose centres lie in a box.
-  struct Extent {
+  struct PixelExtent {
     std::int32_t x0, x1, y0, y1;
   };
-  Extent extent_of(std::int32_t left, std::int32_t right, std::int32_t low,
-                   std::int32_t high) const {
-    const auto first = [](std::int32_t x) {
+  PixelExtent extent_of(std::int32_t left, std::int32_t right, std::int32_t low,
+                        std::int32_t high) const {
+    const auto first_centre = [](std::int32_t x) {
       return std::max((x + kSubpixelSteps / 2 - 1) / kSubpixelSteps, 0);
     };
-    const auto last = [&](std::int32_t x) {
+    const auto last_centre = [&](std::int32_t x) {
       return std::min((x + kSubpixelSteps / 2) / kSubpixelSteps,
                       static_cast<std::int32_t>(views_.pixels)) -
              1;
     };
-    return {first(left), last(right), first(low), last(high)};
+    return {first_centre(left), last_centre(right), first_centre(low), last_centre(high)};
   }
   PicturePoint picture_point_of(const Vec3d& point) const {
-    const Vec3d p = point - ball_.middle;
+    const Vec3d p = point - bounding_ball_.centre;
     const auto place = [&](const Vec3d& axis) {
       // This order of arguments turns NaN into 0.
-      const double steps = std::max(0.0, (dot(p, axis) + ball_.radius) * scale_);
+      const double steps = std::max(0.0, (dot(p, axis) + bounding_ball_.radius) * scale_);
       return static_cast<std::int32_t>(std::min(steps, 1e8));
     };
-    return {place(right_), place(up_), static_cast<float>(dot(p, toward_) / ball_.radius)};
+    return {place(right_), place(up_),
+            static_cast<float>(dot(p, view_direction_) / bounding_ball_.radius)};
   }
   static bool is_front(std::uint32_t id) { return (id & 1) == 0; }
   /// A square of pixels. Triangles behind all of its pixels are rejected without testing each pixel.
   struct Tile {
-    float farthest = kFar;    ///< Smallest visible depth; nothing behind it is visible
-    std::uint32_t shown = 0;  ///< Number of pixels that show a triangle
+    float smallest_depth = kFar;     ///< Smallest visible depth; nothing behind it is visible
+    std::uint32_t shown_pixels = 0;  ///< Number of pixels that show a triangle
   };
   Tile& tile_at(std::uint32_t x, std::uint32_t y) {
-    return tiles_[std::size_t{y / kTileSide} * tiles_side_ + x / kTileSide];
+    return tiles_[std::size_t{y / kTileSide} * tiles_per_side_ + x / kTileSide];
   }
   /// False if no tile of this row has a pixel that a triangle up to depth `top` can occlude.
-  bool may_hide(const Extent& extent, std::int32_t y, float top) const {
-    const Tile* const row = &tiles_[static_cast<std::size_t>(y / kTileSide) * tiles_side_];
+  bool may_occlude(const PixelExtent& extent, std::int32_t y, float top) const {
+    const Tile* const row = &tiles_[static_cast<std::size_t>(y / kTileSide) * tiles_per_side_];
     for (std::int32_t x = extent.x0 / kTileSide; x <= extent.x1 / kTileSide; ++x) {
-      if (!(top < row[x].farthest - kDepthTolerance)) return true;
+      if (!(top < row[x].smallest_depth - kDepthTolerance)) return true;
     }
     return false;
   }
@@ -217,7 +219,7 @@ class Picture {
     const auto most = [](std::int32_t a, std::int32_t b, std::int32_t c) {
       return std::max(std::max(a, b), c);
     };
-    const Extent extent =
+    const PixelExtent extent =
         extent_of(least(p[0]->x, p[1]->x, p[2]->x), most(p[0]->x, p[1]->x, p[2]->x),
                   least(p[0]->y, p[1]->y, p[2]->y), most(p[0]->y, p[1]->y, p[2]->y));
     if (extent.x0 > extent.x1 || extent.y0 > extent.y1) return 0;
@@ -238,7 +240,7 @@ class Picture {
     std::uint32_t count = 0;
     for (std::int32_t py = extent.y0; py <= extent.y1; ++py) {
       if (!tiles_.empty() && (py == extent.y0 || py % kTileSide == 0) &&
-          !may_hide(extent, py, top)) {
+          !may_occlude(extent, py, top)) {
         py |= kTileSide - 1;
         continue;
       }
@@ -266,16 +268,16 @@ class Picture {
 
   std::span<const Triangle> triangles_;
   const OutsideViews& views_;
-  Ball ball_;
-  Vec3d toward_{}, right_{}, up_{};
+  Ball bounding_ball_;
+  Vec3d view_direction_{}, right_{}, up_{};
   double scale_ = 0;  ///< Subpixel steps per unit of length
   std::vector<PicturePoint> points_;
   std::vector<Pixel> pixels_;
   std::vector<Tile> tiles_;  ///< Tiles; empty while drawing
-  std::uint32_t tiles_side_ = 0;
+  std::uint32_t tiles_per_side_ = 0;
 };
 
-/// For each triangle the first one that has the same corners in the same order, which covers the same pixels.
+/// For each triangle, the first triangle with the same corners in the same order, which covers the same pixels.
 std::vector<std::uint32_t> first_repetitions(const Mesh& mesh) {
   const std::vector<std::uint32_t> place = weld_vertices(mesh.positions);
   const VertexLists lists(
@@ -296,17 +298,17 @@ std::vector<std::uint32_t> first_repetitions(const Mesh& mesh) {
   return first;
 }
 
-std::vector<Block> blocks_of(const Mesh& mesh, std::span<const std::uint32_t> triangles) {
-  std::vector<Block> blocks;
+std::vector<TriangleBlock> blocks_of(const Mesh& mesh, std::span<const std::uint32_t> triangles) {
+  std::vector<TriangleBlock> triangle_blocks;
   for (std::size_t first = 0; first < triangles.size(); first += kTrianglesPerBlock) {
     Box<Vec3d> box;
     for (std::size_t i = first; i < std::min(first + kTrianglesPerBlock, triangles.size()); ++i) {
       add_triangle(box, mesh, mesh.triangles[triangles[i]]);
     }
     const bool any = box.diagonal() > 0;
-    blocks.push_back({any ? box.center() : Vec3d(), any ? box.size() * 0.5 : Vec3d()});
+    triangle_blocks.push_back({any ? box.center() : Vec3d(), any ? box.size() * 0.5 : Vec3d()});
   }
-  return blocks;
+  return triangle_blocks;
 }
 
 }  // namespace
@@ -319,11 +321,11 @@ std::vector<SeenPixels> look_from_outside(const Mesh& mesh, std::span<const std:
   if (!(ball.radius > 0)) return seen;
   OutsideViews views = wanted;
   views.pixels = bounded_side(mesh, ball, wanted.pixels);
-  std::vector<std::uint32_t> shown, others;
+  std::vector<std::uint32_t> counted_triangles, occluders;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-    (counted.empty() || counted[group[t]] != 0 ? shown : others).push_back(t);
+    (counted.empty() || counted[group[t]] != 0 ? counted_triangles : occluders).push_back(t);
   }
-  const std::vector<Block> blocks = blocks_of(mesh, others);
+  const std::vector<TriangleBlock> triangle_blocks = blocks_of(mesh, occluders);
   std::vector<Triangle> triangles = mesh.triangles;
   for (Triangle& t : triangles) {
     const auto finite = [&](std::uint32_t v) { return is_finite(mesh.positions[v]); };
@@ -332,44 +334,46 @@ std::vector<SeenPixels> look_from_outside(const Mesh& mesh, std::span<const std:
   }
   // In the smaller pictures of large meshes, repeated triangles are drawn once. A repetition hides nothing of the
   // earlier triangle: where both cover a pixel, the earlier one is visible.
-  const bool repeats = views.pixels < wanted.pixels && others.empty();
+  const bool repeats = views.pixels < wanted.pixels && occluders.empty();
   const std::vector<std::uint32_t> first =
       repeats ? first_repetitions(mesh) : std::vector<std::uint32_t>();
   std::mutex mutex;  // The sums are of integers, so their order does not matter
   const std::uint32_t pictures = (views.count - views.first + views.step - 1) / views.step;
   parallel_for(pictures, 1, [&](std::size_t number, std::size_t) {
     const auto view = views.first + static_cast<std::uint32_t>(number) * views.step;
-    Picture picture(mesh, triangles, ball, direction(view, views.count), views);
-    // Drawn pixels of each run of triangles of one group
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> drawn;
-    // Covered pixels of the first triangle of each repetition
-    std::vector<std::uint32_t> covered(first.size());
-    for (const std::uint32_t t : shown) {
+    Picture picture(mesh, triangles, ball, spiral_direction(view, views.count), views);
+    // Number of drawn pixels of each run of consecutive triangles of one group
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> drawn_pixels;
+    // For each triangle that is repeated, the pixels that its first occurrence covers
+    std::vector<std::uint32_t> covered_pixels(first.size());
+    for (const std::uint32_t t : counted_triangles) {
       std::uint32_t pixels = 0;
       if (!repeats) {
         pixels = picture.draw(t);
       } else {
-        if (first[t] == t) covered[t] = picture.draw(t);
-        pixels = covered[first[t]];
+        if (first[t] == t) covered_pixels[t] = picture.draw(t);
+        pixels = covered_pixels[first[t]];
       }
       if (pixels == 0) continue;
-      if (drawn.empty() || drawn.back().first != group[t]) drawn.push_back({group[t], 0});
-      drawn.back().second += pixels;
+      if (drawn_pixels.empty() || drawn_pixels.back().first != group[t])
+        drawn_pixels.push_back({group[t], 0});
+      drawn_pixels.back().second += pixels;
     }
-    if (!others.empty()) {
+    if (!occluders.empty()) {
       picture.end_drawing();
-      for (std::size_t i = 0; i < others.size(); ++i) {
-        if (i % kTrianglesPerBlock == 0 && !picture.may_hide(blocks[i / kTrianglesPerBlock])) {
+      for (std::size_t i = 0; i < occluders.size(); ++i) {
+        if (i % kTrianglesPerBlock == 0 &&
+            !picture.may_occlude(triangle_blocks[i / kTrianglesPerBlock])) {
           i += kTrianglesPerBlock - 1;
         } else {
-          picture.hide(others[i]);
+          picture.hide(occluders[i]);
         }
       }
     }
     const std::scoped_lock lock(mutex);
-    for (const auto& [of, pixels] : drawn) seen[of].drawn += pixels;
+    for (const auto& [of, pixels] : drawn_pixels) seen[of].drawn += pixels;
     for (const auto& [depth, id] : picture.pixels()) {
-      if (id == kNothing) continue;
+      if (id == kNoTriangle) continue;
       SeenPixels& of = seen[group[id / 2]];
       ++((id & 1) == 0 ? of.front : of.back);
     }

@@ -23,7 +23,7 @@ constexpr double kMinBackShare = 0.25;
 constexpr std::uint64_t kMaxInwardRatio = 3;
 
 /// True if the numbers of pixels clearly show the triangles' orientation.
-bool is_clear(std::uint64_t front, std::uint64_t back) {
+bool is_clear_ratio(std::uint64_t front, std::uint64_t back) {
   return front + back >= kMinVisiblePixels &&
          std::max(front, back) > kMinInconsistentRatio * std::min(front, back);
 }
@@ -42,19 +42,20 @@ bool may_face_inwards(const Mesh& mesh) {
     for (const std::uint32_t corner : v) middle = middle + point_of(mesh, corner);
   }
   middle = middle * (1.0 / (3.0 * static_cast<double>(mesh.triangles.size())));
-  double volume = 0;
-  for (const Triangle& v : mesh.triangles) volume += volume_of(mesh, v, middle);
-  return volume < 0;
+  double signed_volume = 0;
+  for (const Triangle& v : mesh.triangles) signed_volume += volume_of(mesh, v, middle);
+  return signed_volume < 0;
 }
 
 /// Orientation of the parts by their signed volumes, before any view is drawn.
-struct Facing {
+struct VolumeOrientation {
   /// True if all parts are consistent, closed, and have a volume of 0 or more
-  bool outwards = false;
-  bool may_be_reversed = true;  ///< True if views could find a part that faces inwards
+  bool all_face_outwards = false;
+  bool may_be_reversed = true;  ///< True if a part may face inwards, which only views can decide
 };
 
-Facing facing_of(const Mesh& mesh, const FacingParts& parts, bool open_alone) {
+VolumeOrientation volume_orientation_of(const Mesh& mesh, const FacingParts& parts,
+                                        bool open_alone) {
   const auto all_parts = [&](const auto& is) {
     return std::all_of(parts.parts.begin(), parts.parts.end(), is);
   };
@@ -63,17 +64,17 @@ Facing facing_of(const Mesh& mesh, const FacingParts& parts, bool open_alone) {
   if (!all_parts([](const FacingParts::Part& part) { return part.closed; })) {
     return {false, !one || (!open_alone && may_face_inwards(mesh))};
   }
-  std::vector<double> volume(parts.parts.size(), 0);
+  std::vector<double> part_volumes(parts.parts.size(), 0);
   for (std::size_t t = 0; t < parts.of.size(); ++t) {
     const Vec3d middle = point_of(mesh, mesh.triangles[parts.parts[parts.of[t]].first][0]);
-    volume[parts.of[t]] += volume_of(mesh, mesh.triangles[t], middle);
+    part_volumes[parts.of[t]] += volume_of(mesh, mesh.triangles[t], middle);
   }
-  const bool outwards =
+  const bool all_face_outwards =
       all_parts([](const FacingParts::Part& part) { return !part.one_sided; }) &&
-      std::all_of(volume.begin(), volume.end(), [](double of) { return of >= 0; });
+      std::all_of(part_volumes.begin(), part_volumes.end(), [](double of) { return of >= 0; });
   const bool any_below =
-      std::any_of(volume.begin(), volume.end(), [](double of) { return of < 0; });
-  return {outwards, one ? !open_alone && may_face_inwards(mesh) : any_below};
+      std::any_of(part_volumes.begin(), part_volumes.end(), [](double of) { return of < 0; });
+  return {all_face_outwards, one ? !open_alone && may_face_inwards(mesh) : any_below};
 }
 
 }  // namespace
@@ -81,23 +82,23 @@ Facing facing_of(const Mesh& mesh, const FacingParts& parts, bool open_alone) {
 void turn_outward(Mesh& mesh, bool open_alone, CleanReport& report) {
   const std::vector<Triangle> corners = welded_triangles(mesh);
   const FacingParts parts(corners, mesh.positions.size());
-  const Facing facing = facing_of(mesh, parts, open_alone);
-  report.faces_outwards = facing.outwards;
-  if (!facing.may_be_reversed) return;
+  const VolumeOrientation volume_orientation = volume_orientation_of(mesh, parts, open_alone);
+  report.faces_outwards = volume_orientation.all_face_outwards;
+  if (!volume_orientation.may_be_reversed) return;
   std::vector<std::uint32_t> group(corners.size());
   for (std::size_t t = 0; t < group.size(); ++t) group[t] = 2 * parts.of[t] + parts.side[t];
   const std::vector<SeenPixels> seen = look_from_outside(mesh, group, 2 * parts.parts.size(), {});
-  std::uint64_t fronts = 0, backs = 0;
+  std::uint64_t front_pixels = 0, back_pixels = 0;
   for (const SeenPixels& of : seen) {
-    fronts += of.front;
-    backs += of.back;
+    front_pixels += of.front;
+    back_pixels += of.back;
   }
-  const bool is_inward = backs > kMaxInwardRatio * fronts;
-  if (is_inward) report.inward = {1, mesh.positions[mesh.triangles[0][0]]};
+  const bool is_seen_from_inside = back_pixels > kMaxInwardRatio * front_pixels;
+  if (is_seen_from_inside) report.inward = {1, mesh.positions[mesh.triangles[0][0]]};
   const std::vector<std::uint8_t> less = wrong_sides(mesh, parts);
-  std::vector<std::array<std::uint32_t, 2>> counts(parts.parts.size());
-  for (std::size_t t = 0; t < group.size(); ++t) ++counts[parts.of[t]][parts.side[t]];
-  enum : std::uint8_t { kNoSide = 2, kBoth = 3 };
+  std::vector<std::array<std::uint32_t, 2>> triangles_per_side(parts.parts.size());
+  for (std::size_t t = 0; t < group.size(); ++t) ++triangles_per_side[parts.of[t]][parts.side[t]];
+  enum : std::uint8_t { kNoSide = 2, kBothSides = 3 };
   std::vector<std::uint8_t> reversed_side(parts.parts.size(), kNoSide);
   for (std::size_t p = 0; p < reversed_side.size(); ++p) {
     const FacingParts::Part& part = parts.parts[p];
@@ -106,36 +107,36 @@ void turn_outward(Mesh& mesh, bool open_alone, CleanReport& report) {
     const SeenPixels first = seen[2 * p], other{0, seen[2 * p + 1].back, seen[2 * p + 1].front};
     std::uint64_t front = std::uint64_t{first.front} + other.front;
     std::uint64_t back = std::uint64_t{first.back} + other.back;
-    const bool has_enough_pixels = !is_inward && front + back >= kMinVisiblePixels;
+    const bool has_enough_pixels = !is_seen_from_inside && front + back >= kMinVisiblePixels;
     const double drawn = static_cast<double>(seen[2 * p].drawn) + seen[2 * p + 1].drawn;
     const bool shown = static_cast<double>(back) >= kMinBackShare * drawn;
     if (!part.agrees) {
-      bool clear = has_enough_pixels && is_clear(front, back);
+      bool clear = has_enough_pixels && is_clear_ratio(front, back);
       // Both groups are tested separately, too: a large flap shows both sides, which would mask the result of the
       // other group in the sum.
-      const bool by_first = is_clear(first.front, first.back);
-      if (!clear && has_enough_pixels && by_first != is_clear(other.front, other.back)) {
+      const bool by_first = is_clear_ratio(first.front, first.back);
+      if (!clear && has_enough_pixels && by_first != is_clear_ratio(other.front, other.back)) {
         clear = true;
         front = by_first ? first.front : other.front;
         back = by_first ? first.back : other.back;
       }
       // A large triangle may have more area than all others, so without views, the number of triangles must support
       // the result, too.
-      const bool has_fewer_triangles = 2 * counts[p][less[p]] < part.triangles;
+      const bool has_fewer_triangles = 2 * triangles_per_side[p][less[p]] < part.triangles;
       reversed_side[p] = clear                                ? (front > back ? 1 : 0)
                          : has_fewer_triangles || !open_alone ? less[p]
                                                               : std::uint8_t{kNoSide};
     } else if (has_enough_pixels && back > kMinConsistentRatio * front &&
                !(open_alone && part.closed) && shown) {
-      reversed_side[p] = kBoth;
+      reversed_side[p] = kBothSides;
     }
   }
-  std::vector<std::uint8_t> turned(corners.size());
-  for (std::size_t t = 0; t < turned.size(); ++t) {
+  std::vector<std::uint8_t> is_reversed(corners.size());
+  for (std::size_t t = 0; t < is_reversed.size(); ++t) {
     const std::uint8_t side = reversed_side[parts.of[t]];
-    turned[t] = side == kBoth || side == parts.side[t];
+    is_reversed[t] = side == kBothSides || side == parts.side[t];
   }
-  const TurnedTriangles result = turn_triangles(mesh, turned);
+  const TurnedTriangles result = turn_triangles(mesh, is_reversed);
   if (result.count != 0) {
     report.turned = {result.count, mesh.positions[mesh.triangles[result.first][0]]};
   }

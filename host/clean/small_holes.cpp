@@ -106,10 +106,10 @@ Cleaned fill_small_holes(Mesh& mesh, double perimeter) {
     const Triangle& v = corners[t];
     return normal_of(point_of(mesh, v[0]), point_of(mesh, v[1]), point_of(mesh, v[2]));
   };
-  Cleaned filled;
-  Fill fills;
+  Cleaned filled_holes;
+  Fill fill_triangles;
   double area = 0;
-  // 1 for each side of a rim that was found
+  // 1 for each open side that belongs to a rim that was found
   std::vector<std::uint8_t> is_known_side(3 * corners.size(), 0);
   for (const std::uint32_t first : open.all()) {
     if (is_known_side[first] != 0) continue;
@@ -126,26 +126,27 @@ Cleaned fill_small_holes(Mesh& mesh, double perimeter) {
                                    [&](std::uint32_t side) { return is_known_side[side] != 0; });
     if (taken || perimeter_sum > perimeter) continue;
     for (const std::uint32_t side : sides) is_known_side[side] = 1;
-    Vec3d normal{};
+    Vec3d rim_normal{};
     for (std::size_t i = 2; i < rim.size(); ++i) {
-      normal += normal_of(rim[0].point, rim[i - 1].point, rim[i].point);
+      rim_normal += normal_of(rim[0].point, rim[i - 1].point, rim[i].point);
     }
-    const double size = length(normal);
+    const double size = length(rim_normal);
     const bool goes_on = std::all_of(sides.begin(), sides.end(), [&](std::uint32_t side) {
       const Vec3d beside = face(side / 3);
-      return dot(beside, normal) > kMinContinuationCosine * length(beside) * size;
+      return dot(beside, rim_normal) > kMinContinuationCosine * length(beside) * size;
     });
     Fill fill;
-    if (!goes_on || !cut_ears(rim, normal, fill)) continue;
-    if (filled.count++ == 0) filled.example = to_float(rim[0].point);
-    fills.insert(fills.end(), fill.begin(), fill.end());
+    if (!goes_on || !cut_ears(rim, rim_normal, fill)) continue;
+    if (filled_holes.count++ == 0) filled_holes.example = to_float(rim[0].point);
+    fill_triangles.insert(fill_triangles.end(), fill.begin(), fill.end());
     area += size;
   }
   double whole = 0;
-  for (std::uint32_t t = 0; t < corners.size() && !fills.empty(); ++t) whole += length(face(t));
+  for (std::uint32_t t = 0; t < corners.size() && !fill_triangles.empty(); ++t)
+    whole += length(face(t));
   if (area > kMaxHoleShare * whole) return {};
-  for (const auto& triangle : fills) add_triangle(mesh, triangle);
-  return filled;
+  for (const auto& triangle : fill_triangles) add_triangle(mesh, triangle);
+  return filled_holes;
 }
 
 }  // namespace kiln

@@ -30,8 +30,8 @@ Cleaned fill_small_holes(Mesh& mesh, double perimeter);
 /// Holes that fill_large_holes() found.
 struct LargeHoles {
   Cleaned filled;          ///< Holes that were filled
-  std::uint64_t flat = 0;  ///< Of them, those whose patch meets the surface at an angle
-  double largest = 0;      ///< Diagonal of the largest one that was filled
+  std::uint64_t flat = 0;  ///< Filled holes whose patch meets the surface at an angle
+  double largest = 0;      ///< Diagonal of the largest hole that was filled
   Cleaned open;            ///< Closed rims that were left open: too large, or outlines of sheets
   Cleaned open_edges;      ///< Edges of one triangle that remain in the mesh
 };

@@ -9,7 +9,7 @@ namespace {
 
 /// Removes items of a list with `size` items per triangle.
 template <typename T>
-void keep_of(std::vector<T>& list, std::size_t size, std::span<const std::uint8_t> dropped) {
+void keep_items(std::vector<T>& list, std::size_t size, std::span<const std::uint8_t> dropped) {
   if (list.empty()) return;
   std::size_t kept = 0;
   for (std::size_t t = 0; t < dropped.size(); ++t) {
@@ -20,7 +20,7 @@ void keep_of(std::vector<T>& list, std::size_t size, std::span<const std::uint8_
 }
 
 /// Renumbers polygons from 0.
-void renumber(std::vector<std::uint32_t>& polygons) {
+void renumber_polygons(std::vector<std::uint32_t>& polygons) {
   std::uint32_t next = 0, last = polygons.empty() ? 0 : polygons[0];
   for (std::uint32_t& polygon : polygons) {
     if (polygon != last) ++next;
@@ -36,23 +36,23 @@ void add_copy(std::vector<std::uint32_t>& list, std::uint32_t of) {
 }  // namespace
 
 void drop_triangles(Mesh& mesh, std::span<const std::uint8_t> dropped) {
-  keep_of(mesh.triangles, 1, dropped);
-  keep_of(mesh.uv_triangles, 1, dropped);
-  keep_of(mesh.normal_triangles, 1, dropped);
-  keep_of(mesh.tangents, 3, dropped);
+  keep_items(mesh.triangles, 1, dropped);
+  keep_items(mesh.uv_triangles, 1, dropped);
+  keep_items(mesh.normal_triangles, 1, dropped);
+  keep_items(mesh.tangents, 3, dropped);
   for (std::vector<std::uint32_t>* list :
        {&mesh.groups, &mesh.objects, &mesh.materials, &mesh.polygons}) {
-    keep_of(*list, 1, dropped);
+    keep_items(*list, 1, dropped);
   }
-  renumber(mesh.polygons);
-  constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();
-  std::vector<std::uint32_t> number(mesh.positions.size(), kUnused);
+  renumber_polygons(mesh.polygons);
+  constexpr std::uint32_t kUnusedVertex = std::numeric_limits<std::uint32_t>::max();
+  std::vector<std::uint32_t> number(mesh.positions.size(), kUnusedVertex);
   for (const Triangle& t : mesh.triangles) {
     for (const std::uint32_t v : t) number[v] = 0;
   }
   std::uint32_t next = 0;
   for (std::size_t v = 0; v < number.size(); ++v) {
-    if (number[v] == kUnused) continue;
+    if (number[v] == kUnusedVertex) continue;
     mesh.positions[next] = mesh.positions[v];
     if (!mesh.colors.empty()) mesh.colors[next] = mesh.colors[v];
     number[v] = next++;

@@ -21,16 +21,16 @@ double channel_error(float a, float b) {
   return a == b || (std::isnan(a) && std::isnan(b)) ? 0.0 : 1.0;
 }
 
-struct Block {
-  std::uint64_t compared = 0;
+struct BlockSums {
+  std::uint64_t compared_values = 0;
   double angle_sum = 0, error_sum = 0;
   double max_angle = -1, max_error = -1;
   std::size_t worst_angle = 0, worst_error = 0;
 };
 
-Block compare_block(const Image& a, const Image& b, const Image* mask, std::size_t first,
-                    std::size_t last, std::vector<double>& angles) {
-  Block block;
+BlockSums compare_block(const Image& a, const Image& b, const Image* mask, std::size_t first,
+                        std::size_t last, std::vector<double>& angles) {
+  BlockSums block_sums;
   const std::size_t channels = a.channels;
   for (std::size_t i = first; i < last; ++i) {
     if (mask != nullptr && mask->pixels[i * mask->channels] == 0.0F) continue;
@@ -38,18 +38,18 @@ Block compare_block(const Image& a, const Image& b, const Image* mask, std::size
     const float* texel_b = &b.pixels[i * channels];
     if (!angles.empty()) {
       const double angle = normal_angle_degrees(texel_a, texel_b);
-      angles[first + block.compared] = angle;
-      block.angle_sum += angle;
-      if (angle > block.max_angle) block.max_angle = angle, block.worst_angle = i;
+      angles[first + block_sums.compared_values] = angle;
+      block_sums.angle_sum += angle;
+      if (angle > block_sums.max_angle) block_sums.max_angle = angle, block_sums.worst_angle = i;
     }
-    ++block.compared;
+    ++block_sums.compared_values;
     for (std::size_t c = 0; c < channels; ++c) {
       const double error = channel_error(texel_a[c], texel_b[c]);
-      block.error_sum += error;
-      if (error > block.max_error) block.max_error = error, block.worst_error = i;
+      block_sums.error_sum += error;
+      if (error > block_sums.max_error) block_sums.max_error = error, block_sums.worst_error = i;
     }
   }
-  return block;
+  return block_sums;
 }
 
 std::string size_text(const Image& image) {
@@ -95,58 +95,58 @@ ImageDifference compare_images(const Image& a, const Image& b, const Image* mask
   check_images(a, b, mask);
   const std::size_t texels = std::size_t{a.width} * a.height;
   const std::size_t block_count = (texels + kTexelsPerBlock - 1) / kTexelsPerBlock;
-  std::vector<double> angles(a.channels >= 3 ? texels : 0);
-  std::vector<Block> blocks(block_count);
+  std::vector<double> texel_angles(a.channels >= 3 ? texels : 0);
+  std::vector<BlockSums> all_block_sums(block_count);
   parallel_for(block_count, 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      blocks[i] = compare_block(a, b, mask, i * kTexelsPerBlock,
-                                std::min(texels, (i + 1) * kTexelsPerBlock), angles);
+      all_block_sums[i] = compare_block(a, b, mask, i * kTexelsPerBlock,
+                                        std::min(texels, (i + 1) * kTexelsPerBlock), texel_angles);
     }
   });
 
   ImageDifference result;
-  Block total;
+  BlockSums total_sums;
   for (std::size_t i = 0; i < block_count; ++i) {
-    const Block& block = blocks[i];
-    if (!angles.empty()) {
-      const auto from = angles.begin() + static_cast<std::ptrdiff_t>(i * kTexelsPerBlock);
-      std::copy(from, from + static_cast<std::ptrdiff_t>(block.compared),
-                angles.begin() + static_cast<std::ptrdiff_t>(total.compared));
+    const BlockSums& block_sums = all_block_sums[i];
+    if (!texel_angles.empty()) {
+      const auto from = texel_angles.begin() + static_cast<std::ptrdiff_t>(i * kTexelsPerBlock);
+      std::copy(from, from + static_cast<std::ptrdiff_t>(block_sums.compared_values),
+                texel_angles.begin() + static_cast<std::ptrdiff_t>(total_sums.compared_values));
     }
-    total.compared += block.compared;
-    total.angle_sum += block.angle_sum;
-    total.error_sum += block.error_sum;
-    if (block.max_angle > total.max_angle) {
-      total.max_angle = block.max_angle;
-      total.worst_angle = block.worst_angle;
+    total_sums.compared_values += block_sums.compared_values;
+    total_sums.angle_sum += block_sums.angle_sum;
+    total_sums.error_sum += block_sums.error_sum;
+    if (block_sums.max_angle > total_sums.max_angle) {
+      total_sums.max_angle = block_sums.max_angle;
+      total_sums.worst_angle = block_sums.worst_angle;
     }
-    if (block.max_error > total.max_error) {
-      total.max_error = block.max_error;
-      total.worst_error = block.worst_error;
+    if (block_sums.max_error > total_sums.max_error) {
+      total_sums.max_error = block_sums.max_error;
+      total_sums.worst_error = block_sums.worst_error;
     }
   }
-  result.compared = total.compared;
-  if (total.compared == 0) return result;
-  const auto count = static_cast<double>(total.compared);
-  result.mean_error = total.error_sum / (count * a.channels);
-  result.max_error = total.max_error;
-  std::size_t worst = total.worst_error;
-  if (!angles.empty()) {
-    angles.resize(total.compared);
-    result.mean_angle_degrees = total.angle_sum / count;
-    result.max_angle_degrees = total.max_angle;
-    result.p99_angle_degrees = percentile(angles, 99);
-    result.p95_angle_degrees = percentile(angles, 95);
-    worst = total.worst_angle;
+  result.compared = total_sums.compared_values;
+  if (total_sums.compared_values == 0) return result;
+  const auto count = static_cast<double>(total_sums.compared_values);
+  result.mean_error = total_sums.error_sum / (count * a.channels);
+  result.max_error = total_sums.max_error;
+  std::size_t worst_texel = total_sums.worst_error;
+  if (!texel_angles.empty()) {
+    texel_angles.resize(total_sums.compared_values);
+    result.mean_angle_degrees = total_sums.angle_sum / count;
+    result.max_angle_degrees = total_sums.max_angle;
+    result.p99_angle_degrees = percentile(texel_angles, 99);
+    result.p95_angle_degrees = percentile(texel_angles, 95);
+    worst_texel = total_sums.worst_angle;
   }
-  result.worst_x = static_cast<std::uint32_t>(worst % a.width);
-  result.worst_y = static_cast<std::uint32_t>(worst / a.width);
+  result.worst_x = static_cast<std::uint32_t>(worst_texel % a.width);
+  result.worst_y = static_cast<std::uint32_t>(worst_texel / a.width);
   return result;
 }
 
 Image image_differences(const Image& a, const Image& b, const Image* mask, bool by_channel) {
   check_images(a, b, mask);
-  const bool angles = a.channels >= 3 && !by_channel;
+  const bool shows_angles = a.channels >= 3 && !by_channel;
   Image result{a.width, a.height, 1, {}};
   result.pixels.resize(std::size_t{a.width} * a.height);
   parallel_for(result.pixels.size(), kTexelsPerBlock, [&](std::size_t begin, std::size_t end) {
@@ -158,7 +158,7 @@ Image image_differences(const Image& a, const Image& b, const Image* mask, bool 
       const float* texel_a = &a.pixels[i * a.channels];
       const float* texel_b = &b.pixels[i * a.channels];
       double value = 0;
-      if (angles) {
+      if (shows_angles) {
         value = normal_angle_degrees(texel_a, texel_b);
       } else {
         for (std::size_t c = 0; c < a.channels; ++c) {

@@ -70,7 +70,7 @@ struct Base {
 
 /// A coarser level: per texel, its parts sorted by chart.
 template <std::size_t kChannels>
-struct Chain {
+struct PartChain {
   struct Block {
     std::vector<std::uint32_t> first;  // Index of each texel's first part; one extra entry
     std::vector<Part<kChannels>> parts;
@@ -108,15 +108,15 @@ class Sum {
  public:
   void add(const Part<kChannels>& part, double weight) {
     const double area = weight * part.area;
-    if (area_ == 0) first_ = part.mean;
-    area_ += area;
+    if (area_sum_ == 0) first_ = part.mean;
+    area_sum_ += area;
     for (std::size_t c = 0; c < kChannels; ++c) sum_[c] += area * part.mean[c];
   }
   Part<kChannels> part(std::uint32_t chart, bool unit_vectors) const {
     Part<kChannels> result;
-    result.area = area_;
+    result.area = area_sum_;
     result.chart = chart;
-    const double share = 1 / area_;
+    const double share = 1 / area_sum_;
     for (std::size_t c = 0; c < kChannels; ++c) {
       result.mean[c] = static_cast<float>(sum_[c] * share);
     }
@@ -138,7 +138,7 @@ class Sum {
     return sum;
   }
 
-  double area_ = 0;
+  double area_sum_ = 0;
   std::array<double, kChannels> sum_ = minus_zero();
   std::array<float, kChannels> first_{};
 };
@@ -147,9 +147,9 @@ template <std::size_t kChannels>
 void write_value(const Part<kChannels>& part, bool unit_vectors, float* pixel) {
   std::copy_n(part.mean.begin(), kChannels, pixel);
   if (!unit_vectors) return;
-  const double squared = squared_length(part.mean);
-  if (std::abs(squared - 1) <= kUnitSlack) return;
-  const double scale = 1 / std::sqrt(squared);
+  const double squared_mean = squared_length(part.mean);
+  if (std::abs(squared_mean - 1) <= kUnitSlack) return;
+  const double scale = 1 / std::sqrt(squared_mean);
   for (std::size_t c = 0; c < kVector<kChannels>; ++c) {
     pixel[c] = static_cast<float>(pixel[c] * scale);
   }
@@ -164,7 +164,7 @@ class RowMaker {
 
   /// Appends a texel's parts, sorted by chart.
   /// \returns true if one of the finer texels is missed
-  bool append(std::size_t x, std::vector<Part<kChannels>>& parts) {
+  bool append_parts(std::size_t x, std::vector<Part<kChannels>>& parts) {
     const Taps across = Taps::of(x, finer_.width());
     bool missed = false;
     count_ = 0;
@@ -175,42 +175,44 @@ class RowMaker {
         missed = missed || finer_.missed(fine_x, fine_y);
         const auto list = finer_.parts(fine_x, fine_y, own_[count_]);
         if (list.empty()) continue;
-        cursors_[count_++] = {list.data(), list.data() + list.size(),
-                              column_taps_.weight[j] * across.weight[i]};
+        part_cursors_[count_++] = {list.data(), list.data() + list.size(),
+                                   column_taps_.weight[j] * across.weight[i]};
       }
     }
-    merge(parts);
+    merge_parts(parts);
     return missed;
   }
 
  private:
-  struct Cursor {
+  struct PartCursor {
     const Part<kChannels>*at, *end;
     double weight;
   };
 
   /// Merges sorted lists; parts of one chart are added in the order of the texels.
-  void merge(std::vector<Part<kChannels>>& parts) {
+  void merge_parts(std::vector<Part<kChannels>>& parts) {
     if (count_ == 0) return;
-    const std::uint32_t own = cursors_[0].at->chart;
-    const bool alone = std::all_of(&cursors_[0], &cursors_[count_], [&](const Cursor& cursor) {
-      return cursor.at + 1 == cursor.end && cursor.at->chart == own;
-    });
+    const std::uint32_t own = part_cursors_[0].at->chart;
+    const bool alone =
+        std::all_of(&part_cursors_[0], &part_cursors_[count_], [&](const PartCursor& cursor) {
+          return cursor.at + 1 == cursor.end && cursor.at->chart == own;
+        });
     if (alone) {  // The common case: a single part
       Sum<kChannels> sum;
-      for (std::size_t k = 0; k < count_; ++k) sum.add(*cursors_[k].at, cursors_[k].weight);
+      for (std::size_t k = 0; k < count_; ++k)
+        sum.add(*part_cursors_[k].at, part_cursors_[k].weight);
       parts.push_back(sum.part(own, unit_vectors_));
       return;
     }
     while (count_ != 0) {
-      std::uint32_t chart = cursors_[0].at->chart;
-      for (std::size_t k = 1; k < count_; ++k) chart = std::min(chart, cursors_[k].at->chart);
+      std::uint32_t chart = part_cursors_[0].at->chart;
+      for (std::size_t k = 1; k < count_; ++k) chart = std::min(chart, part_cursors_[k].at->chart);
       Sum<kChannels> sum;
       std::size_t left = 0;
       for (std::size_t k = 0; k < count_; ++k) {
-        Cursor cursor = cursors_[k];
+        PartCursor cursor = part_cursors_[k];
         if (cursor.at->chart == chart) sum.add(*cursor.at++, cursor.weight);
-        if (cursor.at != cursor.end) cursors_[left++] = cursor;
+        if (cursor.at != cursor.end) part_cursors_[left++] = cursor;
       }
       count_ = left;
       parts.push_back(sum.part(chart, unit_vectors_));
@@ -221,12 +223,12 @@ class RowMaker {
   const Taps column_taps_;
   const bool unit_vectors_;
   std::array<Part<kChannels>, 9> own_;
-  std::array<Cursor, 9> cursors_{};
+  std::array<PartCursor, 9> part_cursors_{};
   std::size_t count_ = 0;
 };
 
 template <std::size_t kChannels>
-const Part<kChannels>& widest(std::span<const Part<kChannels>> parts) {
+const Part<kChannels>& largest_part(std::span<const Part<kChannels>> parts) {
   double most = 0;
   for (const auto& part : parts) most = std::max(most, part.area);
   return *std::find_if(parts.begin(), parts.end(),
@@ -234,19 +236,19 @@ const Part<kChannels>& widest(std::span<const Part<kChannels>> parts) {
 }
 
 template <std::size_t kChannels, typename Finer>
-Chain<kChannels> descend(const Finer& finer, const MipOptions& options, MipLevel& out) {
-  Chain<kChannels> chain;
+PartChain<kChannels> make_next_level(const Finer& finer, const MipOptions& options, MipLevel& out) {
+  PartChain<kChannels> part_chain;
   const std::uint32_t width = std::max(1U, finer.width() / 2);
   const std::uint32_t height = std::max(1U, finer.height() / 2);
-  chain.level_width = width;
-  chain.level_height = height;
-  chain.blocks.resize((height + kBlockRows - 1) / kBlockRows);
+  part_chain.level_width = width;
+  part_chain.level_height = height;
+  part_chain.blocks.resize((height + kBlockRows - 1) / kBlockRows);
   const std::size_t texels = std::size_t{width} * height;
   out.coverage.assign(texels, kCoverageEmpty);
   out.image = {width, height, kChannels, std::vector<float>(texels * kChannels)};
-  parallel_for(chain.blocks.size(), 1, [&](std::size_t begin, std::size_t end) {
+  parallel_for(part_chain.blocks.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t b = begin; b < end; ++b) {
-      auto& block = chain.blocks[b];
+      auto& block = part_chain.blocks[b];
       const std::size_t first_row = b * kBlockRows;
       const std::size_t last_row = std::min<std::size_t>(first_row + kBlockRows, height);
       block.first.reserve((last_row - first_row) * width + 1);
@@ -257,13 +259,13 @@ Chain<kChannels> descend(const Finer& finer, const MipOptions& options, MipLevel
           const std::size_t texel = y * width + x;
           const std::size_t first_part = block.parts.size();
           block.first.push_back(static_cast<std::uint32_t>(first_part));
-          const bool missed = row.append(x, block.parts);
+          const bool missed = row.append_parts(x, block.parts);
           float* pixel = &out.image.pixels[texel * kChannels];
           if (first_part != block.parts.size()) {
             out.coverage[texel] = kCoverageBaked;
             const std::span<const Part<kChannels>> own(&block.parts[first_part],
                                                        block.parts.size() - first_part);
-            write_value(widest(own), options.unit_vectors, pixel);
+            write_value(largest_part(own), options.unit_vectors, pixel);
           } else if (missed) {
             out.coverage[texel] = kCoverageMissed;
             std::copy_n(options.missed.begin(), kChannels, pixel);
@@ -273,8 +275,8 @@ Chain<kChannels> descend(const Finer& finer, const MipOptions& options, MipLevel
       block.first.push_back(static_cast<std::uint32_t>(block.parts.size()));
     }
   });
-  if (!options.missed_have_values) chain.coverage = out.coverage;
-  return chain;
+  if (!options.missed_have_values) part_chain.coverage = out.coverage;
+  return part_chain;
 }
 
 template <std::size_t kChannels>
@@ -284,10 +286,10 @@ std::vector<MipLevel> make(const Image& image, std::span<const std::uint8_t> cov
   if (image.width == 1 && image.height == 1) return levels;
   const Base<kChannels> base{image, coverage, charts, options.missed_have_values};
   levels.emplace_back();
-  Chain<kChannels> chain = descend<kChannels>(base, options, levels.back());
-  while (chain.level_width > 1 || chain.level_height > 1) {
+  PartChain<kChannels> part_chain = make_next_level<kChannels>(base, options, levels.back());
+  while (part_chain.level_width > 1 || part_chain.level_height > 1) {
     levels.emplace_back();
-    chain = descend<kChannels>(chain, options, levels.back());
+    part_chain = make_next_level<kChannels>(part_chain, options, levels.back());
   }
   return levels;
 }
@@ -300,22 +302,22 @@ ChartMap::ChartMap(std::size_t texels, std::uint32_t samples) : chart(texels) {
 
 void ChartMap::store(cl::Context& context, const TexelBand& band, std::uint32_t width,
                      const std::vector<std::uint32_t>& chart_of_triangle) {
-  std::vector<std::uint32_t> index(band.texel_count);
-  std::vector<std::uint32_t> first(band.texel_count + std::size_t{1});
+  std::vector<std::uint32_t> texel_index(band.texel_count);
+  std::vector<std::uint32_t> first_sample(band.texel_count + std::size_t{1});
   std::vector<std::uint32_t> triangle(band.sample_count);
-  band.texel_index.read(context, index);
-  band.texel_first.read(context, first);
+  band.texel_index.read(context, texel_index);
+  band.texel_first.read(context, first_sample);
   band.triangle.read(context, triangle);
   const std::size_t offset = std::size_t{band.first_row} * width;
   parallel_for(band.texel_count, 1 << 14, [&](std::size_t begin, std::size_t end) {
     std::vector<std::uint32_t> own;
     for (std::size_t t = begin; t < end; ++t) {
       if (weight.empty()) {
-        chart[offset + index[t]] = chart_of_triangle[triangle[first[t]]];
+        chart[offset + texel_index[t]] = chart_of_triangle[triangle[first_sample[t]]];
         continue;
       }
       own.clear();
-      for (std::uint32_t s = first[t]; s < first[t + 1]; ++s) {
+      for (std::uint32_t s = first_sample[t]; s < first_sample[t + 1]; ++s) {
         own.push_back(chart_of_triangle[triangle[s]]);
       }
       std::sort(own.begin(), own.end());
@@ -325,11 +327,11 @@ void ChartMap::store(cl::Context& context, const TexelBand& band, std::uint32_t 
         while (next < own.size() && own[next] == own[i]) ++next;
         if (next - i > most) {
           most = next - i;
-          chart[offset + index[t]] = own[i];
+          chart[offset + texel_index[t]] = own[i];
         }
         i = next;
       }
-      weight[offset + index[t]] = static_cast<std::uint16_t>(most);
+      weight[offset + texel_index[t]] = static_cast<std::uint16_t>(most);
     }
   });
 }

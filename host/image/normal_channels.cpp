@@ -34,8 +34,7 @@ struct ChannelStatistics {
   std::array<float, 4> least, most;
   /// Number of texels that are not unit vectors although (red, green) lies in the unit disc
   std::size_t off_unit = 0;
-  std::size_t in_disc =
-      0;  ///< Number of texels whose (red, green), or whose two channels, lie in the unit disc
+  std::size_t in_disc = 0;  ///< Number of texels whose first two channels lie in the unit disc
   std::size_t in_disc_alpha = 0;  ///< Number of texels whose (alpha, green) lies in the unit disc
   bool grey = true;               ///< True if red, green and blue are equal
 
@@ -50,12 +49,12 @@ struct ChannelStatistics {
           wanted == texels ? k
                            : static_cast<std::size_t>((k * 0x9E3779B97F4A7C15U >> 11U) % texels);
       std::array<float, 4> n{};
-      bool finite = true;
+      bool all_finite = true;
       for (std::size_t c = 0; c < image.channels; ++c) {
         n[c] = image.pixels[i * image.channels + c] * 2 - 1;
-        finite = finite && std::isfinite(n[c]);
+        all_finite = all_finite && std::isfinite(n[c]);
       }
-      if (finite) add(n);
+      if (all_finite) add(n);
     }
   }
 
@@ -92,7 +91,7 @@ bool is_dxt5nm(const Image& image, const ChannelStatistics& s) {
 }
 
 /// True if two channels are x and y, rather than grey and opacity.
-bool is_pair(const Image& image, const ChannelStatistics& s) {
+bool holds_x_and_y(const Image& image, const ChannelStatistics& s) {
   return image.channels == 2 && s.least[1] < 1 - kChannelBounds.extreme && s.nearly_all(s.in_disc);
 }
 
@@ -115,7 +114,7 @@ NormalChannels NormalChannels::of(const Image& image, NormalTextureFormat format
       format == NormalTextureFormat::directx || format == NormalTextureFormat::two_channel_directx;
   const ChannelStatistics s(image);
   const bool in_alpha = is_dxt5nm(image, s);
-  const bool looks_two = in_alpha || is_pair(image, s) || lacks_blue(image, s);
+  const bool looks_two = in_alpha || holds_x_and_y(image, s) || lacks_blue(image, s);
   switch (format) {
     case NormalTextureFormat::automatic:
       result.rebuilt = looks_two;
@@ -137,8 +136,8 @@ NormalChannels NormalChannels::of(const Image& image, NormalTextureFormat format
 }
 
 void NormalChannels::check(const Image& image) const {
-  const std::uint32_t needed = rebuilt ? 2 : 3;
-  if (image.channels >= needed) return;
+  const std::uint32_t needed_channels = rebuilt ? 2 : 3;
+  if (image.channels >= needed_channels) return;
   throw Error(ErrorCode::input, "A normal map needs " + std::string(rebuilt ? "two" : "three") +
                                     " channels, but the texture has " +
                                     std::to_string(image.channels) + ".");
@@ -160,14 +159,14 @@ bool holds_heights(const Image& image, NormalTextureFormat format) {
   }
   const auto is_of_normals = [&] {
     const ChannelStatistics s(image);
-    return is_dxt5nm(image, s) || is_pair(image, s);
+    return is_dxt5nm(image, s) || holds_x_and_y(image, s);
   };
   return is_grey(image, kLossyRounding) && !is_of_normals();
 }
 
 GreenEvidence GreenEvidence::of(const Image& image, const NormalChannels& channels) {
-  GreenEvidence evidence;
-  if (image.width < 3 || image.height < 3 || image.channels < 2) return evidence;
+  GreenEvidence green_evidence;
+  if (image.width < 3 || image.height < 3 || image.channels < 2) return green_evidence;
   // Minimum z; slopes of steeper normals are dominated by rounding.
   constexpr float kMinZ = 0.2F;
   const auto slopes_at = [&](std::size_t x, std::size_t y, double& p, double& q) {
@@ -193,14 +192,14 @@ GreenEvidence GreenEvidence::of(const Image& image, const NormalChannels& channe
     }
     // v increases upwards, row numbers downwards.
     const double p_along_v = above - below, q_along_u = right - left;
-    evidence.up += (p_along_v - q_along_u) * (p_along_v - q_along_u);
-    evidence.down += (p_along_v + q_along_u) * (p_along_v + q_along_u);
+    green_evidence.up += (p_along_v - q_along_u) * (p_along_v - q_along_u);
+    green_evidence.down += (p_along_v + q_along_u) * (p_along_v + q_along_u);
     ++count;
   }
   if (count == 0) return {};
-  evidence.up /= static_cast<double>(count);
-  evidence.down /= static_cast<double>(count);
-  return evidence;
+  green_evidence.up /= static_cast<double>(count);
+  green_evidence.down /= static_cast<double>(count);
+  return green_evidence;
 }
 
 bool GreenEvidence::suggests_down() const {

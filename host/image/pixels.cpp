@@ -61,7 +61,7 @@ Rgba rgba_of(const Image& image, std::size_t texel, const ConvertOptions& option
 }
 
 /// Rounds a value to an integer sample of a PNG.
-double integer(float value, double most) {
+double to_integer_sample(float value, double most) {
   const double unit = value >= 0 ? std::min(1.0, double{value}) : 0.0;  // NaN becomes 0
   return std::nearbyint(unit * most);
 }
@@ -92,7 +92,8 @@ void store(const Rgba& rgba, PixelFormat format, std::byte* to) {
     case PixelFormat::rgba8:
     case PixelFormat::bgra8: {
       std::array<std::uint8_t, 4> out{};
-      for (std::size_t c = 0; c < 4; ++c) out[c] = static_cast<std::uint8_t>(integer(rgba[c], 255));
+      for (std::size_t c = 0; c < 4; ++c)
+        out[c] = static_cast<std::uint8_t>(to_integer_sample(rgba[c], 255));
       if (format == PixelFormat::bgra8) std::swap(out[0], out[2]);
       std::memcpy(to, out.data(), sizeof out);
       return;
@@ -101,8 +102,9 @@ void store(const Rgba& rgba, PixelFormat format, std::byte* to) {
     case PixelFormat::rgba16_float: {
       std::array<std::uint16_t, 4> out{};
       for (std::size_t c = 0; c < 4; ++c) {
-        out[c] = format == PixelFormat::rgba16 ? static_cast<std::uint16_t>(integer(rgba[c], 65535))
-                                               : half_of(rgba[c]);
+        out[c] = format == PixelFormat::rgba16
+                     ? static_cast<std::uint16_t>(to_integer_sample(rgba[c], 65535))
+                     : half_of(rgba[c]);
       }
       std::memcpy(to, out.data(), sizeof out);
       return;

@@ -20,7 +20,7 @@ struct Level {
   std::uint32_t width = 0, height = 0;
   std::vector<float> values;
   std::vector<std::uint8_t> known;
-  bool complete = false;  // True if every texel is known
+  bool is_complete = false;  // True if every texel is known
 };
 
 // A level as the passes see it; the memory of the finest level belongs to the caller.
@@ -47,17 +47,17 @@ void copy_vector(Texel& texel, const float* from, std::size_t channels) {
 
 template <std::size_t kChannels>
 Level push(const View& fine, bool unit_vectors) {
-  Level coarse;
-  coarse.width = (fine.width + 1) / 2;
-  coarse.height = (fine.height + 1) / 2;
-  const std::size_t texels = std::size_t{coarse.width} * coarse.height;
-  coarse.values.resize(texels * kChannels);
-  coarse.known.resize(texels);
-  std::atomic<bool> complete{true};
-  parallel_for(coarse.height, 16, [&](std::size_t begin, std::size_t end) {
+  Level coarse_level;
+  coarse_level.width = (fine.width + 1) / 2;
+  coarse_level.height = (fine.height + 1) / 2;
+  const std::size_t texels = std::size_t{coarse_level.width} * coarse_level.height;
+  coarse_level.values.resize(texels * kChannels);
+  coarse_level.known.resize(texels);
+  std::atomic<bool> is_complete{true};
+  parallel_for(coarse_level.height, 16, [&](std::size_t begin, std::size_t end) {
     bool all = true;
     for (std::size_t y = begin; y < end; ++y) {
-      for (std::size_t x = 0; x < coarse.width; ++x) {
+      for (std::size_t x = 0; x < coarse_level.width; ++x) {
         Texel sum{};
         const float* first = nullptr;
         int count = 0;
@@ -76,20 +76,20 @@ Level push(const View& fine, bool unit_vectors) {
         }
         for (std::size_t c = 0; c < kChannels; ++c) sum[c] /= static_cast<float>(count);
         if (unit_vectors && !normalise(sum, kChannels)) copy_vector(sum, first, kChannels);
-        const std::size_t texel = y * coarse.width + x;
-        coarse.known[texel] = 1;
-        std::copy_n(sum.begin(), kChannels, &coarse.values[texel * kChannels]);
+        const std::size_t texel = y * coarse_level.width + x;
+        coarse_level.known[texel] = 1;
+        std::copy_n(sum.begin(), kChannels, &coarse_level.values[texel * kChannels]);
       }
     }
-    if (!all) complete = false;
+    if (!all) is_complete = false;
   });
-  coarse.complete = complete;
-  return coarse;
+  coarse_level.is_complete = is_complete;
+  return coarse_level;
 }
 
 // Writes the unknown texels of `values`; if `is_wanted` is not empty, only those that it selects.
 template <std::size_t kChannels>
-void pull(const Level& coarse, std::uint32_t width, std::uint32_t height, float* values,
+void pull(const Level& coarse_level, std::uint32_t width, std::uint32_t height, float* values,
           const std::uint8_t* known, const std::uint8_t* is_wanted, bool unit_vectors) {
   const auto neighbour = [](std::size_t at, std::size_t size) {
     const std::size_t parent = at / 2;
@@ -98,13 +98,14 @@ void pull(const Level& coarse, std::uint32_t width, std::uint32_t height, float*
   };
   parallel_for(height, 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t y = begin; y < end; ++y) {
-      const float* near_row = &coarse.values[y / 2 * coarse.width * kChannels];
-      const float* far_row = &coarse.values[neighbour(y, coarse.height) * coarse.width * kChannels];
+      const float* near_row = &coarse_level.values[y / 2 * coarse_level.width * kChannels];
+      const float* far_row =
+          &coarse_level.values[neighbour(y, coarse_level.height) * coarse_level.width * kChannels];
       for (std::size_t x = 0; x < width; ++x) {
         const std::size_t texel = y * width + x;
         if (known[texel] != 0 || (is_wanted != nullptr && is_wanted[texel] == 0)) continue;
         const std::size_t near_x = x / 2 * kChannels;
-        const std::size_t far_x = neighbour(x, coarse.width) * kChannels;
+        const std::size_t far_x = neighbour(x, coarse_level.width) * kChannels;
         Texel sum{};
         for (std::size_t c = 0; c < kChannels; ++c) {
           sum[c] = (9.0F * near_row[near_x + c] + 3.0F * near_row[far_x + c] +
@@ -129,8 +130,8 @@ bool push_pull_channels(Image& image, std::span<const std::uint8_t> known,
     levels.push_back(push<kChannels>(view, unit_vectors));
     const Level& last = levels.back();
     view = {last.width, last.height, last.values.data(), last.known.data()};
-  } while (!levels.back().complete && (view.width > 1 || view.height > 1));
-  if (!levels.back().complete) return false;
+  } while (!levels.back().is_complete && (view.width > 1 || view.height > 1));
+  if (!levels.back().is_complete) return false;
   for (std::size_t i = levels.size() - 1; i > 0; --i) {
     Level& fine = levels[i - 1];
     pull<kChannels>(levels[i], fine.width, fine.height, fine.values.data(), fine.known.data(),

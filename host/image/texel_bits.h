@@ -16,19 +16,19 @@ class TexelBits {
       : width_(width),
         height_(height),
         row_((std::size_t{width} + 63) / 64),
-        words_(row_ * height) {}
+        bit_words_(row_ * height) {}
 
   std::uint32_t width() const { return width_; }
   std::uint32_t height() const { return height_; }
   bool has(std::size_t x, std::size_t y) const {
-    return (words_[y * row_ + x / 64] >> (x % 64) & 1U) != 0;
+    return (bit_words_[y * row_ + x / 64] >> (x % 64) & 1U) != 0;
   }
   /// \param texel  y * width() + x
   bool has(std::size_t texel) const { return has(texel % width_, texel / width_); }
 
   /// The words of a row; bits beyond the width are 0.
-  std::uint64_t* row(std::size_t y) { return &words_[y * row_]; }
-  const std::uint64_t* row(std::size_t y) const { return &words_[y * row_]; }
+  std::uint64_t* row(std::size_t y) { return &bit_words_[y * row_]; }
+  const std::uint64_t* row(std::size_t y) const { return &bit_words_[y * row_]; }
   std::size_t words_in_row() const { return row_; }
   /// Mask of the texels in a row's last word.
   std::uint64_t last_word() const {
@@ -42,7 +42,7 @@ class TexelBits {
       const std::size_t stop = end - word * 64 < 64 ? end - word * 64 : 64;
       std::uint64_t bits = ~std::uint64_t{0} << first;
       if (stop < 64) bits &= (std::uint64_t{1} << stop) - 1;
-      const std::atomic_ref<std::uint64_t> at(words_[y * row_ + word]);
+      const std::atomic_ref<std::uint64_t> at(bit_words_[y * row_ + word]);
       // Texels of overlapping triangles are often set already, and a test costs less than an atomic write.
       if ((at.load(std::memory_order_relaxed) & bits) != bits) {
         at.fetch_or(bits, std::memory_order_relaxed);
@@ -54,7 +54,7 @@ class TexelBits {
  private:
   std::uint32_t width_ = 0, height_ = 0;
   std::size_t row_ = 0;
-  std::vector<std::uint64_t> words_;
+  std::vector<std::uint64_t> bit_words_;
 };
 
 /// The set extended by all neighbours of its texels, including diagonal ones.

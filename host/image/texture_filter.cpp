@@ -29,8 +29,8 @@ float linear(float value) {
 }
 
 /// The texels of the next finer level that a texel covers along one axis, and their shares.
-struct Cover {
-  Cover(std::uint32_t place, std::uint32_t narrow, std::uint32_t wide) {
+struct AxisCover {
+  AxisCover(std::uint32_t place, std::uint32_t narrow, std::uint32_t wide) {
     const double ratio = static_cast<double>(wide) / narrow;
     const double begin = place * ratio, end = begin + ratio;
     first = static_cast<std::uint32_t>(begin);
@@ -43,19 +43,19 @@ struct Cover {
 };
 
 // std::floor and std::ceil for numbers below 2^62, without a function call.
-std::int64_t floored(double value) {
+std::int64_t floor_to_integer(double value) {
   const auto whole = static_cast<std::int64_t>(value);
   return whole - (static_cast<double>(whole) > value ? 1 : 0);
 }
-double ceiled(double value) { return -static_cast<double>(floored(-value)); }
+double ceil_to_integer(double value) { return -static_cast<double>(floor_to_integer(-value)); }
 double fraction(double value) {
   const bool is_small = std::abs(value) < 0x1p62;
-  return value - (is_small ? static_cast<double>(floored(value)) : std::floor(value));
+  return value - (is_small ? static_cast<double>(floor_to_integer(value)) : std::floor(value));
 }
 
 /// Sampling points on a level: a grid of rows and columns, evenly spread over a parallelogram with sides a and b. Its
 /// centre lies `right` texels to the right of, and `below` texels below, the centre of texel (x, y).
-struct Spread {
+struct SamplingGrid {
   std::int64_t x, y;
   float right, below, ax, ay, bx, by;
   int columns, rows;
@@ -77,25 +77,29 @@ Float4 mix(Float4 a, Float4 b, float share) { return a + (b - a) * splat(share);
 /// Sum of bilinear samples at points.
 /// \tparam Inside  all points and their neighbour texels lie within the picture
 template <std::uint32_t Channels, bool Inside>
-std::array<double, 4> sum_of(const Spread& spread, const float* pixels, std::int64_t width,
-                             std::int64_t height, const FilteredTexture::Wraps& wraps) {
+std::array<double, 4> sum_of_samples(const SamplingGrid& sampling_grid, const float* pixels,
+                                     std::int64_t width, std::int64_t height,
+                                     const FilteredTexture::Wraps& wraps) {
   const float* end = pixels + width * height * Channels;
-  const float across = 1.0F / static_cast<float>(spread.columns);
-  const float down = 1.0F / static_cast<float>(spread.rows);
+  const float across = 1.0F / static_cast<float>(sampling_grid.columns);
+  const float down = 1.0F / static_cast<float>(sampling_grid.rows);
   std::array<double, 4> sum{};
-  for (int j = 0; j < spread.rows; ++j) {
+  for (int j = 0; j < sampling_grid.rows; ++j) {
     const float t = (static_cast<float>(j) + 0.5F) * down - 0.5F;
-    for (int i = 0; i < spread.columns; i += 4) {
+    for (int i = 0; i < sampling_grid.columns; i += 4) {
       const Float4 column = splat(static_cast<float>(i)) + Float4{0.5F, 1.5F, 2.5F, 3.5F};
       const Float4 s = column * splat(across) - splat(0.5F);
-      const Float4 x = splat(spread.right + spread.bx * t) + splat(spread.ax) * s;
-      const Float4 y = splat(spread.below + spread.by * t) + splat(spread.ay) * s;
+      const Float4 x =
+          splat(sampling_grid.right + sampling_grid.bx * t) + splat(sampling_grid.ax) * s;
+      const Float4 y =
+          splat(sampling_grid.below + sampling_grid.by * t) + splat(sampling_grid.ay) * s;
       const Int4 left = floor_int4(x), top = floor_int4(y);
       const Float4 right = x - to_float4(left);
       const Float4 below = y - to_float4(top);
       Float4 some{};
-      for (int k = 0; k < 4 && i + k < spread.columns; ++k) {
-        std::int64_t x0 = spread.x + left[k], y0 = spread.y + top[k], x1 = x0 + 1, y1 = y0 + 1;
+      for (int k = 0; k < 4 && i + k < sampling_grid.columns; ++k) {
+        std::int64_t x0 = sampling_grid.x + left[k], y0 = sampling_grid.y + top[k], x1 = x0 + 1,
+                     y1 = y0 + 1;
         if constexpr (!Inside) {
           x0 = wrapped_texel(x0, width, wraps[0]), x1 = wrapped_texel(x1, width, wraps[0]);
           y0 = wrapped_texel(y0, height, wraps[1]), y1 = wrapped_texel(y1, height, wraps[1]);
@@ -114,21 +118,24 @@ std::array<double, 4> sum_of(const Spread& spread, const float* pixels, std::int
 }
 
 template <std::uint32_t Channels>
-std::array<double, 4> sum_of(const Spread& spread, const float* pixels, std::int64_t width,
-                             std::int64_t height, const FilteredTexture::Wraps& wraps) {
+std::array<double, 4> sum_of_samples(const SamplingGrid& sampling_grid, const float* pixels,
+                                     std::int64_t width, std::int64_t height,
+                                     const FilteredTexture::Wraps& wraps) {
   // Largest distance of points from the centre, plus one texel for bilinear neighbours and one for rounding.
-  const auto reach_x = static_cast<std::int64_t>(std::abs(spread.ax) + std::abs(spread.bx)) / 2 + 2;
-  const auto reach_y = static_cast<std::int64_t>(std::abs(spread.ay) + std::abs(spread.by)) / 2 + 2;
+  const auto reach_x =
+      static_cast<std::int64_t>(std::abs(sampling_grid.ax) + std::abs(sampling_grid.bx)) / 2 + 2;
+  const auto reach_y =
+      static_cast<std::int64_t>(std::abs(sampling_grid.ay) + std::abs(sampling_grid.by)) / 2 + 2;
   // A load reads four values even if texels have fewer channels, which would exceed the memory at the end of the last
   // row.
-  const bool inside = spread.x >= reach_x && spread.x + reach_x < width - 4 &&
-                      spread.y >= reach_y && spread.y + reach_y < height - 1;
-  return inside ? sum_of<Channels, true>(spread, pixels, width, height, wraps)
-                : sum_of<Channels, false>(spread, pixels, width, height, wraps);
+  const bool inside = sampling_grid.x >= reach_x && sampling_grid.x + reach_x < width - 4 &&
+                      sampling_grid.y >= reach_y && sampling_grid.y + reach_y < height - 1;
+  return inside ? sum_of_samples<Channels, true>(sampling_grid, pixels, width, height, wraps)
+                : sum_of_samples<Channels, false>(sampling_grid, pixels, width, height, wraps);
 }
 
 /// Squared length of a UV vector on a level, in texels.
-double squared_on(const std::array<double, 2>& side, double width, double height) {
+double squared_texel_length(const std::array<double, 2>& side, double width, double height) {
   const double across = side[0] * width, down = side[1] * height;
   return across * across + down * down;
 }
@@ -136,12 +143,13 @@ double squared_on(const std::array<double, 2>& side, double width, double height
 /// Length of a vector in whole texels, rounded up; at least 1.
 double texels_along(double squared) {
   double texels = 1;
-  while (texels < 4 && texels * texels < squared) ++texels;  // Larger numbers are rare
-  return texels * texels < squared ? ceiled(std::sqrt(squared)) : texels;
+  while (texels < 4 && texels * texels < squared)
+    ++texels;  // The fast path handles small numbers, since larger ones are rare
+  return texels * texels < squared ? ceil_to_integer(std::sqrt(squared)) : texels;
 }
 
 /// Minimum width of a parallelogram: the smaller singular value of the matrix of its sides.
-double width_of(const FilteredTexture::Sides& sides, double width, double height) {
+double width_of(const FilteredTexture::ParallelogramSides& sides, double width, double height) {
   const double ax = sides[0][0] * width, ay = sides[0][1] * height;
   const double bx = sides[1][0] * width, by = sides[1][1] * height;
   const double a = ax * ax + ay * ay, b = bx * bx + by * by, both = ax * bx + ay * by;
@@ -177,28 +185,28 @@ FilteredTexture::FilteredTexture(std::shared_ptr<const Image> image, TextureKind
 /// Creates the finest level if the picture cannot be read in place.
 void FilteredTexture::convert(const Image& image, TextureKind kind, const TextureReading& reading) {
   const std::size_t from = image.channels, texels = image.pixels.size() / from;
-  std::atomic<std::uint64_t> replaced{0};
-  std::atomic<bool> transparent{false};
+  std::atomic<std::uint64_t> replaced_values{0};
+  std::atomic<bool> has_transparent{false};
   const bool has_alpha = from % 2 == 0 && kind != TextureKind::normal;
   parallel_for(texels, kGrain, [&](std::size_t begin, std::size_t end) {
     std::uint64_t non_finite = 0;
-    bool clear = false;
+    bool is_transparent = false;
     for (std::size_t i = begin * from; i < end * from; ++i) {
       non_finite += std::isfinite(image.pixels[i]) ? 0U : 1U;
     }
     for (std::size_t i = begin; has_alpha && reading.by_alpha && i < end; ++i) {
-      clear = clear || image.pixels[i * from + from - 1] != 1;
+      is_transparent = is_transparent || image.pixels[i * from + from - 1] != 1;
     }
-    if (non_finite != 0) replaced += non_finite;
-    if (clear) transparent = true;
+    if (non_finite != 0) replaced_values += non_finite;
+    if (is_transparent) has_transparent = true;
   });
-  replaced_ = replaced;
-  weighted_ = transparent || reading.empty != nullptr;
+  replaced_count_ = replaced_values;
+  has_weight_channel_ = has_transparent || reading.empty != nullptr;
   const std::uint32_t values = channels_ < 3 ? 1 : 3;
-  stored_ = weighted_ ? values + 1 : channels_;
-  if (kind == TextureKind::linear && replaced_ == 0 && !weighted_) return;
+  stored_channels_ = has_weight_channel_ ? values + 1 : channels_;
+  if (kind == TextureKind::linear && replaced_count_ == 0 && !has_weight_channel_) return;
   Level& level = levels_[0];
-  level.own.resize(texels * stored_);
+  level.own.resize(texels * stored_channels_);
   level.pixels = level.own.data();
   parallel_for(texels, kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -216,12 +224,12 @@ void FilteredTexture::convert(const Image& image, TextureKind kind, const Textur
         }
         reading.normals.apply(texel);
       }
-      float* const to = &level.own[i * stored_];
-      if (!weighted_) {
-        std::copy_n(texel.begin(), stored_, to);
+      float* const to = &level.own[i * stored_channels_];
+      if (!has_weight_channel_) {
+        std::copy_n(texel.begin(), stored_channels_, to);
         continue;
       }
-      float weight = transparent ? std::max(alpha, kMinWeight) : 1;
+      float weight = has_transparent ? std::max(alpha, kMinWeight) : 1;
       if (reading.empty != nullptr && reading.empty->has(i)) weight *= kMinWeight;
       for (std::size_t c = 0; c < values; ++c) to[c] = texel[c] * weight;
       to[values] = weight;
@@ -240,92 +248,93 @@ const FilteredTexture::Level& FilteredTexture::level(std::size_t number) const {
 }
 
 void FilteredTexture::fill_half(const Level& level, Level& next) const {
-  next.own.resize(std::size_t{next.width} * next.height * stored_);
+  next.own.resize(std::size_t{next.width} * next.height * stored_channels_);
   next.pixels = next.own.data();
   const std::size_t rows = std::max<std::size_t>(1, kGrain / next.width);
   parallel_for(next.height, rows, [&](std::size_t begin, std::size_t end) {
     for (std::size_t y = begin; y < end; ++y) {
-      const Cover down(static_cast<std::uint32_t>(y), next.height, level.height);
+      const AxisCover down(static_cast<std::uint32_t>(y), next.height, level.height);
       for (std::uint32_t x = 0; x < next.width; ++x) {
-        const Cover across(x, next.width, level.width);
+        const AxisCover across(x, next.width, level.width);
         std::array<double, 4> sum{};
         for (std::size_t j = 0; j < down.count; ++j) {
           const float* row =
-              &level.pixels[((down.first + j) * level.width + across.first) * stored_];
+              &level.pixels[((down.first + j) * level.width + across.first) * stored_channels_];
           for (std::size_t i = 0; i < across.count; ++i) {
             const double share = down.shares[j] * across.shares[i];
-            for (std::size_t c = 0; c < stored_; ++c) sum[c] += share * row[i * stored_ + c];
+            for (std::size_t c = 0; c < stored_channels_; ++c)
+              sum[c] += share * row[i * stored_channels_ + c];
           }
         }
-        float* to = &next.own[(y * next.width + x) * stored_];
-        for (std::size_t c = 0; c < stored_; ++c) to[c] = static_cast<float>(sum[c]);
+        float* to = &next.own[(y * next.width + x) * stored_channels_];
+        for (std::size_t c = 0; c < stored_channels_; ++c) to[c] = static_cast<float>(sum[c]);
       }
     }
   });
 }
 
-void FilteredTexture::mean(double u, double v, const Sides& given, float* value,
+void FilteredTexture::mean(double u, double v, const ParallelogramSides& given, float* value,
                            const Wraps& wraps) const {
-  Sides sides = given;
+  ParallelogramSides sides = given;
   for (std::array<double, 2>& side : sides) {
     // The mean over a footprint of this size is the mean of the whole picture.
     if (!(side[0] * side[0] + side[1] * side[1] < 1e12)) sides = {{{1, 0}, {0, 1}}};
   }
   const auto squared = [&](std::size_t side, std::size_t on) {
-    return squared_on(sides[side], levels_[on].width, levels_[on].height);
+    return squared_texel_length(sides[side], levels_[on].width, levels_[on].height);
   };
   constexpr double kMinMinifiedWidth = 2 * kMinWidth;
-  std::size_t number = 0;
+  std::size_t level_number = 0;
   // The parallelogram's width is at most its shorter side, so this test avoids most square roots.
   if (squared(0, 0) >= kMinMinifiedWidth * kMinMinifiedWidth &&
       squared(1, 0) >= kMinMinifiedWidth * kMinMinifiedWidth) {
     const double narrow = width_of(sides, levels_[0].width, levels_[0].height);
     if (narrow >= kMinMinifiedWidth)
-      number = static_cast<std::size_t>(std::log2(narrow / kMinWidth));
+      level_number = static_cast<std::size_t>(std::log2(narrow / kMinWidth));
   }
-  number = std::min(number, levels_.size() - 1);
-  const auto parts_of = [&](std::size_t side) { return texels_along(squared(side, number)); };
+  level_number = std::min(level_number, levels_.size() - 1);
+  const auto parts_of = [&](std::size_t side) { return texels_along(squared(side, level_number)); };
   double along_a = parts_of(0), along_b = parts_of(1);
-  while (number + 1 < levels_.size() && !(along_a * along_b <= kMaxParts)) {
-    ++number;
+  while (level_number + 1 < levels_.size() && !(along_a * along_b <= kMaxParts)) {
+    ++level_number;
     along_a = parts_of(0);
     along_b = parts_of(1);
   }
-  const Level& level = this->level(number);
+  const Level& level = this->level(level_number);
   // Bounds the loop on the last level, which is a single texel with the mean
   const double most = kMaxParts;
-  Spread spread{};
-  spread.columns = static_cast<int>(std::min(along_a, most));
-  spread.rows = static_cast<int>(std::min(along_b, most / spread.columns));
+  SamplingGrid sampling_grid{};
+  sampling_grid.columns = static_cast<int>(std::min(along_a, most));
+  sampling_grid.rows = static_cast<int>(std::min(along_b, most / sampling_grid.columns));
   const double x = wrapped_coordinate(u, wraps[0], fraction) * level.width - 0.5;
   const double y = (1 - wrapped_coordinate(v, wraps[1], fraction)) * level.height - 0.5;
-  spread.x = floored(x), spread.y = floored(y);
-  spread.right = static_cast<float>(x - static_cast<double>(spread.x));
-  spread.below = static_cast<float>(y - static_cast<double>(spread.y));
-  spread.ax = static_cast<float>(sides[0][0] * level.width);
-  spread.ay = static_cast<float>(-sides[0][1] * level.height);
-  spread.bx = static_cast<float>(sides[1][0] * level.width);
-  spread.by = static_cast<float>(-sides[1][1] * level.height);
-  const auto sum_on = [&] {
+  sampling_grid.x = floor_to_integer(x), sampling_grid.y = floor_to_integer(y);
+  sampling_grid.right = static_cast<float>(x - static_cast<double>(sampling_grid.x));
+  sampling_grid.below = static_cast<float>(y - static_cast<double>(sampling_grid.y));
+  sampling_grid.ax = static_cast<float>(sides[0][0] * level.width);
+  sampling_grid.ay = static_cast<float>(-sides[0][1] * level.height);
+  sampling_grid.bx = static_cast<float>(sides[1][0] * level.width);
+  sampling_grid.by = static_cast<float>(-sides[1][1] * level.height);
+  const auto sum_on_level = [&] {
     const std::int64_t width = level.width, height = level.height;
-    switch (stored_) {
+    switch (stored_channels_) {
       case 1:
-        return sum_of<1>(spread, level.pixels, width, height, wraps);
+        return sum_of_samples<1>(sampling_grid, level.pixels, width, height, wraps);
       case 2:
-        return sum_of<2>(spread, level.pixels, width, height, wraps);
+        return sum_of_samples<2>(sampling_grid, level.pixels, width, height, wraps);
       case 3:
-        return sum_of<3>(spread, level.pixels, width, height, wraps);
+        return sum_of_samples<3>(sampling_grid, level.pixels, width, height, wraps);
       default:
-        return sum_of<4>(spread, level.pixels, width, height, wraps);
+        return sum_of_samples<4>(sampling_grid, level.pixels, width, height, wraps);
     }
   };
-  const std::array<double, 4> sum = sum_on();
-  const double share = 1.0 / (double{1} * spread.columns * spread.rows);
-  if (!weighted_) {
+  const std::array<double, 4> sum = sum_on_level();
+  const double share = 1.0 / (double{1} * sampling_grid.columns * sampling_grid.rows);
+  if (!has_weight_channel_) {
     for (std::size_t c = 0; c < channels_; ++c) value[c] = static_cast<float>(sum[c] * share);
     return;
   }
-  const std::size_t values = stored_ - 1;
+  const std::size_t values = stored_channels_ - 1;
   for (std::size_t c = 0; c < values; ++c) value[c] = static_cast<float>(sum[c] / sum[values]);
   // A mean weight near kMinWeight stands for an alpha of 0.
   const double alpha = sum[values] * share;

@@ -34,8 +34,8 @@ struct TextureReading {
 /// over texels without weight is the unweighted one.
 class FilteredTexture {
  public:
-  using Wraps = std::array<TextureWrap, 2>;            ///< Wrap modes along u and v
-  using Sides = std::array<std::array<double, 2>, 2>;  ///< Two vectors, each u and v
+  using Wraps = std::array<TextureWrap, 2>;                         ///< Wrap modes along u and v
+  using ParallelogramSides = std::array<std::array<double, 2>, 2>;  ///< Two vectors, each u and v
 
   /// \throws Error(input) for a picture without pixels, or of normals with fewer than three channels
   FilteredTexture(std::shared_ptr<const Image> image, TextureKind kind,
@@ -55,9 +55,9 @@ class FilteredTexture {
   /// Number of channels of mean(): the picture's, but three for normals stored in two channels.
   std::uint32_t channels() const { return channels_; }
   /// True if weights may differ from 1.
-  bool is_weighted() const { return weighted_; }
+  bool is_weighted() const { return has_weight_channel_; }
   /// Number of values that are not finite and were replaced by 0.
-  std::uint64_t replaced() const { return replaced_; }
+  std::uint64_t replaced() const { return replaced_count_; }
 
   /// The mean over a parallelogram of UV around (u, v), which must be finite.
   ///
@@ -65,7 +65,8 @@ class FilteredTexture {
   /// at most a texel's length, each sampled bilinearly. So anisotropic footprints are integrated along their whole
   /// length, up to kMaxParts parts; longer ones use coarser levels.
   /// \param value  channels() numbers; vectors are not normalized. With weights, alpha is their mean.
-  void mean(double u, double v, const Sides& given, float* value, const Wraps& wraps = {}) const;
+  void mean(double u, double v, const ParallelogramSides& given, float* value,
+            const Wraps& wraps = {}) const;
 
   static constexpr std::uint32_t kMaxParts = 4096;
   static constexpr float kMinWeight = 0x1p-20F;
@@ -83,9 +84,9 @@ class FilteredTexture {
 
   std::shared_ptr<const Image> image_;
   std::uint32_t channels_;
-  std::uint32_t stored_ = 0;  ///< Channels of a stored texel
-  bool weighted_ = false;     ///< True if the last stored channel is a weight
-  std::uint64_t replaced_ = 0;
+  std::uint32_t stored_channels_ = 0;  ///< Channels of a stored texel
+  bool has_weight_channel_ = false;    ///< True if the last stored channel is a weight
+  std::uint64_t replaced_count_ = 0;
   mutable std::vector<Level> levels_;  ///< Sizes of all levels; pixels of those in use
   mutable std::atomic<std::size_t> built_levels_{1};
   mutable std::mutex levels_mutex_;

@@ -104,16 +104,17 @@ BoundedChannel::Range BoundedChannel::over(double u0, double v0, double u1, doub
   if (!(right - left < width && bottom - top < height)) return all;
   // Parts within the picture are looked up separately, since blocks of coarser levels are cut off at its border.
   const auto inside = [&](std::int64_t ax, std::int64_t ay, std::int64_t bx, std::int64_t by) {
-    std::size_t number = 0;
-    while (number + 1 < levels_.size() && ((bx >> number) - (ax >> number) >= kMaxBlocks ||
-                                           (by >> number) - (ay >> number) >= kMaxBlocks)) {
-      ++number;
+    std::size_t level_number = 0;
+    while (level_number + 1 < levels_.size() &&
+           ((bx >> level_number) - (ax >> level_number) >= kMaxBlocks ||
+            (by >> level_number) - (ay >> level_number) >= kMaxBlocks)) {
+      ++level_number;
     }
-    const Level& level = levels_[number];
-    Range range =
-        level.ranges[static_cast<std::size_t>((ay >> number) * level.width + (ax >> number))];
-    for (std::int64_t y = ay >> number; y <= by >> number; ++y) {
-      for (std::int64_t x = ax >> number; x <= bx >> number; ++x) {
+    const Level& level = levels_[level_number];
+    Range range = level.ranges[static_cast<std::size_t>((ay >> level_number) * level.width +
+                                                        (ax >> level_number))];
+    for (std::int64_t y = ay >> level_number; y <= by >> level_number; ++y) {
+      for (std::int64_t x = ax >> level_number; x <= bx >> level_number; ++x) {
         const Range& part = level.ranges[static_cast<std::size_t>(y * level.width + x)];
         range = {std::min(range.least, part.least), std::max(range.most, part.most)};
       }

@@ -93,17 +93,18 @@ std::vector<float> CageReach::write_hull_distances(cl::Context& context,
     const auto world = [&](std::size_t axis) {
       return double{planes[axis * plane + i]} / frame_.scale + frame_.center[axis];
     };
-    throw Error(ErrorCode::input,
-                "The cage '" + hull_->name + "' does not enclose the low poly: from " +
-                    place_text(world(0), world(1), world(2)) + " along " +
-                    place_text(d.x, d.y, d.z) + " a ray hits none of its triangles. " +
-                    (hull_->misfit.empty() ? "It has " + std::to_string(hull_->triangles.size()) +
-                                                 " triangles, not the low poly's " +
-                                                 std::to_string(hull_->low_triangles)
-                                           : "It is no copy of the low poly: " + hull_->misfit) +
-                    (hull_->misfit.empty() ? " in their order" : "") +
-                    ", so it must be a closed hull with its faces outward. Enlarge "
-                    "it there; or copy the low poly and move its vertices.");
+    throw Error(
+        ErrorCode::input,
+        "The cage '" + hull_->name + "' does not enclose the low poly: from " +
+            place_text(world(0), world(1), world(2)) + " along " + place_text(d.x, d.y, d.z) +
+            " a ray hits none of its triangles. " +
+            (hull_->mismatch.empty()
+                 ? "It has " + std::to_string(hull_->triangles.size()) +
+                       " triangles, not the low poly's " + std::to_string(hull_->low_triangles)
+                 : "It is no copy of the low poly: " + hull_->mismatch) +
+            (hull_->mismatch.empty() ? " in their order" : "") +
+            ", so it must be a closed hull with its faces outward. Enlarge "
+            "it there; or copy the low poly and move its vertices.");
   }
   return hull_distances;
 }

@@ -15,13 +15,13 @@ inline std::array<double, 3> barycentric_projection(const Vec3d& p, const Vec3d&
   const Vec3d normal = cross(b - a, c - a);
   const double area = dot(normal, normal);
   if (!(area > 0)) return {1.0 / 3, 1.0 / 3, 1.0 / 3};
-  std::array<double, 3> share = {0, dot(cross(p - a, c - a), normal) / area,
-                                 dot(cross(b - a, p - a), normal) / area};
-  share[0] = 1 - share[1] - share[2];
+  std::array<double, 3> barycentric = {0, dot(cross(p - a, c - a), normal) / area,
+                                       dot(cross(b - a, p - a), normal) / area};
+  barycentric[0] = 1 - barycentric[1] - barycentric[2];
   double sum = 0;
-  for (double& s : share) sum += s = std::max(s, 0.0);
-  for (double& s : share) s /= sum;
-  return share;
+  for (double& s : barycentric) sum += s = std::max(s, 0.0);
+  for (double& s : barycentric) s /= sum;
+  return barycentric;
 }
 
 }  // namespace kiln

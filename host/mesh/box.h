@@ -15,8 +15,8 @@ template <typename Vector>
 struct Box {
   using Number = std::remove_cvref_t<decltype(Vector().x)>;
 
-  Vector low = filled(std::numeric_limits<Number>::max());
-  Vector high = filled(std::numeric_limits<Number>::lowest());
+  Vector low = uniform_vector(std::numeric_limits<Number>::max());
+  Vector high = uniform_vector(std::numeric_limits<Number>::lowest());
 
   void add(const Vector& p) {
     low = each(low, p, [](Number a, Number b) { return std::min(a, b); });
@@ -29,12 +29,12 @@ struct Box {
 
   bool is_empty() const { return !(low.x <= high.x); }
   bool contains(const Box& other) const {
-    return are_ordered(low, other.low) && are_ordered(other.high, high);
+    return is_at_most(low, other.low) && is_at_most(other.high, high);
   }
-  bool contains(const Vector& p) const { return are_ordered(low, p) && are_ordered(p, high); }
+  bool contains(const Vector& p) const { return is_at_most(low, p) && is_at_most(p, high); }
   /// True if the boxes have a point in common.
   bool overlaps(const Box& other) const {
-    return are_ordered(low, other.high) && are_ordered(other.low, high);
+    return is_at_most(low, other.high) && is_at_most(other.low, high);
   }
   /// The zero vector if the box is empty.
   auto center() const { return (to_double(low) + to_double(high)) * 0.5; }
@@ -46,7 +46,7 @@ struct Box {
  private:
   static constexpr bool kIsFlat = !requires(Vector v) { v.z; };
 
-  static Vector filled(Number value) {
+  static Vector uniform_vector(Number value) {
     if constexpr (kIsFlat) {
       return {value, value};
     } else {
@@ -61,8 +61,8 @@ struct Box {
       return {function(a.x, b.x), function(a.y, b.y), function(a.z, b.z)};
     }
   }
-  /// True if no number of `a` is above that of `b`.
-  static bool are_ordered(const Vector& a, const Vector& b) {
+  /// True if no component of `a` exceeds the component of `b`.
+  static bool is_at_most(const Vector& a, const Vector& b) {
     if constexpr (kIsFlat) {
       return a.x <= b.x && a.y <= b.y;
     } else {

@@ -20,7 +20,7 @@
 namespace kiln {
 namespace {
 
-constexpr const char* kInner = "inner";
+constexpr const char* kInnerShellName = "inner";
 constexpr std::uint32_t kNoPartner = 0xFFFFFFFFU;
 // Maximum number of triangles of a polygon that may be triangulated differently
 constexpr std::size_t kMaxPolygonTriangles = 64;
@@ -75,11 +75,12 @@ std::vector<Piece> parts_of(const Mesh& mesh, std::span<const Vec3> positions, s
     sets.join(place_of[a], place_of[b]);
     sets.join(place_of[a], place_of[c]);
   }
-  std::unordered_map<std::uint32_t, std::size_t> places;
+  std::unordered_map<std::uint32_t, std::size_t> piece_of_component;
   std::vector<Piece> pieces;
   for (std::size_t t = first; t < first + count; ++t) {
     const std::size_t place =
-        places.emplace(sets.find(place_of[mesh.triangles[t][0]]), pieces.size()).first->second;
+        piece_of_component.emplace(sets.find(place_of[mesh.triangles[t][0]]), pieces.size())
+            .first->second;
     if (place == pieces.size()) pieces.push_back({mesh.name, {}, {}});
     pieces[place].triangles.push_back(static_cast<std::uint32_t>(t));
   }
@@ -87,8 +88,8 @@ std::vector<Piece> parts_of(const Mesh& mesh, std::span<const Vec3> positions, s
   return pieces;
 }
 
-/// A name in lower case without suffixes for low polys, cages and copies.
-std::string stem_of(std::string name) {
+/// A name in lower case, without suffixes such as _low, _cage and .001.
+std::string bare_name_of(std::string name) {
   name = lower_case(name);
   for (bool retry = true; retry;) {
     retry = false;
@@ -101,45 +102,48 @@ std::string stem_of(std::string name) {
   return name;
 }
 
-/// For each piece of the low poly, the piece of the cage with the same name (stem_of() if `bare`). kNoPartner:
+/// For each piece of the low poly, the piece of the cage with the same name (bare_name_of() if `bare`). kNoPartner:
 /// none. Empty if names are not unique.
 std::vector<std::uint32_t> pair_by_names(const std::vector<Piece>& low,
                                          const std::vector<Piece>& cage, bool bare) {
-  const auto name = [&](const Piece& piece) { return bare ? stem_of(piece.name) : piece.name; };
-  std::map<std::string, std::uint32_t> of_cage;
+  const auto name = [&](const Piece& piece) {
+    return bare ? bare_name_of(piece.name) : piece.name;
+  };
+  std::map<std::string, std::uint32_t> cage_piece_of_name;
   for (std::uint32_t i = 0; i < cage.size(); ++i) {
-    if (!of_cage.emplace(name(cage[i]), i).second) return {};
+    if (!cage_piece_of_name.emplace(name(cage[i]), i).second) return {};
   }
-  std::vector<std::uint32_t> pairs;
-  std::set<std::string> used_names;
+  std::vector<std::uint32_t> piece_partners;
+  std::set<std::string> paired_names;
   for (const Piece& piece : low) {
-    if (!used_names.insert(name(piece)).second) return {};
-    const auto found = of_cage.find(name(piece));
-    pairs.push_back(found == of_cage.end() ? kNoPartner : found->second);
+    if (!paired_names.insert(name(piece)).second) return {};
+    const auto found = cage_piece_of_name.find(name(piece));
+    piece_partners.push_back(found == cage_piece_of_name.end() ? kNoPartner : found->second);
   }
-  return pairs;
+  return piece_partners;
 }
 
 /// Pairs pieces of equal triangle counts by the distance of their bounding boxes. Empty if one is nearest to two
 /// pieces.
 std::vector<std::uint32_t> pair_by_distance(const std::vector<Piece>& low,
                                             const std::vector<Piece>& cage) {
-  std::vector<std::uint32_t> pairs;
-  std::vector<bool> is_taken(cage.size());
+  std::vector<std::uint32_t> piece_partners;
+  std::vector<bool> is_piece_taken(cage.size());
   for (const Piece& piece : low) {
-    std::uint32_t nearest = kNoPartner;
-    double least = 0;
+    std::uint32_t nearest_piece = kNoPartner;
+    double smallest_gap = 0;
     for (std::uint32_t i = 0; i < cage.size(); ++i) {
       if (cage[i].triangles.size() != piece.triangles.size()) continue;
       const double off =
           length(cage[i].box.low - piece.box.low) + length(cage[i].box.high - piece.box.high);
-      if (nearest == kNoPartner || off < least) std::tie(nearest, least) = std::pair(i, off);
+      if (nearest_piece == kNoPartner || off < smallest_gap)
+        std::tie(nearest_piece, smallest_gap) = std::pair(i, off);
     }
-    if (nearest == kNoPartner || is_taken[nearest]) return {};
-    is_taken[nearest] = true;
-    pairs.push_back(nearest);
+    if (nearest_piece == kNoPartner || is_piece_taken[nearest_piece]) return {};
+    is_piece_taken[nearest_piece] = true;
+    piece_partners.push_back(nearest_piece);
   }
-  return pairs;
+  return piece_partners;
 }
 
 /// Share of a cage's vertices that lie far from their partners in the low poly, compared with the nearest vertices.
@@ -153,61 +157,63 @@ double far_share(const Mesh& low, std::span<const Vec3> low_positions,
     const auto off = [&](std::uint32_t vertex) {
       return length(to_double(corners[i]) - to_double(low_positions[vertex]));
     };
-    const double own = off(low.triangles[i / 3][i % 3]);
-    double nearest = own;
+    const double own_distance = off(low.triangles[i / 3][i % 3]);
+    double nearest_distance = own_distance;
     for (const Triangle& t : low.triangles) {
-      for (const std::uint32_t vertex : t) nearest = std::min(nearest, off(vertex));
+      for (const std::uint32_t vertex : t)
+        nearest_distance = std::min(nearest_distance, off(vertex));
     }
     ++count;
-    farther += own > kFarRatio * nearest ? 1 : 0;
+    farther += own_distance > kFarRatio * nearest_distance ? 1 : 0;
   }
   return count == 0 ? 0 : static_cast<double>(farther) / static_cast<double>(count);
 }
 
-bool has_all_partners(const std::vector<std::uint32_t>& pairs) {
-  return !pairs.empty() && std::find(pairs.begin(), pairs.end(), kNoPartner) == pairs.end();
+bool has_all_partners(const std::vector<std::uint32_t>& piece_partners) {
+  return !piece_partners.empty() && std::find(piece_partners.begin(), piece_partners.end(),
+                                              kNoPartner) == piece_partners.end();
 }
 
 /// Maps vertices of the low poly to vertices of the cage, piece by piece.
-class Partners {
+class VertexPartners {
  public:
-  Partners(const Mesh& low, const Mesh& cage, std::span<const Vec3> positions)
+  VertexPartners(const Mesh& low, const Mesh& cage, std::span<const Vec3> positions)
       : low_(low), cage_(cage), positions_(positions), corners_(3 * low.triangles.size()) {}
 
   /// \returns true if the pieces correspond: by triangles in order, else by vertices in order
   bool pair(const Piece& low, const Piece& cage) {
-    return in_order(low, cage) || pair_by_rank(low, cage);
+    return match_in_order(low, cage) || pair_by_rank(low, cage);
   }
 
   /// Three cage corners per triangle of the low poly; empty if a vertex of the low poly would have two cage
   /// positions.
   std::vector<Vec3> corners() const {
-    std::vector<std::uint32_t> partner(low_.positions.size(), kNoPartner);
+    std::vector<std::uint32_t> cage_vertex_of(low_.positions.size(), kNoPartner);
     std::vector<Vec3> result;
     result.reserve(corners_.size());
     for (std::size_t i = 0; i < corners_.size(); ++i) {
-      std::uint32_t& known = partner[low_.triangles[i / 3][i % 3]];
+      std::uint32_t& known = cage_vertex_of[low_.triangles[i / 3][i % 3]];
       if (known == kNoPartner) known = corners_[i];
-      if (are_apart(known, corners_[i])) return {};
+      if (differ_in_position(known, corners_[i])) return {};
       result.push_back(positions_[corners_[i]]);
     }
     return result;
   }
 
  private:
-  bool are_apart(std::uint32_t a, std::uint32_t b) const {
+  bool differ_in_position(std::uint32_t a, std::uint32_t b) const {
     return a != b && positions_[a] != positions_[b] && is_finite(positions_[a]) &&
            is_finite(positions_[b]);
   }
 
-  bool in_order(const Piece& low, const Piece& cage) {
-    std::unordered_map<std::uint32_t, std::uint32_t> partner;
+  bool match_in_order(const Piece& low, const Piece& cage) {
+    std::unordered_map<std::uint32_t, std::uint32_t> cage_vertex_of;
     for (std::size_t i = 0; i < low.triangles.size(); ++i) {
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t cage_vertex = cage_.triangles[cage.triangles[i]][k];
         const auto known =
-            partner.emplace(low_.triangles[low.triangles[i]][k], cage_vertex).first->second;
-        if (are_apart(known, cage_vertex)) return false;
+            cage_vertex_of.emplace(low_.triangles[low.triangles[i]][k], cage_vertex).first->second;
+        if (differ_in_position(known, cage_vertex)) return false;
         corners_[3 * std::size_t{low.triangles[i]} + k] = cage_vertex;
       }
     }
@@ -215,44 +221,48 @@ class Partners {
   }
 
   static std::vector<std::uint32_t> vertices(const Mesh& mesh, const Piece& piece) {
-    std::vector<std::uint32_t> all;
+    std::vector<std::uint32_t> sorted_vertices;
     for (const std::uint32_t t : piece.triangles) {
-      all.insert(all.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
+      sorted_vertices.insert(sorted_vertices.end(), mesh.triangles[t].begin(),
+                             mesh.triangles[t].end());
     }
-    std::sort(all.begin(), all.end());
-    all.erase(std::unique(all.begin(), all.end()), all.end());
-    return all;
+    std::sort(sorted_vertices.begin(), sorted_vertices.end());
+    sorted_vertices.erase(std::unique(sorted_vertices.begin(), sorted_vertices.end()),
+                          sorted_vertices.end());
+    return sorted_vertices;
   }
 
   /// Pairs vertices by their rank within each piece; polygons may be triangulated differently.
   bool pair_by_rank(const Piece& low, const Piece& cage) {
-    const std::vector<std::uint32_t> of_low = vertices(low_, low), of_cage = vertices(cage_, cage);
-    if (of_low.size() != of_cage.size()) return false;
-    const auto partner = [&](std::uint32_t vertex) {
-      return of_cage[static_cast<std::size_t>(
-          std::lower_bound(of_low.begin(), of_low.end(), vertex) - of_low.begin())];
+    const std::vector<std::uint32_t> sorted_low_vertices = vertices(low_, low),
+                                     sorted_cage_vertices = vertices(cage_, cage);
+    if (sorted_low_vertices.size() != sorted_cage_vertices.size()) return false;
+    const auto partner_of_vertex = [&](std::uint32_t vertex) {
+      return sorted_cage_vertices[static_cast<std::size_t>(
+          std::lower_bound(sorted_low_vertices.begin(), sorted_low_vertices.end(), vertex) -
+          sorted_low_vertices.begin())];
     };
-    // Vertices of the triangles since both sides last agreed
+    // Vertices of the triangles after the last one at which both polygons were complete
     std::multiset<std::uint32_t> low_vertices, cage_vertices;
-    std::size_t triangles_since = 0;
+    std::size_t triangles_since_match = 0;
     for (std::size_t i = 0; i < low.triangles.size(); ++i) {
       for (std::size_t k = 0; k < 3; ++k) {
-        const std::uint32_t cage_vertex = partner(low_.triangles[low.triangles[i]][k]);
+        const std::uint32_t cage_vertex = partner_of_vertex(low_.triangles[low.triangles[i]][k]);
         corners_[3 * std::size_t{low.triangles[i]} + k] = cage_vertex;
         low_vertices.insert(cage_vertex);
         cage_vertices.insert(cage_.triangles[cage.triangles[i]][k]);
       }
-      ++triangles_since;
+      ++triangles_since_match;
       if (std::set(low_vertices.begin(), low_vertices.end()) ==
           std::set(cage_vertices.begin(), cage_vertices.end())) {
         low_vertices.clear();
         cage_vertices.clear();
-        triangles_since = 0;
-      } else if (triangles_since > kMaxPolygonTriangles) {
+        triangles_since_match = 0;
+      } else if (triangles_since_match > kMaxPolygonTriangles) {
         return false;
       }
     }
-    return triangles_since == 0;
+    return triangles_since_match == 0;
   }
 
   const Mesh& low_;
@@ -263,12 +273,12 @@ class Partners {
 
 std::string in_quotes(const std::string& name) { return "'" + name + "'"; }
 
-/// The corners of triangles [first, first + those of the low poly); empty if they do not correspond to the low
-/// poly's.
-/// \param misfit  [out] the reason, if they nearly correspond
+/// The cage's corners for each triangle of the low poly, read from the cage's triangles from `first` on; empty if the
+/// meshes do not correspond.
+/// \param mismatch  [out] the reason, if they nearly correspond
 std::vector<Vec3> corners_of(const Mesh& low, std::span<const Vec3> low_positions, const Mesh& cage,
                              std::span<const Vec3> positions, std::size_t first, bool named,
-                             std::string& misfit) {
+                             std::string& mismatch) {
   const std::size_t count = std::min(low.triangles.size(), cage.triangles.size() - first);
   const auto has = [&](const std::vector<std::uint32_t>& of, const Mesh& mesh) {
     return of.size() == mesh.triangles.size();
@@ -280,30 +290,31 @@ std::vector<Vec3> corners_of(const Mesh& low, std::span<const Vec3> low_position
     low_pieces = pieces_of(low, low_positions, objects, 0, low.triangles.size());
     cage_pieces = pieces_of(cage, positions, objects, first, count);
   }
-  std::vector<std::uint32_t> pairs = pair_by_names(low_pieces, cage_pieces, false);
-  if (!has_all_partners(pairs)) pairs = pair_by_names(low_pieces, cage_pieces, true);
-  if (!has_all_partners(pairs) && low_pieces.size() == cage_pieces.size()) {
+  std::vector<std::uint32_t> piece_partners = pair_by_names(low_pieces, cage_pieces, false);
+  if (!has_all_partners(piece_partners))
+    piece_partners = pair_by_names(low_pieces, cage_pieces, true);
+  if (!has_all_partners(piece_partners) && low_pieces.size() == cage_pieces.size()) {
     if (auto near = pair_by_distance(low_pieces, cage_pieces); has_all_partners(near))
-      pairs = std::move(near);
+      piece_partners = std::move(near);
   }
-  const bool some =
-      std::any_of(pairs.begin(), pairs.end(), [](auto pair) { return pair != kNoPartner; });
-  for (std::size_t i = 0; i < pairs.size() && some && low_pieces.size() > 1; ++i) {
-    if (pairs[i] == kNoPartner) {
-      misfit = "it has nothing of the name of the low poly's " + in_quotes(low_pieces[i].name);
-    } else if (cage_pieces[pairs[i]].triangles.size() != low_pieces[i].triangles.size()) {
-      misfit = "its " + in_quotes(cage_pieces[pairs[i]].name) + " has " +
-               std::to_string(cage_pieces[pairs[i]].triangles.size()) +
-               " triangles, and the low poly's " + in_quotes(low_pieces[i].name) + " has " +
-               std::to_string(low_pieces[i].triangles.size());
+  const bool some = std::any_of(piece_partners.begin(), piece_partners.end(),
+                                [](auto pair) { return pair != kNoPartner; });
+  for (std::size_t i = 0; i < piece_partners.size() && some && low_pieces.size() > 1; ++i) {
+    if (piece_partners[i] == kNoPartner) {
+      mismatch = "it has nothing of the name of the low poly's " + in_quotes(low_pieces[i].name);
+    } else if (cage_pieces[piece_partners[i]].triangles.size() != low_pieces[i].triangles.size()) {
+      mismatch = "its " + in_quotes(cage_pieces[piece_partners[i]].name) + " has " +
+                 std::to_string(cage_pieces[piece_partners[i]].triangles.size()) +
+                 " triangles, and the low poly's " + in_quotes(low_pieces[i].name) + " has " +
+                 std::to_string(low_pieces[i].triangles.size());
     }
-    if (!misfit.empty()) return {};
+    if (!mismatch.empty()) return {};
   }
   if (cage.triangles.size() - first < low.triangles.size() ||
       (named && cage.triangles.size() != low.triangles.size())) {
     return {};
   }
-  const bool by_piece = has_all_partners(pairs) && low_pieces.size() == cage_pieces.size();
+  const bool by_piece = has_all_partners(piece_partners) && low_pieces.size() == cage_pieces.size();
   if (!by_piece) {
     const auto whole = [](const Mesh& mesh, std::size_t from, std::size_t triangles) {
       Piece piece;
@@ -315,19 +326,19 @@ std::vector<Vec3> corners_of(const Mesh& low, std::span<const Vec3> low_position
     };
     low_pieces = whole(low, 0, low.triangles.size());
     cage_pieces = whole(cage, first, low.triangles.size());
-    pairs = {0};
+    piece_partners = {0};
   }
   const auto pair_all = [&] {
-    Partners partners(low, cage, positions);
+    VertexPartners partners(low, cage, positions);
     for (std::size_t i = 0; i < low_pieces.size(); ++i) {
-      if (partners.pair(low_pieces[i], cage_pieces[pairs[i]])) continue;
-      misfit = "faces of its " + in_quotes(cage_pieces[pairs[i]].name) +
-               " do not have the vertices of the low poly's " + in_quotes(low_pieces[i].name) +
-               " in their order";
+      if (partners.pair(low_pieces[i], cage_pieces[piece_partners[i]])) continue;
+      mismatch = "faces of its " + in_quotes(cage_pieces[piece_partners[i]].name) +
+                 " do not have the vertices of the low poly's " + in_quotes(low_pieces[i].name) +
+                 " in their order";
       return std::vector<Vec3>{};
     }
     std::vector<Vec3> corners = partners.corners();
-    if (corners.empty()) misfit = "vertices of the low poly would lie in two places";
+    if (corners.empty()) mismatch = "vertices of the low poly would lie in two places";
     return corners;
   };
   std::vector<Vec3> corners = pair_all();
@@ -336,25 +347,26 @@ std::vector<Vec3> corners_of(const Mesh& low, std::span<const Vec3> low_position
   const double far_in_order = far();
   if (far_in_order <= kMinFarShare) return corners;
   // Without names, components may be in a different order.
-  const std::vector<Vec3> in_order = corners;
+  const std::vector<Vec3> corners_in_order = corners;
   const std::string wrong =
       corners.empty()
-          ? misfit
+          ? mismatch
           : "in the order of their faces, its vertices do not lie where the low poly's do";
-  misfit.clear();
+  mismatch.clear();
   low_pieces = parts_of(low, low_positions, 0, low.triangles.size());
   cage_pieces = parts_of(cage, positions, first, low.triangles.size());
-  pairs = low_pieces.size() == cage_pieces.size() ? pair_by_distance(low_pieces, cage_pieces)
-                                                  : std::vector<std::uint32_t>{};
-  corners = has_all_partners(pairs) ? pair_all() : std::vector<Vec3>{};
+  piece_partners = low_pieces.size() == cage_pieces.size()
+                       ? pair_by_distance(low_pieces, cage_pieces)
+                       : std::vector<std::uint32_t>{};
+  corners = has_all_partners(piece_partners) ? pair_all() : std::vector<Vec3>{};
   if (const double found = far(); found < far_in_order && found <= kMaxFarShare) return corners;
-  misfit = far_in_order <= kMaxFarShare ? "" : wrong;
-  return far_in_order <= kMaxFarShare ? in_order : std::vector<Vec3>{};
+  mismatch = far_in_order <= kMaxFarShare ? "" : wrong;
+  return far_in_order <= kMaxFarShare ? corners_in_order : std::vector<Vec3>{};
 }
 
-bool begins_with_inner(const Mesh& cage) {
+bool has_inner_shell_first(const Mesh& cage) {
   return !cage.groups.empty() && cage.groups.front() < cage.group_names.size() &&
-         cage.group_names[cage.groups.front()] == kInner;
+         cage.group_names[cage.groups.front()] == kInnerShellName;
 }
 
 }  // namespace
@@ -365,24 +377,24 @@ CageCorners read_cage(const Mesh& low, const Mesh& cage, const Frame& frame) {
   const std::size_t count = low.triangles.size();
   const std::vector<Vec3> low_positions = frame.to_frame(low);
   CageCorners result;
-  std::string misfit;
+  std::string mismatch;
   if (cage.triangles.size() != 2 * count) {
-    result.outer = corners_of(low, low_positions, cage, positions, 0, true, misfit);
-    if (!result.outer.empty()) return result;
+    result.outer_corners = corners_of(low, low_positions, cage, positions, 0, true, mismatch);
+    if (!result.outer_corners.empty()) return result;
   } else {
     result.kind = CageKind::shells;
     const auto shell = [&](std::size_t first) {
-      return corners_of(low, low_positions, cage, positions, first, false, misfit);
+      return corners_of(low, low_positions, cage, positions, first, false, mismatch);
     };
-    const bool inner_first = begins_with_inner(cage);
-    result.outer = shell(inner_first ? count : 0);
-    result.inner = shell(inner_first ? 0 : count);
-    if (!result.outer.empty() && !result.inner.empty()) return result;
+    const bool inner_first = has_inner_shell_first(cage);
+    result.outer_corners = shell(inner_first ? count : 0);
+    result.inner_corners = shell(inner_first ? 0 : count);
+    if (!result.outer_corners.empty() && !result.inner_corners.empty()) return result;
   }
   auto hull = std::make_shared<CageHull>();
   hull->name = cage.name;
   hull->low_triangles = count;
-  hull->misfit = misfit;
+  hull->mismatch = mismatch;
   for (const Triangle& t : cage.triangles) {
     if (!is_finite(positions[t[0]]) || !is_finite(positions[t[1]]) || !is_finite(positions[t[2]])) {
       continue;
@@ -390,10 +402,10 @@ CageCorners read_cage(const Mesh& low, const Mesh& cage, const Frame& frame) {
     hull->triangles.push_back(t);
   }
   hull->positions = positions;
-  CageCorners other;
-  other.kind = CageKind::hull;
-  other.hull = std::move(hull);
-  return other;
+  CageCorners hull_corners;
+  hull_corners.kind = CageKind::hull;
+  hull_corners.hull = std::move(hull);
+  return hull_corners;
 }
 
 }  // namespace kiln

@@ -21,15 +21,15 @@ struct CageHull {
   std::size_t low_triangles = 0;
   /// Why the mesh does not count as a copy of the low poly although it resembles one; empty if it does not resemble
   /// one
-  std::string misfit;
+  std::string mismatch;
 };
 
 /// A cage mesh, as its CageKind requires. Positions are in the frame, three per triangle of the low poly.
 struct CageCorners {
   CageKind kind = CageKind::offsets;
-  std::vector<Vec3> outer;               ///< Outer corners, for CageKind::offsets and shells
-  std::vector<Vec3> inner;               ///< Inner corners, for CageKind::shells
-  std::shared_ptr<const CageHull> hull;  ///< The mesh, for CageKind::hull
+  std::vector<Vec3> outer_corners;       ///< Outer corners, for CageKind::offsets and shells
+  std::vector<Vec3> inner_corners;       ///< Inner corners, for CageKind::shells
+  std::shared_ptr<const CageHull> hull;  ///< The hull's mesh, for CageKind::hull
 };
 
 /// Classifies a cage mesh. If its triangles correspond to those of the low poly, in order and without splitting a

@@ -20,7 +20,7 @@ namespace kiln {
 /// \param mesh  mesh with UVs, whose indices are in range
 std::vector<std::uint32_t> uv_charts(const Mesh& mesh);
 
-/// uv_charts() of some triangles, as of those of a texture set: costs what these cost, not the mesh.
+/// uv_charts() of a subset of triangles, such as a texture set. The cost depends on the subset, not on the mesh.
 /// \param triangles  indices, ascending \returns each triangle's chart, for the mesh's triangles; 0 for all others
 std::vector<std::uint32_t> uv_charts(const Mesh& mesh, std::span<const std::uint32_t> triangles);
 

@@ -24,7 +24,7 @@ struct GapRule {
   /// Largest weight within a gap, as a share of the weight above it
   static constexpr double kMaxGapWeight = 0.1;
   /// Smallest ratio of a gap's upper end to its lower end
-  static constexpr double kMinRatio = 1.5;
+  static constexpr double kMinGapRatio = 1.5;
   /// Smallest share of the weight above a gap; in a cube of ten million triangles, it is 1e-3
   static constexpr double kMinWeightAbove = 2e-4;
   /// Smallest share (by weight) of the edges above a gap that form lines
@@ -48,12 +48,13 @@ struct PlaneRule {
 /// Parameters for vertices that are split in the file.
 struct SplitRule {
   static constexpr double kMinMedianTurn = 25;  ///< Smallest median turn of split edges, degrees
-  /// Alternatively, smallest 10% quantile of these turns in degrees, for shallow edges such as the ridge of a blade
-  static constexpr double kMinLowTurn = 5;
-  static constexpr double kMinRatio =
-      2;  ///< Smallest ratio of that median or quantile to the 90% quantile of other edges
+  /// Alternatively, smallest 10% quantile of the turns of split edges, degrees: for shallow edges such as a blade's
+  /// ridge
+  static constexpr double kMinLowQuantileTurn = 5;
+  static constexpr double kMinSplitTurnRatio =
+      2;  ///< Smallest ratio of the split edges' median or 10% quantile to the 90% quantile of other edges
   /// Smallest turn in degrees of split edges that are counted; splits within planes are ignored
-  static constexpr double kMinTurn = 1;
+  static constexpr double kMinSplitTurn = 1;
   /// Smallest share (by number) of edges that are not split
   static constexpr double kMinSharedShare = 0.1;
 };
@@ -62,14 +63,14 @@ struct SplitRule {
 struct LatticeRule {
   static constexpr std::size_t kMinEdges = 200;
   /// Largest length of an edge along an axis, in lattice steps
-  static constexpr double kMaxSteps = 2;
+  static constexpr double kMaxEdgeSteps = 2;
   static constexpr double kStepTolerance = 2e-3;  ///< Tolerance, in lattice steps
   static constexpr double kMinSlantedShare =
       0.05;  ///< Smallest share (by weight) of edges with turns of 30 to 65 degrees
 };
 
 /// Parameters for single edges between planes.
-struct RegionRule {
+struct PlanarRegionRule {
   static constexpr float kMaxPlaneTurn = 0.1F;  ///< Largest turn within a plane, degrees
   /// Largest angle between a triangle and its plane's mean normal, degrees
   static constexpr double kMaxPlaneDeviation = 0.5;
@@ -88,23 +89,23 @@ std::size_t bin_of_turn(float turn) {
 class CreaseFinder {
  public:
   CreaseFinder(const Mesh& mesh, const FaceEdges& faces) : mesh_(mesh), faces_(faces) {
-    result_.hard.resize(faces.edges.size());
-    result_.hard_part.resize(mesh.triangles.size());
+    creases_.hard.resize(faces.edges.size());
+    creases_.hard_part.resize(mesh.triangles.size());
   }
 
-  void group();
+  void group_edges_by_part();
   void classify_parts();
   /// Sets hard edges by a predicate, except within polygons.
   template <typename IsHard>
   void cut(const IsHard& is_hard);
   void find_regions();
   void correct_single_edges();
-  Creases finish();
+  Creases take_result();
 
  private:
   struct Histogram {
     std::array<double, GapRule::kBins> weight{};
-    double planes = 0, total = 0;
+    double plane_weight = 0, total = 0;
   };
 
   const FaceEdge& edge(std::uint32_t e) const { return faces_.edges[e]; }
@@ -116,7 +117,7 @@ class CreaseFinder {
     return {faces_.welded[at[e.sides[0] % 3]], faces_.welded[at[(e.sides[0] + 1) % 3]]};
   }
   Histogram histogram(std::span<const std::uint32_t> edges) const;
-  double lines_from(std::span<const std::uint32_t> edges, double degrees);
+  double line_share_from(std::span<const std::uint32_t> edges, double degrees);
   bool is_lattice(std::span<const std::uint32_t> edges, const Histogram& turns) const;
   bool classify_by_splits(std::span<const std::uint32_t> edges);
   double find_threshold(std::span<const std::uint32_t> edges);
@@ -124,7 +125,7 @@ class CreaseFinder {
 
   const Mesh& mesh_;
   const FaceEdges& faces_;
-  Creases result_;
+  Creases creases_;
   // Part of each triangle, identified by one of the part's triangles
   std::vector<std::uint32_t> part_of_;
   Adjacency edges_of_;  // Edges of each part
@@ -132,10 +133,10 @@ class CreaseFinder {
   std::vector<std::uint32_t> part_numbers_;
   // True if split vertices determined the part's hard edges; indexed by the triangle that identifies the part
   std::vector<bool> split_in_file_;
-  std::vector<std::uint8_t> line_edges_;  // Scratch of lines_from(), by welded vertex
+  std::vector<std::uint8_t> line_edges_;  // Scratch of line_share_from(), by welded vertex
 };
 
-void CreaseFinder::group() {
+void CreaseFinder::group_edges_by_part() {
   DisjointSets sets(mesh_.triangles.size());
   for (const FaceEdge& e : faces_.edges) sets.join(e.sides[0] / 3, e.sides[1] / 3);
   part_of_.resize(mesh_.triangles.size());
@@ -146,7 +147,7 @@ void CreaseFinder::group() {
   std::uint32_t next = 1;  // Number 0 stands for all small parts together
   for (std::uint32_t t = 0; t < part_of_.size(); ++t) {
     if (part_of_[t] != t || faces_.areas[t] == 0) continue;
-    ++result_.parts;
+    ++creases_.parts;
     part_numbers_[t] = edges[t] < GapRule::kMinEdges ? 0 : next++;
   }
   edges_of_ = Adjacency::make(next, faces_.edges.size(), [&](std::size_t e) {
@@ -162,13 +163,13 @@ CreaseFinder::Histogram CreaseFinder::histogram(std::span<const std::uint32_t> e
     const double w = weight(edge(e));
     result.weight[edge(e).inner ? 0 : bin_of_turn(edge(e).turn)] += w;
     result.total += w;
-    if (edge(e).inner || edge(e).turn < RegionRule::kMaxPlaneTurn) result.planes += w;
+    if (edge(e).inner || edge(e).turn < PlanarRegionRule::kMaxPlaneTurn) result.plane_weight += w;
   }
   return result;
 }
 
 /// Share (by weight) of the edges with at least this turn that continue at both ends; 0 if there are no such edges.
-double CreaseFinder::lines_from(std::span<const std::uint32_t> edges, double degrees) {
+double CreaseFinder::line_share_from(std::span<const std::uint32_t> edges, double degrees) {
   const auto each = [&](const auto& call) {
     for (const std::uint32_t e : edges) {
       if (edge(e).turn >= degrees && !edge(e).inner) call(edge(e));
@@ -179,18 +180,18 @@ double CreaseFinder::lines_from(std::span<const std::uint32_t> edges, double deg
       line_edges_[end] = static_cast<std::uint8_t>(std::min(line_edges_[end] + 1, 2));
     }
   });
-  double lines = 0, all = 0;
+  double line_weight = 0, total_weight = 0;
   each([&](const FaceEdge& e) {
     const auto goes_on = [&](std::uint32_t end) {
       return line_edges_[end] > 1 || faces_.borders[end];
     };
-    all += weight(e);
-    if (goes_on(ends(e)[0]) && goes_on(ends(e)[1])) lines += weight(e);
+    total_weight += weight(e);
+    if (goes_on(ends(e)[0]) && goes_on(ends(e)[1])) line_weight += weight(e);
   });
   each([&](const FaceEdge& e) {
     for (const std::uint32_t end : ends(e)) line_edges_[end] = 0;
   });
-  return all > 0 ? lines / all : 0;
+  return total_weight > 0 ? line_weight / total_weight : 0;
 }
 
 bool CreaseFinder::is_lattice(std::span<const std::uint32_t> edges, const Histogram& turns) const {
@@ -208,7 +209,7 @@ bool CreaseFinder::is_lattice(std::span<const std::uint32_t> edges, const Histog
   }
   for (const std::uint32_t e : edges) {
     for (std::size_t k = 0; k < 3; ++k) {
-      if (along(e)[k] > most[k] / (2 * LatticeRule::kMaxSteps)) {
+      if (along(e)[k] > most[k] / (2 * LatticeRule::kMaxEdgeSteps)) {
         step[k] = std::min(step[k], along(e)[k]);
       }
     }
@@ -216,7 +217,7 @@ bool CreaseFinder::is_lattice(std::span<const std::uint32_t> edges, const Histog
   return std::all_of(edges.begin(), edges.end(), [&](std::uint32_t e) {
     for (std::size_t k = 0; k < 3; ++k) {
       const double steps = along(e)[k] / step[k];
-      if (steps > LatticeRule::kMaxSteps + LatticeRule::kStepTolerance ||
+      if (steps > LatticeRule::kMaxEdgeSteps + LatticeRule::kStepTolerance ||
           std::abs(steps - std::round(steps)) > LatticeRule::kStepTolerance) {
         return false;
       }
@@ -228,19 +229,19 @@ bool CreaseFinder::is_lattice(std::span<const std::uint32_t> edges, const Histog
 /// Sets hard edges from split vertices.
 /// \returns false if split vertices give no information
 bool CreaseFinder::classify_by_splits(std::span<const std::uint32_t> edges) {
-  std::vector<float> split, shared;
+  std::vector<float> split_turns, shared_turns;
   for (const std::uint32_t e : edges) {
     if (edge(e).inner) continue;
     if (!edge(e).split) {
-      shared.push_back(edge(e).turn);
-    } else if (edge(e).turn >= SplitRule::kMinTurn) {
-      split.push_back(edge(e).turn);
+      shared_turns.push_back(edge(e).turn);
+    } else if (edge(e).turn >= SplitRule::kMinSplitTurn) {
+      split_turns.push_back(edge(e).turn);
     }
   }
   const auto inner = static_cast<std::size_t>(
       std::count_if(edges.begin(), edges.end(), [&](std::uint32_t e) { return edge(e).inner; }));
-  if (split.empty() || static_cast<double>(shared.size() + inner) <
-                           SplitRule::kMinSharedShare * static_cast<double>(edges.size())) {
+  if (split_turns.empty() || static_cast<double>(shared_turns.size() + inner) <
+                                 SplitRule::kMinSharedShare * static_cast<double>(edges.size())) {
     return false;
   }
   const auto quantile = [](std::vector<float>& turns, double share) {
@@ -249,29 +250,29 @@ bool CreaseFinder::classify_by_splits(std::span<const std::uint32_t> edges) {
     std::nth_element(turns.begin(), turns.begin() + at, turns.end());
     return turns[static_cast<std::size_t>(at)];
   };
-  const double median = quantile(split, 0.5), low = quantile(split, 0.1);
-  const double others = quantile(shared, 0.9);
+  const double median = quantile(split_turns, 0.5), low = quantile(split_turns, 0.1);
+  const double others = quantile(shared_turns, 0.9);
   const bool has_steep_edges =
-      median >= SplitRule::kMinMedianTurn && median >= SplitRule::kMinRatio * others;
+      median >= SplitRule::kMinMedianTurn && median >= SplitRule::kMinSplitTurnRatio * others;
   const bool has_shallow_edges =
-      low >= SplitRule::kMinLowTurn && low >= SplitRule::kMinRatio * others;
+      low >= SplitRule::kMinLowQuantileTurn && low >= SplitRule::kMinSplitTurnRatio * others;
   if (!has_steep_edges && !has_shallow_edges) return false;
   for (const std::uint32_t e : edges) {
-    result_.hard[e] = edge(e).split && edge(e).turn >= SplitRule::kMinTurn;
+    creases_.hard[e] = edge(e).split && edge(e).turn >= SplitRule::kMinSplitTurn;
   }
   return true;
 }
 
 /// The turn above which a part's edges are hard; 180 if no edge is hard.
 double CreaseFinder::find_threshold(std::span<const std::uint32_t> edges) {
-  constexpr double kSmooth = 180;
+  constexpr double kNoHardEdgeTurn = 180;
   const Histogram turns = histogram(edges);
   // For each bin, the weight of it and all higher bins
   std::array<double, GapRule::kBins + 1> above{};
   for (std::size_t i = GapRule::kBins; i-- > 0;) above[i] = above[i + 1] + turns.weight[i];
-  if (!(above[GapRule::kFirstBin] > 0)) return kSmooth;
+  if (!(above[GapRule::kFirstBin] > 0)) return kNoHardEdgeTurn;
   std::size_t from = 0, to = 0;
-  double widest = 0;
+  double widest_ratio = 0;
   for (std::size_t a = GapRule::kFirstBin; a < GapRule::kRightAngle; ++a) {
     for (std::size_t b = a + 1; b < GapRule::kBins; ++b) {
       // Bins between a and b form the gap. A virtual edge of 90 degrees is its upper bound if no edge lies above.
@@ -280,25 +281,25 @@ double CreaseFinder::find_threshold(std::span<const std::uint32_t> edges) {
       if (above[a + 1] - above[b] > GapRule::kMaxGapWeight * above[b]) continue;
       const double ratio =
           static_cast<double>(std::min(b, GapRule::kRightAngle)) / static_cast<double>(a);
-      if (ratio > widest) std::tie(widest, from, to) = std::tuple(ratio, a, b);
+      if (ratio > widest_ratio) std::tie(widest_ratio, from, to) = std::tuple(ratio, a, b);
     }
   }
-  if (is_lattice(edges, turns)) return kSmooth;
-  if (widest >= GapRule::kMinRatio) {
-    if (above[to] <= GapRule::kMinWeightAbove * turns.total) return kSmooth;
+  if (is_lattice(edges, turns)) return kNoHardEdgeTurn;
+  if (widest_ratio >= GapRule::kMinGapRatio) {
+    if (above[to] <= GapRule::kMinWeightAbove * turns.total) return kNoHardEdgeTurn;
     const double cut = std::sqrt(static_cast<double>(from) *
                                  static_cast<double>(std::min(to, GapRule::kRightAngle)));
     // A small number of edges may have a gap by chance, as in small fragments of scans.
     const double weak =
-        turns.total - turns.planes - above[static_cast<std::size_t>(std::ceil(cut))];
+        turns.total - turns.plane_weight - above[static_cast<std::size_t>(std::ceil(cut))];
     if (edges.size() < GapRule::kMinEdgesWithoutPlanes &&
-        turns.planes < GapRule::kMinPlaneShareOfSmall * turns.total &&
+        turns.plane_weight < GapRule::kMinPlaneShareOfSmall * turns.total &&
         weak > GapRule::kMaxWeakShareOfSmall * turns.total) {
-      return kSmooth;
+      return kNoHardEdgeTurn;
     }
-    if (lines_from(edges, cut) >= GapRule::kMinLineShare) return cut;
+    if (line_share_from(edges, cut) >= GapRule::kMinLineShare) return cut;
   }
-  if (turns.planes < PlaneRule::kMinPlaneShare * turns.total) return kSmooth;
+  if (turns.plane_weight < PlaneRule::kMinPlaneShare * turns.total) return kNoHardEdgeTurn;
   std::size_t emptiest_bin = PlaneRule::kFirstBin;
   const auto around = [&](std::size_t at) {
     return std::accumulate(&turns.weight[at - 2], &turns.weight[at + 3], 0.0) *
@@ -308,26 +309,26 @@ double CreaseFinder::find_threshold(std::span<const std::uint32_t> edges) {
     if (around(at) < around(emptiest_bin)) emptiest_bin = at;
   }
   const auto cut = static_cast<double>(emptiest_bin);
-  return lines_from(edges, cut) >= PlaneRule::kMinLineShare ? cut : kSmooth;
+  return line_share_from(edges, cut) >= PlaneRule::kMinLineShare ? cut : kNoHardEdgeTurn;
 }
 
 void CreaseFinder::classify_part(std::span<const std::uint32_t> edges) {
   bool any = classify_by_splits(edges);
-  const bool split = any;
+  const bool is_split_in_file = any;
   if (!any) {
     const double cut = find_threshold(edges);
     for (const std::uint32_t e : edges) {
-      result_.hard[e] = edge(e).turn >= cut && !edge(e).inner;
-      any = any || result_.hard[e];
+      creases_.hard[e] = edge(e).turn >= cut && !edge(e).inner;
+      any = any || creases_.hard[e];
     }
   }
   if (!any) return;
-  ++result_.hard_parts;
-  if (split) ++result_.split_parts;
+  ++creases_.hard_parts;
+  if (is_split_in_file) ++creases_.split_parts;
   for (const std::uint32_t e : edges) {
     const std::uint32_t part = part_of_[edge(e).sides[0] / 3];
-    result_.hard_part[part] = true;
-    split_in_file_[part] = split;
+    creases_.hard_part[part] = true;
+    split_in_file_[part] = is_split_in_file;
   }
 }
 
@@ -340,149 +341,152 @@ template <typename IsHard>
 void CreaseFinder::cut(const IsHard& is_hard) {
   for (std::size_t e = 0; e < faces_.edges.size(); ++e) {
     if (faces_.edges[e].inner || !is_hard(faces_.edges[e])) continue;
-    result_.hard[e] = true;
-    result_.hard_part[part_of_[faces_.edges[e].sides[0] / 3]] = true;
+    creases_.hard[e] = true;
+    creases_.hard_part[part_of_[faces_.edges[e].sides[0] / 3]] = true;
   }
-  result_.hard_parts = static_cast<std::uint64_t>(
-      std::count(result_.hard_part.begin(), result_.hard_part.end(), true));
+  creases_.hard_parts = static_cast<std::uint64_t>(
+      std::count(creases_.hard_part.begin(), creases_.hard_part.end(), true));
 }
 
 /// Finds planar regions of hard parts: triangles connected over edges without a turn.
 void CreaseFinder::find_regions() {
-  if (result_.hard_parts == 0) return;
+  if (creases_.hard_parts == 0) return;
   DisjointSets sets(mesh_.triangles.size());
   for (const FaceEdge& e : faces_.edges) {
-    if (result_.hard_part[part_of_[e.sides[0] / 3]] &&
-        (e.inner || e.turn < RegionRule::kMaxPlaneTurn)) {
+    if (creases_.hard_part[part_of_[e.sides[0] / 3]] &&
+        (e.inner || e.turn < PlanarRegionRule::kMaxPlaneTurn)) {
       sets.join(e.sides[0] / 3, e.sides[1] / 3);
     }
   }
   const std::size_t count = mesh_.triangles.size();
-  result_.regions.resize(count);
-  result_.region_areas.resize(count);
+  creases_.regions.resize(count);
+  creases_.region_areas.resize(count);
   std::vector<Vec3d> sums(count);
-  std::vector<double> areas(count);
+  std::vector<double> region_area(count);
   for (std::uint32_t t = 0; t < count; ++t) {
-    const std::uint32_t region = result_.regions[t] = sets.find(t);
+    const std::uint32_t region = creases_.regions[t] = sets.find(t);
     sums[region] += to_double(faces_.normals[t]) * double{faces_.areas[t]};
-    areas[region] += faces_.areas[t];
+    region_area[region] += faces_.areas[t];
   }
   // A rounded region of many tiny turns is not a plane, although no single edge shows that.
   std::vector<bool> is_bent_region(count);
-  const double least = std::cos(RegionRule::kMaxPlaneDeviation * 3.14159265358979 / 180);
+  const double least = std::cos(PlanarRegionRule::kMaxPlaneDeviation * 3.14159265358979 / 180);
   for (std::uint32_t t = 0; t < count; ++t) {
-    const std::uint32_t region = result_.regions[t];
+    const std::uint32_t region = creases_.regions[t];
     if (faces_.areas[t] > 0 &&
         dot(sums[region], to_double(faces_.normals[t])) < least * length(sums[region])) {
       is_bent_region[region] = true;
     }
   }
   for (std::uint32_t t = 0; t < count; ++t) {
-    const std::uint32_t region = result_.regions[t];
+    const std::uint32_t region = creases_.regions[t];
     if (region != t && !is_bent_region[region])
-      result_.region_areas[region] = static_cast<float>(areas[region]);
+      creases_.region_areas[region] = static_cast<float>(region_area[region]);
   }
 }
 
 void CreaseFinder::correct_single_edges() {
-  if (result_.hard_parts == 0) return;
+  if (creases_.hard_parts == 0) return;
   // Border between two planes. A pair of planes has one border, whatever the number of shared edges.
   struct PlaneBorder {
     std::uint32_t from, to;
     float turn;
     bool convex, hard;
   };
-  std::vector<PlaneBorder> meetings;
-  const auto plane = [&](std::uint32_t side) { return result_.regions[side / 3]; };
+  std::vector<PlaneBorder> plane_borders;
+  const auto plane = [&](std::uint32_t side) { return creases_.regions[side / 3]; };
   for (std::size_t e = 0; e < faces_.edges.size(); ++e) {
     const FaceEdge& edge = faces_.edges[e];
     const std::uint32_t a = plane(edge.sides[0]), b = plane(edge.sides[1]);
-    if (a == b || !result_.hard_part[part_of_[a]]) continue;
-    meetings.push_back({a, b, edge.turn, edge.convex, result_.hard[e]});
-    meetings.push_back({b, a, edge.turn, edge.convex, result_.hard[e]});
+    if (a == b || !creases_.hard_part[part_of_[a]]) continue;
+    plane_borders.push_back({a, b, edge.turn, edge.convex, creases_.hard[e]});
+    plane_borders.push_back({b, a, edge.turn, edge.convex, creases_.hard[e]});
   }
-  std::sort(meetings.begin(), meetings.end(), [](const PlaneBorder& x, const PlaneBorder& y) {
-    return std::tie(x.from, x.to, x.turn) < std::tie(y.from, y.to, y.turn);
-  });
+  std::sort(plane_borders.begin(), plane_borders.end(),
+            [](const PlaneBorder& x, const PlaneBorder& y) {
+              return std::tie(x.from, x.to, x.turn) < std::tie(y.from, y.to, y.turn);
+            });
   const auto of = [&](std::uint32_t region) {
     return std::equal_range(
-        meetings.begin(), meetings.end(), PlaneBorder{region, 0, 0, false, false},
+        plane_borders.begin(), plane_borders.end(), PlaneBorder{region, 0, 0, false, false},
         [](const PlaneBorder& x, const PlaneBorder& y) { return x.from < y.from; });
   };
-  const auto& areas = result_.region_areas;
+  const auto& areas_of_regions = creases_.region_areas;
   const auto any = [&](std::uint32_t region, std::uint32_t but, const auto& alike) {
     const auto [begin, end] = of(region);
     return std::any_of(begin, end, [&](const PlaneBorder& m) { return m.to != but && alike(m); });
   };
-  std::vector<bool> hard = result_.hard;
+  std::vector<bool> hard = creases_.hard;
   for (std::size_t e = 0; e < faces_.edges.size(); ++e) {
     const FaceEdge& edge = faces_.edges[e];
     const std::uint32_t a = plane(edge.sides[0]), b = plane(edge.sides[1]);
-    if (a == b || !(areas[a] > 0) || !(areas[b] > 0)) continue;
+    if (a == b || !(areas_of_regions[a] > 0) || !(areas_of_regions[b] > 0)) continue;
     if (split_in_file_[part_of_[edge.sides[0] / 3]]) continue;
-    if (result_.hard[e] && edge.turn <= RegionRule::kMaxRoundTurn) {
+    if (creases_.hard[e] && edge.turn <= PlanarRegionRule::kMaxRoundTurn) {
       const auto equal = [&](const PlaneBorder& m) {
         return m.convex == edge.convex &&
-               std::abs(m.turn - edge.turn) < RegionRule::kTurnTolerance &&
-               std::abs(areas[m.to] - areas[m.from]) < RegionRule::kAreaTolerance * areas[m.from];
+               std::abs(m.turn - edge.turn) < PlanarRegionRule::kTurnTolerance &&
+               std::abs(areas_of_regions[m.to] - areas_of_regions[m.from]) <
+                   PlanarRegionRule::kAreaTolerance * areas_of_regions[m.from];
       };
-      hard[e] = !(std::abs(areas[a] - areas[b]) < RegionRule::kAreaTolerance * areas[a] &&
+      hard[e] = !(std::abs(areas_of_regions[a] - areas_of_regions[b]) <
+                      PlanarRegionRule::kAreaTolerance * areas_of_regions[a] &&
                   any(a, b, equal) && any(b, a, equal));
-    } else if (!result_.hard[e] && edge.turn >= RegionRule::kMinSingleTurn) {
+    } else if (!creases_.hard[e] && edge.turn >= PlanarRegionRule::kMinSingleTurn) {
       const auto alike = [&](const PlaneBorder& m) {
         return !m.hard && m.convex == edge.convex &&
-               m.turn > RegionRule::kMinSimilarRatio * edge.turn &&
-               m.turn < RegionRule::kMaxSimilarRatio * edge.turn;
+               m.turn > PlanarRegionRule::kMinSimilarRatio * edge.turn &&
+               m.turn < PlanarRegionRule::kMaxSimilarRatio * edge.turn;
       };
       hard[e] = !any(a, b, alike) && !any(b, a, alike);
     }
   }
-  result_.hard = std::move(hard);
+  creases_.hard = std::move(hard);
 }
 
-Creases CreaseFinder::finish() {
+Creases CreaseFinder::take_result() {
   for (std::size_t t = 0; t < part_of_.size(); ++t) {
-    result_.hard_part[t] = result_.hard_part[part_of_[t]];
+    creases_.hard_part[t] = creases_.hard_part[part_of_[t]];
   }
   for (std::size_t e = 0; e < faces_.edges.size(); ++e) {
     const double turn = faces_.edges[e].turn;
-    if (!result_.hard_part[faces_.edges[e].sides[0] / 3]) continue;
-    if (result_.hard[e]) {
-      result_.least_degrees = std::min(result_.least_degrees, turn);
+    if (!creases_.hard_part[faces_.edges[e].sides[0] / 3]) continue;
+    if (creases_.hard[e]) {
+      creases_.least_degrees = std::min(creases_.least_degrees, turn);
     } else {
-      result_.most_smooth_degrees = std::max(result_.most_smooth_degrees, turn);
+      creases_.most_smooth_degrees = std::max(creases_.most_smooth_degrees, turn);
     }
   }
-  return std::move(result_);
+  return std::move(creases_);
 }
 
 }  // namespace
 
 Creases find_creases(const Mesh& mesh, const FaceEdges& faces) {
   CreaseFinder rule(mesh, faces);
-  rule.group();
+  rule.group_edges_by_part();
   rule.classify_parts();
   rule.find_regions();
   rule.correct_single_edges();
-  return rule.finish();
+  return rule.take_result();
 }
 
 Creases creases_from(const Mesh& mesh, const FaceEdges& faces, double degrees) {
   CreaseFinder rule(mesh, faces);
-  rule.group();
+  rule.group_edges_by_part();
   rule.cut([&](const FaceEdge& edge) { return edge.turn >= degrees; });
   rule.find_regions();
-  return rule.finish();
+  return rule.take_result();
 }
 
 Creases creases_between(const Mesh& mesh, const FaceEdges& faces,
                         std::span<const std::uint32_t> masks) {
   CreaseFinder rule(mesh, faces);
-  rule.group();
+  rule.group_edges_by_part();
   rule.cut([&](const FaceEdge& edge) {
     return (masks[edge.sides[0] / 3] & masks[edge.sides[1] / 3]) == 0;
   });
-  return rule.finish();
+  return rule.take_result();
 }
 
 }  // namespace kiln

@@ -20,9 +20,10 @@ struct Creases {
   std::vector<std::uint32_t> regions;
   /// Area of each planar region, indexed by its lowest triangle; 0 for single triangles and bent regions
   std::vector<float> region_areas;
-  std::uint64_t parts = 0;         ///< Number of connected parts
-  std::uint64_t hard_parts = 0;    ///< Number of parts with hard edges
-  std::uint64_t split_parts = 0;   ///< Hard parts whose hard edges follow from split vertices
+  std::uint64_t parts = 0;       ///< Number of connected parts
+  std::uint64_t hard_parts = 0;  ///< Number of parts with hard edges
+  std::uint64_t split_parts =
+      0;  ///< Number of hard parts whose hard edges follow from vertices that the file splits
   double least_degrees = 180;      ///< Smallest turn of a hard edge
   double most_smooth_degrees = 0;  ///< Largest turn of a smooth edge of hard parts
 };

@@ -21,7 +21,7 @@ namespace {
 // Limits for interpolation: longest edge of a triangle over the radius, and largest difference of its corners'
 // curvatures times the radius.
 constexpr double kMaxEdgeShare = 1.0 / 4, kMaxCornerDifference = 1.0 / 256;
-constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNotComputed = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kSumsPerTask = 256;
 constexpr std::size_t kTrianglesPerTask = std::size_t{1} << 12;
 
@@ -39,7 +39,7 @@ double angle_between(const Vec3d& normal, const Vec3d& other, const Vec3d& way) 
 }
 
 /// An edge of two triangles that traverse it in opposite directions.
-struct Joint {
+struct EdgeJoint {
   /// The corner at the edge's start in each triangle: 3 * triangle + k
   std::array<std::uint32_t, 2> corner;
   double length;
@@ -49,64 +49,70 @@ struct Joint {
 
 std::vector<std::uint8_t> find_usable(std::span<const Vec3> positions,
                                       std::span<const Triangle> triangles) {
-  std::vector<std::uint8_t> usable(triangles.size());
+  std::vector<std::uint8_t> is_usable(triangles.size());
   parallel_for(triangles.size(), kTrianglesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
-      usable[t] = has_area(positions, triangles[t]) ? 1 : 0;
+      is_usable[t] = has_area(positions, triangles[t]) ? 1 : 0;
     }
   });
-  return usable;
+  return is_usable;
 }
 
 /// Calls body(vertex, Joint) once for each such edge, from several threads; the edges of one vertex come in order, on
 /// one thread.
-/// \param across  [out] MeanCurvature::across_, already sized; empty if it is not needed
+/// \param next_around_edge  [out] MeanCurvature::next_around_edge_, already sized; empty if it is not needed
 template <typename Body>
 void for_each_joint(std::span<const Vec3> positions, std::span<const Triangle> triangles,
-                    std::span<const std::uint8_t> usable, std::span<std::uint32_t> across,
-                    const Body& body) {
+                    std::span<const std::uint8_t> is_usable,
+                    std::span<std::uint32_t> next_around_edge, const Body& body) {
   const std::vector<std::uint32_t> place = weld_vertices(positions);
   const Adjacency corners =
       Adjacency::make(positions.size(), triangles.size() * 3, [&](std::size_t i) {
-        return usable[i / 3] != 0 ? std::size_t{place[triangles[i / 3][i % 3]]} : positions.size();
+        return is_usable[i / 3] != 0 ? std::size_t{place[triangles[i / 3][i % 3]]}
+                                     : positions.size();
       });
   struct Side {
-    // The position at the edge's end; 1 if the edge starts at the vertex; the corner at the edge's start
+    // Position at the edge's other end; 0 if the side starts at the vertex, 1 if it ends there; corner at which the
+    // side starts
     std::uint32_t other, inward, corner;
     bool operator<(const Side& b) const {
       return std::tie(other, inward, corner) < std::tie(b.other, b.inward, b.corner);
     }
   };
   parallel_for(positions.size(), kSumsPerTask, [&](std::size_t begin, std::size_t end) {
-    std::vector<Side> sides;
+    std::vector<Side> triangle_sides;
     for (std::size_t v = begin; v < end; ++v) {
-      sides.clear();
+      triangle_sides.clear();
       for (const std::uint32_t corner : corners.of(v)) {
         const Triangle& t = triangles[corner / 3];
         const std::uint32_t k = corner % 3;
         const std::uint32_t previous = corner - k + (k + 2) % 3;
-        sides.push_back({place[t[(k + 1) % 3]], 0, corner});
-        sides.push_back({place[t[(k + 2) % 3]], 1, previous});
+        triangle_sides.push_back({place[t[(k + 1) % 3]], 0, corner});
+        triangle_sides.push_back({place[t[(k + 2) % 3]], 1, previous});
       }
-      std::sort(sides.begin(), sides.end());
-      for (std::size_t i = 0; i < sides.size();) {
+      std::sort(triangle_sides.begin(), triangle_sides.end());
+      for (std::size_t i = 0; i < triangle_sides.size();) {
         std::size_t next = i + 1;
-        while (next < sides.size() && sides[next].other == sides[i].other) ++next;
-        if (!across.empty() && v < sides[i].other) {
+        while (next < triangle_sides.size() &&
+               triangle_sides[next].other == triangle_sides[i].other)
+          ++next;
+        if (!next_around_edge.empty() && v < triangle_sides[i].other) {
           for (std::size_t k = i; k < next; ++k) {
-            across[sides[k].corner] = sides[k + 1 < next ? k + 1 : i].corner;
+            next_around_edge[triangle_sides[k].corner] =
+                triangle_sides[k + 1 < next ? k + 1 : i].corner;
           }
         }
-        const bool joined = next - i == 2 && sides[i].inward == 0 && sides[i + 1].inward == 1;
-        if (joined && v < sides[i].other) {
-          const Vec3d way = to_double(positions[sides[i].other]) - to_double(positions[v]);
-          const std::uint32_t a = sides[i].corner, b = sides[i + 1].corner;
+        const bool has_two_triangles =
+            next - i == 2 && triangle_sides[i].inward == 0 && triangle_sides[i + 1].inward == 1;
+        if (has_two_triangles && v < triangle_sides[i].other) {
+          const Vec3d way = to_double(positions[triangle_sides[i].other]) - to_double(positions[v]);
+          const std::uint32_t a = triangle_sides[i].corner, b = triangle_sides[i + 1].corner;
           const Vec3d n = area_normal(positions, triangles[a / 3]);
           const Vec3d m = area_normal(positions, triangles[b / 3]);
           const double whole = length(way);
           body(
               v,
-              Joint{
+              EdgeJoint{
                   {a, b}, whole, {length(n) / whole, length(m) / whole}, angle_between(n, m, way)});
         }
         i = next;
@@ -118,14 +124,15 @@ void for_each_joint(std::span<const Vec3> positions, std::span<const Triangle> t
 /// Signed angle at each triangle's edges; edge k starts at corner k.
 std::vector<std::array<float, 3>> find_angles(std::span<const Vec3> positions,
                                               std::span<const Triangle> triangles,
-                                              std::span<const std::uint8_t> usable,
-                                              std::span<std::uint32_t> across) {
+                                              std::span<const std::uint8_t> is_usable,
+                                              std::span<std::uint32_t> next_around_edge) {
   std::vector<std::array<float, 3>> angles(triangles.size());
-  for_each_joint(positions, triangles, usable, across, [&](std::size_t, const Joint& joint) {
-    for (const std::uint32_t c : joint.corner) {
-      angles[c / 3][c % 3] = static_cast<float>(joint.angle);
-    }
-  });
+  for_each_joint(positions, triangles, is_usable, next_around_edge,
+                 [&](std::size_t, const EdgeJoint& joint) {
+                   for (const std::uint32_t c : joint.corner) {
+                     angles[c / 3][c % 3] = static_cast<float>(joint.angle);
+                   }
+                 });
   return angles;
 }
 
@@ -138,7 +145,7 @@ double facet_size(std::span<const Vec3> positions, std::span<const Triangle> tri
   std::vector<Sums> sums(
       positions.size());  // Edges by vertex, so that the order of sums does not depend on threads
   for_each_joint(positions, triangles, find_usable(positions, triangles), {},
-                 [&](std::size_t vertex, const Joint& joint) {
+                 [&](std::size_t vertex, const EdgeJoint& joint) {
                    if (std::abs(joint.angle) > 1 / kFacetsARadius) return;
                    const double weight = std::abs(joint.angle) * joint.length;
                    sums[vertex].weight += weight;
@@ -154,20 +161,24 @@ double facet_size(std::span<const Vec3> positions, std::span<const Triangle> tri
 
 MeanCurvature::MeanCurvature(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                              double radius)
-    : positions_(positions), triangles_(triangles), radius_(radius), at_vertex_(positions.size()) {
-  const std::vector<std::uint8_t> usable = find_usable(positions, triangles);
-  across_.resize(3 * triangles.size());
-  std::iota(across_.begin(), across_.end(), std::uint32_t{0});
-  tree_.emplace(positions, triangles, usable, find_angles(positions, triangles, usable, across_),
-                radius);
+    : positions_(positions),
+      triangles_(triangles),
+      radius_(radius),
+      vertex_curvatures_(positions.size()) {
+  const std::vector<std::uint8_t> is_usable = find_usable(positions, triangles);
+  next_around_edge_.resize(3 * triangles.size());
+  std::iota(next_around_edge_.begin(), next_around_edge_.end(), std::uint32_t{0});
+  tree_.emplace(positions, triangles, is_usable,
+                find_angles(positions, triangles, is_usable, next_around_edge_), radius);
   first_triangle_.resize(positions.size());
   for (std::size_t t = triangles.size(); t-- > 0;) {
-    if (usable[t] == 0) continue;
+    if (is_usable[t] == 0) continue;
     for (const std::uint32_t corner : triangles[t]) {
       first_triangle_[corner] = static_cast<std::uint32_t>(t);
     }
   }
-  for (std::atomic<double>& value : at_vertex_) value.store(kUnknown, std::memory_order_relaxed);
+  for (std::atomic<double>& curvature : vertex_curvatures_)
+    curvature.store(kNotComputed, std::memory_order_relaxed);
 }
 
 double MeanCurvature::at(const Vec3d& point, Scratch& scratch) const {
@@ -177,14 +188,15 @@ double MeanCurvature::at(const Vec3d& point, Scratch& scratch) const {
 
 /// Finds the triangles connected with a point's triangle over edges within the ball.
 /// \returns false if there are too many
-bool MeanCurvature::flood(const Vec3d& point, std::uint32_t triangle, Scratch& scratch) const {
+bool MeanCurvature::find_connected(const Vec3d& point, std::uint32_t triangle,
+                                   Scratch& scratch) const {
   TriangleSet& connected = scratch.connected;
-  std::vector<std::uint32_t>& reached = scratch.reached;
+  std::vector<std::uint32_t>& connected_list = scratch.connected_list;
   connected.clear();
   connected.add(triangle);
-  reached.assign(1, triangle);
-  for (std::size_t i = 0; i < reached.size(); ++i) {
-    const std::uint32_t t = reached[i];
+  connected_list.assign(1, triangle);
+  for (std::size_t i = 0; i < connected_list.size(); ++i) {
+    const std::uint32_t t = connected_list[i];
     ++scratch.steps;
     for (std::uint32_t k = 0; k < 3; ++k) {
       const Vec3d a = to_double(positions_[triangles_[t][k]]) - point;
@@ -192,11 +204,12 @@ bool MeanCurvature::flood(const Vec3d& point, std::uint32_t triangle, Scratch& s
       const double along = std::clamp(-dot(a, way) / dot(way, way), 0.0, 1.0);
       const Vec3d near = a + way * along;
       if (!(dot(near, near) < radius_ * radius_)) continue;
-      for (std::uint32_t c = across_[3 * t + k]; c != 3 * t + k; c = across_[c]) {
+      for (std::uint32_t c = next_around_edge_[3 * t + k]; c != 3 * t + k;
+           c = next_around_edge_[c]) {
         if (connected.contains(c / 3)) continue;
         if (connected.full()) return false;
         connected.add(c / 3);
-        reached.push_back(c / 3);
+        connected_list.push_back(c / 3);
       }
     }
   }
@@ -204,26 +217,27 @@ bool MeanCurvature::flood(const Vec3d& point, std::uint32_t triangle, Scratch& s
 }
 
 /// Curvature of a triangle's sheet at a point of the triangle.
-double MeanCurvature::on_sheet(const Vec3d& point, std::uint32_t triangle, Scratch& scratch) const {
+double MeanCurvature::curvature_on_sheet(const Vec3d& point, std::uint32_t triangle,
+                                         Scratch& scratch) const {
   const Vec3d normal = area_normal(positions_, triangles_[triangle]);
   const double size = length(normal);
   if (!(size > 0)) return at(point, scratch);
   Sheet sheet{normal * (1 / size)};
   if (!tree_->may_hold_opposed(point, sheet, scratch)) return at(point, scratch);
-  if (flood(point, triangle, scratch)) sheet.connected = &scratch.connected;
+  if (find_connected(point, triangle, scratch)) sheet.connected = &scratch.connected;
   const BendSums sums = tree_->within(point, sheet, scratch);
   return sums.area > 0 ? sums.bend / sums.area : 0;
 }
 
 /// Thread-safe without a lock: concurrent computations of a vertex give the same value.
-double MeanCurvature::at_vertex(std::uint32_t vertex, Scratch& scratch) const {
-  std::atomic<double>& kept = at_vertex_[vertex];
-  double value = kept.load(std::memory_order_relaxed);
-  if (std::isnan(value)) {
-    value = on_sheet(to_double(positions_[vertex]), first_triangle_[vertex], scratch);
-    kept.store(value, std::memory_order_relaxed);
+double MeanCurvature::curvature_at_vertex(std::uint32_t vertex, Scratch& scratch) const {
+  std::atomic<double>& kept = vertex_curvatures_[vertex];
+  double curvature = kept.load(std::memory_order_relaxed);
+  if (std::isnan(curvature)) {
+    curvature = curvature_on_sheet(to_double(positions_[vertex]), first_triangle_[vertex], scratch);
+    kept.store(curvature, std::memory_order_relaxed);
   }
-  return value;
+  return curvature;
 }
 
 double MeanCurvature::on(std::uint32_t triangle, double u, double v, Scratch& scratch) const {
@@ -232,13 +246,13 @@ double MeanCurvature::on(std::uint32_t triangle, double u, double v, Scratch& sc
                                   to_double(positions_[t[2]])};
   const double longest = std::max({length(p[1] - p[0]), length(p[2] - p[1]), length(p[0] - p[2])});
   if (longest <= radius_ * kMaxEdgeShare) {
-    const double a = at_vertex(t[0], scratch), b = at_vertex(t[1], scratch),
-                 c = at_vertex(t[2], scratch);
+    const double a = curvature_at_vertex(t[0], scratch), b = curvature_at_vertex(t[1], scratch),
+                 c = curvature_at_vertex(t[2], scratch);
     if (std::max({a, b, c}) - std::min({a, b, c}) <= kMaxCornerDifference / radius_) {
       return a + (b - a) * u + (c - a) * v;
     }
   }
-  return on_sheet(p[0] * (1.0 - u - v) + p[1] * u + p[2] * v, triangle, scratch);
+  return curvature_on_sheet(p[0] * (1.0 - u - v) + p[1] * u + p[2] * v, triangle, scratch);
 }
 
 }  // namespace kiln

@@ -51,7 +51,7 @@ class MeanCurvature {
   MeanCurvature(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                 double radius);
 
-  /// Curvature at any point, of all sheets in the ball; takes microseconds.
+  /// Curvature at any point, averaged over all surface in the ball around it. Takes microseconds.
   /// \returns the curvature in 1 / units of the positions; 0 if the ball contains no surface
   double at(const Vec3d& point, Scratch& scratch) const;
   /// Curvature of a triangle's own sheet at the point with barycentric coordinates u and v of corners 1 and 2.
@@ -59,19 +59,19 @@ class MeanCurvature {
   double on(std::uint32_t triangle, double u, double v, Scratch& scratch) const;
 
  private:
-  double at_vertex(std::uint32_t vertex, Scratch& scratch) const;
-  double on_sheet(const Vec3d& point, std::uint32_t triangle, Scratch& scratch) const;
-  bool flood(const Vec3d& point, std::uint32_t triangle, Scratch& scratch) const;
+  double curvature_at_vertex(std::uint32_t vertex, Scratch& scratch) const;
+  double curvature_on_sheet(const Vec3d& point, std::uint32_t triangle, Scratch& scratch) const;
+  bool find_connected(const Vec3d& point, std::uint32_t triangle, Scratch& scratch) const;
 
   std::span<const Vec3> positions_;
   std::span<const Triangle> triangles_;
   double radius_;
   std::optional<EdgeTree> tree_;
   /// For each half-edge (3 * triangle + k), the next half-edge between the same two positions; these form a ring.
-  std::vector<std::uint32_t> across_;
+  std::vector<std::uint32_t> next_around_edge_;
   std::vector<std::uint32_t> first_triangle_;  // First triangle of each vertex
   // Cached curvature of each vertex; NaN: not computed yet
-  mutable std::vector<std::atomic<double>> at_vertex_;
+  mutable std::vector<std::atomic<double>> vertex_curvatures_;
 };
 
 /// Smallest radius of curvature maps at which facets are invisible, in facet sizes: on spheres of even triangles,

@@ -34,8 +34,8 @@ class CornerGrid {
         high_[k] = std::max(high_[k], p[k]);
       }
     }
-    side_ = static_cast<std::uint32_t>(std::sqrt(static_cast<double>(flat.size())));
-    first_.resize(std::size_t{side_} * side_ + 1);
+    cells_per_side_ = static_cast<std::uint32_t>(std::sqrt(static_cast<double>(flat.size())));
+    first_.resize(std::size_t{cells_per_side_} * cells_per_side_ + 1);
     for (const Point& p : flat) ++first_[cell(p) + 1];
     for (std::size_t c = 1; c < first_.size(); ++c) first_[c] += first_[c - 1];
     std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
@@ -45,16 +45,17 @@ class CornerGrid {
 
   bool empty() const { return corners_.empty(); }
 
-  /// Calls `stop` with the corners in all cells that a triangle may touch, until it returns true.
+  /// Calls `stop` for each corner in the cells that a triangle may touch, until `stop` returns true.
   /// \param tests  [in, out] budget of tests, reduced by the number of visited cells and corners; 0: exhausted
   template <typename Stop>
-  void visit(const std::array<Point, 3>& triangle, std::uint64_t& tests, const Stop& stop) const {
+  void visit_corners(const std::array<Point, 3>& triangle, std::uint64_t& tests,
+                     const Stop& stop) const {
     const auto [bottom, top] = std::minmax({triangle[0][1], triangle[1][1], triangle[2][1]});
     for (std::uint32_t y = row(bottom, 1), last = row(top, 1); y <= last; ++y) {
-      const auto [left, right] = columns(triangle, y);
+      const auto [left, right] = columns_in_row(triangle, y);
       for (std::uint32_t x = left; x <= right && tests != 0; ++x) {
         --tests;
-        const std::size_t c = std::size_t{y} * side_ + x;
+        const std::size_t c = std::size_t{y} * cells_per_side_ + x;
         for (std::uint32_t i = first_[c]; i < first_[c + 1] && tests != 0; ++i, --tests) {
           if (stop(corners_[i])) return;
         }
@@ -64,19 +65,19 @@ class CornerGrid {
 
  private:
   std::uint32_t row(double at, std::size_t axis) const {
-    const double extent = high_[axis] - low_[axis];
-    if (!(extent > 0)) return 0;
-    const double share = std::clamp((at - low_[axis]) / extent, 0.0, 1.0);
-    return std::min(static_cast<std::uint32_t>(share * side_), side_ - 1);
+    const double grid_size = high_[axis] - low_[axis];
+    if (!(grid_size > 0)) return 0;
+    const double share = std::clamp((at - low_[axis]) / grid_size, 0.0, 1.0);
+    return std::min(static_cast<std::uint32_t>(share * cells_per_side_), cells_per_side_ - 1);
   }
   std::size_t cell(const Point& p) const {
-    return std::size_t{row(p[1], 1)} * side_ + row(p[0], 0);
+    return std::size_t{row(p[1], 1)} * cells_per_side_ + row(p[0], 0);
   }
 
   /// Columns that a triangle covers in a row, possibly one too many.
-  std::pair<std::uint32_t, std::uint32_t> columns(const std::array<Point, 3>& triangle,
-                                                  std::uint32_t y) const {
-    const double height = (high_[1] - low_[1]) / side_;
+  std::pair<std::uint32_t, std::uint32_t> columns_in_row(const std::array<Point, 3>& triangle,
+                                                         std::uint32_t y) const {
+    const double height = (high_[1] - low_[1]) / cells_per_side_;
     // The row's bounds, enlarged by the rounding error of its corners.
     const double from = low_[1] + (y - 0.001) * height, to = low_[1] + (y + 1.001) * height;
     double left = std::numeric_limits<double>::infinity(), right = -left;
@@ -93,12 +94,12 @@ class CornerGrid {
       }
     }
     if (!(left <= right)) return {row(triangle[0][0], 0), row(triangle[0][0], 0)};
-    const double slack = 0.001 * (high_[0] - low_[0]) / side_;
+    const double slack = 0.001 * (high_[0] - low_[0]) / cells_per_side_;
     return {row(left - slack, 0), row(right + slack, 0)};
   }
 
   Point low_{}, high_{};
-  std::uint32_t side_ = 0;
+  std::uint32_t cells_per_side_ = 0;
   std::vector<std::uint32_t> first_, corners_;
 };
 
@@ -108,37 +109,37 @@ class Ears {
       : corners_(corners),
         flat_(flat),
         grid_(flat),
-        left_(static_cast<std::uint32_t>(flat.size())),
-        version_(flat.size()),
+        remaining_count_(static_cast<std::uint32_t>(flat.size())),
+        corner_version_(flat.size()),
         last_blocked_(flat.size(), kNoCorner) {
-    for (std::uint32_t i = 0; i < left_; ++i) {
-      next_.push_back((i + 1) % left_);
-      before_.push_back((i + left_ - 1) % left_);
+    for (std::uint32_t i = 0; i < remaining_count_; ++i) {
+      next_.push_back((i + 1) % remaining_count_);
+      before_.push_back((i + remaining_count_ - 1) % remaining_count_);
     }
   }
 
   bool run(CornerTriangles& triangles) {
-    bool only_ears = true;
+    bool cut_only_ears = true;
     for (std::uint32_t i = 0; i < flat_.size(); ++i) queue_if_ear(i);
-    while (left_ > 3) {
-      if (cuts_.empty()) {
-        only_ears = cut_non_ear(triangles) && only_ears;
+    while (remaining_count_ > 3) {
+      if (cut_queue_.empty()) {
+        cut_only_ears = cut_non_ear(triangles) && cut_only_ears;
       } else {
-        const Cut cut = cuts_.top();
-        cuts_.pop();
-        if (cut.version == version_[cut.tip] && is_ear(cut.tip)) cut_off(cut.tip, triangles);
+        const Cut cut = cut_queue_.top();
+        cut_queue_.pop();
+        if (cut.version == corner_version_[cut.tip] && is_ear(cut.tip)) cut_off(cut.tip, triangles);
       }
-      if (tests_ == 0) {
-        only_ears = false;
+      if (tests_left_ == 0) {
+        cut_only_ears = false;
         break;
       }
     }
     std::vector<std::uint32_t> remaining_corners;
     for (std::uint32_t i = 0; i < flat_.size(); ++i) {
-      if (version_[i] != kNoCorner) remaining_corners.push_back(i);
+      if (corner_version_[i] != kNoCorner) remaining_corners.push_back(i);
     }
     split_as_convex(remaining_corners, triangles);
-    return only_ears;
+    return cut_only_ears;
   }
 
  private:
@@ -167,9 +168,9 @@ class Ears {
 
   void queue_if_ear(std::uint32_t tip) {
     if (has_no_sides(tip)) {
-      cuts_.push({0, tip, version_[tip]});
+      cut_queue_.push({0, tip, corner_version_[tip]});
     } else if (turn(tip) > 0) {
-      cuts_.push({length(tip), tip, version_[tip]});
+      cut_queue_.push({length(tip), tip, corner_version_[tip]});
     }
   }
 
@@ -177,12 +178,12 @@ class Ears {
   /// test.
   bool is_ear(std::uint32_t tip) {
     if (has_no_sides(tip)) return true;
-    const std::uint32_t before = before_[tip], next = next_[tip];
-    const Point &a = flat_[before], &b = flat_[tip], &c = flat_[next];
+    const std::uint32_t previous = before_[tip], next = next_[tip];
+    const Point &a = flat_[previous], &b = flat_[tip], &c = flat_[next];
     std::uint32_t blocking_corner = kNoCorner;
     const auto lies_in = [&](std::uint32_t i) {
       const Point& p = flat_[i];
-      if (version_[i] == kNoCorner || p == a || p == b || p == c) return false;
+      if (corner_version_[i] == kNoCorner || p == a || p == b || p == c) return false;
       if (twice_area(a, b, p) < 0 || twice_area(b, c, p) < 0 || twice_area(c, a, p) < 0) {
         return false;
       }
@@ -190,74 +191,77 @@ class Ears {
       return true;
     };
     if (grid_.empty()) {
-      for (std::uint32_t i = next_[next]; i != before && tests_ != 0; i = next_[i], --tests_) {
+      for (std::uint32_t i = next_[next]; i != previous && tests_left_ != 0;
+           i = next_[i], --tests_left_) {
         if (lies_in(i)) break;
       }
     } else {
-      grid_.visit({a, b, c}, tests_, lies_in);
+      grid_.visit_corners({a, b, c}, tests_left_, lies_in);
     }
-    if (blocking_corner == kNoCorner) return tests_ != 0;
-    blocked_.push_back({tip, version_[tip], last_blocked_[blocking_corner]});
-    last_blocked_[blocking_corner] = static_cast<std::uint32_t>(blocked_.size() - 1);
+    if (blocking_corner == kNoCorner) return tests_left_ != 0;
+    blocked_corners_.push_back({tip, corner_version_[tip], last_blocked_[blocking_corner]});
+    last_blocked_[blocking_corner] = static_cast<std::uint32_t>(blocked_corners_.size() - 1);
     return false;
   }
 
   void cut_off(std::uint32_t tip, CornerTriangles& triangles) {
-    const std::uint32_t before = before_[tip], next = next_[tip];
-    triangles.push_back({before, tip, next});
-    next_[before] = next;
-    before_[next] = before;
-    version_[tip] = kNoCorner;
-    --left_;
-    for (const std::uint32_t beside : {before, next}) {
-      ++version_[beside];
+    const std::uint32_t previous = before_[tip], next = next_[tip];
+    triangles.push_back({previous, tip, next});
+    next_[previous] = next;
+    before_[next] = previous;
+    corner_version_[tip] = kNoCorner;
+    --remaining_count_;
+    for (const std::uint32_t beside : {previous, next}) {
+      ++corner_version_[beside];
       queue_if_ear(beside);
     }
-    for (std::uint32_t w = last_blocked_[tip]; w != kNoCorner; w = blocked_[w].next) {
-      if (blocked_[w].version == version_[blocked_[w].tip]) queue_if_ear(blocked_[w].tip);
+    for (std::uint32_t w = last_blocked_[tip]; w != kNoCorner; w = blocked_corners_[w].next) {
+      if (blocked_corners_[w].version == corner_version_[blocked_corners_[w].tip])
+        queue_if_ear(blocked_corners_[w].tip);
     }
   }
 
   /// Cuts off a corner that is not an ear.
   /// \returns true if the corner lies on a straight line and only rounding keeps it from being an ear
   bool cut_non_ear(CornerTriangles& triangles) {
-    std::uint32_t first = 0, best = kNoCorner;
-    while (version_[first] == kNoCorner) ++first;
-    std::tuple<bool, double, std::uint32_t> least;
-    for (std::uint32_t k = 0, tip = first; k < left_; ++k, tip = next_[tip]) {
+    std::uint32_t first_remaining = 0, best = kNoCorner;
+    while (corner_version_[first_remaining] == kNoCorner) ++first_remaining;
+    std::tuple<bool, double, std::uint32_t> smallest_rank;
+    for (std::uint32_t k = 0, tip = first_remaining; k < remaining_count_; ++k, tip = next_[tip]) {
       const std::tuple rank(!(turn(tip) > 0), length(tip), tip);
-      if (best == kNoCorner || rank < least) std::tie(best, least) = std::pair(tip, rank);
+      if (best == kNoCorner || rank < smallest_rank)
+        std::tie(best, smallest_rank) = std::pair(tip, rank);
     }
-    tests_ -= std::min<std::uint64_t>(tests_, first + left_);
-    const bool straight = std::abs(turn(best)) < kSignRounding;
+    tests_left_ -= std::min<std::uint64_t>(tests_left_, first_remaining + remaining_count_);
+    const bool is_straight = std::abs(turn(best)) < kSignRounding;
     cut_off(best, triangles);
-    return straight;
+    return is_straight;
   }
 
   PolygonCorners corners_;
   const FlatPolygon& flat_;
   CornerGrid grid_;
-  std::uint32_t left_;
-  std::uint64_t tests_ = kMaxTests;
+  std::uint32_t remaining_count_;
+  std::uint64_t tests_left_ = kMaxTests;
   std::vector<std::uint32_t> next_, before_;
   /// How often each corner's neighbours have changed; kNoCorner: the corner is cut off
-  std::vector<std::uint32_t> version_;
-  std::priority_queue<Cut> cuts_;
-  std::vector<BlockedCorner> blocked_;
+  std::vector<std::uint32_t> corner_version_;
+  std::priority_queue<Cut> cut_queue_;
+  std::vector<BlockedCorner> blocked_corners_;
   std::vector<std::uint32_t>
-      last_blocked_;  ///< For each corner, the last element of `blocked_` that it blocks
+      last_blocked_;  ///< For each corner, the last element of `blocked_corners_` that it blocks
 };
 
 /// Sine of a triangle's smallest angle; 0 or less if it has no area or turns right.
 double smallest_angle(const FlatPolygon& flat, const std::array<std::uint32_t, 3>& t) {
-  std::array<double, 3> sides{};
+  std::array<double, 3> side_lengths{};
   for (std::size_t k = 0; k < 3; ++k) {
     const Point &a = flat[t[k]], &b = flat[t[(k + 1) % 3]];
-    sides[k] = std::hypot(b[0] - a[0], b[1] - a[1]);
+    side_lengths[k] = std::hypot(b[0] - a[0], b[1] - a[1]);
   }
-  std::sort(sides.begin(), sides.end());
-  const double product = sides[1] * sides[2];
-  return product > 0 ? twice_area(flat[t[0]], flat[t[1]], flat[t[2]]) / product : 0;
+  std::sort(side_lengths.begin(), side_lengths.end());
+  const double side_product = side_lengths[1] * side_lengths[2];
+  return side_product > 0 ? twice_area(flat[t[0]], flat[t[1]], flat[t[2]]) / side_product : 0;
 }
 
 }  // namespace
@@ -274,15 +278,15 @@ double squared_distance(const std::array<double, 3>& a, const std::array<double,
 }
 
 FlatPolygon seen_along_normal(PolygonCorners corners) {
-  double extent = 0;
+  double polygon_size = 0;
   for (const auto& corner : corners) {
     const double distance = std::sqrt(squared_distance(corner, corners[0]));
     if (!std::isfinite(distance)) return {};
-    extent = std::max(extent, distance);
+    polygon_size = std::max(polygon_size, distance);
   }
-  if (!(extent > 0)) return {};
+  if (!(polygon_size > 0)) return {};
   const auto at = [&](std::size_t i, std::size_t k) {
-    return (corners[i][k] - corners[0][k]) / extent;
+    return (corners[i][k] - corners[0][k]) / polygon_size;
   };
   Vec3d n{};
   for (std::size_t i = 0, j = corners.size() - 1; i < corners.size(); j = i++) {
@@ -323,35 +327,35 @@ void split_as_convex(std::span<const std::uint32_t> corners, CornerTriangles& tr
 
 void raise_angles(const FlatPolygon& flat, CornerTriangles& triangles) {
   // Sides, sorted by their corners in ascending order, to find the neighbour across each side.
-  std::vector<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>> sides;
+  std::vector<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>> triangle_sides;
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
     for (std::uint32_t k = 0; k < 3; ++k) {
       const auto [low, high] = std::minmax(triangles[t][k], triangles[t][(k + 1) % 3]);
-      sides.emplace_back(low, high, 3 * t + k);
+      triangle_sides.emplace_back(low, high, 3 * t + k);
     }
   }
-  std::sort(sides.begin(), sides.end());
-  // For each side, the matching side of the adjacent triangle
-  std::vector<std::uint32_t> across(3 * triangles.size(), kNoCorner);
-  for (std::size_t i = 1; i < sides.size(); ++i) {
-    const auto& [a, b, one] = sides[i - 1];
-    const auto& [c, d, other] = sides[i];
+  std::sort(triangle_sides.begin(), triangle_sides.end());
+  // For each triangle side, the side of the adjacent triangle at the same edge
+  std::vector<std::uint32_t> side_across(3 * triangles.size(), kNoCorner);
+  for (std::size_t i = 1; i < triangle_sides.size(); ++i) {
+    const auto& [a, b, one] = triangle_sides[i - 1];
+    const auto& [c, d, other] = triangle_sides[i];
     if (a != c || b != d) continue;
-    across[one] = other;
-    across[other] = one;
+    side_across[one] = other;
+    side_across[other] = one;
   }
   const auto join = [&](std::uint32_t side, std::uint32_t other) {
-    across[side] = other;
-    if (other != kNoCorner) across[other] = side;
+    side_across[side] = other;
+    if (other != kNoCorner) side_across[other] = side;
   };
   std::vector<double> angles;
   for (const auto& t : triangles) angles.push_back(smallest_angle(flat, t));
   std::queue<std::uint32_t> open;
-  for (std::uint32_t s = 0; s < across.size(); ++s) open.push(s);
+  for (std::uint32_t s = 0; s < side_across.size(); ++s) open.push(s);
   // Each flip increases the sorted list of angles, so flipping terminates, usually after a few flips per corner.
   std::uint64_t flips = 64 * std::uint64_t{triangles.size()};
   for (; !open.empty() && flips != 0; open.pop()) {
-    const std::uint32_t side = open.front(), other = across[side];
+    const std::uint32_t side = open.front(), other = side_across[side];
     if (other == kNoCorner) continue;
     const std::uint32_t t = side / 3, u = other / 3;
     const auto after = [](std::uint32_t s, std::uint32_t by) {
@@ -360,15 +364,16 @@ void raise_angles(const FlatPolygon& flat, CornerTriangles& triangles) {
     const std::uint32_t a = triangles[t][side % 3], b = triangles[t][(side + 1) % 3];
     const std::uint32_t c = triangles[t][after(side, 2) % 3], d = triangles[u][after(other, 2) % 3];
     const std::array<std::uint32_t, 3> one = {c, a, d}, two = {d, b, c};
-    const double first = smallest_angle(flat, one), second = smallest_angle(flat, two);
-    if (!(std::min(first, second) > std::min(angles[t], angles[u]) + kSignRounding)) continue;
+    const double first_angle = smallest_angle(flat, one), second_angle = smallest_angle(flat, two);
+    if (!(std::min(first_angle, second_angle) > std::min(angles[t], angles[u]) + kSignRounding))
+      continue;
     --flips;
-    const std::uint32_t ca = across[after(side, 2)], bc = across[after(side, 1)];
-    const std::uint32_t ad = across[after(other, 1)], db = across[after(other, 2)];
+    const std::uint32_t ca = side_across[after(side, 2)], bc = side_across[after(side, 1)];
+    const std::uint32_t ad = side_across[after(other, 1)], db = side_across[after(other, 2)];
     triangles[t] = one;
     triangles[u] = two;
-    angles[t] = first;
-    angles[u] = second;
+    angles[t] = first_angle;
+    angles[u] = second_angle;
     join(3 * t, ca);
     join(3 * t + 1, ad);
     join(3 * t + 2, 3 * u + 2);

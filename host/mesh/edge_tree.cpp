@@ -18,7 +18,7 @@ constexpr std::size_t kPiecesPerLeaf = 4;  // Pieces in a leaf of the tree
 constexpr double kMaxUnopenedShare = 1.0 / 16;
 // Diagonal above which no ball contains a box, as a multiple of the radius: 2, plus rounding.
 constexpr double kMinOutsideDiagonal = 2.001;
-constexpr float kFlat = 0;
+constexpr float kCutAngle = 0;
 // Maximum number of pieces on a ball's boundary for exact sums
 constexpr std::size_t kMaxCutPieces = 4096;
 // Maximum number of leaves on a ball's boundary without sampling
@@ -31,7 +31,8 @@ constexpr std::size_t kCachedCells = 64;     // Cells cached per thread
 constexpr double kMaxTouchingBalls = 8;
 // Maximum mean number of pieces per triangle after cutting
 constexpr std::size_t kMaxPiecesPerTriangle = 4;
-// Minimum reach of a piece that is cut, as a multiple of the reach of a point
+// Minimum reach of a piece that is cut, as a multiple of a point's reach. The reach is the volume of the piece's box,
+// enlarged by the radius on all sides: the set of centres whose balls may touch the piece.
 constexpr double kMinReachFactor = 8;
 constexpr std::uint32_t kMaxHalvings = 60;
 // Bound on the rounding error of a piece's clipped area, as a share of the squared radius.
@@ -39,12 +40,12 @@ constexpr double kRoundedArea = 1e-9;
 constexpr std::size_t kMaxSampledLeaves = 2048;  // Maximum number of leaves that represent a sheet
 
 /// Squared distance from the origin to a box.
-double nearest(const Vec3d& low, const Vec3d& high) {
+double squared_nearest_distance(const Vec3d& low, const Vec3d& high) {
   const Vec3d offset{std::max({low.x, -high.x, 0.0}), std::max({low.y, -high.y, 0.0}),
                      std::max({low.z, -high.z, 0.0})};
   return dot(offset, offset);
 }
-double farthest(const Vec3d& low, const Vec3d& high) {
+double squared_farthest_distance(const Vec3d& low, const Vec3d& high) {
   const Vec3d offset{std::max(-low.x, high.x), std::max(-low.y, high.y), std::max(-low.z, high.z)};
   return dot(offset, offset);
 }
@@ -66,18 +67,18 @@ template <typename Body>
 void cut(const BendPiece& piece, double radius, double most, std::uint32_t left, const Body& body) {
   if (left == 0 || enlarged_volume(box_of(piece), radius) <= most) return body(piece);
   std::size_t k = 0;
-  double longest = -1;
+  double longest_squared = -1;
   for (std::size_t i = 0; i < 3; ++i) {
     const Vec3d offset = to_double(piece.corner[(i + 1) % 3]) - to_double(piece.corner[i]);
-    if (dot(offset, offset) <= longest) continue;
-    longest = dot(offset, offset);
+    if (dot(offset, offset) <= longest_squared) continue;
+    longest_squared = dot(offset, offset);
     k = i;
   }
   const std::size_t l = (k + 1) % 3, m = (k + 2) % 3;
   const Vec3 middle = to_float((to_double(piece.corner[k]) + to_double(piece.corner[l])) * 0.5);
   BendPiece first = piece, second = piece;
   first.corner[l] = second.corner[k] = middle;
-  first.angle[l] = second.angle[m] = kFlat;
+  first.angle[l] = second.angle[m] = kCutAngle;
   cut(first, radius, most, left - 1, body);
   cut(second, radius, most, left - 1, body);
 }
@@ -91,23 +92,24 @@ std::vector<BendPiece> cut_long(std::vector<BendPiece> pieces, double radius) {
     for (const BendPiece& piece : pieces) cut(piece, radius, most, kMaxHalvings, body);
   };
   const double room = enlarged_volume(all, radius);
-  // Cutting pieces that are about as long as the radius does not reduce their reach.
+  // Cutting pieces that are not much longer than the radius would hardly reduce their reach.
   const double least = enlarged_volume({{0, 0, 0}, {0, 0, 0}}, radius) * kMinReachFactor;
   double best = std::numeric_limits<double>::infinity();
   for (double most = room; most >= least; most /= 2) {
-    double touched = 0;
+    double touching_balls = 0;
     std::size_t count = 0;
-    with(best,
-         [&](const BendPiece& piece) { touched += enlarged_volume(box_of(piece), radius) / room; });
-    if (touched <= kMaxTouchingBalls) break;
+    with(best, [&](const BendPiece& piece) {
+      touching_balls += enlarged_volume(box_of(piece), radius) / room;
+    });
+    if (touching_balls <= kMaxTouchingBalls) break;
     with(most, [&](const BendPiece&) { ++count; });
     if (count > kMaxPiecesPerTriangle * pieces.size()) break;
     best = most;
   }
   if (best > room) return pieces;
-  std::vector<BendPiece> parts;
-  with(best, [&](const BendPiece& piece) { parts.push_back(piece); });
-  return parts;
+  std::vector<BendPiece> cut_pieces;
+  with(best, [&](const BendPiece& piece) { cut_pieces.push_back(piece); });
+  return cut_pieces;
 }
 
 }  // namespace
@@ -140,31 +142,33 @@ EdgeTree::EdgeTree(std::span<const Vec3> positions, std::span<const Triangle> tr
   }
   pieces = cut_long(std::move(pieces), radius);
   count_ = pieces.size();
-  std::vector<Item> order(count_);
+  std::vector<Item> item_order(count_);
   for (std::uint32_t i = 0; i < count_; ++i) {
     Vec3d sum{};
     for (const Vec3& corner : pieces[i].corner) sum += to_double(corner);
     const Vec3 centre = to_float(sum * (1.0 / 3));
-    order[i] = {{centre.x, centre.y, centre.z}, i};
+    item_order[i] = {{centre.x, centre.y, centre.z}, i};
   }
   while (count_ >> levels_ > kPiecesPerLeaf) ++levels_;
   for (std::uint32_t level = 0; level < levels_; ++level) {
-    for_each_of(level, [&](std::size_t i) { split(order, level, i); });
+    for_each_of(level, [&](std::size_t i) { split_node(item_order, level, i); });
   }
   nodes_.resize((std::size_t{2} << levels_) - 1);
   pieces_.resize(count_);
   for_each_of(levels_, [&](std::size_t leaf) {
-    const auto begin = order.begin() + static_cast<std::ptrdiff_t>(begin_of(levels_, leaf));
-    const auto end = order.begin() + static_cast<std::ptrdiff_t>(begin_of(levels_, leaf + 1));
+    const auto begin =
+        item_order.begin() + static_cast<std::ptrdiff_t>(first_piece_of(levels_, leaf));
+    const auto end =
+        item_order.begin() + static_cast<std::ptrdiff_t>(first_piece_of(levels_, leaf + 1));
     // Sorts again, since the order of sums must not depend on nth_element().
     std::sort(begin, end, [](const Item& a, const Item& b) { return a.piece < b.piece; });
     for (auto item = begin; item != end; ++item) {
-      pieces_[static_cast<std::size_t>(item - order.begin())] = pieces[item->piece];
+      pieces_[static_cast<std::size_t>(item - item_order.begin())] = pieces[item->piece];
     }
     fill_leaf(leaf);
   });
   for (std::uint32_t level = levels_; level-- > 0;) {
-    for_each_of(level, [&](std::size_t i) { join(first_of(level) + i); });
+    for_each_of(level, [&](std::size_t i) { join(first_node_of_level(level) + i); });
   }
 }
 
@@ -176,50 +180,56 @@ const EdgeTree::Cell& EdgeTree::cell_of(const Vec3d& centre, Scratch& scratch) c
   scratch.cells.resize(kCachedCells);
   const auto slot = static_cast<std::uint64_t>(at[0] + 7 * at[1] + 53 * at[2]) % kCachedCells;
   Cell& cell = scratch.cells[slot];
-  if (cell.known && cell.at == at) return cell;
+  if (cell.is_filled && cell.at == at) return cell;
   cell.at = at;
-  cell.known = true;
+  cell.is_filled = true;
   const auto end = [&](double up) {
     return Vec3d{(static_cast<double>(at[0]) + up) * radius_,
                  (static_cast<double>(at[1]) + up) * radius_,
                  (static_cast<double>(at[2]) + up) * radius_};
   };
   // Margin as a share of the radius; exceeds the rounding error of the division
-  constexpr double kRounding = 1e-3;
-  const Vec3d low = end(-kRounding), high = end(1 + kRounding);
-  cell.few = gather(low, high, cell, scratch.steps);
-  if (!cell.few) begin(low, high, cell, scratch.steps);
+  constexpr double kCellMargin = 1e-3;
+  const Vec3d low = end(-kCellMargin), high = end(1 + kCellMargin);
+  cell.few = collect_pieces(low, high, cell, scratch.steps);
+  if (!cell.few) find_start_boxes(low, high, cell, scratch.steps);
   return cell;
 }
 
 /// Collects all pieces within a radius of a box.
 /// \returns false if there are too many
-bool EdgeTree::gather(const Vec3d& low, const Vec3d& high, Cell& cell, std::uint64_t& steps) const {
+bool EdgeTree::collect_pieces(const Vec3d& low, const Vec3d& high, Cell& cell,
+                              std::uint64_t& steps) const {
   cell.pieces.clear();
   if (count_ == 0) return true;
-  std::array<std::size_t, 66> stack{};  // Depth first: each level leaves one entry
+  std::array<std::size_t, 66> stack{};  // Depth first: at most one node per tree level waits
   std::size_t height = 1;
   while (height != 0) {
     const std::size_t at = stack[--height];
     const Node& node = nodes_[at];
     ++steps;
-    if (nearest(to_double(node.low) - high, to_double(node.high) - low) >= squared_) continue;
-    if (at < first_of(levels_)) {
+    if (squared_nearest_distance(to_double(node.low) - high, to_double(node.high) - low) >=
+        squared_)
+      continue;
+    if (at < first_node_of_level(levels_)) {
       stack[height++] = 2 * at + 2;
       stack[height++] = 2 * at + 1;
       continue;
     }
-    const std::size_t leaf = at - first_of(levels_);
-    for (std::size_t i = begin_of(levels_, leaf); i < begin_of(levels_, leaf + 1); ++i) {
+    const std::size_t leaf = at - first_node_of_level(levels_);
+    for (std::size_t i = first_piece_of(levels_, leaf); i < first_piece_of(levels_, leaf + 1);
+         ++i) {
       const Box<Vec3> box = box_of(pieces_[i]);
       ++steps;
-      if (nearest(to_double(box.low) - high, to_double(box.high) - low) >= squared_) continue;
+      if (squared_nearest_distance(to_double(box.low) - high, to_double(box.high) - low) >=
+          squared_)
+        continue;
       const Vec3d centre = box.center();
-      double farthest = 0;
+      double bounding_radius = 0;
       for (const Vec3& p : pieces_[i].corner) {
-        farthest = std::max(farthest, length(to_double(p) - centre));
+        bounding_radius = std::max(bounding_radius, length(to_double(p) - centre));
       }
-      cell.pieces.push_back({pieces_[i], centre, farthest});
+      cell.pieces.push_back({pieces_[i], centre, bounding_radius});
     }
     if (cell.pieces.size() > kMaxCellPieces) return false;
   }
@@ -228,18 +238,21 @@ bool EdgeTree::gather(const Vec3d& low, const Vec3d& high, Cell& cell, std::uint
 
 /// Finds the boxes at which searches start for balls around points of a cell: opens boxes that are too large to lie
 /// in a ball, and drops boxes that no such ball reaches.
-void EdgeTree::begin(const Vec3d& low, const Vec3d& high, Cell& cell, std::uint64_t& steps) const {
+void EdgeTree::find_start_boxes(const Vec3d& low, const Vec3d& high, Cell& cell,
+                                std::uint64_t& steps) const {
   cell.boxes.clear();
-  std::array<std::size_t, 66> stack{};  // Depth first: each level leaves one entry
+  std::array<std::size_t, 66> stack{};  // Depth first: at most one node per tree level waits
   std::size_t height = 1;
   while (height != 0) {
     const std::size_t at = stack[--height];
     const Node& node = nodes_[at];
     ++steps;
-    if (nearest(to_double(node.low) - high, to_double(node.high) - low) >= squared_) continue;
+    if (squared_nearest_distance(to_double(node.low) - high, to_double(node.high) - low) >=
+        squared_)
+      continue;
     const bool opens =
         length(to_double(node.high) - to_double(node.low)) > radius_ * kMinOutsideDiagonal;
-    if (!opens || at >= first_of(levels_)) {
+    if (!opens || at >= first_node_of_level(levels_)) {
       cell.boxes.push_back(at);
       if (cell.boxes.size() <= kMaxCutLeaves) continue;
       cell.boxes.assign(1, 0);
@@ -258,13 +271,14 @@ bool EdgeTree::Node::may_be_opposed(const Sheet& sheet) const {
   return least(sheet.normal.x, normal_low[0], normal_high[0]) +
              least(sheet.normal.y, normal_low[1], normal_high[1]) +
              least(sheet.normal.z, normal_low[2], normal_high[2]) <
-         Sheet::kOpposed * 127;
+         Sheet::kMaxOpposedCosine * 127;
 }
 
 bool EdgeTree::may_hold_opposed(const Vec3d& centre, const Sheet& sheet, Scratch& scratch) const {
   const auto reaches = [&](const BendPiece& piece) {
     const Box<Vec3> box = box_of(piece);
-    return nearest(to_double(box.low) - centre, to_double(box.high) - centre) < squared_;
+    return squared_nearest_distance(to_double(box.low) - centre, to_double(box.high) - centre) <
+           squared_;
   };
   const Cell& cell = cell_of(centre, scratch);
   if (cell.few) {
@@ -273,23 +287,25 @@ bool EdgeTree::may_hold_opposed(const Vec3d& centre, const Sheet& sheet, Scratch
       return sheet.is_opposed(near.piece.normal) && reaches(near.piece);
     });
   }
-  std::array<std::size_t, 66> stack{};  // Depth first: each level leaves one entry
+  std::array<std::size_t, 66> stack{};  // Depth first: at most one node per tree level waits
   std::size_t height = 0;
   for (std::size_t box = 0; height != 0 || box < cell.boxes.size();) {
     const std::size_t at = height != 0 ? stack[--height] : cell.boxes[box++];
     const Node& node = nodes_[at];
     ++scratch.steps;
     if (!node.may_be_opposed(sheet) ||
-        nearest(to_double(node.low) - centre, to_double(node.high) - centre) >= squared_) {
+        squared_nearest_distance(to_double(node.low) - centre, to_double(node.high) - centre) >=
+            squared_) {
       continue;
     }
-    if (at < first_of(levels_)) {
+    if (at < first_node_of_level(levels_)) {
       stack[height++] = 2 * at + 2;
       stack[height++] = 2 * at + 1;
       continue;
     }
-    const std::size_t leaf = at - first_of(levels_);
-    for (std::size_t i = begin_of(levels_, leaf); i < begin_of(levels_, leaf + 1); ++i) {
+    const std::size_t leaf = at - first_node_of_level(levels_);
+    for (std::size_t i = first_piece_of(levels_, leaf); i < first_piece_of(levels_, leaf + 1);
+         ++i) {
       ++scratch.steps;
       if (sheet.is_opposed(pieces_[i].normal) && reaches(pieces_[i])) return true;
     }
@@ -301,45 +317,48 @@ BendSums EdgeTree::within(const Vec3d& centre, const Sheet& sheet, Scratch& scra
   const Cell& cell = cell_of(centre, scratch);
   if (cell.few) {
     return sum_by_pieces(cell, centre, scratch,
-                         [&](const BendPiece& piece) { return sheet.counts(piece); });
+                         [&](const BendPiece& piece) { return sheet.belongs(piece); });
   }
   BendSums sums;
-  bool left_out = false;
-  std::array<std::size_t, 66> stack{};  // Depth first: each level leaves one entry
+  bool has_left_out = false;
+  std::array<std::size_t, 66> stack{};  // Depth first: at most one node per tree level waits
   std::size_t height = 0, leaves = 0;
   for (std::size_t box = 0; height != 0 || box < cell.boxes.size();) {
     const std::size_t at = height != 0 ? stack[--height] : cell.boxes[box++];
     const Node& node = nodes_[at];
     ++scratch.steps;
-    if (nearest(to_double(node.low) - centre, to_double(node.high) - centre) >= squared_) continue;
+    if (squared_nearest_distance(to_double(node.low) - centre, to_double(node.high) - centre) >=
+        squared_)
+      continue;
     if (!node.may_be_opposed(sheet) && try_add_unopened(node, centre, /*coarse=*/false, sums))
       continue;
-    if (at < first_of(levels_)) {
+    if (at < first_node_of_level(levels_)) {
       stack[height++] = 2 * at + 2;
       stack[height++] = 2 * at + 1;
       continue;
     }
     if (++leaves > kMaxCutLeaves) return sum_by_leaves(sheet, centre, scratch);
-    const BendSums counted = sum_leaf(at - first_of(levels_), sheet, centre, left_out);
+    const BendSums counted =
+        sum_leaf(at - first_node_of_level(levels_), sheet, centre, has_left_out);
     sums += counted;
     scratch.steps += kPiecesPerLeaf;
   }
-  // If nothing was left out, returns the sums in within()'s order, to be bit-identical.
-  return left_out ? sums : within(centre, scratch);
+  // If all pieces belong to the sheet, the sums are computed in the order of the other within(), to be bit-identical.
+  return has_left_out ? sums : within(centre, scratch);
 }
 
 /// Sums of a leaf's pieces that belong to the sheet.
-/// \param left_out  set to true if some pieces do not belong to it
+/// \param has_left_out  set to true if some pieces do not belong to it
 BendSums EdgeTree::sum_leaf(std::size_t leaf, const Sheet& sheet, const Vec3d& centre,
-                            bool& left_out) const {
+                            bool& has_left_out) const {
   BendSums sums;
-  for (std::size_t i = begin_of(levels_, leaf); i < begin_of(levels_, leaf + 1); ++i) {
-    bool is_cut = false;
-    const BendSums piece = clipped(pieces_[i], centre, is_cut);
-    if (sheet.counts(pieces_[i])) {
+  for (std::size_t i = first_piece_of(levels_, leaf); i < first_piece_of(levels_, leaf + 1); ++i) {
+    bool is_cut_by_ball = false;
+    const BendSums piece = clipped(pieces_[i], centre, is_cut_by_ball);
+    if (sheet.belongs(pieces_[i])) {
       sums += piece;
     } else {
-      left_out = left_out || piece.area > kRoundedArea * squared_;
+      has_left_out = has_left_out || piece.area > kRoundedArea * squared_;
     }
   }
   return sums;
@@ -350,20 +369,21 @@ BendSums EdgeTree::sum_leaf(std::size_t leaf, const Sheet& sheet, const Vec3d& c
 BendSums EdgeTree::sum_by_leaves(const Sheet& sheet, const Vec3d& centre, Scratch& scratch) const {
   BendSums sums;
   const std::uint32_t level = open_levels(kMaxSampledLeaves, scratch, [&](const Node& node) {
-    if (nearest(to_double(node.low) - centre, to_double(node.high) - centre) >= squared_)
+    if (squared_nearest_distance(to_double(node.low) - centre, to_double(node.high) - centre) >=
+        squared_)
       return true;
     return !node.may_be_opposed(sheet) && try_add_unopened(node, centre, /*coarse=*/true, sums);
   });
   for (const std::size_t at : scratch.next) {
-    const std::size_t below = levels_ - level;
-    const std::size_t i = at - first_of(level);
-    const std::size_t leaf = (i << below) + ((std::size_t{1} << below) >> 1);
-    const Node& all = nodes_[first_of(levels_) + leaf];
+    const std::size_t levels_below = levels_ - level;
+    const std::size_t i = at - first_node_of_level(level);
+    const std::size_t leaf = (i << levels_below) + ((std::size_t{1} << levels_below) >> 1);
+    const Node& all = nodes_[first_node_of_level(levels_) + leaf];
     if (!(all.sums.area > 0)) continue;
-    bool left_out = false;
-    const BendSums counted = sum_leaf(leaf, sheet, centre, left_out);
-    const double times = nodes_[at].sums.area / all.sums.area;
-    sums += {counted.area * times, counted.bend * times};
+    bool has_left_out = false;
+    const BendSums counted = sum_leaf(leaf, sheet, centre, has_left_out);
+    const double area_ratio = nodes_[at].sums.area / all.sums.area;
+    sums += {counted.area * area_ratio, counted.bend * area_ratio};
   }
   scratch.steps += scratch.next.size() * kPiecesPerLeaf;
   return sums;
@@ -379,16 +399,17 @@ BendSums EdgeTree::within(const Vec3d& centre, Scratch& scratch) const {
   return sum_by_levels(centre, scratch);
 }
 
-template <typename Counts>
+template <typename Belongs>
 BendSums EdgeTree::sum_by_pieces(const Cell& cell, const Vec3d& centre, Scratch& scratch,
-                                 const Counts& counts) const {
+                                 const Belongs& belongs) const {
   BendSums sums;
   for (const Near& near : cell.pieces) {
     const Vec3d offset = near.centre - centre;
-    const double reach = radius_ + near.radius;
-    if (dot(offset, offset) >= reach * reach || !counts(near.piece)) continue;
-    bool is_cut = false;
-    sums += clipped(near.piece, centre, is_cut);
+    const double contact_distance = radius_ + near.radius;
+    if (dot(offset, offset) >= contact_distance * contact_distance || !belongs(near.piece))
+      continue;
+    bool is_cut_by_ball = false;
+    sums += clipped(near.piece, centre, is_cut_by_ball);
   }
   scratch.steps += cell.pieces.size();
   return sums;
@@ -399,22 +420,23 @@ BendSums EdgeTree::sum_by_pieces(const Cell& cell, const Vec3d& centre, Scratch&
 bool EdgeTree::sum_by_boxes(const Cell& cell, const Vec3d& centre, bool coarse, Scratch& scratch,
                             BendSums& sums) const {
   sums = {};
-  std::array<std::size_t, 66> stack{};  // Depth first: each level leaves one entry
+  std::array<std::size_t, 66> stack{};  // Depth first: at most one node per tree level waits
   std::size_t height = 0, cuts = 0, leaves = 0;
   for (std::size_t box = 0; height != 0 || box < cell.boxes.size();) {
     const std::size_t at = height != 0 ? stack[--height] : cell.boxes[box++];
     ++scratch.steps;
     if (try_add_unopened(nodes_[at], centre, coarse, sums)) continue;
-    if (at < first_of(levels_)) {
+    if (at < first_node_of_level(levels_)) {
       stack[height++] = 2 * at + 2;
       stack[height++] = 2 * at + 1;
       continue;
     }
-    const std::size_t leaf = at - first_of(levels_);
-    for (std::size_t i = begin_of(levels_, leaf); i < begin_of(levels_, leaf + 1); ++i) {
-      bool is_cut = false;
-      sums += clipped(pieces_[i], centre, is_cut);
-      cuts += is_cut ? 1 : 0;
+    const std::size_t leaf = at - first_node_of_level(levels_);
+    for (std::size_t i = first_piece_of(levels_, leaf); i < first_piece_of(levels_, leaf + 1);
+         ++i) {
+      bool is_cut_by_ball = false;
+      sums += clipped(pieces_[i], centre, is_cut_by_ball);
+      cuts += is_cut_by_ball ? 1 : 0;
       ++scratch.steps;
     }
     if (cuts > kMaxCutPieces || ++leaves > kMaxCutLeaves) return false;
@@ -423,17 +445,17 @@ bool EdgeTree::sum_by_boxes(const Cell& cell, const Vec3d& centre, bool coarse, 
 }
 
 /// Opens boxes from the root on, level by level, up to a number of boxes per level.
-/// \param settle  function that returns true for a box that need not be opened
+/// \param needs_no_opening  function that returns true for a box that need not be opened
 /// \returns the tree level of the remaining boxes, which are in scratch.next
 template <typename Settle>
 std::uint32_t EdgeTree::open_levels(std::size_t most, Scratch& scratch,
-                                    const Settle& settle) const {
+                                    const Settle& needs_no_opening) const {
   scratch.front.assign(1, 0);
   for (std::uint32_t level = 0;; ++level) {
     scratch.steps += scratch.front.size();
     scratch.next.clear();
     for (const std::size_t at : scratch.front) {
-      if (!settle(nodes_[at])) scratch.next.push_back(at);
+      if (!needs_no_opening(nodes_[at])) scratch.next.push_back(at);
     }
     if (level == levels_ || scratch.next.empty() || scratch.next.size() > most / 2) return level;
     scratch.front.clear();
@@ -451,10 +473,10 @@ BendSums EdgeTree::sum_by_levels(const Vec3d& centre, Scratch& scratch) const {
     return try_add_unopened(node, centre, /*coarse=*/true, sums);
   });
   for (const std::size_t at : scratch.next) {
-    const std::size_t i = at - first_of(level);
-    const std::size_t middle = (begin_of(level, i) + begin_of(level, i + 1)) / 2;
-    const Shares share = shares(pieces_[middle], centre);
-    sums += {nodes_[at].sums.area * share.area, nodes_[at].sums.bend * share.bend};
+    const std::size_t i = at - first_node_of_level(level);
+    const std::size_t middle = (first_piece_of(level, i) + first_piece_of(level, i + 1)) / 2;
+    const BallShares ball_shares = shares_in_ball(pieces_[middle], centre);
+    sums += {nodes_[at].sums.area * ball_shares.area, nodes_[at].sums.bend * ball_shares.bend};
   }
   scratch.steps += scratch.next.size();
   return sums;
@@ -465,8 +487,8 @@ BendSums EdgeTree::sum_by_levels(const Vec3d& centre, Scratch& scratch) const {
 bool EdgeTree::try_add_unopened(const Node& node, const Vec3d& centre, bool coarse,
                                 BendSums& sums) const {
   const Vec3d low = to_double(node.low) - centre, high = to_double(node.high) - centre;
-  if (nearest(low, high) >= squared_) return true;
-  if (farthest(low, high) <= squared_) {
+  if (squared_nearest_distance(low, high) >= squared_) return true;
+  if (squared_farthest_distance(low, high) <= squared_) {
     sums += node.sums;
     return true;
   }
@@ -474,8 +496,8 @@ bool EdgeTree::try_add_unopened(const Node& node, const Vec3d& centre, bool coar
   const double half = length(high - low) / 2;
   if (half >= radius_ * kMaxUnopenedShare) return false;
   const double away = length(low + high) / 2;
-  const double share = std::clamp((radius_ + half - away) / (2 * half), 0.0, 1.0);
-  sums += {node.sums.area * share, node.sums.bend * share};
+  const double inside_share = std::clamp((radius_ + half - away) / (2 * half), 0.0, 1.0);
+  sums += {node.sums.area * inside_share, node.sums.bend * inside_share};
   return true;
 }
 
@@ -489,12 +511,12 @@ void EdgeTree::for_each_of(std::uint32_t level, const Body& body) const {
 }
 
 /// Splits a node's pieces along the longest side of the bounding box of their centres.
-void EdgeTree::split(std::vector<Item>& order, std::uint32_t level, std::size_t i) const {
+void EdgeTree::split_node(std::vector<Item>& order, std::uint32_t level, std::size_t i) const {
   const auto at = [&](std::size_t item) {
     return order.begin() + static_cast<std::ptrdiff_t>(item);
   };
-  const auto begin = at(begin_of(level, i)), end = at(begin_of(level, i + 1));
-  const auto middle = at(begin_of(level + 1, 2 * i + 1));
+  const auto begin = at(first_piece_of(level, i)), end = at(first_piece_of(level, i + 1));
+  const auto middle = at(first_piece_of(level + 1, 2 * i + 1));
   std::array<float, 3> low = begin->centre, high = low;
   for (auto item = begin; item != end; ++item) {
     for (std::size_t k = 0; k < 3; ++k) {
@@ -515,7 +537,7 @@ void EdgeTree::fill_leaf(std::size_t leaf) {
   Box<Vec3> box;
   BendSums all;
   CoarseNormal low{127, 127, 127}, high{-127, -127, -127};
-  for (std::size_t i = begin_of(levels_, leaf); i < begin_of(levels_, leaf + 1); ++i) {
+  for (std::size_t i = first_piece_of(levels_, leaf); i < first_piece_of(levels_, leaf + 1); ++i) {
     BendPiece& piece = pieces_[i];
     std::array<Vec3d, 3> p{};
     for (std::size_t k = 0; k < 3; ++k) {
@@ -532,7 +554,7 @@ void EdgeTree::fill_leaf(std::size_t leaf) {
     piece.bend = static_cast<float>(bend);
     all += {piece.area, piece.bend};
   }
-  nodes_[first_of(levels_) + leaf] = {box.low, box.high, all, low, high};
+  nodes_[first_node_of_level(levels_) + leaf] = {box.low, box.high, all, low, high};
 }
 
 void EdgeTree::join(std::size_t at) {
@@ -562,35 +584,37 @@ std::array<Vec3d, 3> corners(const BendPiece& piece, const Vec3d& from) {
 /// \param cut  set to true if the ball's boundary may cross the piece
 BendSums EdgeTree::clipped(const BendPiece& piece, const Vec3d& centre, bool& cut) const {
   const std::array<Vec3d, 3> p = corners(piece, centre);
-  const auto inside = [&](const Vec3d& c) { return dot(c, c) <= squared_; };
-  if (inside(p[0]) && inside(p[1]) && inside(p[2])) return {piece.area, piece.bend};
+  const auto is_inside_ball = [&](const Vec3d& c) { return dot(c, c) <= squared_; };
+  if (is_inside_ball(p[0]) && is_inside_ball(p[1]) && is_inside_ball(p[2]))
+    return {piece.area, piece.bend};
   const auto [x_low, x_high] = std::minmax({p[0].x, p[1].x, p[2].x});
   const auto [y_low, y_high] = std::minmax({p[0].y, p[1].y, p[2].y});
   const auto [z_low, z_high] = std::minmax({p[0].z, p[1].z, p[2].z});
-  if (nearest({x_low, y_low, z_low}, {x_high, y_high, z_high}) >= squared_) return {};
+  if (squared_nearest_distance({x_low, y_low, z_low}, {x_high, y_high, z_high}) >= squared_)
+    return {};
   cut = true;
   const BallClip clip = clip_by_ball(p, squared_);
   BendSums sums{clip.area, 0};
   for (std::size_t k = 0; k < 3; ++k) {
-    if (piece.angle[k] == kFlat || clip.share[k] == 0) continue;
-    sums.bend += piece.angle[k] * clip.share[k] * length(p[(k + 1) % 3] - p[k]) / 4;
+    if (piece.angle[k] == kCutAngle || clip.edge_share[k] == 0) continue;
+    sums.bend += piece.angle[k] * clip.edge_share[k] * length(p[(k + 1) % 3] - p[k]) / 4;
   }
   return sums;
 }
 
 /// Fractions of one piece, which represent its whole box. The bend's fraction uses lengths and absolute angles, since
 /// angles of opposite signs may cancel out.
-EdgeTree::Shares EdgeTree::shares(const BendPiece& piece, const Vec3d& centre) const {
+EdgeTree::BallShares EdgeTree::shares_in_ball(const BendPiece& piece, const Vec3d& centre) const {
   const std::array<Vec3d, 3> p = corners(piece, centre);
   const BallClip clip = clip_by_ball(p, squared_);
   const double area = piece.area > 0 ? std::min(1.0, clip.area / piece.area) : 0;
-  double inside = 0, all = 0;
+  double inside_weight = 0, all = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     const double weight = std::abs(double{piece.angle[k]}) * length(p[(k + 1) % 3] - p[k]);
-    inside += clip.share[k] * weight;
+    inside_weight += clip.edge_share[k] * weight;
     all += weight;
   }
-  return {area, all > 0 ? inside / all : area};
+  return {area, all > 0 ? inside_weight / all : area};
 }
 
 }  // namespace kiln

@@ -45,18 +45,21 @@ class TriangleSet {
 
   void clear() {
     count_ = 0;
-    if (slots_.empty()) slots_.resize(kSlots);
-    if (++round_ != 0) return;
-    slots_.assign(kSlots, {});  // The round counter restarts
-    round_ = 1;
+    if (hash_slots_.empty()) hash_slots_.resize(kHashSlots);
+    if (++current_round_ != 0) return;
+    hash_slots_.assign(kHashSlots,
+                       {});  // The round counter has overflowed, so all slots are cleared
+    current_round_ = 1;
   }
-  bool contains(std::uint32_t triangle) const { return slots_[slot_of(triangle)].round == round_; }
+  bool contains(std::uint32_t triangle) const {
+    return hash_slots_[slot_of(triangle)].round == current_round_;
+  }
   /// Adds a triangle.
   /// \returns false if it is already in the set
   bool add(std::uint32_t triangle) {
-    Slot& slot = slots_[slot_of(triangle)];
-    if (slot.round == round_) return false;
-    slot = {triangle, round_};
+    Slot& slot = hash_slots_[slot_of(triangle)];
+    if (slot.round == current_round_) return false;
+    slot = {triangle, current_round_};
     ++count_;
     return true;
   }
@@ -64,19 +67,20 @@ class TriangleSet {
   bool full() const { return count_ == kMaxTriangles; }
 
  private:
-  static constexpr std::uint32_t kSlots = 4 * kMaxTriangles;
+  static constexpr std::uint32_t kHashSlots = 4 * kMaxTriangles;
   struct Slot {
     std::uint32_t triangle = 0, round = 0;
   };
   /// Hash slot of a triangle, or the free slot for it.
   std::uint32_t slot_of(std::uint32_t triangle) const {
-    std::uint32_t at = triangle * 2654435761U % kSlots;
-    while (slots_[at].round == round_ && slots_[at].triangle != triangle) at = (at + 1) % kSlots;
+    std::uint32_t at = triangle * 2654435761U % kHashSlots;
+    while (hash_slots_[at].round == current_round_ && hash_slots_[at].triangle != triangle)
+      at = (at + 1) % kHashSlots;
     return at;
   }
 
-  std::vector<Slot> slots_;
-  std::uint32_t round_ = 0, count_ = 0;
+  std::vector<Slot> hash_slots_;
+  std::uint32_t current_round_ = 0, count_ = 0;
 };
 
 /// The sheet of a point: the surface around it that is connected with it or faces about the same way.
@@ -86,12 +90,13 @@ struct Sheet {
   const TriangleSet* connected = nullptr;
 
   /// Cosine to the sheet's normal below which a face counts as opposed. No regular prism or antiprism has this angle.
-  static constexpr double kOpposed = -0.6;
+  static constexpr double kMaxOpposedCosine = -0.6;
 
   bool is_opposed(const CoarseNormal& other) const {
-    return normal.x * other[0] + normal.y * other[1] + normal.z * other[2] < kOpposed * 127;
+    return normal.x * other[0] + normal.y * other[1] + normal.z * other[2] <
+           kMaxOpposedCosine * 127;
   }
-  bool counts(const BendPiece& piece) const {
+  bool belongs(const BendPiece& piece) const {
     return !is_opposed(piece.normal) ||
            (connected != nullptr && connected->contains(piece.triangle));
   }
@@ -115,7 +120,7 @@ class EdgeTree {
   /// cube.
   struct Cell {
     std::array<std::int64_t, 3> at{};
-    bool known = false;
+    bool is_filled = false;
     bool few = false;  ///< True if `pieces` holds all candidates; if not, searches start at `boxes`
     std::vector<Near> pieces;        ///< Candidate pieces, in tree order
     std::vector<std::size_t> boxes;  ///< Nodes at which searches start, in tree order
@@ -123,10 +128,10 @@ class EdgeTree {
   /// Reusable scratch memory and step counter; one per thread and tree.
   struct Scratch {
     std::vector<Cell> cells;
-    std::vector<std::size_t> front, next;  ///< Nodes of one tree level, and of the next one
-    TriangleSet connected;                 ///< Triangles connected with the last point
-    std::vector<std::uint32_t> reached;    ///< Triangles of `connected` in order of discovery
-    std::uint64_t steps = 0;               ///< Boxes and pieces visited so far
+    std::vector<std::size_t> front, next;       ///< Nodes of one tree level, and of the next one
+    TriangleSet connected;                      ///< Triangles connected with the last point
+    std::vector<std::uint32_t> connected_list;  ///< Triangles of `connected` in order of discovery
+    std::uint64_t steps = 0;                    ///< Boxes and pieces visited so far
   };
 
   /// \param usable  by triangle, 0 for triangles to skip
@@ -159,30 +164,33 @@ class EdgeTree {
     std::uint32_t piece;
   };
   /// Fractions of the area and bend of a piece or a box that lie in a ball.
-  struct Shares {
+  struct BallShares {
     double area, bend;
   };
 
-  static std::size_t first_of(std::uint32_t level) { return (std::size_t{1} << level) - 1; }
-  std::size_t begin_of(std::uint32_t level, std::size_t i) const {
+  static std::size_t first_node_of_level(std::uint32_t level) {
+    return (std::size_t{1} << level) - 1;
+  }
+  std::size_t first_piece_of(std::uint32_t level, std::size_t i) const {
     return static_cast<std::size_t>(std::uint64_t{count_} * i >> level);
   }
   template <typename Body>
   void for_each_of(std::uint32_t level, const Body& body) const;
-  void split(std::vector<Item>& order, std::uint32_t level, std::size_t i) const;
+  void split_node(std::vector<Item>& order, std::uint32_t level, std::size_t i) const;
   void fill_leaf(std::size_t leaf);
   void join(std::size_t at);
   const Cell& cell_of(const Vec3d& centre, Scratch& scratch) const;
-  bool gather(const Vec3d& low, const Vec3d& high, Cell& cell, std::uint64_t& steps) const;
-  void begin(const Vec3d& low, const Vec3d& high, Cell& cell, std::uint64_t& steps) const;
-  template <typename Counts>
+  bool collect_pieces(const Vec3d& low, const Vec3d& high, Cell& cell, std::uint64_t& steps) const;
+  void find_start_boxes(const Vec3d& low, const Vec3d& high, Cell& cell,
+                        std::uint64_t& steps) const;
+  template <typename Belongs>
   BendSums sum_by_pieces(const Cell& cell, const Vec3d& centre, Scratch& scratch,
-                         const Counts& counts) const;
+                         const Belongs& belongs) const;
   BendSums sum_leaf(std::size_t leaf, const Sheet& sheet, const Vec3d& centre,
                     bool& left_out) const;
   BendSums sum_by_leaves(const Sheet& sheet, const Vec3d& centre, Scratch& scratch) const;
   BendSums clipped(const BendPiece& piece, const Vec3d& centre, bool& cut) const;
-  Shares shares(const BendPiece& piece, const Vec3d& centre) const;
+  BallShares shares_in_ball(const BendPiece& piece, const Vec3d& centre) const;
   bool try_add_unopened(const Node& node, const Vec3d& centre, bool coarse, BendSums& sums) const;
   bool sum_by_boxes(const Cell& cell, const Vec3d& centre, bool coarse, Scratch& scratch,
                     BendSums& sums) const;

@@ -20,9 +20,9 @@ constexpr std::size_t kVerticesAtOnce = 1 << 12;
 
 /// A triangle's side, identified by its two vertices.
 struct EdgeSide {
-  std::uint32_t high = 0;  ///< Higher vertex of the edge
-  std::uint32_t at = 0;    ///< 3 * triangle + corner
-  bool rising = false;     ///< True if the side starts at the lower vertex
+  std::uint32_t high = 0;        ///< Higher vertex of the edge
+  std::uint32_t at = 0;          ///< 3 * triangle + corner
+  bool starts_at_lower = false;  ///< True if the side starts at the lower vertex
 };
 
 float turn_between(const Vec3& a, const Vec3& b) {
@@ -52,7 +52,7 @@ class EdgeFinder {
     for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
       while (end < sides.size() && sides[end].high == sides[begin].high) ++end;
       const std::span<const EdgeSide> run(&sides[begin], end - begin);
-      if (run.size() == 2 && run[0].rising != run[1].rising) {
+      if (run.size() == 2 && run[0].starts_at_lower != run[1].starts_at_lower) {
         edges.push_back(edge(run[0], run[1]));
         continue;
       }
@@ -85,7 +85,7 @@ class EdgeFinder {
     std::vector<FaceEdge> all;
     for (const EdgeSide& a : run) {
       for (const EdgeSide& b : run) {
-        if (a.rising && !b.rising) all.push_back(edge(a, b));
+        if (a.starts_at_lower && !b.starts_at_lower) all.push_back(edge(a, b));
       }
     }
     std::stable_sort(all.begin(), all.end(),
@@ -111,7 +111,7 @@ namespace {
 
 /// False if certainly no edge has a turn of `degrees`. At an edge with such a turn, one of the faces deviates from
 /// any given direction, such as the mean of all normals, by at least half of the angle.
-bool may_turn(const Mesh& mesh, const FaceEdges& faces, double degrees) {
+bool may_have_turn(const Mesh& mesh, const FaceEdges& faces, double degrees) {
   std::vector<Vec3> sums(mesh.positions.size());
   for_each_alive(mesh.triangles.size(), [&](std::size_t t) {
     const Vec3& n = faces.normals[t];
@@ -122,18 +122,18 @@ bool may_turn(const Mesh& mesh, const FaceEdges& faces, double degrees) {
   });
   // 1e-5 is a margin for rounding
   const double least = std::cos(degrees / 2 * std::numbers::pi / 180) + 1e-5;
-  std::atomic<bool> found = false;
+  std::atomic<bool> has_turn = false;
   parallel_for(mesh.triangles.size(), kTrianglesAtOnce, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t t = begin; t < end && !found; ++t) {
+    for (std::size_t t = begin; t < end && !has_turn; ++t) {
       const Vec3d n = to_double(faces.normals[t]);
       if (faces.normals[t] == Vec3{}) continue;
       for (const std::uint32_t v : mesh.triangles[t]) {
         const Vec3d sum = to_double(sums[faces.welded[v]]);
-        if (dot(n, sum) < least * length(sum) || !(length(sum) > 0)) found = true;
+        if (dot(n, sum) < least * length(sum) || !(length(sum) > 0)) has_turn = true;
       }
     }
   });
-  return found;
+  return has_turn;
 }
 
 }  // namespace
@@ -145,27 +145,28 @@ FaceEdges FaceEdges::of(const Mesh& mesh, double least_degrees) {
   result.normals.resize(triangles);
   result.areas.resize(triangles);
   parallel_for(triangles, kTrianglesAtOnce, [&](std::size_t begin, std::size_t end) {
-    std::vector<CornerWeights> weights;
+    std::vector<CornerWeights> polygon_weights;
     for (std::size_t t = begin; t < end; ++t) {
       // A polygon is processed by the thread whose range contains the polygon's first triangle.
       const bool polygons = !mesh.polygons.empty();
       if (polygons && t > 0 && mesh.polygons[t] == mesh.polygons[t - 1]) continue;
       std::size_t last = t + 1;
       while (polygons && last < triangles && mesh.polygons[last] == mesh.polygons[t]) ++last;
-      weights.assign(last - t, {});
+      polygon_weights.assign(last - t, {});
       if (polygons) {
-        corner_weights(mesh.positions, mesh.triangles, mesh.polygons, t, t + 1, weights.data());
+        corner_weights(mesh.positions, mesh.triangles, mesh.polygons, t, t + 1,
+                       polygon_weights.data());
       }
       for (std::size_t i = t; i < last; ++i) {
         const Vec3d twice = area_vector(mesh, i);
         const double size = length(twice);
         if (!(size > 0) || !std::isfinite(size)) continue;
-        result.normals[i] = to_float(polygons ? weights[i - t].normal : twice * (1 / size));
+        result.normals[i] = to_float(polygons ? polygon_weights[i - t].normal : twice * (1 / size));
         result.areas[i] = static_cast<float>(size / 2);
       }
     }
   });
-  if (least_degrees > 0 && !may_turn(mesh, result, least_degrees)) {
+  if (least_degrees > 0 && !may_have_turn(mesh, result, least_degrees)) {
     result.left_out = true;
     return result;
   }
@@ -180,12 +181,12 @@ FaceEdges FaceEdges::of(const Mesh& mesh, double least_degrees) {
         return a == b ? mesh.positions.size() : std::min(a, b);
       });
   const std::size_t pieces = (mesh.positions.size() + kVerticesAtOnce - 1) / kVerticesAtOnce;
-  struct Found {
+  struct PieceEdges {
     std::vector<FaceEdge> edges;
     std::vector<std::uint32_t> unpaired_vertices;
   };
-  std::vector<Found> found(pieces);
-  const EdgeFinder finder(mesh, result);
+  std::vector<PieceEdges> found_edges(pieces);
+  const EdgeFinder edge_finder(mesh, result);
   parallel_for(pieces, 1, [&](std::size_t begin, std::size_t end) {
     std::vector<EdgeSide> sides;
     for (std::size_t piece = begin; piece < end; ++piece) {
@@ -196,16 +197,16 @@ FaceEdges FaceEdges::of(const Mesh& mesh, double least_degrees) {
           const auto [a, b] = ends(side);
           sides.push_back({std::max(a, b), side, a < b});
         }
-        finder.add(static_cast<std::uint32_t>(v), sides, found[piece].edges,
-                   found[piece].unpaired_vertices);
+        edge_finder.add(static_cast<std::uint32_t>(v), sides, found_edges[piece].edges,
+                        found_edges[piece].unpaired_vertices);
       }
     }
   });
   std::size_t count = 0;
-  for (const Found& piece : found) count += piece.edges.size();
+  for (const PieceEdges& piece : found_edges) count += piece.edges.size();
   result.edges.reserve(count);
   result.borders.resize(mesh.positions.size());
-  for (Found& piece : found) {
+  for (PieceEdges& piece : found_edges) {
     result.edges.insert(result.edges.end(), piece.edges.begin(), piece.edges.end());
     for (const std::uint32_t vertex : piece.unpaired_vertices) result.borders[vertex] = true;
     piece = {};

@@ -29,7 +29,7 @@ struct FaceEdges {
   std::vector<float> areas;           ///< Area of each triangle
   std::vector<std::uint32_t> welded;  ///< Representative of each vertex, see weld_vertices()
   std::vector<FaceEdge> edges;        ///< Edges, sorted by the lower vertex of the first side
-  std::vector<bool> borders;          ///< True for each welded vertex of a side without a partner
+  std::vector<bool> borders;          ///< For each welded vertex, true if it lies on an open border
 
   /// True if no edge has the smallest requested turn, so that `edges` was not built
   bool left_out = false;

@@ -42,14 +42,14 @@ class FanNormals {
 
  private:
   Adjacency fans(const std::vector<bool>& triangles) const;
-  float area_around(std::uint32_t corner) const {
+  float plane_area_at(std::uint32_t corner) const {
     const std::uint32_t region =
         creases_.regions.empty() ? corner / 3 : creases_.regions[corner / 3];
     return std::max(faces_.areas[corner / 3],
                     creases_.regions.empty() ? 0 : creases_.region_areas[region]);
   }
   const Vec3d& face(std::uint32_t corner) const { return weights_[corner / 3].normal; }
-  Vec3d sum_of(std::span<const std::uint32_t> fan) const;
+  Vec3d normal_sum_of(std::span<const std::uint32_t> fan) const;
   bool is_tip(std::span<const std::uint32_t> fan, const Vec3d& normal) const;
 
   const Mesh& mesh_;
@@ -62,11 +62,11 @@ class FanNormals {
 /// form one fan.
 Adjacency FanNormals::fans(const std::vector<bool>& triangles) const {
   DisjointSets sets(3 * mesh_.triangles.size());
-  std::vector<std::uint32_t> first(mesh_.positions.size(), 0xFFFFFFFFU);
+  std::vector<std::uint32_t> first_corner(mesh_.positions.size(), 0xFFFFFFFFU);
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
     if (!triangles[t] || creases_.hard_part[t]) continue;
     for (std::uint32_t k = 0; k < 3; ++k) {
-      std::uint32_t& at = first[faces_.welded[mesh_.triangles[t][k]]];
+      std::uint32_t& at = first_corner[faces_.welded[mesh_.triangles[t][k]]];
       if (at == 0xFFFFFFFFU) at = 3 * t + k;
       sets.join(at, 3 * t + k);
     }
@@ -79,27 +79,29 @@ Adjacency FanNormals::fans(const std::vector<bool>& triangles) const {
     sets.join(a, next(b));
     sets.join(next(a), b);
   }
-  std::vector<std::uint32_t> number(3 * mesh_.triangles.size(), 0xFFFFFFFFU);
+  std::vector<std::uint32_t> fan_numbers(3 * mesh_.triangles.size(), 0xFFFFFFFFU);
   std::uint32_t count = 0;
-  for (std::uint32_t corner = 0; corner < number.size(); ++corner) {
+  for (std::uint32_t corner = 0; corner < fan_numbers.size(); ++corner) {
     if (!triangles[corner / 3]) continue;
     const std::uint32_t root = sets.find(corner);
-    number[corner] = root == corner ? count++ : number[root];
+    fan_numbers[corner] = root == corner ? count++ : fan_numbers[root];
   }
-  return Adjacency::make(count, number.size(),
-                         [&](std::size_t i) -> std::size_t { return number[i]; });
+  return Adjacency::make(count, fan_numbers.size(),
+                         [&](std::size_t i) -> std::size_t { return fan_numbers[i]; });
 }
 
 /// Sum of normals in triangle order, without faces that are small relative to an adjacent plane.
-Vec3d FanNormals::sum_of(std::span<const std::uint32_t> fan) const {
-  float most = 0;
-  for (const std::uint32_t corner : fan) most = std::max(most, area_around(corner));
+Vec3d FanNormals::normal_sum_of(std::span<const std::uint32_t> fan) const {
+  float largest_area = 0;
+  for (const std::uint32_t corner : fan)
+    largest_area = std::max(largest_area, plane_area_at(corner));
   const bool plane = std::any_of(fan.begin(), fan.end(), [&](std::uint32_t corner) {
-    return !creases_.regions.empty() && creases_.region_areas[creases_.regions[corner / 3]] == most;
+    return !creases_.regions.empty() &&
+           creases_.region_areas[creases_.regions[corner / 3]] == largest_area;
   });
   Vec3d sum{};
   for (const std::uint32_t corner : fan) {
-    if (plane && area_around(corner) < kMaxBesidePlaneShare * most) continue;
+    if (plane && plane_area_at(corner) < kMaxBesidePlaneShare * largest_area) continue;
     sum += face(corner) * weights_[corner / 3].angles[corner % 3];
   }
   return sum;
@@ -116,7 +118,7 @@ void FanNormals::give(const std::vector<bool>& triangles, Mesh& mesh) const {
   const Adjacency all = fans(triangles);
   for (std::size_t fan = 0; fan + 1 < all.first.size(); ++fan) {
     const std::span<const std::uint32_t> corners = all.of(fan);
-    const Vec3d normal = unit_of_sum(sum_of(corners));
+    const Vec3d normal = unit_of_sum(normal_sum_of(corners));
     const bool tip = creases_.hard_part[corners[0] / 3] && is_tip(corners, normal);
     const auto shared = static_cast<std::uint32_t>(mesh.normals.size());
     if (!tip) mesh.normals.push_back(to_float(normal));

@@ -17,20 +17,20 @@ struct Side {
 };
 
 std::vector<Side> sorted_sides(std::span<const Triangle> triangles) {
-  std::vector<Side> sides;
-  sides.reserve(triangles.size() * 3);
+  std::vector<Side> triangle_sides;
+  triangle_sides.reserve(triangles.size() * 3);
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
     for (std::uint8_t k = 0; k < 3; ++k) {
       const std::uint64_t a = triangles[t][k], b = triangles[t][(k + 1) % 3];
-      sides.push_back({a < b ? a << 32 | b : b << 32 | a, t, k, a < b});
+      triangle_sides.push_back({a < b ? a << 32 | b : b << 32 | a, t, k, a < b});
     }
   }
-  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+  std::sort(triangle_sides.begin(), triangle_sides.end(), [](const Side& a, const Side& b) {
     if (a.key != b.key) return a.key < b.key;
     if (a.forward != b.forward) return a.forward > b.forward;
     return a.triangle != b.triangle ? a.triangle < b.triangle : a.corner < b.corner;
   });
-  return sides;
+  return triangle_sides;
 }
 
 }  // namespace
@@ -43,9 +43,9 @@ bool has_repeated_sides(std::span<const Triangle> triangles) {
 
 bool has_repeated_sides(const SideLists& lists) {
   for (std::size_t v = 0; v < lists.vertices(); ++v) {
-    const std::span<const SideLists::Item> sides = lists.of(v);
-    for (std::size_t i = 1; i < sides.size(); ++i) {
-      if (sides[i].key == sides[i - 1].key) return true;
+    const std::span<const SideLists::Item> vertex_sides = lists.of(v);
+    for (std::size_t i = 1; i < vertex_sides.size(); ++i) {
+      if (vertex_sides[i].key == vertex_sides[i - 1].key) return true;
     }
   }
   return false;
@@ -53,12 +53,12 @@ bool has_repeated_sides(const SideLists& lists) {
 
 void remove_back_to_back(std::vector<Triangle>& triangles) {
   struct Item {
-    Triangle sorted;
+    Triangle sorted_corners;
     std::uint32_t index;
     std::uint8_t is_odd_order;  ///< Parity of the permutation that sorts the corners
   };
-  std::vector<Item> items;
-  items.reserve(triangles.size());
+  std::vector<Item> sorted_triangles;
+  sorted_triangles.reserve(triangles.size());
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
     Triangle v = triangles[t];
     bool is_odd_order = false;
@@ -69,26 +69,27 @@ void remove_back_to_back(std::vector<Triangle>& triangles) {
         is_odd_order = !is_odd_order;
       }
     }
-    items.push_back({v, t, is_odd_order});
+    sorted_triangles.push_back({v, t, is_odd_order});
   }
-  std::sort(items.begin(), items.end(), [](const Item& a, const Item& b) {
-    return a.sorted != b.sorted               ? a.sorted < b.sorted
-           : a.is_odd_order != b.is_odd_order ? a.is_odd_order < b.is_odd_order
-                                              : a.index < b.index;
+  std::sort(sorted_triangles.begin(), sorted_triangles.end(), [](const Item& a, const Item& b) {
+    return a.sorted_corners != b.sorted_corners ? a.sorted_corners < b.sorted_corners
+           : a.is_odd_order != b.is_odd_order   ? a.is_odd_order < b.is_odd_order
+                                                : a.index < b.index;
   });
-  std::vector<std::uint8_t> removed(triangles.size(), 0);
-  for (std::size_t begin = 0, end = 0; begin < items.size(); begin = end) {
+  std::vector<std::uint8_t> is_removed(triangles.size(), 0);
+  for (std::size_t begin = 0, end = 0; begin < sorted_triangles.size(); begin = end) {
     std::size_t odd_begin = begin;
-    while (end < items.size() && items[end].sorted == items[begin].sorted) {
-      if (!items[end++].is_odd_order) odd_begin = end;
+    while (end < sorted_triangles.size() &&
+           sorted_triangles[end].sorted_corners == sorted_triangles[begin].sorted_corners) {
+      if (!sorted_triangles[end++].is_odd_order) odd_begin = end;
     }
     for (std::size_t i = begin, j = odd_begin; i < odd_begin && j < end; ++i, ++j) {
-      removed[items[i].index] = removed[items[j].index] = 1;
+      is_removed[sorted_triangles[i].index] = is_removed[sorted_triangles[j].index] = 1;
     }
   }
   std::size_t kept = 0;
   for (std::size_t t = 0; t < triangles.size(); ++t) {
-    if (!removed[t]) triangles[kept++] = triangles[t];
+    if (!is_removed[t]) triangles[kept++] = triangles[t];
   }
   triangles.resize(kept);
 }
@@ -96,66 +97,71 @@ void remove_back_to_back(std::vector<Triangle>& triangles) {
 std::vector<std::uint32_t> split_into_fans(std::span<Triangle> triangles, std::size_t vertices) {
   constexpr auto kNone = static_cast<std::uint32_t>(-1);
   constexpr int kAttempts = 4;
-  const std::vector<Triangle> given(triangles.begin(), triangles.end());
-  const std::vector<Side> sides = sorted_sides(given);
+  const std::vector<Triangle> old_triangles(triangles.begin(), triangles.end());
+  const std::vector<Side> triangle_sides = sorted_sides(old_triangles);
   const auto corner = [](const Side& side, std::uint32_t offset) {
     return side.triangle * 3 + (side.corner + offset) % 3;
   };
   // Edges whose sides are paired with an offset; an edge occurs once per unit of its offset
-  std::vector<std::uint64_t> shifted;
-  std::vector<std::uint32_t> copies;
+  std::vector<std::uint64_t> shifted_edges;
+  std::vector<std::uint32_t> original_vertices;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     // Union-find over corners: two corners of one vertex are united if their triangles are joined along a side.
-    DisjointSets fans(given.size() * 3);
-    for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
-      std::size_t backward = begin;
-      while (end < sides.size() && sides[end].key == sides[begin].key) {
-        if (sides[end++].forward) backward = end;
+    DisjointSets fans(old_triangles.size() * 3);
+    for (std::size_t begin = 0, end = 0; begin < triangle_sides.size(); begin = end) {
+      std::size_t backward_begin = begin;
+      while (end < triangle_sides.size() && triangle_sides[end].key == triangle_sides[begin].key) {
+        if (triangle_sides[end++].forward) backward_begin = end;
       }
-      const std::size_t pairs = std::min(backward - begin, end - backward);
+      const std::size_t pairs = std::min(backward_begin - begin, end - backward_begin);
       if (pairs == 0) continue;
-      const auto again = std::equal_range(shifted.begin(), shifted.end(), sides[begin].key);
+      const auto again =
+          std::equal_range(shifted_edges.begin(), shifted_edges.end(), triangle_sides[begin].key);
       const auto shift = static_cast<std::size_t>(again.second - again.first);
       for (std::size_t i = 0; i < pairs; ++i) {
-        const Side& ahead = sides[begin + i];
-        const Side& back = sides[backward + (i + shift) % (end - backward)];
+        const Side& ahead = triangle_sides[begin + i];
+        const Side& back = triangle_sides[backward_begin + (i + shift) % (end - backward_begin)];
         fans.join(corner(ahead, 0), corner(back, 1));
         fans.join(corner(ahead, 1), corner(back, 0));
       }
     }
     // The first fan keeps the original vertex.
-    std::vector<std::uint32_t> owner(vertices, kNone), number(given.size() * 3, kNone);
-    copies.clear();
-    for (std::uint32_t c = 0; c < given.size() * 3; ++c) {
-      const std::uint32_t vertex = given[c / 3][c % 3];
+    std::vector<std::uint32_t> first_fan(vertices, kNone),
+        fan_vertex(old_triangles.size() * 3, kNone);
+    original_vertices.clear();
+    for (std::uint32_t c = 0; c < old_triangles.size() * 3; ++c) {
+      const std::uint32_t vertex = old_triangles[c / 3][c % 3];
       const std::uint32_t fan = fans.find(c);
-      if (number[fan] == kNone) {
-        if (owner[vertex] == kNone) {
-          owner[vertex] = fan;
-          number[fan] = vertex;
+      if (fan_vertex[fan] == kNone) {
+        if (first_fan[vertex] == kNone) {
+          first_fan[vertex] = fan;
+          fan_vertex[fan] = vertex;
         } else {
-          number[fan] = static_cast<std::uint32_t>(vertices + copies.size());
-          copies.push_back(vertex);
+          fan_vertex[fan] = static_cast<std::uint32_t>(vertices + original_vertices.size());
+          original_vertices.push_back(vertex);
         }
       }
-      triangles[c / 3][c % 3] = number[fan];
+      triangles[c / 3][c % 3] = fan_vertex[fan];
     }
     // A fan may contain an edge twice; in this case, the edge's sides are paired with another offset.
     const std::vector<Side> check = sorted_sides(triangles);
-    const std::size_t before = shifted.size();
-    const auto original = [&](std::uint64_t v) { return v < vertices ? v : copies[v - vertices]; };
+    const std::size_t before = shifted_edges.size();
+    const auto original = [&](std::uint64_t v) {
+      return v < vertices ? v : original_vertices[v - vertices];
+    };
     for (std::size_t i = 1; i < check.size(); ++i) {
       if (check[i].key != check[i - 1].key || check[i].forward != check[i - 1].forward) continue;
       const std::uint64_t a = original(check[i].key >> 32), b = original(check[i].key & kNone);
-      shifted.push_back(a < b ? a << 32 | b : b << 32 | a);
+      shifted_edges.push_back(a < b ? a << 32 | b : b << 32 | a);
     }
-    if (shifted.size() == before) break;
-    std::sort(shifted.begin() + static_cast<std::ptrdiff_t>(before), shifted.end());
-    shifted.erase(std::unique(shifted.begin() + static_cast<std::ptrdiff_t>(before), shifted.end()),
-                  shifted.end());
-    std::sort(shifted.begin(), shifted.end());
+    if (shifted_edges.size() == before) break;
+    std::sort(shifted_edges.begin() + static_cast<std::ptrdiff_t>(before), shifted_edges.end());
+    shifted_edges.erase(std::unique(shifted_edges.begin() + static_cast<std::ptrdiff_t>(before),
+                                    shifted_edges.end()),
+                        shifted_edges.end());
+    std::sort(shifted_edges.begin(), shifted_edges.end());
   }
-  return copies;
+  return original_vertices;
 }
 
 std::uint64_t count_components(std::span<const Triangle> triangles, std::size_t vertices) {

@@ -52,14 +52,14 @@ Frame Frame::of(const Mesh& mesh) { return of(mesh, bulk_bounds(mesh, Bounds::of
 
 Frame Frame::of(const Mesh& mesh, const Bounds& bounds) {
   Frame frame;
-  double squared = 0;
-  double largest = 0;
+  double squared_diagonal = 0;
+  double longest_side = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     const double side = bounds.high[k] - bounds.low[k];
-    if (!(side >= 0) || !std::isfinite(side)) largest = -1;
-    if (largest >= 0) largest = std::max(largest, side);
+    if (!(side >= 0) || !std::isfinite(side)) longest_side = -1;
+    if (longest_side >= 0) longest_side = std::max(longest_side, side);
   }
-  if (!(largest > 0)) {
+  if (!(longest_side > 0)) {
     throw Error(ErrorCode::usage, "The bounds have no size: " + option("high") +
                                       " must be finite, nowhere below " + option("low") +
                                       ", and above it "
@@ -67,10 +67,10 @@ Frame Frame::of(const Mesh& mesh, const Bounds& bounds) {
   }
   for (std::size_t k = 0; k < 3; ++k) {
     frame.center[k] = mesh.origin[k] + (bounds.low[k] + bounds.high[k]) / 2;
-    const double side = (bounds.high[k] - bounds.low[k]) / largest;
-    squared += side * side;
+    const double side = (bounds.high[k] - bounds.low[k]) / longest_side;
+    squared_diagonal += side * side;
   }
-  frame.diagonal = largest * std::sqrt(squared);
+  frame.diagonal = longest_side * std::sqrt(squared_diagonal);
   int exponent = 0;
   std::frexp(frame.diagonal, &exponent);  // diagonal = m * 2^exponent with m in [0.5, 1)
   frame.scale = std::ldexp(1.0, -exponent);

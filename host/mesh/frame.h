@@ -33,7 +33,7 @@ struct Frame {
   /// \param reach  largest coordinate; 0.5 is the high poly's box
   std::vector<Vec3> to_frame_within(const Mesh& mesh, double reach) const;
   std::vector<Vec3> to_frame(const Mesh& mesh) const { return to_frame_within(mesh, kReach); }
-  /// The reach of a mesh that does not move: its box, with room for rounding.
+  /// The value of `reach` for a mesh that does not move: half of its box, plus a margin for rounding.
   static constexpr double kReach = 0.500001;
 };
 

@@ -24,7 +24,7 @@ struct HardSide {
 };
 
 /// Sides with a vertex that has several normals; other sides cannot be hard.
-std::vector<HardSide> sides_of(const LowSurface& surface) {
+std::vector<HardSide> hard_sides_of(const LowSurface& surface) {
   std::vector<Vec3> positions;
   positions.reserve(3 * surface.triangles.size());
   for (const auto& corners : surface.triangles) {
@@ -33,35 +33,35 @@ std::vector<HardSide> sides_of(const LowSurface& surface) {
   const std::vector<std::uint32_t> welded = weld_vertices(positions);
   std::vector<Vec3> normal(welded.size());
   // State of each vertex. 0: no corner yet, 1: one normal, 2: several normals
-  std::vector<std::uint8_t> state(welded.size());
+  std::vector<std::uint8_t> normal_count(welded.size());
   for (const std::size_t t : surface.usable_triangles()) {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t at = welded[3 * t + k];
       const Vec3& own = surface.triangles[t][k].normal;
-      if (state[at] == 0) normal[at] = own;
-      state[at] = state[at] < 2 && normal[at] == own ? 1 : 2;
+      if (normal_count[at] == 0) normal[at] = own;
+      normal_count[at] = normal_count[at] < 2 && normal[at] == own ? 1 : 2;
     }
   }
-  std::vector<HardSide> sides;
+  std::vector<HardSide> triangle_sides;
   for (const std::uint32_t t : surface.usable_triangles()) {
     for (std::uint8_t k = 0; k < 3; ++k) {
       const auto next = static_cast<std::uint8_t>((k + 1) % 3);
       HardSide side{welded[3 * t + k], welded[3 * t + next], t, k, next};
-      if (side.a == side.b || (state[side.a] < 2 && state[side.b] < 2)) continue;
+      if (side.a == side.b || (normal_count[side.a] < 2 && normal_count[side.b] < 2)) continue;
       if (side.a > side.b) {
         std::swap(side.a, side.b);
         std::swap(side.at_a, side.at_b);
       }
-      sides.push_back(side);
+      triangle_sides.push_back(side);
     }
   }
-  std::sort(sides.begin(), sides.end(), [](const HardSide& x, const HardSide& y) {
+  std::sort(triangle_sides.begin(), triangle_sides.end(), [](const HardSide& x, const HardSide& y) {
     return std::tie(x.a, x.b, x.triangle, x.at_a) < std::tie(y.a, y.b, y.triangle, y.at_a);
   });
-  return sides;
+  return triangle_sides;
 }
 
-bool parts(const Vec3& a, const Vec3& b) {
+bool differ(const Vec3& a, const Vec3& b) {
   return dot(to_double(a), to_double(b)) <
          kSameNormalCosine * length(to_double(a)) * length(to_double(b));
 }
@@ -81,14 +81,14 @@ Box<Vec3> box_of(std::span<const Vec3> points, float radius) {
 class EdgeBoxTree {
  public:
   explicit EdgeBoxTree(const std::vector<Box<Vec3>>& boxes)
-      : boxes_(boxes), order_(boxes.size()), nodes_(4 * (boxes.size() / kEdgesPerLeaf + 1)) {
-    std::iota(order_.begin(), order_.end(), 0U);
-    build(0, 0, order_.size());
+      : boxes_(boxes), edge_order_(boxes.size()), nodes_(4 * (boxes.size() / kEdgesPerLeaf + 1)) {
+    std::iota(edge_order_.begin(), edge_order_.end(), 0U);
+    build(0, 0, edge_order_.size());
   }
 
   /// Appends the edges whose boxes overlap.
   void find(const Box<Vec3>& box, std::vector<std::uint32_t>& found) const {
-    find(0, 0, order_.size(), box, found);
+    find(0, 0, edge_order_.size(), box, found);
   }
 
  private:
@@ -96,7 +96,7 @@ class EdgeBoxTree {
 
   void build(std::size_t node, std::size_t begin, std::size_t end) {
     Box<Vec3>& all = nodes_[node];
-    for (std::size_t i = begin; i < end; ++i) all.join(boxes_[order_[i]]);
+    for (std::size_t i = begin; i < end; ++i) all.join(boxes_[edge_order_[i]]);
     if (end - begin <= kEdgesPerLeaf) return;
     const auto side = [&](int k) { return component(all.high, k) - component(all.low, k); };
     int axis = 0;
@@ -104,7 +104,9 @@ class EdgeBoxTree {
       if (side(k) > side(axis)) axis = k;
     }
     const std::size_t middle = (begin + end) / 2;
-    const auto at = [&](std::size_t i) { return order_.begin() + static_cast<std::ptrdiff_t>(i); };
+    const auto at = [&](std::size_t i) {
+      return edge_order_.begin() + static_cast<std::ptrdiff_t>(i);
+    };
     std::nth_element(at(begin), at(middle), at(end), [&](std::uint32_t a, std::uint32_t b) {
       const float low_a = component(boxes_[a].low, axis), low_b = component(boxes_[b].low, axis);
       return low_a != low_b ? low_a < low_b : a < b;
@@ -118,7 +120,7 @@ class EdgeBoxTree {
     if (!nodes_[node].overlaps(box)) return;
     if (end - begin <= kEdgesPerLeaf) {
       for (std::size_t i = begin; i < end; ++i) {
-        if (boxes_[order_[i]].overlaps(box)) found.push_back(order_[i]);
+        if (boxes_[edge_order_[i]].overlaps(box)) found.push_back(edge_order_[i]);
       }
       return;
     }
@@ -128,33 +130,36 @@ class EdgeBoxTree {
   }
 
   const std::vector<Box<Vec3>>& boxes_;
-  std::vector<std::uint32_t> order_;
+  std::vector<std::uint32_t> edge_order_;
   std::vector<Box<Vec3>> nodes_;  // Nodes; the children of node n are 2 n + 1 and 2 n + 2
 };
 
 }  // namespace
 
 HardEdges HardEdges::of(const LowSurface& surface) {
-  const std::vector<HardSide> sides = sides_of(surface);
+  const std::vector<HardSide> triangle_sides = hard_sides_of(surface);
   HardEdges result;
   const auto corner = [&](const HardSide& side, std::uint8_t k) -> const LowSurface::Corner& {
     return surface.triangles[side.triangle][k];
   };
-  for (std::size_t first = 0, end = 0; first < sides.size(); first = end) {
-    while (end < sides.size() && sides[end].a == sides[first].a && sides[end].b == sides[first].b) {
+  for (std::size_t first = 0, end = 0; first < triangle_sides.size(); first = end) {
+    while (end < triangle_sides.size() && triangle_sides[end].a == triangle_sides[first].a &&
+           triangle_sides[end].b == triangle_sides[first].b) {
       ++end;
     }
-    const HardSide& one = sides[first];
+    const HardSide& one = triangle_sides[first];
     bool hard = false;
     for (std::size_t i = first + 1; i < end && !hard; ++i) {
-      hard = parts(corner(one, one.at_a).normal, corner(sides[i], sides[i].at_a).normal) ||
-             parts(corner(one, one.at_b).normal, corner(sides[i], sides[i].at_b).normal);
+      hard = differ(corner(one, one.at_a).normal,
+                    corner(triangle_sides[i], triangle_sides[i].at_a).normal) ||
+             differ(corner(one, one.at_b).normal,
+                    corner(triangle_sides[i], triangle_sides[i].at_b).normal);
     }
     const Vec3 from = corner(one, one.at_a).position;
     const Vec3 along = to_float(to_double(corner(one, one.at_b).position) - to_double(from));
     // The squared length must not underflow.
     if (hard && length(to_double(along)) > 1e-15) {
-      result.edges.push_back({from, along, {one.triangle, sides[first + 1].triangle}});
+      result.edges.push_back({from, along, {one.triangle, triangle_sides[first + 1].triangle}});
     }
   }
   return result;
@@ -167,18 +172,18 @@ HardEdges::Near HardEdges::near(const LowSurface& surface, std::span<const float
     boxes[e] = box_of(std::array{edges[e].from, to}, widths[e]);
   }
   const EdgeBoxTree tree(boxes);
-  std::vector<std::vector<std::uint32_t>> lists(surface.triangles.size());
-  parallel_for(lists.size(), kEdgesPerTask, [&](std::size_t begin, std::size_t end) {
+  std::vector<std::vector<std::uint32_t>> edge_lists(surface.triangles.size());
+  parallel_for(edge_lists.size(), kEdgesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       if (surface.usable[t] == 0) continue;
       const auto& [a, b, c] = surface.triangles[t];
-      tree.find(box_of(std::array{a.position, b.position, c.position}, 0), lists[t]);
-      std::sort(lists[t].begin(), lists[t].end());
+      tree.find(box_of(std::array{a.position, b.position, c.position}, 0), edge_lists[t]);
+      std::sort(edge_lists[t].begin(), edge_lists[t].end());
     }
   });
   Near result;
-  result.first.reserve(lists.size() + 1);
-  for (const std::vector<std::uint32_t>& list : lists) {
+  result.first.reserve(edge_lists.size() + 1);
+  for (const std::vector<std::uint32_t>& list : edge_lists) {
     result.first.push_back(static_cast<std::uint32_t>(result.edge.size()));
     result.edge.insert(result.edge.end(), list.begin(), list.end());
   }

@@ -25,8 +25,9 @@ bool HighPolyNormals::has_extra(const Mesh& mesh) const {
 }
 
 void HighPolyNormals::index() {
-  users_ = Adjacency::make(corners_.normals.size(), corners_.triangles.size() * 3,
-                           [&](std::size_t i) { return corners_.triangles[i / 3][i % 3]; });
+  corners_of_entry_ =
+      Adjacency::make(corners_.normals.size(), corners_.triangles.size() * 3,
+                      [&](std::size_t i) { return corners_.triangles[i / 3][i % 3]; });
 }
 
 HighPolyNormals::Change HighPolyNormals::rebuild(const Mesh& mesh,
@@ -34,7 +35,7 @@ HighPolyNormals::Change HighPolyNormals::rebuild(const Mesh& mesh,
   corners_ = corner_normals(mesh, positions);
   index();
   if (computed_) {
-    first_ = weld_vertices(positions);
+    welded_ = weld_vertices(positions);
     weights_.resize(mesh.triangles.size());
     parallel_for(weights_.size(), kNormalsPerTask, [&](std::size_t begin, std::size_t end) {
       corner_weights(positions, mesh.triangles, mesh.polygons, begin, end, &weights_[begin]);
@@ -45,62 +46,63 @@ HighPolyNormals::Change HighPolyNormals::rebuild(const Mesh& mesh,
 
 std::vector<std::uint32_t> HighPolyNormals::first_of_polygons(
     const Mesh& mesh, std::span<const std::uint32_t> triangles) {
-  std::vector<std::uint32_t> firsts(triangles.begin(), triangles.end());
-  if (mesh.polygons.empty()) return firsts;
-  for (std::uint32_t& t : firsts) {
+  std::vector<std::uint32_t> first_triangles(triangles.begin(), triangles.end());
+  if (mesh.polygons.empty()) return first_triangles;
+  for (std::uint32_t& t : first_triangles) {
     while (t > 0 && mesh.polygons[t - 1] == mesh.polygons[t]) --t;
   }
-  std::sort(firsts.begin(), firsts.end());
-  firsts.erase(std::unique(firsts.begin(), firsts.end()), firsts.end());
-  return firsts;
+  std::sort(first_triangles.begin(), first_triangles.end());
+  first_triangles.erase(std::unique(first_triangles.begin(), first_triangles.end()),
+                        first_triangles.end());
+  return first_triangles;
 }
 
 HighPolyNormals::Change HighPolyNormals::move(const Mesh& mesh, std::span<const Vec3> positions,
                                               std::span<const std::uint32_t> triangles) {
   if (!computed_ && !has_extra(mesh)) return {};
-  if (has_extra(mesh) || weld_vertices(positions) != first_) return rebuild(mesh, positions);
-  const std::vector<std::uint32_t> firsts = first_of_polygons(mesh, triangles);
-  parallel_for(firsts.size(), kNormalsPerTask, [&](std::size_t begin, std::size_t end) {
+  if (has_extra(mesh) || weld_vertices(positions) != welded_) return rebuild(mesh, positions);
+  const std::vector<std::uint32_t> first_triangles = first_of_polygons(mesh, triangles);
+  parallel_for(first_triangles.size(), kNormalsPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const std::uint32_t t = firsts[i];
+      const std::uint32_t t = first_triangles[i];
       corner_weights(positions, mesh.triangles, mesh.polygons, t, t + 1, &weights_[t]);
     }
   });
-  std::vector<std::uint32_t> touched;
+  std::vector<std::uint32_t> touched_entries;
   std::vector<bool> seen(corners_.normals.size());
-  for (const std::uint32_t first : firsts) {
+  for (const std::uint32_t first : first_triangles) {
     std::uint32_t t = first;
     do {
       for (const std::uint32_t entry : corners_.triangles[t]) {
         if (seen[entry]) continue;
         seen[entry] = true;
-        touched.push_back(entry);
+        touched_entries.push_back(entry);
       }
       ++t;
     } while (t < mesh.polygons.size() && mesh.polygons[t] == mesh.polygons[first]);
   }
-  std::sort(touched.begin(), touched.end());
+  std::sort(touched_entries.begin(), touched_entries.end());
   // Sums are computed in triangle order, as for the whole mesh.
-  std::vector<Vec3> sums(touched.size());
-  parallel_for(touched.size(), kNormalsPerTask, [&](std::size_t begin, std::size_t end) {
+  std::vector<Vec3> sums(touched_entries.size());
+  parallel_for(touched_entries.size(), kNormalsPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       Vec3d sum{};
-      double total = 0;
-      for (const std::uint32_t corner : users_.of(touched[i])) {
+      double total_angle = 0;
+      for (const std::uint32_t corner : corners_of_entry_.of(touched_entries[i])) {
         const CornerWeights& weights = weights_[corner / 3];
         sum += weights.normal * weights.angles[corner % 3];
-        total += weights.angles[corner % 3];
+        total_angle += weights.angles[corner % 3];
       }
-      sums[i] = normalized_sum(sum, total);
+      sums[i] = normalized_sum(sum, total_angle);
     }
   });
   Change change;
-  for (std::size_t i = 0; i < touched.size(); ++i) {
+  for (std::size_t i = 0; i < touched_entries.size(); ++i) {
     if (sums[i] == Vec3{}) return rebuild(mesh, positions);
-    Vec3& normal = corners_.normals[touched[i]];
+    Vec3& normal = corners_.normals[touched_entries[i]];
     if (same_bits(normal, sums[i])) continue;
     normal = sums[i];
-    change.entries.push_back(touched[i]);
+    change.entries.push_back(touched_entries[i]);
   }
   return change;
 }

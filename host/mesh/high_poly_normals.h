@@ -25,7 +25,7 @@ struct Adjacency {
     for (std::size_t i = 0; i < items; ++i) {
       if (const std::size_t key = key_of(i); key < keys) ++result.first[key];
     }
-    // Sets the end of each key's list. Placing the items in reverse order moves these to the beginnings.
+    // Sets the end of each key's list. Placing the items in reverse order then moves each end to its list's beginning.
     std::uint32_t sum = 0;
     for (std::uint32_t& list : result.first) list = sum += list;
     result.items.resize(sum);
@@ -60,7 +60,9 @@ class HighPolyNormals {
 
   const CornerNormals& corners() const { return corners_; }
   /// Corners (3 * triangle + corner) that use a pool entry.
-  std::span<const std::uint32_t> corners_of(std::uint32_t entry) const { return users_.of(entry); }
+  std::span<const std::uint32_t> corners_of(std::uint32_t entry) const {
+    return corners_of_entry_.of(entry);
+  }
 
  private:
   Change rebuild(const Mesh& mesh, std::span<const Vec3> positions);
@@ -73,9 +75,9 @@ class HighPolyNormals {
   bool has_extra(const Mesh& mesh) const;
 
   bool computed_;  // True if normals are computed from positions
-  std::vector<std::uint32_t> first_;
+  std::vector<std::uint32_t> welded_;
   CornerNormals corners_;
-  Adjacency users_;
+  Adjacency corners_of_entry_;
   std::vector<CornerWeights> weights_;  // Weights of each triangle, if normals are computed
 };
 

@@ -33,17 +33,17 @@ class NameTable {
   void add(const std::vector<std::uint32_t>& of, const std::vector<std::string>& names,
            std::size_t triangles, const std::string& alone) {
     if (of.empty()) {
-      of_.resize(of_.size() + triangles, number(alone));
+      of_.resize(of_.size() + triangles, number_of_name(alone));
       return;
     }
-    std::vector<std::uint32_t> numbers;
-    numbers.reserve(names.size());
-    for (const std::string& name : names) numbers.push_back(number(name));
-    for (const std::uint32_t name : of) of_.push_back(numbers[name]);
+    std::vector<std::uint32_t> name_numbers;
+    name_numbers.reserve(names.size());
+    for (const std::string& name : names) name_numbers.push_back(number_of_name(name));
+    for (const std::uint32_t name : of) of_.push_back(name_numbers[name]);
   }
 
  private:
-  std::uint32_t number(const std::string& name) {
+  std::uint32_t number_of_name(const std::string& name) {
     const auto [entry, added] = ids_.emplace(name, static_cast<std::uint32_t>(names_.size()));
     if (added) names_.push_back(name);
     return entry->second;

@@ -28,7 +28,7 @@ std::string quoted(const Mesh& mesh) { return "'" + mesh.name + "'"; }
 
 /// Sets a corner's ray direction and distances from a cage.
 void apply_cage(const CageCorners& cage, std::size_t index, LowSurface::Corner& corner) {
-  const Vec3d offset = to_double(cage.outer[index]) - to_double(corner.position);
+  const Vec3d offset = to_double(cage.outer_corners[index]) - to_double(corner.position);
   if (cage.kind == CageKind::offsets) {
     corner.direction = to_float(offset);
     return;
@@ -37,22 +37,23 @@ void apply_cage(const CageCorners& cage, std::size_t index, LowSurface::Corner& 
   corner.outward = static_cast<float>(outward);
   // If the shell coincides with the mesh, the direction is kept.
   if (outward > 0) corner.direction = to_float(offset * (1 / outward));
-  const Vec3d in = to_double(corner.position) - to_double(cage.inner[index]);
+  const Vec3d in = to_double(corner.position) - to_double(cage.inner_corners[index]);
   corner.inward = static_cast<float>(dot(in, to_double(corner.direction)));
 }
 
 /// Default length of rays from a cage: twice the largest distance to the cage, or between shells, because rays may be
 /// more oblique than the offsets at the vertices.
 double longest_ray(const LowSurface& surface) {
-  double outward = 0, inward = 0;
+  double longest_outward = 0, longest_inward = 0;
   for (const std::size_t i : surface.usable_triangles()) {
     for (const LowSurface::Corner& corner : surface.triangles[i]) {
-      const bool offsets = surface.cage_kind == CageKind::offsets;
-      outward = std::max(outward, offsets ? length(to_double(corner.direction)) : corner.outward);
-      inward = std::max(inward, offsets ? 0.0 : double{corner.inward});
+      const bool has_offsets = surface.cage_kind == CageKind::offsets;
+      longest_outward = std::max(
+          longest_outward, has_offsets ? length(to_double(corner.direction)) : corner.outward);
+      longest_inward = std::max(longest_inward, has_offsets ? 0.0 : double{corner.inward});
     }
   }
-  return 2 * (outward + inward);
+  return 2 * (longest_outward + longest_inward);
 }
 
 bool has_area(const Vec3& a, const Vec3& b, const Vec3& c) {
@@ -114,8 +115,8 @@ bool has_uv_area(const std::array<LowSurface::Corner, 3>& corners) {
 
 }  // namespace
 
-std::vector<float> LowSurface::shell(bool inner) const {
-  std::vector<float> values(6 * triangles.size());
+std::vector<float> LowSurface::shell(bool inner_corners) const {
+  std::vector<float> shell_values(6 * triangles.size());
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     if (usable[t] == 0) continue;
     const auto& [a, b, c] = triangles[t];
@@ -123,17 +124,17 @@ std::vector<float> LowSurface::shell(bool inner) const {
                          to_double(c.position) - to_double(a.position));
     normal = normal * (1 / length(normal));
     const Vec3 unit = to_float(normal);
-    values[6 * t] = unit.x;
-    values[6 * t + 1] = unit.y;
-    values[6 * t + 2] = unit.z;
+    shell_values[6 * t] = unit.x;
+    shell_values[6 * t + 1] = unit.y;
+    shell_values[6 * t + 2] = unit.z;
     for (std::size_t k = 0; k < 3; ++k) {
       const Corner& corner = triangles[t][k];
-      const double shell_distance = inner ? corner.inward : corner.outward;
-      values[6 * t + 3 + k] =
+      const double shell_distance = inner_corners ? corner.inward : corner.outward;
+      shell_values[6 * t + 3 + k] =
           static_cast<float>(shell_distance * dot(to_double(corner.direction), normal));
     }
   }
-  return values;
+  return shell_values;
 }
 
 void LowSurface::check(const Mesh& low) {
@@ -163,9 +164,9 @@ LowSurface LowSurface::without_uvs(const Mesh& low, const Frame& frame, const Me
   const CornerNormals normals = corner_normals(low, positions);
   CageCorners corners;
   if (cage != nullptr) corners = read_cage(low, *cage, frame);
-  std::vector<Vec3> directions;
+  std::vector<Vec3> continuous_vertex_directions;
   if (cage == nullptr || corners.kind != CageKind::offsets) {
-    directions = continuous_directions(positions, low.triangles, normals);
+    continuous_vertex_directions = continuous_directions(positions, low.triangles, normals);
   }
 
   const std::size_t count = low.triangles.size();
@@ -177,7 +178,7 @@ LowSurface LowSurface::without_uvs(const Mesh& low, const Frame& frame, const Me
   surface.usable.resize(count);
   parallel_for(count, 1 << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
-      bool finite = true;
+      bool is_finite_triangle = true;
       for (std::size_t k = 0; k < 3; ++k) {
         Corner& corner = surface.triangles[t][k];
         const std::uint32_t vertex = low.triangles[t][k];
@@ -187,15 +188,19 @@ LowSurface LowSurface::without_uvs(const Mesh& low, const Frame& frame, const Me
         if (!low.colors.empty()) {
           corner.straight = static_cast<float>(low.colors[vertex][0]) / 255.0F;
         }
-        if (!directions.empty()) {
+        if (!continuous_vertex_directions.empty()) {
           // The opposite normals of a card without thickness cancel out, so each side uses its own normal.
-          corner.direction = directions[vertex] == Vec3{} ? corner.normal : directions[vertex];
+          corner.direction = continuous_vertex_directions[vertex] == Vec3{}
+                                 ? corner.normal
+                                 : continuous_vertex_directions[vertex];
         }
-        if (!corners.outer.empty()) apply_cage(corners, 3 * t + k, corner);
-        finite = finite && is_finite(corner.direction) && std::isfinite(corner.inward);
+        if (!corners.outer_corners.empty()) apply_cage(corners, 3 * t + k, corner);
+        is_finite_triangle =
+            is_finite_triangle && is_finite(corner.direction) && std::isfinite(corner.inward);
       }
       const auto& [a, b, c] = surface.triangles[t];
-      surface.usable[t] = finite && has_area(a.position, b.position, c.position) ? 1 : 0;
+      surface.usable[t] =
+          is_finite_triangle && has_area(a.position, b.position, c.position) ? 1 : 0;
     }
   });
 

@@ -54,10 +54,10 @@ struct LowSurface {
   /// \throws Error(input) if the mesh has no UVs or no usable triangle
   static LowSurface of(const Mesh& low, const Frame& frame, const Mesh* cage = nullptr,
                        UvCopies copies = UvCopies::plain);
-  // Separate steps of of() for texture sets, which are meshes that only differ in UVs and tangents.
+  // The steps of LowSurface::of(), separately, for texture sets: these meshes differ in UVs and tangents only.
   /// \throws Error(input) for an invalid mesh, or one without UVs
   static void check(const Mesh& low);
-  /// Everything except UVs, tangents and UV copies.
+  /// First step: computes everything except UVs, tangents and UV copies.
   static LowSurface without_uvs(const Mesh& low, const Frame& frame, const Mesh* cage = nullptr);
   /// Triangles of a valid mesh with finite UVs.
   static std::vector<std::uint32_t> find_with_uvs(const Mesh& low);

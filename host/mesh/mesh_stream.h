@@ -26,15 +26,15 @@ class MeshStream {
   virtual bool has_normals() const = 0;
   virtual bool has_colors() const = 0;
 
-  // Each reads consecutive elements from `first` on. \throws Error(input) if the file is damaged
+  // Each function reads consecutive elements from index `first` on. \throws Error(input) if the file is damaged
   virtual void read_positions(std::size_t first, std::span<Vec3> to) const = 0;
   virtual void read_triangles(std::size_t first, std::span<Triangle> to) const = 0;
-  /// Unit normals; zero where the file's cannot be normalised.
+  /// Unit normals; zero where a normal of the file cannot be normalised.
   virtual void read_normals(std::size_t first, std::span<Vec3> to) const = 0;
   virtual void read_colors(std::size_t first, std::span<Color> to) const = 0;
 
   virtual const std::string& name() const = 0;  ///< As Mesh::name
-  virtual const std::string& path() const = 0;  ///< Of the file, for messages
+  virtual const std::string& path() const = 0;  ///< Name of the file, for messages
   /// Identifies the file and its contents: a changed file has another text.
   virtual std::string identity() const = 0;
 };

@@ -12,13 +12,13 @@ constexpr std::size_t kCopiesPerTask = std::size_t{1} << 15;
 
 /// Calls put(i) for every element, in parallel.
 template <typename Put>
-void for_all(std::size_t count, const Put& put) {
+void put_in_parallel(std::size_t count, const Put& put) {
   parallel_for(count, kCopiesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) put(i);
   });
 }
 
-void check(const MeshView& view) {
+void check_view(const MeshView& view) {
   const auto fail = [&](const std::string& problem) {
     throw Error(ErrorCode::input, "Mesh '" + std::string(view.name) + "' has " + problem,
                 "mesh-size");
@@ -46,28 +46,28 @@ void check(const MeshView& view) {
 }
 
 std::vector<Triangle> triangles_of(const MeshView& view) {
-  const auto gathered = [](std::size_t corners, const auto& index) {
+  const auto gather_triangles = [](std::size_t corners, const auto& index) {
     std::vector<Triangle> triangles(corners / 3);
-    for_all(triangles.size(), [&](std::size_t t) {
+    put_in_parallel(triangles.size(), [&](std::size_t t) {
       triangles[t] = {index(3 * t), index(3 * t + 1), index(3 * t + 2)};
     });
     return triangles;
   };
   if (!view.indices.empty()) {
-    return gathered(view.indices.size(), [&](std::size_t i) { return view.indices[i]; });
+    return gather_triangles(view.indices.size(), [&](std::size_t i) { return view.indices[i]; });
   }
   if (!view.indices_16.empty()) {
-    return gathered(view.indices_16.size(),
-                    [&](std::size_t i) { return std::uint32_t{view.indices_16[i]}; });
+    return gather_triangles(view.indices_16.size(),
+                            [&](std::size_t i) { return std::uint32_t{view.indices_16[i]}; });
   }
-  return gathered(view.positions.size(),
-                  [](std::size_t i) { return static_cast<std::uint32_t>(i); });
+  return gather_triangles(view.positions.size(),
+                          [](std::size_t i) { return static_cast<std::uint32_t>(i); });
 }
 
 void copy_tangents(const MeshView& view, Mesh& mesh) {
   if (view.tangents.empty()) return;
   mesh.tangents.resize(3 * mesh.triangles.size());
-  for_all(mesh.triangles.size(), [&](std::size_t t) {
+  put_in_parallel(mesh.triangles.size(), [&](std::size_t t) {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::array<float, 4> tangent = view.tangents[mesh.triangles[t][k]];
       mesh.tangents[3 * t + k] = {{tangent[0], tangent[1], tangent[2]}, tangent[3]};
@@ -78,19 +78,19 @@ void copy_tangents(const MeshView& view, Mesh& mesh) {
 }  // namespace
 
 Mesh to_mesh(const MeshView& view) {
-  check(view);
+  check_view(view);
   Mesh mesh;
   mesh.name = view.name;
   mesh.origin = view.origin;
   mesh.positions.resize(view.positions.size());
-  for_all(view.positions.size(), [&](std::size_t i) {
+  put_in_parallel(view.positions.size(), [&](std::size_t i) {
     const std::array<float, 3> p = view.positions[i];
     mesh.positions[i] = {p[0], p[1], p[2]};
   });
   mesh.triangles = triangles_of(view);
   if (!view.normals.empty()) {
     mesh.normals.resize(view.normals.size());
-    for_all(view.normals.size(), [&](std::size_t i) {
+    put_in_parallel(view.normals.size(), [&](std::size_t i) {
       const std::array<float, 3> n = view.normals[i];
       mesh.normals[i] = {n[0], n[1], n[2]};
     });
@@ -98,7 +98,7 @@ Mesh to_mesh(const MeshView& view) {
   }
   if (!view.uvs.empty()) {
     mesh.uvs.resize(view.uvs.size());
-    for_all(view.uvs.size(), [&](std::size_t i) {
+    put_in_parallel(view.uvs.size(), [&](std::size_t i) {
       const std::array<float, 2> uv = view.uvs[i];
       mesh.uvs[i] = {uv[0], view.flip_v ? 1 - uv[1] : uv[1]};
     });
@@ -106,7 +106,7 @@ Mesh to_mesh(const MeshView& view) {
   }
   if (!view.colors.empty()) {
     mesh.colors.resize(view.colors.size());
-    for_all(view.colors.size(), [&](std::size_t i) { mesh.colors[i] = view.colors[i]; });
+    put_in_parallel(view.colors.size(), [&](std::size_t i) { mesh.colors[i] = view.colors[i]; });
   }
   validate(mesh);  // Validates before indices are used
   copy_tangents(view, mesh);

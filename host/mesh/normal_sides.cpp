@@ -26,16 +26,16 @@ namespace kiln {
 namespace {
 
 /// Signs of a mirror image's axes. The first entry changes nothing, the second negates all axes.
-using Signs = std::array<double, 3>;
-constexpr std::array<Signs, 8> kMirrors = {{{1, 1, 1},
-                                            {-1, -1, -1},
-                                            {-1, 1, 1},
-                                            {1, -1, 1},
-                                            {1, 1, -1},
-                                            {-1, -1, 1},
-                                            {-1, 1, -1},
-                                            {1, -1, -1}}};
-constexpr std::size_t kUnchanged = 0, kTurned = 1;
+using AxisSigns = std::array<double, 3>;
+constexpr std::array<AxisSigns, 8> kMirrorSigns = {{{1, 1, 1},
+                                                    {-1, -1, -1},
+                                                    {-1, 1, 1},
+                                                    {1, -1, 1},
+                                                    {1, 1, -1},
+                                                    {-1, -1, 1},
+                                                    {-1, 1, -1},
+                                                    {1, -1, -1}}};
+constexpr std::size_t kUnchanged = 0, kNegated = 1;
 
 /// Cosine between a triangle's face and its best-fitting normals below which the normals count as opposed.
 constexpr double kMaxOpposedCosine = -0.2;
@@ -49,7 +49,7 @@ constexpr double kMaxMirrorError = 0.02, kMinMirrorGain = 10;
 /// Smallest number of triangles of an open part in which mirror images are detected.
 constexpr std::uint32_t kMinMirrorTriangles = 16;
 /// Mean error of normals below which nothing is checked.
-constexpr double kMaxOrdinaryError = 0.02;
+constexpr double kMaxUsualError = 0.02;
 /// Normals of an open part that fit neither unchanged nor negated (mean error above kMinForeignError) imitate another
 /// shape on purpose. If such parts exceed kMaxForeignShare of the open area, no open part is changed.
 constexpr double kMinForeignError = 0.15, kMaxForeignShare = 0.2;
@@ -58,29 +58,29 @@ constexpr double kMinForeignError = 0.15, kMaxForeignShare = 0.2;
 constexpr double kMinOpenFlux = 0.3, kMinClosedFlux = 1e-3;
 /// Relative flux below which the quick check suspects that a part faces inwards.
 constexpr double kMaxSuspectFlux = -0.02;
-constexpr std::size_t kGrain = std::size_t{1} << 15;
+constexpr std::size_t kTrianglesPerTask = std::size_t{1} << 15;
 
 struct SidePart {
-  double area = 0, opposed = 0;  // Doubled area, in total and with opposed normals
-  std::array<double, kMirrors.size()> off{};
+  double area = 0, opposed_area = 0;  // Doubled area, in total and with opposed normals
+  std::array<double, kMirrorSigns.size()> off{};
   double flux = 0, most_flux = 0;
-  Vec3d middle{};
+  Vec3d centre{};
   Box<Vec3d> box;
-  std::uint32_t first = 0, triangles = 0;
+  std::uint32_t lowest_triangle = 0, triangles = 0;
   bool open = false;
 
-  bool is_used() const { return area > 0; }
+  bool has_area() const { return area > 0; }
   /// Flux out of the part's centre, relative to its maximum: positive if it faces outwards.
   double outward() const { return most_flux > 0 ? flux / most_flux : 0; }
   /// 1 if the part faces outwards, -1 if it faces inwards, 0 if it is a sheet, which has no inside.
   int side() const {
-    const double least = open ? kMinOpenFlux : kMinClosedFlux;
-    return outward() > least ? 1 : outward() < -least ? -1 : 0;
+    const double min_flux = open ? kMinOpenFlux : kMinClosedFlux;
+    return outward() > min_flux ? 1 : outward() < -min_flux ? -1 : 0;
   }
 };
 
 struct SideFace {
-  Vec3d normal{}, middle{};  // `normal` is a unit vector if the area is positive
+  Vec3d normal{}, centre{};  // `normal` is a unit vector if the area is positive
   double area = 0;           // Doubled area
 };
 
@@ -94,13 +94,13 @@ SideFace face_of(const Mesh& mesh, std::size_t t) {
   if (!(size > 0) || !std::isfinite(size)) return face;
   face.area = size;
   face.normal = face.normal * (1 / size);
-  face.middle = (a + b + c) * (1.0 / 3);
+  face.centre = (a + b + c) * (1.0 / 3);
   return face;
 }
 
 /// Largest cosine between a triangle's normals and its face, or the smooth surface.
-double agreement(const Mesh& mesh, const std::vector<Vec3>& smooth, std::size_t t,
-                 const Vec3d& face, const Signs& signs) {
+double mean_normal_cosine(const Mesh& mesh, const std::vector<Vec3>& smooth, std::size_t t,
+                          const Vec3d& face, const AxisSigns& signs) {
   double sum = 0;
   int count = 0;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -142,7 +142,7 @@ MeshParts parts_of(const Mesh& mesh) {
     const std::uint32_t root = sets.find(t);  // Lowest triangle of the part
     if (root == t) {
       parts.of[t] = static_cast<std::uint32_t>(parts.list.size());
-      parts.list.emplace_back().first = t;
+      parts.list.emplace_back().lowest_triangle = t;
     }
     SidePart& part = parts.list[parts.of[t] = parts.of[root]];
     part.open = part.open || open[t] != 0;
@@ -150,17 +150,17 @@ MeshParts parts_of(const Mesh& mesh) {
     const SideFace face = face_of(mesh, t);
     if (face.area == 0) continue;
     part.area += face.area;
-    part.middle += face.middle * face.area;
+    part.centre += face.centre * face.area;
     for (const std::uint32_t v : mesh.triangles[t]) part.box.add(to_double(mesh.positions[v]));
   }
   for (SidePart& part : parts.list) {
-    if (part.is_used()) part.middle = part.middle * (1 / part.area);
+    if (part.has_area()) part.centre = part.centre * (1 / part.area);
   }
   for (std::uint32_t t = 0; t < welded.size(); ++t) {
     const SideFace face = face_of(mesh, t);
     if (face.area == 0) continue;
     SidePart& part = parts.list[parts.of[t]];
-    const Vec3d offset = face.middle - part.middle;
+    const Vec3d offset = face.centre - part.centre;
     part.flux += face.area * dot(offset, face.normal);
     part.most_flux += face.area * length(offset);
   }
@@ -168,18 +168,18 @@ MeshParts parts_of(const Mesh& mesh) {
 }
 
 /// True if a quick check finds no unusual normals.
-bool is_ordinary(const Mesh& mesh) {
-  const std::size_t pieces = (mesh.triangles.size() + kGrain - 1) / kGrain;
+bool has_usual_normals(const Mesh& mesh) {
+  const std::size_t pieces = (mesh.triangles.size() + kTrianglesPerTask - 1) / kTrianglesPerTask;
   std::vector<std::pair<double, double>> sums(pieces);  // Area, and area times error, of each chunk
-  std::atomic<bool> opposed{false};
-  parallel_for(mesh.triangles.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  std::atomic<bool> has_opposed{false};
+  parallel_for(mesh.triangles.size(), kTrianglesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       const SideFace face = face_of(mesh, t);
       if (face.area == 0) continue;
-      const double cosine = agreement(mesh, {}, t, face.normal, kMirrors[kUnchanged]);
-      if (cosine < kMaxOpposedCosine) opposed = true;
-      sums[begin / kGrain].first += face.area;
-      sums[begin / kGrain].second += face.area * (1 - cosine);
+      const double cosine = mean_normal_cosine(mesh, {}, t, face.normal, kMirrorSigns[kUnchanged]);
+      if (cosine < kMaxOpposedCosine) has_opposed = true;
+      sums[begin / kTrianglesPerTask].first += face.area;
+      sums[begin / kTrianglesPerTask].second += face.area * (1 - cosine);
     }
   });
   double area = 0, off = 0;
@@ -187,48 +187,50 @@ bool is_ordinary(const Mesh& mesh) {
     area += a;
     off += o;
   }
-  return !opposed && !(off > kMaxOrdinaryError * area);
+  return !has_opposed && !(off > kMaxUsualError * area);
 }
 
 /// A detected error of a part.
 struct Fault {
   std::size_t mirror = kUnchanged;  ///< Mirroring after which the normals fit the faces
-  bool faces = false;               ///< True if the faces are wrong, not the normals
+  bool has_wrong_faces = false;     ///< True if the faces are wrong, not the normals
   bool is_decided = false;
 };
 
 class FaultFinder {
  public:
-  FaultFinder(const Mesh& mesh, MeshParts& parts, Trusted trust) : parts_(parts), trust_(trust) {
-    measure(mesh);
-    faults_.resize(parts.list.size());
+  FaultFinder(const Mesh& mesh, MeshParts& parts, Trusted trust) : parts_(parts), trusted_(trust) {
+    measure_errors(mesh);
+    fault_of_part_.resize(parts.list.size());
     const bool styled = has_foreign_normals();
     for (std::size_t p = 0; p < parts.list.size(); ++p) {
-      if (!(parts.list[p].open && styled)) faults_[p].mirror = mirror_of(parts.list[p]);
+      if (!(parts.list[p].open && styled)) fault_of_part_[p].mirror = mirror_of(parts.list[p]);
     }
     find_faults();
   }
-  const Fault& fault(std::uint32_t triangle) const { return faults_[parts_.of[triangle]]; }
+  const Fault& fault_of(std::uint32_t triangle) const {
+    return fault_of_part_[parts_.of[triangle]];
+  }
   bool has_foreign_part(std::uint32_t triangle) const {
     const SidePart& part = parts_.list[parts_.of[triangle]];
-    return fault(triangle).mirror == kUnchanged && part.triangles >= kMinMirrorTriangles &&
-           2 * part.opposed > part.area;
+    return fault_of(triangle).mirror == kUnchanged && part.triangles >= kMinMirrorTriangles &&
+           2 * part.opposed_area > part.area;
   }
 
  private:
-  void measure(const Mesh& mesh) {
+  void measure_errors(const Mesh& mesh) {
     const std::vector<Triangle> welded = welded_triangles(mesh);
     std::vector<Vec3> smooth = vertex_normals(mesh.positions, welded, mesh.polygons);
-    const std::vector<std::uint32_t> first = weld_vertices(mesh.positions);
-    for (std::size_t v = 0; v < smooth.size(); ++v) smooth[v] = smooth[first[v]];
+    const std::vector<std::uint32_t> welded_vertices = weld_vertices(mesh.positions);
+    for (std::size_t v = 0; v < smooth.size(); ++v) smooth[v] = smooth[welded_vertices[v]];
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
       const SideFace face = face_of(mesh, t);
       if (face.area == 0) continue;
       SidePart& part = parts_.list[parts_.of[t]];
-      for (std::size_t m = 0; m < kMirrors.size(); ++m) {
-        const double cosine = agreement(mesh, smooth, t, face.normal, kMirrors[m]);
+      for (std::size_t m = 0; m < kMirrorSigns.size(); ++m) {
+        const double cosine = mean_normal_cosine(mesh, smooth, t, face.normal, kMirrorSigns[m]);
         part.off[m] += face.area * (1 - cosine) / part.area;
-        if (m == kUnchanged && cosine < kMaxOpposedCosine) part.opposed += face.area;
+        if (m == kUnchanged && cosine < kMaxOpposedCosine) part.opposed_area += face.area;
       }
     }
   }
@@ -239,7 +241,7 @@ class FaultFinder {
       if (!part.open) continue;
       open += part.area;
       const std::size_t mirrors =
-          part.triangles < kMinMirrorTriangles ? kTurned + 1 : kMirrors.size();
+          part.triangles < kMinMirrorTriangles ? kNegated + 1 : kMirrorSigns.size();
       if (*std::min_element(part.off.begin(), part.off.begin() + mirrors) > kMinForeignError) {
         neither += part.area;
       }
@@ -248,9 +250,9 @@ class FaultFinder {
   }
 
   static std::size_t mirror_of(const SidePart& part) {
-    if (!part.is_used()) return kUnchanged;
-    if (part.opposed >= kMinOpposedShare * part.area && part.off[kTurned] < kMaxNegatedError)
-      return kTurned;
+    if (!part.has_area()) return kUnchanged;
+    if (part.opposed_area >= kMinOpposedShare * part.area && part.off[kNegated] < kMaxNegatedError)
+      return kNegated;
     if (part.open && part.triangles < kMinMirrorTriangles) return kUnchanged;
     const auto best = std::min_element(part.off.begin(), part.off.end());
     if (!(*best < kMaxMirrorError && kMinMirrorGain * *best < part.off[kUnchanged]))
@@ -258,17 +260,17 @@ class FaultFinder {
     // Flat parts and rods may fit several mirrorings.
     const auto fits = [&](std::size_t m) { return part.off[m] < *best + 1e-6; };
     if (fits(kUnchanged)) return kUnchanged;
-    return fits(kTurned) ? kTurned : static_cast<std::size_t>(best - part.off.begin());
+    return fits(kNegated) ? kNegated : static_cast<std::size_t>(best - part.off.begin());
   }
 
   void find_faults() {
     std::vector<std::uint32_t> faulty, solid;
-    for (std::uint32_t p = 0; p < faults_.size(); ++p) {
-      if (faults_[p].mirror == kUnchanged) continue;
+    for (std::uint32_t p = 0; p < fault_of_part_.size(); ++p) {
+      if (fault_of_part_[p].mirror == kUnchanged) continue;
       faulty.push_back(p);
       if (parts_.list[p].side() == 0) continue;
-      faults_[p].is_decided = true;
-      faults_[p].faces = parts_.list[p].side() < 0;
+      fault_of_part_[p].is_decided = true;
+      fault_of_part_[p].has_wrong_faces = parts_.list[p].side() < 0;
       solid.push_back(p);
     }
     // Parts are processed from the largest to the smallest, since a part within another, such as the inner wall of a
@@ -280,46 +282,51 @@ class FaultFinder {
     for (std::size_t i = 1; i < solid.size(); ++i) {
       for (std::size_t k = 0; k < std::min(i, kMaxContainers); ++k) {
         if (!parts_.list[solid[k]].box.contains(parts_.list[solid[i]].box)) continue;
-        faults_[solid[i]].faces = faults_[solid[k]].faces;
+        fault_of_part_[solid[i]].has_wrong_faces = fault_of_part_[solid[k]].has_wrong_faces;
         break;
       }
     }
-    double faces = 0, normals = 0;  // Total areas of the parts with either error
-    for (const std::uint32_t p : solid) (faults_[p].faces ? faces : normals) += parts_.list[p].area;
+    double face_error_area = 0,
+           normal_error_area = 0;  // Total areas of the parts with either error
+    for (const std::uint32_t p : solid)
+      (fault_of_part_[p].has_wrong_faces ? face_error_area : normal_error_area) +=
+          parts_.list[p].area;
     // A faulty part whose faces are opposed to a correct neighbour is reversed.
     for (const auto& [a, b] : parts_.opposed_pairs) {
       for (const auto& [own, other] :
            {std::pair(parts_.of[a], parts_.of[b]), std::pair(parts_.of[b], parts_.of[a])}) {
-        if (faults_[own].mirror == kUnchanged || faults_[own].is_decided ||
-            faults_[other].mirror != kUnchanged) {
+        if (fault_of_part_[own].mirror == kUnchanged || fault_of_part_[own].is_decided ||
+            fault_of_part_[other].mirror != kUnchanged) {
           continue;
         }
-        faults_[own].is_decided = faults_[own].faces = true;
+        fault_of_part_[own].is_decided = fault_of_part_[own].has_wrong_faces = true;
       }
     }
     for (const std::uint32_t p : faulty) {
-      if (faults_[p].is_decided) continue;
-      faults_[p].faces = faces != normals ? faces > normals : trust_ == Trusted::normals;
-      faults_[p].is_decided = faces != normals;
+      if (fault_of_part_[p].is_decided) continue;
+      fault_of_part_[p].has_wrong_faces = face_error_area != normal_error_area
+                                              ? face_error_area > normal_error_area
+                                              : trusted_ == Trusted::normals;
+      fault_of_part_[p].is_decided = face_error_area != normal_error_area;
     }
   }
 
   MeshParts& parts_;
-  Trusted trust_;
-  std::vector<Fault> faults_;
+  Trusted trusted_;
+  std::vector<Fault> fault_of_part_;
 };
 
 /// Replaces normals of triangles; each new normal is created once.
-class OtherNormals {
+class MirroredNormals {
  public:
-  explicit OtherNormals(Mesh& mesh) : mesh_(mesh) {}
-  void give(std::size_t t, const Signs& signs, std::size_t which) {
+  explicit MirroredNormals(Mesh& mesh) : mesh_(mesh) {}
+  void give(std::size_t t, const AxisSigns& signs, std::size_t which) {
     for (std::size_t k = 0; k < 3; ++k) {
       std::uint32_t& n = mesh_.normal_triangles[t][k];
       const Vec3 own = mesh_.normals[n];
       if (!is_usable_normal(own)) continue;
-      const auto [found, is_new] =
-          other_.try_emplace({n, which}, static_cast<std::uint32_t>(mesh_.normals.size()));
+      const auto [found, is_new] = changed_normals_.try_emplace(
+          {n, which}, static_cast<std::uint32_t>(mesh_.normals.size()));
       if (is_new) {
         mesh_.normals.push_back({own.x * static_cast<float>(signs[0]),
                                  own.y * static_cast<float>(signs[1]),
@@ -332,7 +339,7 @@ class OtherNormals {
 
  private:
   Mesh& mesh_;
-  std::map<std::pair<std::uint32_t, std::size_t>, std::uint32_t> other_;
+  std::map<std::pair<std::uint32_t, std::size_t>, std::uint32_t> changed_normals_;
 };
 
 void reverse_triangle(Mesh& mesh, std::size_t t) {
@@ -348,37 +355,37 @@ void reverse_triangle(Mesh& mesh, std::size_t t) {
 AgreedNormals agree_normals(Mesh& mesh, Trusted trust) {
   validate(mesh);
   AgreedNormals result;
-  if (mesh.normal_triangles.empty() || is_ordinary(mesh)) return result;
+  if (mesh.normal_triangles.empty() || has_usual_normals(mesh)) return result;
   MeshParts parts = parts_of(mesh);
-  const FaultFinder finder(mesh, parts, trust);
-  OtherNormals other(mesh);
-  std::optional<std::uint32_t> first;
+  const FaultFinder fault_finder(mesh, parts, trust);
+  MirroredNormals mirrored_normals(mesh);
+  std::optional<std::uint32_t> first_faulty;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-    const Fault& fault = finder.fault(t);
-    const bool strange = finder.has_foreign_part(t);
+    const Fault& fault = fault_finder.fault_of(t);
+    const bool strange = fault_finder.has_foreign_part(t);
     if (strange) ++result.strange;
-    if ((strange || fault.mirror != kUnchanged) && !first) first = t;
+    if ((strange || fault.mirror != kUnchanged) && !first_faulty) first_faulty = t;
     if (fault.mirror == kUnchanged) continue;
-    Signs signs = kMirrors[fault.mirror];
-    if (fault.faces) {
+    AxisSigns signs = kMirrorSigns[fault.mirror];
+    if (fault.has_wrong_faces) {
       for (double& sign : signs) sign = -sign;
     }
-    const bool turned = std::equal(signs.begin(), signs.end(), kMirrors[kTurned].begin());
-    const bool as_is = std::equal(signs.begin(), signs.end(), kMirrors[kUnchanged].begin());
-    if (!as_is && !turned && !mesh.tangents.empty()) {
+    const bool is_negated = std::equal(signs.begin(), signs.end(), kMirrorSigns[kNegated].begin());
+    const bool as_is = std::equal(signs.begin(), signs.end(), kMirrorSigns[kUnchanged].begin());
+    if (!as_is && !is_negated && !mesh.tangents.empty()) {
       throw Error(ErrorCode::input,
                   "Mesh '" + mesh.name +
                       "' has normals of its mirror image, and tangents, so that neither can be "
                       "trusted: export it again, or leave its tangents out.",
                   "mirrored-normals");
     }
-    if (!as_is) other.give(t, signs, 2 * fault.mirror + (fault.faces ? 1 : 0));
-    if (fault.faces) reverse_triangle(mesh, t);
-    ++(fault.faces ? result.faces : result.normals);
-    result.mirrored += as_is || turned ? 0 : 1;
+    if (!as_is) mirrored_normals.give(t, signs, 2 * fault.mirror + (fault.has_wrong_faces ? 1 : 0));
+    if (fault.has_wrong_faces) reverse_triangle(mesh, t);
+    ++(fault.has_wrong_faces ? result.faces : result.normals);
+    result.mirrored += as_is || is_negated ? 0 : 1;
     result.unclear += fault.is_decided ? 0 : 1;
   }
-  result.first = first.value_or(0);
+  result.first = first_faulty.value_or(0);
   return result;
 }
 
@@ -392,56 +399,56 @@ bool may_face_inwards(const Mesh& mesh, std::span<const Triangle> triangles) {
     sets.join(t[0], t[2]);
   }
   struct Sums {
-    Vec3d middle{};
+    Vec3d centre{};
     double area = 0, flux = 0, most = 0;
-    void add_middle(const SideFace& face) {
-      middle += face.middle * face.area;
+    void add_centre(const SideFace& face) {
+      centre += face.centre * face.area;
       area += face.area;
     }
     void add_flux(const SideFace& face, const Sums& part) {
-      const Vec3d offset = face.middle - part.middle * (1 / part.area);
+      const Vec3d offset = face.centre - part.centre * (1 / part.area);
       flux += face.area * dot(offset, face.normal);
       most += face.area * length(offset);
     }
     bool may_face_inwards() const { return flux < kMaxSuspectFlux * most; }
   };
   // Number of each part, indexed by the vertex that identifies it.
-  std::vector<std::uint32_t> number(mesh.positions.size(), 0);
+  std::vector<std::uint32_t> part_numbers(mesh.positions.size(), 0);
   std::vector<Sums> sums;
   for (const Triangle& t : triangles) {
-    std::uint32_t& of = number[sets.find(t[0])];
+    std::uint32_t& of = part_numbers[sets.find(t[0])];
     if (of != 0) continue;
     sums.emplace_back();
     of = static_cast<std::uint32_t>(sums.size());
   }
   if (sums.size() == 1) {  // All threads sum chunks of a single part
-    std::vector<Sums> pieces((triangles.size() + kGrain - 1) / kGrain);
+    std::vector<Sums> pieces((triangles.size() + kTrianglesPerTask - 1) / kTrianglesPerTask);
     const auto each = [&](const auto& add) {
-      parallel_for(triangles.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+      parallel_for(triangles.size(), kTrianglesPerTask, [&](std::size_t begin, std::size_t end) {
         for (std::size_t t = begin; t < end; ++t) {
           if (const SideFace face = face_of(mesh, t); face.area != 0)
-            add(pieces[begin / kGrain], face);
+            add(pieces[begin / kTrianglesPerTask], face);
         }
       });
     };
-    each([](Sums& piece, const SideFace& face) { piece.add_middle(face); });
-    Sums whole;
+    each([](Sums& piece, const SideFace& face) { piece.add_centre(face); });
+    Sums total_sums;
     for (const Sums& piece : pieces) {
-      whole.middle += piece.middle;
-      whole.area += piece.area;
+      total_sums.centre += piece.centre;
+      total_sums.area += piece.area;
     }
-    each([&](Sums& piece, const SideFace& face) { piece.add_flux(face, whole); });
+    each([&](Sums& piece, const SideFace& face) { piece.add_flux(face, total_sums); });
     for (const Sums& piece : pieces) {
-      whole.flux += piece.flux;
-      whole.most += piece.most;
+      total_sums.flux += piece.flux;
+      total_sums.most += piece.most;
     }
-    return whole.may_face_inwards();
+    return total_sums.may_face_inwards();
   }
   const auto part = [&](std::size_t t) -> Sums& {
-    return sums[number[sets.find(triangles[t][0])] - 1];
+    return sums[part_numbers[sets.find(triangles[t][0])] - 1];
   };
   for (std::size_t t = 0; t < triangles.size(); ++t) {
-    if (const SideFace face = face_of(mesh, t); face.area != 0) part(t).add_middle(face);
+    if (const SideFace face = face_of(mesh, t); face.area != 0) part(t).add_centre(face);
   }
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     if (const SideFace face = face_of(mesh, t); face.area != 0) part(t).add_flux(face, part(t));
@@ -460,7 +467,7 @@ InwardParts inward_parts(const Mesh& mesh) {
   const MeshParts parts = parts_of(mesh);
   std::vector<const SidePart*> inward, outward;
   for (const SidePart& part : parts.list) {
-    if (!part.is_used() || part.side() == 0) continue;
+    if (!part.has_area() || part.side() == 0) continue;
     (part.side() < 0 ? inward : outward).push_back(&part);
   }
   result.parts = inward.size() + outward.size();
@@ -471,7 +478,8 @@ InwardParts inward_parts(const Mesh& mesh) {
                     [&](const SidePart* other) { return other->box.contains(part->box); })) {
       continue;
     }
-    if (result.count++ == 0) result.example = mesh.positions[mesh.triangles[part->first][0]];
+    if (result.count++ == 0)
+      result.example = mesh.positions[mesh.triangles[part->lowest_triangle][0]];
   }
   return result;
 }

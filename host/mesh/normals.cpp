@@ -51,10 +51,10 @@ namespace {
 template <typename Add>
 void for_each_weights(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                       std::span<const std::uint32_t> polygons, const Add& add) {
-  constexpr std::size_t kChunk = 1 << 19;
+  constexpr std::size_t kTrianglesPerChunk = 1 << 19;
   std::vector<CornerWeights> weights;
   for (std::size_t first = 0, last = 0; first < triangles.size(); first = last) {
-    last = std::min(first + kChunk, triangles.size());
+    last = std::min(first + kTrianglesPerChunk, triangles.size());
     // Extends the chunk to whole polygons.
     while (!polygons.empty() && last < triangles.size() && polygons[last] == polygons[last - 1]) {
       ++last;
@@ -68,12 +68,13 @@ void for_each_weights(std::span<const Vec3> positions, std::span<const Triangle>
 }
 
 /// Normalizes sums; zero if their terms cancel out.
-/// \param totals  summed lengths of the terms
-std::vector<Vec3> normalized(const std::vector<Vec3d>& sums, const std::vector<double>& totals) {
+/// \param total_weights  summed lengths of the terms
+std::vector<Vec3> normalized_sums(const std::vector<Vec3d>& sums,
+                                  const std::vector<double>& total_weights) {
   std::vector<Vec3> result(sums.size());
   parallel_for(sums.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      result[i] = normalized_sum(sums[i], totals[i]);
+      result[i] = normalized_sum(sums[i], total_weights[i]);
     }
   });
   return result;
@@ -86,15 +87,15 @@ std::vector<Vec3> summed_normals(std::span<const Vec3> positions,
                                  std::span<const std::uint32_t> polygons,
                                  std::span<const Triangle> sums_of) {
   std::vector<Vec3d> sums(positions.size());
-  std::vector<double> totals(positions.size());
+  std::vector<double> total_weights(positions.size());
   for_each_weights(positions, triangles, polygons,
                    [&](std::size_t i, const CornerWeights& weights) {
                      for (std::size_t k = 0; k < 3; ++k) {
                        sums[sums_of[i][k]] += weights.normal * weights.angles[k];
-                       totals[sums_of[i][k]] += weights.angles[k];
+                       total_weights[sums_of[i][k]] += weights.angles[k];
                      }
                    });
-  return normalized(sums, totals);
+  return normalized_sums(sums, total_weights);
 }
 
 }  // namespace
@@ -125,21 +126,21 @@ void warn_of_normals(const Mesh& mesh, std::vector<Warning>& warnings) {
     return;
   }
   std::uint64_t count = 0;
-  std::size_t example = 0;
+  std::size_t example_triangle = 0;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const Triangle& corners = mesh.normal_triangles[i];
     const bool lost = std::any_of(corners.begin(), corners.end(), [&](std::uint32_t n) {
       return !is_usable_normal(mesh.normals[n]);
     });
     if (!lost || !has_area(mesh.positions, mesh.triangles[i])) continue;
-    if (count++ == 0) example = i;
+    if (count++ == 0) example_triangle = i;
   }
   if (count == 0) return;
   warnings.push_back({"normals-computed",
                       std::to_string(count) + (count == 1 ? " triangle" : " triangles") + " of '" +
                           mesh.name +
                           "' have a normal that is zero or not a number, for example triangle " +
-                          std::to_string(example) +
+                          std::to_string(example_triangle) +
                           ": normals of the faces around stand there. Compute the mesh's normals "
                           "anew if its shading should be its own.",
                       count});
@@ -184,7 +185,7 @@ CornerNormals corner_normals(const Mesh& mesh, std::span<const Vec3> frame_posit
 
 void use_given_normals(std::span<const Triangle> triangles, CornerNormals& corners,
                        const std::function<std::vector<Vec3>()>& compute) {
-  std::vector<Vec3> computed;  // Only computed if some normal is invalid
+  std::vector<Vec3> computed_normals;  // Only computed if some normal is invalid
   for_each_alive(corners.normals.size(), [&](std::size_t i) {
     Vec3& n = corners.normals[i];
     if (is_usable_normal(n)) n = to_float(to_double(n) * (1 / length(to_double(n))));
@@ -192,9 +193,9 @@ void use_given_normals(std::span<const Triangle> triangles, CornerNormals& corne
   for_each_alive(corners.triangles.size(), [&](std::size_t i) {
     for (std::size_t k = 0; k < 3; ++k) {
       if (is_usable_normal(corners.normals[corners.triangles[i][k]])) continue;
-      if (computed.empty()) computed = compute();
+      if (computed_normals.empty()) computed_normals = compute();
       corners.triangles[i][k] = static_cast<std::uint32_t>(corners.normals.size());
-      corners.normals.push_back(computed[triangles[i][k]]);
+      corners.normals.push_back(computed_normals[triangles[i][k]]);
     }
   });
 }
@@ -205,22 +206,22 @@ std::vector<Vec3> continuous_directions(std::span<const Vec3> positions,
   const std::vector<std::uint32_t> first = weld_vertices(positions);
   std::vector<Vec3d> sums(positions.size());
   std::vector<Vec3d> face_sums(positions.size());
-  std::vector<double> totals(positions.size());
+  std::vector<double> total_weights(positions.size());
   for_each_weights(positions, triangles, {}, [&](std::size_t i, const CornerWeights& weights) {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t vertex = first[triangles[i][k]];
       sums[vertex] += to_double(corners.normals[corners.triangles[i][k]]) * weights.angles[k];
       face_sums[vertex] += weights.normal * weights.angles[k];
-      totals[vertex] += weights.angles[k];
+      total_weights[vertex] += weights.angles[k];
     }
   });
   // If corner normals cancel out, face normals may still have a direction.
   for (std::size_t i = 0; i < sums.size(); ++i) {
-    const bool card = length(face_sums[i]) <= kMinSumRatio * totals[i];
-    if (length(sums[i]) <= (card ? kMinAgreement : kMinSumRatio) * totals[i])
+    const bool card = length(face_sums[i]) <= kMinSumRatio * total_weights[i];
+    if (length(sums[i]) <= (card ? kMinAgreement : kMinSumRatio) * total_weights[i])
       sums[i] = face_sums[i];
   }
-  std::vector<Vec3> result = normalized(sums, totals);
+  std::vector<Vec3> result = normalized_sums(sums, total_weights);
   for (std::size_t i = 0; i < result.size(); ++i) result[i] = result[first[i]];
   return result;
 }

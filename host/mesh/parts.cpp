@@ -25,7 +25,8 @@ constexpr std::size_t kMaxPatternGuesses = 8;
 
 /// The shortest text for which the pattern's first `*` stands; empty for a pattern without one. nullopt if the text
 /// does not match. Texts between stars match at their first occurrence, which is sufficient.
-std::optional<std::string_view> first_star(std::string_view text, std::string_view pattern) {
+std::optional<std::string_view> text_of_first_star(std::string_view text,
+                                                   std::string_view pattern) {
   const std::size_t first = pattern.find('*'), last = pattern.rfind('*');
   if (first == std::string_view::npos) {
     return text == pattern ? std::optional(text.substr(0, 0)) : std::nullopt;
@@ -34,12 +35,12 @@ std::optional<std::string_view> first_star(std::string_view text, std::string_vi
   if (text.size() < head.size() + tail.size() || !text.starts_with(head) || !text.ends_with(tail)) {
     return std::nullopt;
   }
-  const std::string_view middle = text.substr(0, text.size() - tail.size());
-  std::size_t at = first, star_end = middle.size();
+  const std::string_view middle_text = text.substr(0, text.size() - tail.size());
+  std::size_t at = first, star_end = middle_text.size();
   for (std::size_t p = first + 1; p <= last;) {
     const std::size_t next = pattern.find('*', p);
     const std::string_view piece = pattern.substr(p, next - p);
-    const std::size_t found = middle.find(piece, at);
+    const std::size_t found = middle_text.find(piece, at);
     if (found == std::string_view::npos) return std::nullopt;
     if (p == first + 1) star_end = found;
     at = found + piece.size();
@@ -91,7 +92,7 @@ class PartNamer {
       for (const auto* patterns : {is_low ? &low_ : &high_, is_low ? &high_ : nullptr}) {
         if (patterns == nullptr) continue;
         for (const std::string& pattern : *patterns) {
-          const auto part = first_star(text, pattern);
+          const auto part = text_of_first_star(text, pattern);
           if (part && !part->empty()) return group.substr(pattern.find('*'), part->size());
         }
       }
@@ -107,37 +108,39 @@ class PartNamer {
     void add(const std::string& pattern, std::size_t pair) {
       const std::size_t first = pattern.find('*');
       if (first == std::string::npos) {
-        literal_.emplace(pattern, pair);
+        pair_of_plain_name_.emplace(pattern, pair);
         return;
       }
       const std::size_t last = pattern.rfind('*');
-      std::string middle;
+      std::string longest_middle;
       for (std::size_t p = first + 1; p <= last;) {
         const std::size_t next = pattern.find('*', p);
-        if (next - p > middle.size()) middle = pattern.substr(p, next - p);
+        if (next - p > longest_middle.size()) longest_middle = pattern.substr(p, next - p);
         p = next + 1;
       }
       const std::string head = pattern.substr(0, first), tail = pattern.substr(last + 1);
-      patterns_[{head.size(), tail.size(), middle.size()}][head + tail + middle].emplace_back(
-          pattern, pair);
+      patterns_[{head.size(), tail.size(), longest_middle.size()}][head + tail + longest_middle]
+          .emplace_back(pattern, pair);
     }
     std::optional<std::size_t> first(const std::string& name) const {
       std::optional<std::size_t> pair;
-      if (const auto whole = literal_.find(name); whole != literal_.end()) pair = whole->second;
+      if (const auto whole = pair_of_plain_name_.find(name); whole != pair_of_plain_name_.end())
+        pair = whole->second;
       std::unordered_set<const Patterns*> tried_patterns;
       for (const auto& [sizes, by_key] : patterns_) {
-        const auto& [head, tail, middle] = sizes;
-        if (head + tail + middle > name.size()) continue;
+        const auto& [head, tail, longest_middle] = sizes;
+        if (head + tail + longest_middle > name.size()) continue;
         const std::size_t end = name.size() - tail;
         std::string key = name.substr(0, head) + name.substr(end);
         const std::size_t fixed = key.size();
-        for (std::size_t at = head; at + middle <= (middle == 0 ? head : end); ++at) {
-          key.replace(fixed, key.size() - fixed, name, at, middle);
+        for (std::size_t at = head; at + longest_middle <= (longest_middle == 0 ? head : end);
+             ++at) {
+          key.replace(fixed, key.size() - fixed, name, at, longest_middle);
           const auto with = by_key.find(key);
           if (with == by_key.end() || !tried_patterns.insert(&with->second).second) continue;
           for (const auto& [pattern, number] : with->second) {
             if (pair && *pair <= number) break;
-            if (first_star(name, pattern)) pair = number;
+            if (text_of_first_star(name, pattern)) pair = number;
           }
         }
       }
@@ -146,7 +149,7 @@ class PartNamer {
 
    private:
     using Patterns = std::vector<std::pair<std::string, std::size_t>>;
-    std::unordered_map<std::string, std::size_t> literal_;
+    std::unordered_map<std::string, std::size_t> pair_of_plain_name_;
     /// Patterns by the lengths of a key's three texts, then by the key.
     std::map<std::array<std::size_t, 3>, std::unordered_map<std::string, Patterns>> patterns_;
   };
@@ -166,13 +169,13 @@ std::size_t edit_distance(std::string_view a, std::string_view b, std::size_t li
   for (std::size_t i = 1; i <= a.size(); ++i) {
     const std::size_t from = i > limit ? i - limit : 1, to = std::min(b.size(), i + limit);
     std::size_t corner = std::exchange(row[from - 1], from == 1 ? std::min(i, limit) : limit);
-    std::size_t least = row[from - 1];
+    std::size_t row_minimum = row[from - 1];
     for (std::size_t j = from; j <= to; ++j) {
       const std::size_t changed = corner + (a[i - 1] == b[j - 1] ? 0 : 1);
       corner = std::exchange(row[j], std::min({changed, row[j] + 1, row[j - 1] + 1, limit}));
-      least = std::min(least, row[j]);
+      row_minimum = std::min(row_minimum, row[j]);
     }
-    if (least >= limit) return limit;
+    if (row_minimum >= limit) return limit;
   }
   return row.back();
 }
@@ -180,16 +183,17 @@ std::size_t edit_distance(std::string_view a, std::string_view b, std::size_t li
 /// The most similar name, or the first of several such names; null if no name is similar.
 const std::string* most_similar_name(const std::string& name,
                                      const std::vector<std::string>& others) {
-  const std::string* nearest = nullptr;
-  std::size_t least = kMaxEdits;
+  const std::string* nearest_name = nullptr;
+  std::size_t smallest_distance = kMaxEdits;
   for (const std::string& other : others) {
-    const std::size_t changed = edit_distance(name, other, least);
-    if (changed < least) std::tie(least, nearest) = std::pair(changed, &other);
+    const std::size_t changed = edit_distance(name, other, smallest_distance);
+    if (changed < smallest_distance)
+      std::tie(smallest_distance, nearest_name) = std::pair(changed, &other);
   }
-  return nearest;
+  return nearest_name;
 }
 
-std::string quoted(const std::string& name) {
+std::string quote_name(const std::string& name) {
   return "'" + (name.size() > kMaxNameLength ? name.substr(0, kMaxNameLength) + "..." : name) + "'";
 }
 
@@ -213,15 +217,15 @@ NameKind name_kind_of(PartsBy by) {
 
 /// A mesh's groups, objects or materials, and the parts to which they belong.
 struct NamedGroups {
-  const std::vector<std::uint32_t>* of;  ///< Group of each triangle
-  std::vector<std::string> used;         ///< Names of groups with triangles
-  std::vector<std::string> used_parts;   ///< Part of each element of `used`
-  std::vector<std::string> part_of;      ///< Part of each group
-  std::vector<std::size_t> groups_used;  ///< Number of groups per element of `used`
+  const std::vector<std::uint32_t>* of;    ///< Group of each triangle
+  std::vector<std::string> used;           ///< Names of groups with triangles
+  std::vector<std::string> parts_of_used;  ///< Part of each name in `used`
+  std::vector<std::string> part_of;        ///< Part of each group
+  std::vector<std::size_t> used_groups;    ///< Number of groups with each name in `used`
   /// For each group, parts for the single words of an OBJ group with several names ("g head_high skin"), used if the
   /// whole name matches nothing. The first list has words that match a pattern or the list of names, the second one
   /// the other words. Empty for most groups.
-  std::vector<std::array<std::vector<std::string>, 2>> words;
+  std::vector<std::array<std::vector<std::string>, 2>> parts_of_group_words;
 
   NamedGroups(const Mesh& mesh, const PartNames& names, const PartNamer& part_name, PartSide side) {
     // Formats without groups, such as glTF, only have objects.
@@ -240,19 +244,19 @@ struct NamedGroups {
     std::vector<bool> has(all.size());
     for (const std::uint32_t group : *of) has.at(group) = true;
     const bool has_several = !objects && !materials;
-    const std::unordered_set<std::string_view> of_objects(mesh.object_names.begin(),
-                                                          mesh.object_names.end());
-    words.resize(all.size());
+    const std::unordered_set<std::string_view> object_names_of_mesh(mesh.object_names.begin(),
+                                                                    mesh.object_names.end());
+    parts_of_group_words.resize(all.size());
     for (std::size_t g = 0; g < all.size(); ++g) {
       part_of.push_back(part_name(all[g], side));
       // The name of an object (`o`) is a single name, even with blanks.
-      if (has_several && !of_objects.contains(all[g])) {
-        words[g] = parts_of_words(all[g], part_name, side, names.by);
+      if (has_several && !object_names_of_mesh.contains(all[g])) {
+        parts_of_group_words[g] = parts_of_words(all[g], part_name, side, names.by);
       }
       if (!has[g]) continue;
       used.push_back(all[g]);
-      used_parts.push_back(part_of[g]);
-      groups_used.push_back(g);
+      parts_of_used.push_back(part_of[g]);
+      used_groups.push_back(g);
     }
   }
 
@@ -289,44 +293,46 @@ void pair_by_words(NamedGroups& low, NamedGroups& high, std::vector<Warning>& wa
   std::unordered_map<std::string, Use> uses;
   NamedGroups* const sides[] = {&low, &high};
   for (std::size_t s = 0; s < 2; ++s) {
-    for (const std::size_t g : sides[s]->groups_used) {
-      std::unordered_set<std::string> own(sides[s]->words[g][0].begin(),
-                                          sides[s]->words[g][0].end());
-      own.insert(sides[s]->words[g][1].begin(), sides[s]->words[g][1].end());
+    for (const std::size_t g : sides[s]->used_groups) {
+      std::unordered_set<std::string> own(sides[s]->parts_of_group_words[g][0].begin(),
+                                          sides[s]->parts_of_group_words[g][0].end());
+      own.insert(sides[s]->parts_of_group_words[g][1].begin(),
+                 sides[s]->parts_of_group_words[g][1].end());
       own.insert(sides[s]->part_of[g]);
       for (const std::string& part : own) ++uses[part].groups[s];
     }
   }
-  std::uint64_t by_word = 0;
+  std::uint64_t groups_paired_by_word = 0;
   std::string example;
   for (NamedGroups* const side : sides) {
     for (std::size_t i = 0; i < side->used.size(); ++i) {
-      const std::size_t g = side->groups_used[i];
+      const std::size_t g = side->used_groups[i];
       if (uses[side->part_of[g]].both()) continue;
       const std::string* best = nullptr;
-      for (const std::vector<std::string>& words : side->words[g]) {
-        for (const std::string& word : words) {
+      for (const std::vector<std::string>& parts_of_group_words : side->parts_of_group_words[g]) {
+        for (const std::string& word : parts_of_group_words) {
           if (!uses[word].both()) continue;
           const auto rank = [&](const std::string& w) { return std::pair(uses[w].all(), w); };
           if (best == nullptr || rank(word) < rank(*best)) best = &word;
         }
         if (best == nullptr) continue;
-        if (&words == &side->words[g][1] && by_word++ == 0) {
-          example = kiln::quoted(side->used[i]) + " by " + kiln::quoted(*best);
+        if (&parts_of_group_words == &side->parts_of_group_words[g][1] &&
+            groups_paired_by_word++ == 0) {
+          example = kiln::quote_name(side->used[i]) + " by " + kiln::quote_name(*best);
         }
         break;
       }
-      if (best != nullptr) side->part_of[g] = side->used_parts[i] = *best;
+      if (best != nullptr) side->part_of[g] = side->parts_of_used[i] = *best;
     }
   }
-  if (by_word == 0) return;
+  if (groups_paired_by_word == 0) return;
   warnings.push_back({"parts-by-word",
-                      std::to_string(by_word) +
+                      std::to_string(groups_paired_by_word) +
                           " groups of several names (`g A B`) were paired by one of the names, "
                           "without a match of the patterns: " +
                           example +
                           " for one. Where that is wrong, give them other names, or a list.",
-                      by_word});
+                      groups_paired_by_word});
 }
 
 /// A pair of patterns that maps two names to the same part.
@@ -338,21 +344,21 @@ struct PatternPair {
 /// Patterns from the common prefix and suffix of two names: complete, and cut at the end of a word. Names of parts
 /// have at least two letters.
 std::vector<PatternPair> patterns_of(std::string_view low, std::string_view high) {
-  constexpr std::string_view kBetween = "_-. ";
+  constexpr std::string_view kWordSeparators = "_-. ";
   const auto head = static_cast<std::size_t>(
       std::mismatch(low.begin(), low.end(), high.begin(), high.end()).first - low.begin());
   const auto tail = static_cast<std::size_t>(
       std::mismatch(low.rbegin(), low.rend(), high.rbegin(), high.rend()).first - low.rbegin());
   std::vector<PatternPair> patterns;
   const std::string_view first = low.substr(0, head), last = low.substr(low.size() - tail);
-  for (const std::size_t end : {first.size(), first.find_last_of(kBetween)}) {
+  for (const std::size_t end : {first.size(), first.find_last_of(kWordSeparators)}) {
     // The separator belongs to the suffix, not to the name.
-    const std::size_t name = first.substr(0, end).find_last_not_of(kBetween) + 1;
+    const std::size_t name = first.substr(0, end).find_last_not_of(kWordSeparators) + 1;
     if (end > head || name < 2) continue;
     patterns.push_back({"*" + std::string(low.substr(name)), "*" + std::string(high.substr(name))});
   }
-  for (const std::size_t begin : {std::size_t{0}, last.find_first_of(kBetween)}) {
-    const std::size_t at = last.find_first_not_of(kBetween, begin);
+  for (const std::size_t begin : {std::size_t{0}, last.find_first_of(kWordSeparators)}) {
+    const std::size_t at = last.find_first_not_of(kWordSeparators, begin);
     if (at == std::string_view::npos || tail - at < 2) continue;
     const std::size_t name = tail - at;
     patterns.push_back({std::string(low.substr(0, low.size() - name)) + "*",
@@ -361,7 +367,8 @@ std::vector<PatternPair> patterns_of(std::string_view low, std::string_view high
   return patterns;
 }
 
-std::size_t pairs_by(const PartNames& names, const NamedGroups& low, const NamedGroups& high) {
+std::size_t count_pairs_by(const PartNames& names, const NamedGroups& low,
+                           const NamedGroups& high) {
   const PartNamer part_name(names);
   std::unordered_set<std::string> parts;
   for (const std::string& name : high.used) parts.insert(part_name(name, PartSide::high));
@@ -375,31 +382,32 @@ std::size_t pairs_by(const PartNames& names, const NamedGroups& low, const Named
 Message suggest_patterns(const PartNames& names, const NamedGroups& low, const NamedGroups& high,
                          const std::map<std::string, std::uint32_t>& pairs) {
   if (names.by != PartsBy::name) return {};
-  std::map<PatternPair, std::size_t> votes;
-  std::size_t sampled = 0, paired = 0;
+  std::map<PatternPair, std::size_t> pattern_votes;
+  std::size_t sampled_names = 0, paired_groups = 0;
   for (std::size_t g = 0; g < low.used.size(); ++g) {
-    if (pairs.contains(low.used_parts[g])) {
-      ++paired;
+    if (pairs.contains(low.parts_of_used[g])) {
+      ++paired_groups;
       continue;
     }
-    if (++sampled > kMaxSampledNames || low.used[g].size() > kMaxNameLength) continue;
-    const std::string* nearest = most_similar_name(low.used[g], high.used);
-    if (nearest == nullptr || nearest->size() > kMaxNameLength) continue;
-    for (const PatternPair& patterns : patterns_of(low.used[g], *nearest)) ++votes[patterns];
+    if (++sampled_names > kMaxSampledNames || low.used[g].size() > kMaxNameLength) continue;
+    const std::string* similar_name = most_similar_name(low.used[g], high.used);
+    if (similar_name == nullptr || similar_name->size() > kMaxNameLength) continue;
+    for (const PatternPair& patterns : patterns_of(low.used[g], *similar_name))
+      ++pattern_votes[patterns];
   }
-  std::vector<std::pair<std::size_t, PatternPair>> guesses;
-  for (const auto& [patterns, count] : votes) guesses.emplace_back(count, patterns);
-  std::sort(guesses.rbegin(), guesses.rend());
-  if (guesses.size() > kMaxPatternGuesses) guesses.resize(kMaxPatternGuesses);
+  std::vector<std::pair<std::size_t, PatternPair>> pattern_guesses;
+  for (const auto& [patterns, count] : pattern_votes) pattern_guesses.emplace_back(count, patterns);
+  std::sort(pattern_guesses.rbegin(), pattern_guesses.rend());
+  if (pattern_guesses.size() > kMaxPatternGuesses) pattern_guesses.resize(kMaxPatternGuesses);
   // Among patterns with equally many pairs, the most specific one.
   std::tuple<std::size_t, std::size_t, PatternPair> best;
-  for (const auto& [count, patterns] : guesses) {
-    const std::size_t would = pairs_by({{patterns.low}, {patterns.high}}, low, high);
+  for (const auto& [count, patterns] : pattern_guesses) {
+    const std::size_t would = count_pairs_by({{patterns.low}, {patterns.high}}, low, high);
     const std::size_t said = patterns.low.size() + patterns.high.size();
     best = std::max(best, std::tuple(would, said, patterns));
   }
   const auto& [would, said, patterns] = best;
-  if (would <= paired) return {};
+  if (would <= paired_groups) return {};
   return " With " + option("part_names.low") + " '" + patterns.low + "' and " +
          option("part_names.high") + " '" + patterns.high + "' " + std::to_string(would) + " of " +
          std::to_string(low.used.size()) + " would have a pair.";
@@ -412,11 +420,11 @@ void warn(PartSide side, const NamedGroups& groups, PartsBy by, const NamedGroup
   std::string list;
   std::size_t count = 0;
   for (std::size_t g = 0; g < groups.used.size(); ++g) {
-    if (pairs.contains(groups.used_parts[g])) continue;
+    if (pairs.contains(groups.parts_of_used[g])) continue;
     if (++count > kMaxNamesInWarning) continue;
-    list += (count == 1 ? "" : ", ") + quoted(groups.used[g]);
-    const std::string* nearest = most_similar_name(groups.used[g], others.used);
-    if (nearest != nullptr) list += " (nearest: " + quoted(*nearest) + ")";
+    list += (count == 1 ? "" : ", ") + quote_name(groups.used[g]);
+    const std::string* similar_name = most_similar_name(groups.used[g], others.used);
+    if (similar_name != nullptr) list += " (nearest: " + quote_name(*similar_name) + ")";
   }
   if (count == 0) return;
   if (count > kMaxNamesInWarning)
@@ -461,24 +469,25 @@ Parts pair_parts(const Mesh& high, const Mesh& low, const PartNames& names) {
   }
   Parts parts;
   pair_by_words(of_low, of_high, parts.warnings);
-  const std::unordered_set<std::string> in_high(of_high.used_parts.begin(),
-                                                of_high.used_parts.end());
+  const std::unordered_set<std::string> high_parts(of_high.parts_of_used.begin(),
+                                                   of_high.parts_of_used.end());
   std::map<std::string, std::uint32_t> pairs;
-  for (const std::string& part : of_low.used_parts) {
-    if (in_high.contains(part)) pairs.emplace(part, 0);
+  for (const std::string& part : of_low.parts_of_used) {
+    if (high_parts.contains(part)) pairs.emplace(part, 0);
   }
   const Message remedy = suggest_patterns(names, of_low, of_high, pairs);
   if (pairs.empty()) {
     const std::string& name = of_low.used.front();
-    const std::string* nearest = most_similar_name(name, of_high.used);
+    const std::string* similar_name = most_similar_name(name, of_high.used);
     throw Error(
         ErrorCode::input,
         "No " + std::string(name_kind_of(names.by).one) +
             (names.by == PartsBy::list ? " of the low poly has a pair in the list: "
                                        : " of the low poly has its name in the high poly: ") +
-            quoted(name) + " is " +
-            (nearest != nullptr ? "nearest to " + quoted(*nearest)
-                                : "near to none, such as " + kiln::quoted(of_high.used.front())) +
+            quote_name(name) + " is " +
+            (similar_name != nullptr
+                 ? "nearest to " + quote_name(*similar_name)
+                 : "near to none, such as " + kiln::quote_name(of_high.used.front())) +
             "." +
             (names.by == PartsBy::name && remedy.empty()
                  ? " " + option("part_names.low") + " and " + option("part_names.high") +

@@ -14,7 +14,7 @@ namespace {
 constexpr double kMinNeedleShare = 1e-4;
 
 /// The start from which the cyclic list of positions is the smallest in lexicographic order (Shiloach 1981).
-std::size_t least_start(PolygonCorners corners) {
+std::size_t smallest_rotation_start(PolygonCorners corners) {
   const std::size_t n = corners.size();
   std::size_t i = 0, j = 1, k = 0;
   while (i < n && j < n && k < n) {
@@ -33,16 +33,17 @@ std::size_t least_start(PolygonCorners corners) {
 /// Cuts between corners 0 and 2, as nearly all programs do; between 1 and 3 only if this avoids a flipped triangle or
 /// a needle.
 bool cut_quad_by_shape(PolygonCorners corners, CornerTriangles& triangles) {
-  double extent = 0;
+  double polygon_size = 0;
   for (const auto& corner : corners)
-    extent = std::max(extent, squared_distance(corner, corners[0]));
-  extent = std::sqrt(extent);
+    polygon_size = std::max(polygon_size, squared_distance(corner, corners[0]));
+  polygon_size = std::sqrt(polygon_size);
   triangles.assign({{0, 1, 2}, {0, 2, 3}});
-  if (!(extent > 0) || !std::isfinite(extent)) return false;
+  if (!(polygon_size > 0) || !std::isfinite(polygon_size)) return false;
   std::array<Vec3d, 4> at{};
   for (std::size_t i = 0; i < 4; ++i) {
-    at[i] = {(corners[i][0] - corners[0][0]) / extent, (corners[i][1] - corners[0][1]) / extent,
-             (corners[i][2] - corners[0][2]) / extent};
+    at[i] = {(corners[i][0] - corners[0][0]) / polygon_size,
+             (corners[i][1] - corners[0][1]) / polygon_size,
+             (corners[i][2] - corners[0][2]) / polygon_size};
   }
   // Twice the quad's area vector, for both cuts
   const Vec3d normal = cross(at[2] - at[0], at[3] - at[1]);
@@ -66,26 +67,26 @@ bool triangulate(std::span<const std::array<double, 3>> corners,
   triangles.clear();
   const std::size_t n = corners.size();
   if (n == 4) return cut_quad_by_shape(corners, triangles);
-  std::vector<std::uint32_t> order(n);
-  const std::size_t start = n == 3 ? 0 : least_start(corners);
-  for (std::size_t i = 0; i < n; ++i) order[i] = static_cast<std::uint32_t>((start + i) % n);
+  std::vector<std::uint32_t> corner_order(n);
+  const std::size_t start = n == 3 ? 0 : smallest_rotation_start(corners);
+  for (std::size_t i = 0; i < n; ++i) corner_order[i] = static_cast<std::uint32_t>((start + i) % n);
   if (n == 3) {
     triangles.push_back({0, 1, 2});
     return true;
   }
   std::vector<std::array<double, 3>> ring(n);
-  for (std::size_t i = 0; i < n; ++i) ring[i] = corners[order[i]];
+  for (std::size_t i = 0; i < n; ++i) ring[i] = corners[corner_order[i]];
   const FlatPolygon flat = seen_along_normal(ring);
   if (flat.empty()) {
-    split_as_convex(order, triangles);
+    split_as_convex(corner_order, triangles);
     return false;
   }
-  const bool clean = shortest_ears(ring, flat, triangles);
+  const bool is_simple = shortest_ears(ring, flat, triangles);
   raise_angles(flat, triangles);
   for (auto& triangle : triangles) {
-    for (std::uint32_t& corner : triangle) corner = order[corner];
+    for (std::uint32_t& corner : triangle) corner = corner_order[corner];
   }
-  return clean;
+  return is_simple;
 }
 
 }  // namespace kiln

@@ -12,8 +12,9 @@ namespace {
 using Corners = PolygonCorners;
 using Triples = CornerTriangles;
 
-std::array<double, 3> cross_from(const std::array<double, 3>& at, const std::array<double, 3>& to,
-                                 const std::array<double, 3>& other) {
+std::array<double, 3> cross_product_at(const std::array<double, 3>& at,
+                                       const std::array<double, 3>& to,
+                                       const std::array<double, 3>& other) {
   std::array<double, 3> u{}, v{};
   for (std::size_t k = 0; k < 3; ++k) {
     u[k] = to[k] - at[k];
@@ -23,11 +24,11 @@ std::array<double, 3> cross_from(const std::array<double, 3>& at, const std::arr
 }
 
 /// True if a quad folds over when cut between corners `i` and i + 2.
-bool folds(Corners corners, std::size_t i) {
+bool folds_over(Corners corners, std::size_t i) {
   const auto& at = corners[i];
   const auto& across = corners[(i + 2) % 4];
-  const auto one = cross_from(at, corners[(i + 1) % 4], across);
-  const auto other = cross_from(at, corners[(i + 3) % 4], across);
+  const auto one = cross_product_at(at, corners[(i + 1) % 4], across);
+  const auto other = cross_product_at(at, corners[(i + 3) % 4], across);
   return one[0] * other[0] + one[1] * other[1] + one[2] * other[2] > 0;
 }
 
@@ -56,39 +57,39 @@ class Polyfill {
       next_.push_back((i + 1) % count_);
       before_.push_back((i + count_ - 1) % count_);
     }
-    turns_.resize(count_);
+    turn_signs_.resize(count_);
     for (std::uint32_t i = 0; i < count_; ++i) {
-      turns_[i] = turn(before_[i], i, next_[i]);
-      if (turns_[i] != 1) ++not_convex_;
+      turn_signs_[i] = turn(before_[i], i, next_[i]);
+      if (turn_signs_[i] != 1) ++not_convex_;
     }
   }
 
   /// \returns false if a corner that is not an ear had to be cut
   bool run(Triples& triangles) {
-    bool clean = true, back = false;
+    bool cut_only_ears = true, back = false;
     std::uint32_t from = 0;
     while (count_ > 3) {
-      const std::uint32_t ear = find(from, back, clean);
-      const std::uint32_t before = before_[ear], next = next_[ear];
-      if (turns_[ear] != 1) --not_convex_;
-      triangles.push_back({before, ear, next});
-      next_[before] = next;
-      before_[next] = before;
+      const std::uint32_t ear = find(from, back, cut_only_ears);
+      const std::uint32_t previous = before_[ear], next = next_[ear];
+      if (turn_signs_[ear] != 1) --not_convex_;
+      triangles.push_back({previous, ear, next});
+      next_[previous] = next;
+      before_[next] = previous;
       if (first_ == ear) first_ = next;
       --count_;
-      for (const std::uint32_t beside : {before, next}) {
-        if (turns_[beside] == 1) continue;
-        turns_[beside] = turn(before_[beside], beside, next_[beside]);
-        if (turns_[beside] == 1) --not_convex_;
+      for (const std::uint32_t beside : {previous, next}) {
+        if (turn_signs_[beside] == 1) continue;
+        turn_signs_[beside] = turn(before_[beside], beside, next_[beside]);
+        if (turn_signs_[beside] == 1) --not_convex_;
       }
-      from = back ? before_[before] : next_[next];
-      if (turns_[from] != 1) {
+      from = back ? before_[previous] : next_[next];
+      if (turn_signs_[from] != 1) {
         from = back ? before_[from] : next_[from];
         back = !back;
       }
     }
     triangles.push_back({first_, next_[first_], next_[next_[first_]]});
-    return clean;
+    return cut_only_ears;
   }
 
  private:
@@ -101,26 +102,26 @@ class Polyfill {
 
   bool is_ear(std::uint32_t tip, int wanted) const {
     if (not_convex_ == 0) return true;
-    if (turns_[tip] != wanted) return false;
+    if (turn_signs_[tip] != wanted) return false;
     const std::uint32_t a = before_[tip], c = next_[tip];
     for (std::uint32_t p = next_[c]; p != a; p = next_[p]) {
-      if (turns_[p] == 1) continue;
+      if (turn_signs_[p] == 1) continue;
       if (turn(a, tip, p) >= 0 && turn(tip, c, p) >= 0 && turn(c, a, p) >= 0) return false;
     }
     return true;
   }
 
-  std::uint32_t find(std::uint32_t from, bool back, bool& clean) const {
+  std::uint32_t find(std::uint32_t from, bool back, bool& cut_only_ears) const {
     for (const int wanted : {1, 0}) {
       std::uint32_t at = from;
       for (std::uint32_t i = 0; i < count_; ++i, at = back ? before_[at] : next_[at]) {
         if (is_ear(at, wanted)) return at;
       }
     }
-    clean = false;
+    cut_only_ears = false;
     std::uint32_t at = from;
     for (std::uint32_t i = 0; i < count_; ++i, at = next_[at]) {
-      if (turns_[at] != -1) return at;
+      if (turn_signs_[at] != -1) return at;
     }
     return at;
   }
@@ -128,7 +129,7 @@ class Polyfill {
   std::uint32_t count_, first_ = 0, not_convex_ = 0;
   std::vector<std::array<float, 2>> points_;
   std::vector<std::uint32_t> next_, before_;
-  std::vector<int> turns_;
+  std::vector<int> turn_signs_;
 };
 
 // Number of corners above which Blender's quadratic search takes too long.
@@ -143,10 +144,10 @@ bool triangulate(std::span<const std::array<double, 3>> corners, Triangulation r
   }
   triangles.clear();
   if (corners.size() == 4 && rule != Triangulation::fan) {
-    bool other = folds(corners, 0);
+    bool other = folds_over(corners, 0);
     if (rule == Triangulation::shortest) {
       other = squared_distance(corners[1], corners[3]) < squared_distance(corners[0], corners[2]);
-      if (folds(corners, other ? 1 : 0)) other = !other;
+      if (folds_over(corners, other ? 1 : 0)) other = !other;
     }
     cut_quad(other, triangles);
     return true;

@@ -18,43 +18,45 @@ struct Corner {
 
 /// Sides of the polygon in order of their vertices: the sides that belong to only one of its triangles. Empty if they
 /// do not form one ring through as many vertices as the polygon has corners.
-std::vector<Corner> ring_of(std::span<const Triangle> triangles) {
+std::vector<Corner> boundary_ring_of(std::span<const Triangle> triangles) {
   std::vector<Edge> edges;
   edges.reserve(3 * triangles.size());
   for (const Triangle& t : triangles) {
     for (std::size_t k = 0; k < 3; ++k) edges.emplace_back(t[k], t[(k + 1) % 3]);
   }
   std::sort(edges.begin(), edges.end());
-  std::vector<Edge> sides;
+  std::vector<Edge> polygon_sides;
   for (const Edge& edge : edges) {
     if (!std::binary_search(edges.begin(), edges.end(), Edge{edge.second, edge.first})) {
-      sides.push_back(edge);
+      polygon_sides.push_back(edge);
     }
   }
-  std::vector<Corner> corners(sides.size());
-  if (sides.size() != triangles.size() + 2) return {};
+  std::vector<Corner> corners(polygon_sides.size());
+  if (polygon_sides.size() != triangles.size() + 2) return {};
   const auto corner_of = [&](std::uint32_t vertex) {
-    return std::lower_bound(sides.begin(), sides.end(), Edge{vertex, 0}) - sides.begin();
+    return std::lower_bound(polygon_sides.begin(), polygon_sides.end(), Edge{vertex, 0}) -
+           polygon_sides.begin();
   };
-  for (std::size_t i = 0; i < sides.size(); ++i) {
+  for (std::size_t i = 0; i < polygon_sides.size(); ++i) {
     // Each vertex must start exactly one side.
-    if (i > 0 && sides[i].first == sides[i - 1].first) return {};
-    corners[i].vertex = sides[i].first;
-    corners[i].after = sides[i].second;
+    if (i > 0 && polygon_sides[i].first == polygon_sides[i - 1].first) return {};
+    corners[i].vertex = polygon_sides[i].first;
+    corners[i].after = polygon_sides[i].second;
   }
-  std::vector<bool> reached(sides.size());
-  for (const Edge& side : sides) {
+  std::vector<bool> is_reached(polygon_sides.size());
+  for (const Edge& side : polygon_sides) {
     const auto at = static_cast<std::size_t>(corner_of(side.second));
-    if (at >= sides.size() || corners[at].vertex != side.second || reached[at]) return {};
-    reached[at] = true;
+    if (at >= polygon_sides.size() || corners[at].vertex != side.second || is_reached[at])
+      return {};
+    is_reached[at] = true;
     corners[at].before = side.first;
   }
   return corners;
 }
 
 /// \returns true if the polygon's corners were weighted; false if its triangles must be weighted separately
-bool weigh(std::span<const Vec3> positions, std::span<const Triangle> triangles,
-           CornerWeights* weights) {
+bool weigh_polygon(std::span<const Vec3> positions, std::span<const Triangle> triangles,
+                   CornerWeights* weights) {
   Vec3d area{};
   for (const Triangle& t : triangles) {
     for (const std::uint32_t index : t) {
@@ -65,7 +67,7 @@ bool weigh(std::span<const Vec3> positions, std::span<const Triangle> triangles,
   }
   const double size = length(area);
   if (!(size > 0) || !std::isfinite(size)) return false;
-  const std::vector<Corner> corners = ring_of(triangles);
+  const std::vector<Corner> corners = boundary_ring_of(triangles);
   if (corners.empty()) return false;
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     weights[t] = {};
@@ -104,7 +106,7 @@ void corner_weights(std::span<const Vec3> positions, std::span<const Triangle> t
       while (last < triangles.size() && polygons[last] == polygons[first]) ++last;
     }
     const std::span<const Triangle> own = triangles.subspan(first, last - first);
-    if (own.size() > 1 && weigh(positions, own, weights + (first - begin))) continue;
+    if (own.size() > 1 && weigh_polygon(positions, own, weights + (first - begin))) continue;
     for (std::size_t t = first; t < last; ++t) {
       weights[t - begin] = corner_weights(positions, triangles[t]);
     }

@@ -85,12 +85,12 @@ double share_of_area(const Mesh& mesh, const FaceEdges& faces, const First& firs
 /// Computes ShadingReport::bent_planes. Cheap tests come first, as scans have hardly any planes.
 double share_of_bent_planes(const Mesh& mesh, const FaceEdges& faces) {
   if (faces.left_out) return 0;
-  std::vector<bool> plane(mesh.triangles.size());
+  std::vector<bool> is_planar_triangle(mesh.triangles.size());
   for (const FaceEdge& edge : faces.edges) {
     if (!edge.inner && edge.turn > 0.1F) continue;
-    for (const std::uint32_t side : edge.sides) plane[side / 3] = true;
+    for (const std::uint32_t side : edge.sides) is_planar_triangle[side / 3] = true;
   }
-  const auto is_plane = [&](std::size_t t) { return plane[t]; };
+  const auto is_plane = [&](std::size_t t) { return is_planar_triangle[t]; };
   if (share_of_area(mesh, faces, is_plane, [](std::size_t) { return true; }) < kMinBentShare)
     return 0;
   const CornerNormals corners = corner_normals(mesh, mesh.positions);

@@ -24,18 +24,19 @@ CornerNormals group_normals(const Mesh& mesh, std::span<const std::uint32_t> gro
       keys[3 * t + k] = {welded[mesh.triangles[t][k]], flat ? 1U : 0U, flat ? polygon : groups[t]};
     }
   }
-  std::vector<Key> known = keys;
-  std::sort(known.begin(), known.end());
-  known.erase(std::unique(known.begin(), known.end()), known.end());
-  std::vector<Vec3> places;
-  for (const Key& key : known) places.push_back(mesh.positions[key[0]]);
+  std::vector<Key> distinct_keys = keys;
+  std::sort(distinct_keys.begin(), distinct_keys.end());
+  distinct_keys.erase(std::unique(distinct_keys.begin(), distinct_keys.end()), distinct_keys.end());
+  std::vector<Vec3> positions_of_keys;
+  for (const Key& key : distinct_keys) positions_of_keys.push_back(mesh.positions[key[0]]);
   CornerNormals result;
   result.triangles.resize(mesh.triangles.size());
   for (std::size_t i = 0; i < keys.size(); ++i) {
-    const auto at = std::lower_bound(known.begin(), known.end(), keys[i]) - known.begin();
+    const auto at = std::lower_bound(distinct_keys.begin(), distinct_keys.end(), keys[i]) -
+                    distinct_keys.begin();
     result.triangles[i / 3][i % 3] = static_cast<std::uint32_t>(at);
   }
-  result.normals = vertex_normals(places, result.triangles, mesh.polygons);
+  result.normals = vertex_normals(positions_of_keys, result.triangles, mesh.polygons);
   return result;
 }
 

@@ -59,7 +59,7 @@ bool same_uv(const Mesh& mesh, std::uint32_t t, std::size_t i, std::uint32_t u, 
 
 /// Adjacent triangles. On edges of more than two triangles, each is paired with the first one.
 std::vector<SharedSide> shared_sides(const Mesh& mesh, const Surface& surface) {
-  std::vector<SeamSide> sides;
+  std::vector<SeamSide> seam_sides;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     // The triangle is degenerate or not finite
     if (length(surface.weights[t].normal) == 0) continue;
@@ -71,15 +71,15 @@ std::vector<SharedSide> shared_sides(const Mesh& mesh, const Surface& surface) {
         std::swap(side.a, side.b);
         std::swap(side.at_a, side.at_b);
       }
-      sides.push_back(side);
+      seam_sides.push_back(side);
     }
   }
-  std::sort(sides.begin(), sides.end(), [](const SeamSide& x, const SeamSide& y) {
+  std::sort(seam_sides.begin(), seam_sides.end(), [](const SeamSide& x, const SeamSide& y) {
     return std::tie(x.a, x.b, x.triangle) < std::tie(y.a, y.b, y.triangle);
   });
-  std::vector<SharedSide> shared;
-  for (std::size_t first = 0, i = 1; i < sides.size(); ++i) {
-    const SeamSide &one = sides[first], &other = sides[i];
+  std::vector<SharedSide> shared_sides_found;
+  for (std::size_t first = 0, i = 1; i < seam_sides.size(); ++i) {
+    const SeamSide &one = seam_sides[first], &other = seam_sides[i];
     if (one.a != other.a || one.b != other.b) {
       first = i;
       continue;
@@ -90,9 +90,9 @@ std::vector<SharedSide> shared_sides(const Mesh& mesh, const Surface& surface) {
         !same_uv(mesh, t, one.at_a, u, other.at_a) || !same_uv(mesh, t, one.at_b, u, other.at_b);
     edge.hard = !same_normal(surface.normal(t, one.at_a), surface.normal(u, other.at_a)) ||
                 !same_normal(surface.normal(t, one.at_b), surface.normal(u, other.at_b));
-    shared.push_back(edge);
+    shared_sides_found.push_back(edge);
   }
-  return shared;
+  return shared_sides_found;
 }
 
 double turn_degrees(const Surface& surface, const SharedSide& edge) {
@@ -124,9 +124,9 @@ SoftSeams soft_seams(const Mesh& mesh, double least_degrees) {
   SoftSeams result;
   if (mesh.uv_triangles.empty()) return result;
   const Surface surface(mesh);
-  const std::vector<SharedSide> sides = shared_sides(mesh, surface);
-  const std::vector<bool> flat = find_flat_triangles(mesh, surface, sides);
-  for (const SharedSide& edge : sides) {
+  const std::vector<SharedSide> smooth_seam_sides = shared_sides(mesh, surface);
+  const std::vector<bool> flat = find_flat_triangles(mesh, surface, smooth_seam_sides);
+  for (const SharedSide& edge : smooth_seam_sides) {
     if (!edge.parts_uvs) continue;
     ++result.seams;
     if (edge.hard) continue;
@@ -136,9 +136,11 @@ SoftSeams soft_seams(const Mesh& mesh, double least_degrees) {
     const Vec3d a = to_double(mesh.positions[edge.one.a]),
                 b = to_double(mesh.positions[edge.one.b]);
     result.length += length(b - a);
-    const bool between = flat[edge.one.triangle] && flat[edge.other.triangle];
-    const bool first = between ? ++result.between_flats == 1 : result.edges == 1;
-    if (!first && (degrees <= result.example_degrees || (!between && result.between_flats > 0)))
+    const bool is_between_flats = flat[edge.one.triangle] && flat[edge.other.triangle];
+    const bool is_first_example =
+        is_between_flats ? ++result.between_flats == 1 : result.edges == 1;
+    if (!is_first_example &&
+        (degrees <= result.example_degrees || (!is_between_flats && result.between_flats > 0)))
       continue;
     result.example_degrees = degrees;
     result.example = to_float((a + b) * 0.5);
@@ -166,21 +168,21 @@ Mesh split_at_seams(const Mesh& mesh) {
     join(edge.one.at_b, edge.other.at_b);
   }
   // For each corner, 1 if it is joined already
-  std::vector<std::uint8_t> at_seam(3 * mesh.triangles.size());
+  std::vector<std::uint8_t> is_at_seam(3 * mesh.triangles.size());
   for (const SharedSide& edge : edges) {
     if (!edge.parts_uvs || edge.hard) continue;
     for (const SeamSide& side : {edge.one, edge.other}) {
-      at_seam[corners.find(3 * side.triangle + side.at_a)] = 1;
-      at_seam[corners.find(3 * side.triangle + side.at_b)] = 1;
+      is_at_seam[corners.find(3 * side.triangle + side.at_a)] = 1;
+      is_at_seam[corners.find(3 * side.triangle + side.at_b)] = 1;
     }
   }
   std::vector<Vec3d> sums(3 * mesh.triangles.size());
-  std::vector<double> totals(sums.size());
+  std::vector<double> total_angles(sums.size());
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     for (std::uint32_t k = 0; k < 3; ++k) {
       const std::uint32_t all = corners.find(3 * t + k);
       sums[all] += surface.weights[t].normal * surface.weights[t].angles[k];
-      totals[all] += surface.weights[t].angles[k];
+      total_angles[all] += surface.weights[t].angles[k];
     }
   }
   Mesh split = mesh;
@@ -191,8 +193,8 @@ Mesh split_at_seams(const Mesh& mesh) {
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     for (std::uint32_t k = 0; k < 3; ++k) {
       const std::uint32_t all = corners.find(3 * t + k);
-      if (at_seam[all] == 0) continue;
-      const Vec3 normal = normalized_sum(sums[all], totals[all]);
+      if (is_at_seam[all] == 0) continue;
+      const Vec3 normal = normalized_sum(sums[all], total_angles[all]);
       if (!is_usable_normal(normal)) continue;
       if (own[all] == 0) {
         split.normals.push_back(normal);

@@ -23,8 +23,8 @@ constexpr double kOutlierRatio = 16, kExtremeOutlierRatio = 1e5;
 /// Calls take(t) for evenly spaced triangles.
 template <typename Take>
 void for_sample(std::size_t count, const Take& take) {
-  const std::size_t stride = count / kSampledTriangles + 1;
-  for (std::size_t t = 0; t < count; t += stride) take(t);
+  const std::size_t triangle_stride = count / kSampledTriangles + 1;
+  for (std::size_t t = 0; t < count; t += triangle_stride) take(t);
 }
 
 std::array<double, 3> axes(const Vec3d& p) { return {p.x, p.y, p.z}; }
@@ -40,7 +40,7 @@ T quantile(std::vector<T>& values, double share, const Less& less = {}) {
   return *at;
 }
 
-std::string text_of(const Vec3d& p) { return place_text(p.x, p.y, p.z); }
+std::string position_text(const Vec3d& p) { return place_text(p.x, p.y, p.z); }
 
 /// A sphere that contains most of the vertices.
 struct Bulk {
@@ -48,18 +48,18 @@ struct Bulk {
   double radius = 0;
 
   Bulk(const SteppedMesh& mesh, std::span<const std::uint32_t> vertices) {
-    std::array<double, 3> middle{};
-    std::vector<double> values(vertices.size());
+    std::array<double, 3> median{};
+    std::vector<double> coordinates(vertices.size());
     const auto each = [&](const auto& number) {
-      std::transform(vertices.begin(), vertices.end(), values.begin(), number);
+      std::transform(vertices.begin(), vertices.end(), coordinates.begin(), number);
     };
     for (std::size_t k = 0; k < 3; ++k) {
       each([&](std::uint32_t v) { return axes(mesh.position(v))[k]; });
-      middle[k] = quantile(values, 0.5);
+      median[k] = quantile(coordinates, 0.5);
     }
-    center = {middle[0], middle[1], middle[2]};
+    center = {median[0], median[1], median[2]};
     each([&](std::uint32_t v) { return distance(mesh, v); });
-    radius = quantile(values, 0.75);
+    radius = quantile(coordinates, 0.75);
   }
   double distance(const SteppedMesh& mesh, std::uint32_t v) const {
     return length(mesh.position(v) - center);
@@ -90,24 +90,24 @@ std::vector<std::uint32_t> sample_vertices(const SteppedMesh& mesh) {
 
 /// Distance of the farthest vertex, divided by the radius of the bulk; 0 if it is below kExtremeOutlierRatio.
 double outlier_reach(const SteppedMesh& mesh, const Bulk& bulk) {
-  const double least = kExtremeOutlierRatio * bulk.radius;
-  double farthest = least;
+  const double min_outlier_distance = kExtremeOutlierRatio * bulk.radius;
+  double farthest_distance = min_outlier_distance;
   std::mutex mutex;
   parallel_for(mesh.triangles.size(), std::size_t{1} << 15,
                [&](std::size_t begin, std::size_t end) {
-                 double part = least;
+                 double part = min_outlier_distance;
                  for (std::size_t t = begin; t < end; ++t) {
-                   double reach = 0;
+                   double vertex_distance = 0;
                    for (const std::uint32_t v : mesh.triangles[t]) {
-                     reach = std::max(reach, bulk.distance(mesh, v));
+                     vertex_distance = std::max(vertex_distance, bulk.distance(mesh, v));
                    }
-                   if (reach > part && mesh.counts(t))
-                     part = reach;  // So that `counts` is called for few triangles
+                   if (vertex_distance > part && mesh.counts(t))
+                     part = vertex_distance;  // So that `counts` is called for few triangles
                  }
                  const std::scoped_lock lock(mutex);
-                 farthest = std::max(farthest, part);
+                 farthest_distance = std::max(farthest_distance, part);
                });
-  return farthest > least ? farthest / bulk.radius : 0;
+  return farthest_distance > min_outlier_distance ? farthest_distance / bulk.radius : 0;
 }
 
 /// Describes the vertices that extend the box; empty if no vertex is `far` times the radius from the centre.
@@ -119,14 +119,15 @@ std::string describe_outliers(const SteppedMesh& mesh, double far) {
         return bulk.distance(mesh, v) > far * bulk.radius;
       }));
   if (count == 0) return {};
-  const std::uint32_t farthest = *std::max_element(used.begin(), used.end(), [&](auto a, auto b) {
-    return bulk.distance(mesh, a) < bulk.distance(mesh, b);
-  });
-  const std::string reach = formatted(" within %.3g of ", bulk.radius);
-  return "Vertex " + std::to_string(farthest) + " at " + text_of(mesh.position(farthest)) +
+  const std::uint32_t farthest_vertex = *std::max_element(
+      used.begin(), used.end(),
+      [&](auto a, auto b) { return bulk.distance(mesh, a) < bulk.distance(mesh, b); });
+  const std::string within_text = formatted(" within %.3g of ", bulk.radius);
+  return "Vertex " + std::to_string(farthest_vertex) + " at " +
+         position_text(mesh.position(farthest_vertex)) +
          (count > 1 ? " and " + std::to_string(count - 1) + " more lie" : " lies") +
-         " far from the others, most of them" + reach + text_of(bulk.center) + ": move or remove " +
-         (count > 1 ? "them." : "it.");
+         " far from the others, most of them" + within_text + position_text(bulk.center) +
+         ": move or remove " + (count > 1 ? "them." : "it.");
 }
 
 }  // namespace
@@ -147,24 +148,24 @@ FloatGrid::FloatGrid(std::span<const Triangle> triangles,
   each([&](std::size_t k, double x) { most[k] = std::max(most[k], std::abs(x)); });
   // Compares numbers in the largest binade, in which rounded values are both even and odd multiples of the step.
   // Tolerance as a share of a step: text files may hold floats with nine digits
-  constexpr double kSlack = 1.0 / 16;
+  constexpr double kStepTolerance = 1.0 / 16;
   std::array<bool, 3> off{}, even{}, odd{};
   each([&](std::size_t k, double x) {
     if (most[k] == 0 || std::ilogb(x) != std::ilogb(most[k])) return;
-    const double steps = std::abs(x) / float_step(most[k]), whole = std::nearbyint(steps);
-    off[k] = off[k] || std::abs(steps - whole) > kSlack;
-    (std::fmod(whole, 2) == 0 ? even : odd)[k] = true;
+    const double steps = std::abs(x) / float_step(most[k]), whole_steps = std::nearbyint(steps);
+    off[k] = off[k] || std::abs(steps - whole_steps) > kStepTolerance;
+    (std::fmod(whole_steps, 2) == 0 ? even : odd)[k] = true;
   });
   for (std::size_t k = 0; k < 3; ++k) on_grid_[k] = !off[k] && even[k] && odd[k];
 }
 
 Step FloatGrid::step(const Vec3d& p) const {
-  Step coarsest;
+  Step coarsest_step;
   for (std::size_t k = 0; k < 3; ++k) {
     const double size = on_grid_[k] ? float_step(axes(p)[k]) : 0;
-    if (size > coarsest.size) coarsest = {size, k};
+    if (size > coarsest_step.size) coarsest_step = {size, k};
   }
-  return coarsest;
+  return coarsest_step;
 }
 
 std::string coarse_steps(const SteppedMesh& mesh, const char* how) {
@@ -190,12 +191,12 @@ std::string coarse_steps(const SteppedMesh& mesh, const char* how) {
   const Edge coarse =
       quantile(edges, 0.75, [](const Edge& a, const Edge& b) { return a.share() < b.share(); });
   if (!(coarse.share() > 1 / kMinStepsPerEdge)) return {};
-  constexpr double kDegrees = 57.29577951308232;
+  constexpr double kDegreesPerRadian = 57.29577951308232;
   const std::string text = formatted(
       "coordinates near %.7g are %s in steps of %.2g, where edges are %.2g long: normals "
       "are off by about %.2g degrees. ",
       coarse.at, how, coarse.step.size, coarse.length,
-      kDegrees * std::atan(kRadiansPerStep * coarse.share()));
+      kDegreesPerRadian * std::atan(kRadiansPerStep * coarse.share()));
   const std::string far = describe_outliers(mesh, kOutlierRatio);
   return text + (!far.empty() ? far
                               : "Export it in double precision, or moved to the world's origin; or "
@@ -207,17 +208,18 @@ std::string stretched_box(const SteppedMesh& mesh) {
   if (sampled_corners.empty()) return {};
   const Bulk bulk(mesh, sampled_corners);
   if (bulk.radius == 0) return {};
-  const double reach = outlier_reach(mesh, bulk);
-  const std::string far = reach > 0 ? describe_outliers(mesh, kExtremeOutlierRatio) : std::string();
+  const double outlier_ratio = outlier_reach(mesh, bulk);
+  const std::string far =
+      outlier_ratio > 0 ? describe_outliers(mesh, kExtremeOutlierRatio) : std::string();
   if (far.empty()) return {};
   const std::string text =
-      formatted("it reaches %.2g times as far as most of its vertices. ", reach);
+      formatted("it reaches %.2g times as far as most of its vertices. ", outlier_ratio);
   return text + far;
 }
 
 namespace {
 
-SteppedMesh own_steps(const Mesh& mesh) {
+SteppedMesh stored_steps(const Mesh& mesh) {
   return {mesh.triangles,
           [&](std::size_t t) { return has_area(mesh.positions, mesh.triangles[t]); },
           [&](std::uint32_t v) { return to_double(mesh.positions[v]); },
@@ -228,30 +230,31 @@ SteppedMesh own_steps(const Mesh& mesh) {
 bool reaches_beyond(const Bulk& bulk, const Bounds& all) {
   constexpr double kMaxOutlierRatio = 0x1p40;
   const Vec3d low(all.low[0], all.low[1], all.low[2]), high(all.high[0], all.high[1], all.high[2]);
-  const double reach = std::max(length(low - bulk.center), length(high - bulk.center));
-  return reach > kExtremeOutlierRatio * bulk.radius && reach < kMaxOutlierRatio * bulk.radius;
+  const double box_distance = std::max(length(low - bulk.center), length(high - bulk.center));
+  return box_distance > kExtremeOutlierRatio * bulk.radius &&
+         box_distance < kMaxOutlierRatio * bulk.radius;
 }
 
 }  // namespace
 
 bool may_have_outliers(const Mesh& sample, const Bounds& all) {
-  const SteppedMesh own = own_steps(sample);
+  const SteppedMesh own = stored_steps(sample);
   const std::vector<std::uint32_t> sampled_corners = sample_vertices(own);
   return sampled_corners.empty() || reaches_beyond(Bulk(own, sampled_corners), all);
 }
 
 Bounds bulk_bounds(const Mesh& mesh, const Bounds& all) {
-  const SteppedMesh own = own_steps(mesh);
+  const SteppedMesh own = stored_steps(mesh);
   const std::vector<std::uint32_t> sampled_corners = sample_vertices(own);
   if (sampled_corners.empty()) return all;
   const Bulk bulk(own, sampled_corners);
   if (!reaches_beyond(bulk, all)) return all;
   if (outlier_reach(own, bulk) == 0) return all;
   const std::vector<std::uint32_t> used = used_vertices(own);
-  const Bulk whole(own, used);
+  const Bulk vertex_bulk(own, used);
   Bounds bounds{all.high, all.low};
   for (const std::uint32_t v : used) {
-    if (whole.distance(own, v) > kExtremeOutlierRatio * whole.radius) continue;
+    if (vertex_bulk.distance(own, v) > kExtremeOutlierRatio * vertex_bulk.radius) continue;
     const std::array<double, 3> p = axes(own.position(v));
     for (std::size_t k = 0; k < 3; ++k) {
       bounds.low[k] = std::min(bounds.low[k], p[k] + 0.0);  // Adding 0 converts -0 to 0
@@ -266,15 +269,15 @@ std::string coarse_steps(const Mesh& mesh, const Frame& frame) {
   const Vec3d origin(mesh.origin[0], mesh.origin[1], mesh.origin[2]);
   const FloatGrid grid(mesh.triangles, own);
   const auto step = [&](std::uint32_t v) {
-    Step coarsest = grid.step(own(v));
+    Step coarsest_step = grid.step(own(v));
     const std::array<double, 3> p = axes(own(v)),
                                 in_frame = axes(to_double(frame.to_frame(mesh, v)));
     for (std::size_t k = 0; k < 3; ++k) {
       const double kept = in_frame[k] / frame.scale + (frame.center[k] - mesh.origin[k]);
       const double size = 2 * std::abs(kept - p[k]);
-      if (size > coarsest.size) coarsest = {size, k};
+      if (size > coarsest_step.size) coarsest_step = {size, k};
     }
-    return coarsest;
+    return coarsest_step;
   };
   const SteppedMesh whole{
       mesh.triangles, [&](std::size_t t) { return has_area(mesh.positions, mesh.triangles[t]); },

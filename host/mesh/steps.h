@@ -61,7 +61,7 @@ std::string stretched_box(const SteppedMesh& mesh);
 Bounds bulk_bounds(const Mesh& mesh, const Bounds& all);
 
 /// False if bulk_bounds() of a mesh is certainly `all`. \param sample  at least kSampledTriangles of its triangles, evenly
-/// spaced, or all of them \param all  of the whole mesh
+/// spaced, or all of them \param all bounds of the whole mesh
 bool may_have_outliers(const Mesh& sample, const Bounds& all);
 /// Number of triangles that are enough to tell where most of a mesh lies.
 inline constexpr std::size_t kSampledTriangles = 4096;

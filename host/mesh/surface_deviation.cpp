@@ -69,15 +69,15 @@ class KeptTriangles {
   std::vector<std::uint32_t> slots_;
 };
 
-/// \param squared  must not be empty
-void summarize(const std::vector<double>& squared, DistanceReport& report) {
+/// \param squared_distances  must not be empty
+void set_statistics(const std::vector<double>& squared_distances, DistanceReport& report) {
   double sum = 0, sum_of_squares = 0, largest = 0;
-  for (const double value : squared) {
+  for (const double value : squared_distances) {
     sum += std::sqrt(value);
     sum_of_squares += value;
     largest = std::max(largest, value);
   }
-  const auto count = static_cast<double>(squared.size());
+  const auto count = static_cast<double>(squared_distances.size());
   report.largest = std::sqrt(largest);
   report.mean = sum / count;
   report.root_mean_square = std::sqrt(sum_of_squares / count);
@@ -94,11 +94,11 @@ DistanceReport one_sided_distance(std::span<const Vec3> dense_positions,
   if (report.samples == 0) return report;
 
   const KeptTriangles kept(low.corners());
-  std::vector<double> squared(report.samples);
-  std::atomic<std::uint64_t> searched = 0;
+  std::vector<double> squared_distances(report.samples);
+  std::atomic<std::uint64_t> searched_samples = 0;
   parallel_for(report.samples, 1024, [&](std::size_t begin, std::size_t end) {
     Vec3d previous_point{};
-    std::uint64_t searches = 0;
+    std::uint64_t searched_in_task = 0;
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint64_t sample = distance_sample(i, report.samples, available);
       const Triangle& t = dense_triangles[sample / 4];
@@ -107,46 +107,48 @@ DistanceReport one_sided_distance(std::span<const Vec3> dense_positions,
       const Vec3& c = dense_positions[t[2]];
       const Vec3 point = distance_point(dense_positions, t, sample % 4);
       if (const Vec3* same = kept.find({a, b, c}); same != nullptr) {
-        squared[i] =
+        squared_distances[i] =
             squared_to_triangle(to_double(point), same, std::numeric_limits<double>::infinity());
       } else {
         // Bounds the search by the previous sample's distance plus the distance between the two samples.
         double within = std::numeric_limits<double>::infinity();
         if (i > begin) {
           const double farthest =
-              std::sqrt(squared[i - 1]) + length(to_double(point) - previous_point);
+              std::sqrt(squared_distances[i - 1]) + length(to_double(point) - previous_point);
           within = kRoundingFactor * farthest * farthest + kRoundingOffset;
         }
-        squared[i] = low.squared(point, within);
-        ++searches;
+        squared_distances[i] = low.squared(point, within);
+        ++searched_in_task;
       }
       previous_point = to_double(point);
     }
-    searched += searches;
+    searched_samples += searched_in_task;
   });
-  report.searched = searched;
-  summarize(squared, report);
+  report.searched = searched_samples;
+  set_statistics(squared_distances, report);
   return report;
 }
 
-DistanceReport distance_back(const SurfaceDistance& dense, std::span<const Vec3> positions,
-                             std::span<const Triangle> triangles) {
-  constexpr std::size_t kPoints = 7;
-  std::vector<double> squared(kPoints * triangles.size());
+DistanceReport low_to_high_distance(const SurfaceDistance& dense, std::span<const Vec3> positions,
+                                    std::span<const Triangle> triangles) {
+  constexpr std::size_t kPointsPerTriangle = 7;
+  std::vector<double> squared_distances(kPointsPerTriangle * triangles.size());
   parallel_for(triangles.size(), 256, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Triangle& t = triangles[i];
       for (std::size_t k = 0; k < 3; ++k) {
         const Vec3d a = to_double(positions[t[k]]), b = to_double(positions[t[(k + 1) % 3]]);
-        squared[kPoints * i + 2 * k] = dense.squared(positions[t[k]]);
-        squared[kPoints * i + 2 * k + 1] = dense.squared(to_float((a + b) * 0.5));
+        squared_distances[kPointsPerTriangle * i + 2 * k] = dense.squared(positions[t[k]]);
+        squared_distances[kPointsPerTriangle * i + 2 * k + 1] =
+            dense.squared(to_float((a + b) * 0.5));
       }
-      squared[kPoints * i + 6] = dense.squared(distance_point(positions, t, 3));
+      squared_distances[kPointsPerTriangle * i + 6] =
+          dense.squared(distance_point(positions, t, 3));
     }
   });
   DistanceReport report;
-  report.samples = squared.size();
-  if (!squared.empty()) summarize(squared, report);
+  report.samples = squared_distances.size();
+  if (!squared_distances.empty()) set_statistics(squared_distances, report);
   return report;
 }
 

@@ -36,7 +36,7 @@ constexpr std::size_t kMaxTrianglesToCut = 300'000;
 constexpr float kPieceMargin = 1e-6F;
 
 /// Number of boxes of a tree over `count` triangles. Each level has parts of at most two sizes, `size` and size + 1.
-std::size_t boxes_of(std::size_t count) {
+std::size_t count_boxes(std::size_t count) {
   std::size_t boxes = 0, size = count, smaller = 1, larger = 0;
   while (size > kLeafSize) {
     boxes += smaller + larger;
@@ -50,12 +50,12 @@ std::size_t boxes_of(std::size_t count) {
   return boxes + smaller + (size == kLeafSize ? 3 : 1) * larger;
 }
 
-double squared(const Vec3d& v) { return dot(v, v); }
+double squared_length(const Vec3d& v) { return dot(v, v); }
 
 double squared_to_segment(const Vec3d& offset, const Vec3d& edge) {
-  const double length2 = dot(edge, edge), along = dot(offset, edge);
-  if (!(along > 0)) return squared(offset);
-  return squared(offset - (along < length2 ? edge * (along / length2) : edge));
+  const double length2 = dot(edge, edge), projection = dot(offset, edge);
+  if (!(projection > 0)) return squared_length(offset);
+  return squared_length(offset - (projection < length2 ? edge * (projection / length2) : edge));
 }
 
 /// True if two triangles are both certainly farther than the best, by their planes.
@@ -67,11 +67,12 @@ bool both_farther(const Vec3d& p, const Vec3* one, const Vec3* other, double bes
                 cz = Double2{one[2].z, other[2].z} - az;
   const Double2 nx = by * cz - bz * cy, ny = bz * cx - bx * cz, nz = bx * cy - by * cx;
   const Double2 n2 = nx * nx + ny * ny + nz * nz;
-  const Double2 along =
+  const Double2 plane_distance =
       (Double2{p.x, p.x} - ax) * nx + (Double2{p.y, p.y} - ay) * ny + (Double2{p.z, p.z} - az) * nz;
-  const Double2 bound = kFartherFactor * best * n2;
+  const Double2 squared_bound = kFartherFactor * best * n2;
   const Double2 b2 = bx * bx + by * by + bz * bz, c2 = cx * cx + cy * cy + cz * cz;
-  const auto farther = (along * along > bound) & (n2 > kMinSquaredSine * b2 * c2);
+  const auto farther =
+      (plane_distance * plane_distance > squared_bound) & (n2 > kMinSquaredSine * b2 * c2);
   return farther[0] != 0 && farther[1] != 0;
 }
 
@@ -84,12 +85,13 @@ double squared_to_triangle(const Vec3d& p, const Vec3* c, double best) {
   const double n2 = dot(n, n);
   const double d00 = dot(ab, ab), d11 = dot(ac, ac);
   if (n2 > kMinSquaredSine * d00 * d11) {
-    const double along = dot(ap, n);
-    if (along * along > kFartherFactor * best * n2) return best;
+    const double normal_offset = dot(ap, n);
+    if (normal_offset * normal_offset > kFartherFactor * best * n2) return best;
     const double d01 = dot(ab, ac), d20 = dot(ap, ab), d21 = dot(ap, ac);
     const double v = d11 * d20 - d01 * d21;
     const double w = d00 * d21 - d01 * d20;
-    if (v >= 0 && w >= 0 && v + w <= d00 * d11 - d01 * d01) return along * along / n2;
+    if (v >= 0 && w >= 0 && v + w <= d00 * d11 - d01 * d01)
+      return normal_offset * normal_offset / n2;
   }
   const double e0 = squared_to_segment(ap, ab);
   const double e1 = squared_to_segment(ap, ac);
@@ -100,7 +102,7 @@ double squared_to_triangle(const Vec3d& p, const Vec3* c, double best) {
 SurfaceDistance::SurfaceDistance(std::span<const Vec3> positions,
                                  std::span<const Triangle> triangles) {
   if (triangles.empty()) return;
-  if (triangles.size() <= kMaxTrianglesToCut) cut_up(positions, triangles);
+  if (triangles.size() <= kMaxTrianglesToCut) cut_long_triangles(positions, triangles);
   std::vector<Item> items(pieces_.empty() ? triangles.size() : pieces_.size());
   const auto each = [&](const auto& body) {
     parallel_for(items.size(), std::size_t{1} << 15, [&](std::size_t begin, std::size_t end) {
@@ -119,45 +121,46 @@ SurfaceDistance::SurfaceDistance(std::span<const Vec3> positions,
     items[i] = {{(a.x + b.x + c.x) / 3, (a.y + b.y + c.y) / 3, (a.z + b.z + c.z) / 3},
                 static_cast<std::uint32_t>(i)};
   });
-  nodes_.resize(boxes_of(items.size()));
+  nodes_.resize(count_boxes(items.size()));
   // Splits level by level until there are enough parts for all threads; boxes of the levels above these parts are
   // fitted last.
   std::vector<Part> parts{{0, items.size(), 0}}, above;
   while (parts.size() < kMaxSubtrees && parts[0].last - parts[0].first > kMinSubtreeTriangles) {
-    std::vector<std::array<Part, 2>> halves(parts.size());
+    std::vector<std::array<Part, 2>> part_halves(parts.size());
     parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) split(items, parts[i], halves[i]);
+      for (std::size_t i = begin; i < end; ++i) split_part(items, parts[i], part_halves[i]);
     });
     above.insert(above.end(), parts.begin(), parts.end());
     parts.clear();
-    for (const std::array<Part, 2>& both : halves)
+    for (const std::array<Part, 2>& both : part_halves)
       parts.insert(parts.end(), both.begin(), both.end());
   }
   corners_.resize(items.size() * 3);
-  order_.resize(items.size());
+  leaf_order_.resize(items.size());
   parallel_for(parts.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) {
-      const std::size_t first_box = parts[p].box;
+      const std::size_t part_box = parts[p].box;
       const std::size_t count = parts[p].last - parts[p].first;
       build(items, parts[p]);
       for (std::size_t i = parts[p].first; i < parts[p].last; ++i) {
-        order_[i] = items[i].triangle;
-        const std::uint32_t t = pieces_.empty() ? order_[i] : pieces_[order_[i]].first;
+        leaf_order_[i] = items[i].triangle;
+        const std::uint32_t t = pieces_.empty() ? leaf_order_[i] : pieces_[leaf_order_[i]].first;
         for (std::size_t k = 0; k < 3; ++k) corners_[3 * i + k] = positions[triangles[t][k]];
       }
-      for (std::size_t box = first_box + boxes_of(count); box-- > first_box;) fit_box(box);
+      for (std::size_t box = part_box + count_boxes(count); box-- > part_box;) fit_box(box);
     }
   });
   for (std::size_t i = above.size(); i-- > 0;) fit_box(above[i].box);
-  for (std::uint32_t& item : order_) item = pieces_.empty() ? item : pieces_[item].first;
+  for (std::uint32_t& item : leaf_order_) item = pieces_.empty() ? item : pieces_[item].first;
   pieces_ = {};
 }
 
 /// Cuts triangles across their longest sides if their boxes are mostly empty.
-void SurfaceDistance::cut_up(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
+void SurfaceDistance::cut_long_triangles(std::span<const Vec3> positions,
+                                         std::span<const Triangle> triangles) {
   // For each triangle, the ratio of its box's area to its own area
-  std::vector<double> waste(triangles.size());
-  double areas = 0, boxes = 0;
+  std::vector<double> box_area_ratio(triangles.size());
+  double triangle_area = 0, box_area = 0;
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     const Triangle& t = triangles[i];
     Box<Vec3> bounds;
@@ -166,11 +169,11 @@ void SurfaceDistance::cut_up(std::span<const Vec3> positions, std::span<const Tr
     const double area =
         0.5 * length(cross(to_double(positions[t[1]]) - a, to_double(positions[t[2]]) - a));
     const double box = 0.5 * (size.x * size.y + size.y * size.z + size.z * size.x);
-    waste[i] = area > 0 ? box / area : 1;
-    areas += area;
-    boxes += box;
+    box_area_ratio[i] = area > 0 ? box / area : 1;
+    triangle_area += area;
+    box_area += box;
   }
-  if (!(boxes > kMaxBoxAreaRatio * areas)) return;
+  if (!(box_area > kMaxBoxAreaRatio * triangle_area)) return;
   pieces_.reserve(2 * triangles.size());
   for (std::uint32_t i = 0; i < triangles.size(); ++i) {
     const Triangle& t = triangles[i];
@@ -184,11 +187,11 @@ void SurfaceDistance::cut_up(std::span<const Vec3> positions, std::span<const Tr
                                 : side(1) >= side(2)                     ? 1
                                                                          : 2;
     std::rotate(p.begin(), p.begin() + static_cast<std::ptrdiff_t>(longest), p.end());
-    const Vec3d along = p[1] - p[0];
-    const double length2 = dot(along, along);
-    const double apex = dot(p[2] - p[0], along) / length2;
-    const int count =
-        static_cast<int>(std::clamp(waste[i] / kBoxAreaRatioPerPiece, 1.0, 1.0 * kMaxPieces));
+    const Vec3d longest_side = p[1] - p[0];
+    const double length2 = dot(longest_side, longest_side);
+    const double apex = dot(p[2] - p[0], longest_side) / length2;
+    const int count = static_cast<int>(
+        std::clamp(box_area_ratio[i] / kBoxAreaRatioPerPiece, 1.0, 1.0 * kMaxPieces));
     const auto margin = kPieceMargin * static_cast<float>(std::sqrt(length2));
     for (int piece = 0; piece < count; ++piece) {
       const double from = 1.0 * piece / count, to = (piece + 1.0) / count;
@@ -196,7 +199,7 @@ void SurfaceDistance::cut_up(std::span<const Vec3> positions, std::span<const Tr
       box.first = i;
       const auto add = [&](const Vec3d& v) { box.add(to_float(v)); };
       for (const double s : {from, to}) {
-        add(p[0] + along * s);
+        add(p[0] + longest_side * s);
         add(s < apex ? p[0] + (p[2] - p[0]) * (s / apex)
                      : p[1] + (p[2] - p[1]) * (apex < 1 ? (1 - s) / (1 - apex) : 1));
       }
@@ -211,7 +214,8 @@ void SurfaceDistance::cut_up(std::span<const Vec3> positions, std::span<const Tr
 /// Splits a range in halves, and sets the indices of their boxes, in depth-first order with the left child next to
 /// its parent. Halving the count bounds the depth by log2(n).
 /// \returns false for a leaf
-bool SurfaceDistance::split(std::span<Item> items, const Part& part, std::array<Part, 2>& halves) {
+bool SurfaceDistance::split_part(std::span<Item> items, const Part& part,
+                                 std::array<Part, 2>& halves) {
   Node& box = nodes_[part.box];
   if (part.last - part.first <= kLeafSize) {
     box.first = static_cast<std::uint32_t>(part.first);
@@ -230,7 +234,7 @@ bool SurfaceDistance::split(std::span<Item> items, const Part& part, std::array<
     const float kb = component(b.center, axis);
     return ka != kb ? ka < kb : a.triangle < b.triangle;
   });
-  const std::size_t right = part.box + 1 + boxes_of(middle - part.first);
+  const std::size_t right = part.box + 1 + count_boxes(middle - part.first);
   box.first = static_cast<std::uint32_t>(right);
   box.count = 0;
   halves = {Part{part.first, middle, part.box + 1}, Part{middle, part.last, right}};
@@ -239,7 +243,7 @@ bool SurfaceDistance::split(std::span<Item> items, const Part& part, std::array<
 
 void SurfaceDistance::build(std::span<Item> items, const Part& part) {
   std::array<Part, 2> halves;
-  if (!split(items, part, halves)) return;
+  if (!split_part(items, part, halves)) return;
   build(items, halves[0]);
   build(items, halves[1]);
 }
@@ -254,7 +258,7 @@ void SurfaceDistance::fit_box(std::size_t index) {
   }
   for (std::uint32_t i = node.first; i < node.first + node.count; ++i) {
     if (!pieces_.empty()) {
-      box.join(pieces_[order_[i]]);
+      box.join(pieces_[leaf_order_[i]]);
     } else {
       for (std::size_t k = 0; k < 3; ++k) box.add(corners_[std::size_t{3} * i + k]);
     }
@@ -264,64 +268,65 @@ void SurfaceDistance::fit_box(std::size_t index) {
 }
 
 double SurfaceDistance::squared(const Vec3& point, double within) const {
-  std::uint32_t place = 0;
-  return search(point, place, within);
+  std::uint32_t leaf_index = 0;
+  return search_nearest(point, leaf_index, within);
 }
 
 double SurfaceDistance::squared(const Vec3& point, double within, const Vec3*& corners) const {
-  std::uint32_t place = 0;
-  const double result = search(point, place, within);
-  corners = result < within ? &corners_[3 * std::size_t{place}] : nullptr;
+  std::uint32_t leaf_index = 0;
+  const double result = search_nearest(point, leaf_index, within);
+  corners = result < within ? &corners_[3 * std::size_t{leaf_index}] : nullptr;
   return result;
 }
 
 bool SurfaceDistance::is_within(const Vec3& point, double squared) const {
-  std::uint32_t place = 0;
+  std::uint32_t leaf_index = 0;
   const double above = std::nextafter(squared, std::numeric_limits<double>::infinity());
-  return search(point, place, above, squared) <= squared;
+  return search_nearest(point, leaf_index, above, squared) <= squared;
 }
 
 std::uint32_t SurfaceDistance::nearest(const Vec3& point, double within) const {
-  std::uint32_t place = 0;
-  search(point, place, within);
-  return order_.empty() ? 0 : order_[place];
+  std::uint32_t leaf_index = 0;
+  search_nearest(point, leaf_index, within);
+  return leaf_order_.empty() ? 0 : leaf_order_[leaf_index];
 }
 
-double SurfaceDistance::search(const Vec3& point, std::uint32_t& place, double best,
-                               double enough) const {
+double SurfaceDistance::search_nearest(const Vec3& point, std::uint32_t& leaf_index, double best,
+                                       double enough) const {
   if (nodes_.empty()) return best;
   const Vec3d at = to_double(point);
-  struct Entry {
+  struct PendingBox {
     std::uint32_t box;
     double distance;
   };
-  std::array<Entry, 64> stack;  // The depth is at most 32, and each level leaves one entry
+  std::array<PendingBox, 64> stack;  // The depth is at most 32, and each level leaves one entry
   std::size_t top = 0;
-  Entry entry{0, squared_to_boxes(at, nodes_[0], nodes_[0])[0]};
+  PendingBox pending{0, squared_to_boxes(at, nodes_[0], nodes_[0])[0]};
   for (;;) {
-    while (!(entry.distance < best)) {
+    while (!(pending.distance < best)) {
       if (top == 0) return best;
-      entry = stack[--top];
+      pending = stack[--top];
     }
-    const Node& box = nodes_[entry.box];
+    const Node& box = nodes_[pending.box];
     if (box.count != 0) {
-      test_leaf(at, box, place, best);
+      test_leaf(at, box, leaf_index, best);
       if (best <= enough) return best;
-      entry.distance = std::numeric_limits<double>::infinity();
+      pending.distance = std::numeric_limits<double>::infinity();
       continue;
     }
-    const std::uint32_t left = entry.box + 1, right = box.first;
+    const std::uint32_t left = pending.box + 1, right = box.first;
     const Double2 to = squared_to_boxes(at, nodes_[left], nodes_[right]);
-    const bool right_first = to[1] < to[0];
-    const Entry later = right_first ? Entry{left, to[0]} : Entry{right, to[1]};
-    entry = right_first ? Entry{right, to[1]} : Entry{left, to[0]};
-    stack[top] = later;
-    if (later.distance < best) ++top;
+    const bool is_right_nearer = to[1] < to[0];
+    const PendingBox farther_child =
+        is_right_nearer ? PendingBox{left, to[0]} : PendingBox{right, to[1]};
+    pending = is_right_nearer ? PendingBox{right, to[1]} : PendingBox{left, to[0]};
+    stack[top] = farther_child;
+    if (farther_child.distance < best) ++top;
   }
 }
 
 /// Tests the triangles of a leaf.
-void SurfaceDistance::test_leaf(const Vec3d& at, const Node& leaf, std::uint32_t& place,
+void SurfaceDistance::test_leaf(const Vec3d& at, const Node& leaf, std::uint32_t& leaf_index,
                                 double& best) const {
   const std::uint32_t end = leaf.first + leaf.count;
   for (std::uint32_t i = leaf.first; i < end; i += 2) {
@@ -333,7 +338,7 @@ void SurfaceDistance::test_leaf(const Vec3d& at, const Node& leaf, std::uint32_t
       const double distance = squared_to_triangle(at, &corners_[std::size_t{3} * t], best);
       if (distance >= best) continue;
       best = distance;
-      place = t;
+      leaf_index = t;
     }
   }
 }

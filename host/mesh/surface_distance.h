@@ -58,23 +58,24 @@ class SurfaceDistance {
   struct Part {
     std::size_t first, last, box;
   };
-  void cut_up(std::span<const Vec3> positions, std::span<const Triangle> triangles);
-  bool split(std::span<Item> items, const Part& part, std::array<Part, 2>& halves);
+  void cut_long_triangles(std::span<const Vec3> positions, std::span<const Triangle> triangles);
+  bool split_part(std::span<Item> items, const Part& part, std::array<Part, 2>& halves);
   void build(std::span<Item> items, const Part& part);
   void fit_box(std::size_t box);
 
   std::vector<Node> nodes_;
-  /// Pieces of triangles, if the tree is built over them; Item::triangle and order_ then number pieces.
+  /// Pieces of triangles, if the tree is built over them; Item::triangle and leaf_order_ then number pieces.
   std::vector<Node> pieces_;
   /// \returns the squared distance
-  /// \param place  [out] index of the nearest triangle in leaf order
-  /// \param best    squared distance below which triangles count
-  /// \param enough  squared distance at which the search stops
-  double search(const Vec3& point, std::uint32_t& place, double best, double enough = -1) const;
-  void test_leaf(const Vec3d& at, const Node& leaf, std::uint32_t& place, double& best) const;
+  /// \param leaf_index  [out] index of the nearest triangle in leaf order
+  /// \param best        squared distance below which triangles count
+  /// \param enough      squared distance at which the search stops
+  double search_nearest(const Vec3& point, std::uint32_t& leaf_index, double best,
+                        double enough = -1) const;
+  void test_leaf(const Vec3d& at, const Node& leaf, std::uint32_t& leaf_index, double& best) const;
 
   std::vector<Vec3> corners_;  ///< Corners of all triangles in leaf order, three per triangle
-  std::vector<std::uint32_t> order_;  ///< Index of each triangle in leaf order
+  std::vector<std::uint32_t> leaf_order_;  ///< Index of each triangle in leaf order
 };
 
 /// Squared distance of a point to a triangle: to its plane if the projection is inside, otherwise to the nearest
@@ -111,8 +112,8 @@ inline Vec3 distance_point(std::span<const Vec3> positions, const Triangle& t, s
 
 /// Distances from the low poly to the high poly, sampled at corners, centroids and edge midpoints of its triangles.
 /// `searched` stays 0. Does not depend on threads.
-DistanceReport distance_back(const SurfaceDistance& dense, std::span<const Vec3> positions,
-                             std::span<const Triangle> triangles);
+DistanceReport low_to_high_distance(const SurfaceDistance& dense, std::span<const Vec3> positions,
+                                    std::span<const Triangle> triangles);
 
 /// Distances from the high poly to the low poly, sampled at corners and centroids of the high poly's triangles: all
 /// of them if there are at most `max_samples`, otherwise evenly spaced ones. Degenerate triangles count; all corners

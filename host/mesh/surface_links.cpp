@@ -32,11 +32,11 @@ std::uint32_t root_of_link(std::vector<std::uint32_t>& parent, std::uint32_t tri
 
 bool same_uv(const Vec2& a, const Vec2& b) { return a.x == b.x && a.y == b.y; }
 
-using Weights = std::array<double, 3>;
+using BarycentricWeights = std::array<double, 3>;
 
 /// Barycentric coordinates of a point in a triangle's UVs. False if the UVs have no area.
 bool uv_weights(const std::array<LowSurface::Corner, 3>& corners, const std::array<double, 2>& at,
-                Weights& weights) {
+                BarycentricWeights& weights) {
   const Vec2& a = corners[0].uv;
   const double ux = double{corners[1].uv.x} - a.x;
   const double uy = double{corners[1].uv.y} - a.y;
@@ -52,20 +52,22 @@ bool uv_weights(const std::array<LowSurface::Corner, 3>& corners, const std::arr
   return true;
 }
 
-Vec3d point_at(const std::array<LowSurface::Corner, 3>& corners, const Weights& weights) {
+Vec3d point_at(const std::array<LowSurface::Corner, 3>& corners,
+               const BarycentricWeights& weights) {
   return to_double(corners[0].position) * weights[0] + to_double(corners[1].position) * weights[1] +
          to_double(corners[2].position) * weights[2];
 }
 
 /// Barycentric coordinates of a point in a triangle's plane.
-Weights plane_weights(const std::array<LowSurface::Corner, 3>& corners, const Vec3d& point) {
+BarycentricWeights plane_weights(const std::array<LowSurface::Corner, 3>& corners,
+                                 const Vec3d& point) {
   const Vec3d a = to_double(corners[0].position);
   const Vec3d b = to_double(corners[1].position) - a;
   const Vec3d c = to_double(corners[2].position) - a;
   const Vec3d normal = cross(b, c);
   const double scale = 1 / dot(normal, normal);
   const Vec3d p = point - a;
-  Weights weights{};
+  BarycentricWeights weights{};
   weights[1] = dot(cross(p, c), normal) * scale;
   weights[2] = dot(cross(b, p), normal) * scale;
   weights[0] = 1 - weights[1] - weights[2];
@@ -99,10 +101,10 @@ SurfaceTopology SurfaceTopology::of(const LowSurface& surface) {
   SurfaceTopology topology;
   topology.vertices.resize(count);
   topology.neighbour.assign(count, {KILN_NO_TRIANGLE, KILN_NO_TRIANGLE, KILN_NO_TRIANGLE});
-  std::vector<std::uint32_t> number(corner_positions.size(), 0);
+  std::vector<std::uint32_t> vertex_numbers(corner_positions.size(), 0);
   for (std::size_t i = 0; i < corner_positions.size(); ++i) {
-    number[i] = weld[i] == i ? topology.vertex_count++ : number[weld[i]];
-    topology.vertices[i / 3][i % 3] = number[i];
+    vertex_numbers[i] = weld[i] == i ? topology.vertex_count++ : vertex_numbers[weld[i]];
+    topology.vertices[i / 3][i % 3] = vertex_numbers[i];
   }
 
   std::vector<LinkSide> sides;
@@ -154,15 +156,15 @@ SurfacePlace walk_surface(const LowSurface& surface, const SurfaceTopology& topo
                           std::uint32_t triangle, const std::array<double, 2>& from,
                           const std::array<double, 2>& to) {
   const auto* corners = &surface.triangles[triangle];
-  Weights at{};
-  Weights goal{};
+  BarycentricWeights at{};
+  BarycentricWeights goal{};
   if (!uv_weights(*corners, from, at) || !uv_weights(*corners, to, goal)) return {};
-  std::size_t entered = 3;  // Edge at which the walk entered
+  std::size_t entry_edge = 3;  // Edge at which the walk entered
   for (int step = 0; step < kMaxWalkTriangles; ++step) {
     std::size_t exit = 3;
     double share = std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < 3; ++k) {
-      if (k == entered || !(goal[k] < 0)) continue;
+      if (k == entry_edge || !(goal[k] < 0)) continue;
       const double inside = std::max(0.0, at[k]);
       const double cut = inside / (inside - goal[k]);
       if (cut < share) {
@@ -192,18 +194,18 @@ SurfacePlace walk_surface(const LowSurface& surface, const SurfaceTopology& topo
     const Vec3d rest = point_at(*corners, goal) - start;
     const Vec3d crossing = start + rest * share;
     const Vec3d beyond = rest * (1 - share);
-    const EdgeFrame here(*corners, exit);
+    const EdgeFrame edge_frame(*corners, exit);
     corners = &surface.triangles[next];
     // The component along the edge is unchanged, whatever the other triangle's orientation. The component across the
     // edge changes from outward to inward.
-    const EdgeFrame there(*corners, back);
-    const double across = dot(beyond, here.outward);
+    const EdgeFrame next_frame(*corners, back);
+    const double across = dot(beyond, edge_frame.outward);
     const Vec3d goal_point =
-        crossing + here.along * dot(beyond, here.along) - there.outward * across;
+        crossing + edge_frame.along * dot(beyond, edge_frame.along) - next_frame.outward * across;
     at = plane_weights(*corners, crossing);
     goal = plane_weights(*corners, goal_point);
     triangle = next;
-    entered = back;
+    entry_edge = back;
   }
   return {};
 }
@@ -234,7 +236,7 @@ TexelLinks TexelLinks::of(const LowSurface& surface, const SurfaceTopology& topo
     const std::uint32_t chart = topology.chart[place.triangle];
     if (chart_at(x, y) == chart) return static_cast<std::uint32_t>(y * w + x);
     double nearest = std::numeric_limits<double>::infinity();
-    std::uint32_t found = KILN_VISIBILITY_NO_LINK;
+    std::uint32_t nearest_texel = KILN_VISIBILITY_NO_LINK;
     for (std::int64_t j = y - 1; j <= y + 1; ++j) {
       for (std::int64_t i = x - 1; i <= x + 1; ++i) {
         if (chart_at(i, j) != chart) continue;
@@ -242,26 +244,26 @@ TexelLinks TexelLinks::of(const LowSurface& surface, const SurfaceTopology& topo
         const double dy = static_cast<double>(j) + 0.5 - py;
         if (dx * dx + dy * dy < nearest) {
           nearest = dx * dx + dy * dy;
-          found = static_cast<std::uint32_t>(j * w + i);
+          nearest_texel = static_cast<std::uint32_t>(j * w + i);
         }
       }
     }
-    return found;
+    return nearest_texel;
   };
 
   TexelLinks result;
   result.kind.assign(texel_triangle.size(), KILN_VISIBILITY_EMPTY);
-  constexpr std::size_t kRows = 16;
-  std::vector<std::vector<std::uint32_t>> parts((rows + kRows - 1) / kRows);
-  parallel_for(rows, kRows, [&](std::size_t begin, std::size_t end) {
+  constexpr std::size_t kRowsPerTask = 16;
+  std::vector<std::vector<std::uint32_t>> links_of_tasks((rows + kRowsPerTask - 1) / kRowsPerTask);
+  parallel_for(rows, kRowsPerTask, [&](std::size_t begin, std::size_t end) {
     // A single thread may process all rows.
-    std::vector<std::uint32_t>& part = parts[begin / kRows];
+    std::vector<std::uint32_t>& part = links_of_tasks[begin / kRowsPerTask];
     for (auto y = static_cast<std::int64_t>(begin); y < static_cast<std::int64_t>(end); ++y) {
       for (std::int64_t x = 0; x < w; ++x) {
         const std::uint32_t chart = chart_at(x, y);
         if (chart == kNoChart) continue;
         const auto texel = static_cast<std::size_t>(y * w + x);
-        bool inner = true;
+        bool is_inner = true;
         const std::uint32_t own = texel_triangle[texel];
         const bool within = x > 0 && y > 0 && x + 1 < w && y + 1 < h;
         for (const auto& [dx, dy] : kSteps) {
@@ -269,10 +271,10 @@ TexelLinks TexelLinks::of(const LowSurface& surface, const SurfaceTopology& topo
           if (within && texel_triangle[static_cast<std::size_t>((y + dy) * w + x + dx)] == own) {
             continue;
           }
-          inner = inner && chart_at(x + dx, y + dy) == chart;
+          is_inner = is_inner && chart_at(x + dx, y + dy) == chart;
         }
-        result.kind[texel] = inner ? KILN_VISIBILITY_INNER : KILN_VISIBILITY_BORDER;
-        if (inner) continue;
+        result.kind[texel] = is_inner ? KILN_VISIBILITY_INNER : KILN_VISIBILITY_BORDER;
+        if (is_inner) continue;
         const auto place = [&](std::int64_t i, std::int64_t j) -> std::array<double, 2> {
           return {(static_cast<double>(i) + 0.5) / static_cast<double>(width),
                   1 - (static_cast<double>(j) + first_row + 0.5) / static_cast<double>(height)};
@@ -289,7 +291,7 @@ TexelLinks TexelLinks::of(const LowSurface& surface, const SurfaceTopology& topo
       }
     }
   });
-  for (const std::vector<std::uint32_t>& part : parts) {
+  for (const std::vector<std::uint32_t>& part : links_of_tasks) {
     result.links.insert(result.links.end(), part.begin(), part.end());
   }
   return result;

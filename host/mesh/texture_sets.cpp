@@ -75,11 +75,12 @@ void over_uv_cells(const UvCorners& uvs, double move_u, double move_v, const Use
   const auto [y0, y1] = range(1);
   for (std::uint32_t y = y0; y < y1; ++y) {
     for (std::uint32_t x = x0; x < x1; ++x) {
-      bool inside = true;
+      bool is_centre_inside = true;
       for (std::size_t k = 0; k < 3; ++k) {
-        inside = inside && edge(p[k], p[(k + 1) % 3], x + 0.5, y + 0.5) * area > 0;
+        is_centre_inside =
+            is_centre_inside && edge(p[k], p[(k + 1) % 3], x + 0.5, y + 0.5) * area > 0;
       }
-      if (inside) use(std::size_t{y} * kOverlapGrid + x);
+      if (is_centre_inside) use(std::size_t{y} * kOverlapGrid + x);
     }
   }
 }
@@ -108,9 +109,9 @@ bool are_copies(const UvCorners& a, const UvCorners& b) {
 /// \param in_tile  shifts every tile to the unit square, and ignores copies
 template <typename SetOf>
 bool clearly_overlap(const Mesh& low, const SetOf& set_of, bool in_tile) {
-  constexpr std::uint32_t kUnowned = 0xFFFFFFFFU;
-  std::vector<std::uint32_t> owner(std::size_t{kOverlapGrid} * kOverlapGrid, kUnowned);
-  std::vector<std::uint8_t> shared(owner.size(), 0);
+  constexpr std::uint32_t kNoTriangle = 0xFFFFFFFFU;
+  std::vector<std::uint32_t> owner(std::size_t{kOverlapGrid} * kOverlapGrid, kNoTriangle);
+  std::vector<std::uint8_t> is_cell_shared(owner.size(), 0);
   const auto max_cells =
       static_cast<std::uint64_t>(kMaxOverlapShare * static_cast<double>(owner.size()));
   std::uint64_t cells = 0;
@@ -121,25 +122,26 @@ bool clearly_overlap(const Mesh& low, const SetOf& set_of, bool in_tile) {
     };
     const std::uint32_t known = owner[cell(uvs[0].y, uvs[1].y, uvs[2].y) * kOverlapGrid +
                                       cell(uvs[0].x, uvs[1].x, uvs[2].x)];
-    return known != kUnowned && are_copies(corner_uvs(low, known), uvs);
+    return known != kNoTriangle && are_copies(corner_uvs(low, known), uvs);
   };
   for (std::uint32_t t = 0; t < low.triangles.size() && cells <= max_cells; ++t) {
     const UvCorners uvs = corner_uvs(low, t);
     if (!has_uvs(uvs)) continue;
     const auto [u, v] = in_tile ? tile_of(uvs) : std::pair<std::int64_t, std::int64_t>(0, 0);
-    if (in_tile && is_copy_in_tile(uvs)) continue;  // All cells of this triangle belong to the copy
+    if (in_tile && is_copy_in_tile(uvs))
+      continue;  // All cells of this triangle belong to its copy, too
     over_uv_cells(uvs, static_cast<double>(u), static_cast<double>(v), [&](std::size_t cell) {
-      if (owner[cell] == kUnowned) owner[cell] = t;
-      if (shared[cell] != 0 || set_of(owner[cell]) == set_of(t)) return;
+      if (owner[cell] == kNoTriangle) owner[cell] = t;
+      if (is_cell_shared[cell] != 0 || set_of(owner[cell]) == set_of(t)) return;
       if (in_tile && are_copies(corner_uvs(low, owner[cell]), uvs)) return;
-      shared[cell] = 1;
+      is_cell_shared[cell] = 1;
       ++cells;
     });
   }
   return cells > max_cells;
 }
 
-TextureSet all_of(const Mesh& low) {
+TextureSet whole_mesh_set(const Mesh& low) {
   TextureSet set;
   set.members.resize(low.triangles.size());
   std::iota(set.members.begin(), set.members.end(), 0U);
@@ -147,8 +149,8 @@ TextureSet all_of(const Mesh& low) {
   return set;
 }
 
-std::vector<TextureSet> by_names(const Mesh& low, const std::vector<std::uint32_t>& of,
-                                 const std::vector<std::string>& names) {
+std::vector<TextureSet> sets_by_names(const Mesh& low, const std::vector<std::uint32_t>& of,
+                                      const std::vector<std::string>& names) {
   std::vector<TextureSet> sets(names.size());
   for (std::size_t i = 0; i < sets.size(); ++i) {
     sets[i].name = names[i];
@@ -179,8 +181,8 @@ void check_tiles(const Mesh& low) {
   }
 }
 
-std::vector<TextureSet> by_tiles(const Mesh& low) {
-  check_tiles(low);  // Must be done before thousands of sets are created
+std::vector<TextureSet> sets_by_tiles(const Mesh& low) {
+  check_tiles(low);  // Checked here, before thousands of sets are created
   // Sets of the tiles, row by row
   std::map<std::pair<std::int64_t, std::int64_t>, TextureSet> tiles;
   for (std::size_t t = 0; t < low.triangles.size(); ++t) {
@@ -204,15 +206,15 @@ std::vector<TextureSet> by_tiles(const Mesh& low) {
 
 /// True if all triangles lie in UDIM tiles, and at least one of them beyond the unit square.
 bool lies_in_tiles(const Mesh& low) {
-  bool tiled = false, in_tiles = true;
+  bool is_beyond_unit_square = false, in_tiles = true;
   for (std::size_t t = 0; t < low.triangles.size(); ++t) {
     const UvCorners uvs = corner_uvs(low, t);
     if (!has_uvs(uvs)) continue;
     const auto [u, v] = tile_of(uvs);
-    tiled = tiled || u != 0 || v != 0;
+    is_beyond_unit_square = is_beyond_unit_square || u != 0 || v != 0;
     in_tiles = in_tiles && u >= 0 && u < kTilesAcross && v >= 0 && v < kTilesUp;
   }
-  return tiled && in_tiles;
+  return is_beyond_unit_square && in_tiles;
 }
 
 /// True if charts of several tiles would overlap in one tile and are not copies of each other.
@@ -246,7 +248,7 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> only_tile(const Mesh& low
 }
 
 /// Splits sets of materials or objects that span several tiles.
-std::vector<TextureSet> with_tiles(const Mesh& low, std::vector<TextureSet> sets) {
+std::vector<TextureSet> split_sets_by_tiles(const Mesh& low, std::vector<TextureSet> sets) {
   if (!lies_in_tiles(low)) return sets;
   std::vector<TextureSet> result;
   for (TextureSet& set : sets) {
@@ -261,7 +263,7 @@ std::vector<TextureSet> with_tiles(const Mesh& low, std::vector<TextureSet> sets
     own.uvs = low.uvs;
     own.uv_triangles = low.uv_triangles;
     keep_uvs_of(set, own);
-    std::vector<TextureSet> tiles = by_tiles(own);
+    std::vector<TextureSet> tiles = sets_by_tiles(own);
     if (!tiles_overlap(own)) {
       result.push_back(std::move(set));
       continue;
@@ -278,7 +280,7 @@ std::vector<TextureSet> with_tiles(const Mesh& low, std::vector<TextureSet> sets
 
 std::vector<TextureSet> find_texture_sets(const Mesh& low, SetsBy by) {
   validate(low);
-  if (by == SetsBy::none || low.uv_triangles.empty()) return {all_of(low)};
+  if (by == SetsBy::none || low.uv_triangles.empty()) return {whole_mesh_set(low)};
   const auto missing = [&](const char* what) {
     throw Error(ErrorCode::input, "Mesh '" + low.name + "' has no " + what +
                                       ", so there are no texture sets by them. Choose other sets, "
@@ -286,17 +288,17 @@ std::vector<TextureSet> find_texture_sets(const Mesh& low, SetsBy by) {
   };
   std::vector<TextureSet> sets;
   if (by == SetsBy::udim) {
-    sets = by_tiles(low);
+    sets = sets_by_tiles(low);
   } else if (by == SetsBy::material) {
     if (low.materials.empty()) missing("materials");
-    sets = by_names(low, low.materials, low.material_names);
+    sets = sets_by_names(low, low.materials, low.material_names);
   } else {
     if (low.objects.empty()) missing("objects");
-    sets = by_names(low, low.objects, low.object_names);
+    sets = sets_by_names(low, low.objects, low.object_names);
   }
   std::erase_if(sets, [](const TextureSet& set) { return set.triangles == 0; });
-  if (sets.empty()) return {all_of(low)};
-  return by == SetsBy::udim ? sets : with_tiles(low, std::move(sets));
+  if (sets.empty()) return {whole_mesh_set(low)};
+  return by == SetsBy::udim ? sets : split_sets_by_tiles(low, std::move(sets));
 }
 
 SetsBy choose_texture_sets(const Mesh& low) {

@@ -23,7 +23,7 @@ struct TwoSided {
   /// sheets intersect, each is oriented separately.
   std::vector<std::uint8_t> backs;
   /// For each triangle, 1 if its sheet shares no edge with unpaired triangles.
-  std::vector<std::uint8_t> alone;
+  std::vector<std::uint8_t> has_only_pairs;
 
   bool empty() const { return twins.empty(); }
   /// \param welded  triangles triangles whose corners have equal indices for equal positions

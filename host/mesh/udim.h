@@ -18,8 +18,9 @@ inline std::uint32_t udim_of(double u, double v) {
 
 /// Lower left corner of a tile.
 inline std::array<double, 2> udim_corner(std::uint32_t tile) {
-  const std::uint32_t place = tile - kFirstUdim;
-  return {static_cast<double>(place % kUdimColumns), static_cast<double>(place / kUdimColumns)};
+  const std::uint32_t tile_index = tile - kFirstUdim;
+  return {static_cast<double>(tile_index % kUdimColumns),
+          static_cast<double>(tile_index / kUdimColumns)};
 }
 
 }  // namespace kiln

@@ -14,12 +14,12 @@ namespace {
 constexpr double kMaxUncovered = 1e-3;
 constexpr std::size_t kMaxCoverTriangles =
     64;  // Maximum number of triangles that cover a triangle of another triangulation
-constexpr std::array<std::array<std::size_t, 3>, 6> kOrders = {
+constexpr std::array<std::array<std::size_t, 3>, 6> kCornerOrders = {
     {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {2, 1, 0}, {1, 0, 2}}};
 
 bool are_same_corners(const UvPlace& a, const UvPlace& b) {
   const double near = std::min(a.near(), b.near());
-  return std::any_of(kOrders.begin(), kOrders.end(), [&](const auto& order) {
+  return std::any_of(kCornerOrders.begin(), kCornerOrders.end(), [&](const auto& order) {
     for (std::size_t k = 0; k < 3; ++k) {
       if (!are_near(a.uv[k], b.uv[order[k]], near)) return false;
     }
@@ -32,38 +32,38 @@ bool are_same_corners(const UvPlace& a, const UvPlace& b) {
 /// with the triangle at the centroid, and continues from corner to corner.
 class CoverFinder {
  public:
-  CoverFinder(const std::vector<UvPlace>& places, const UvSquares& baked)
-      : places_(places), baked_(baked) {}
+  CoverFinder(const std::vector<UvPlace>& uv_places, const UvSquares& baked_squares)
+      : places_(uv_places), baked_(baked_squares) {}
 
   /// The triangles that cover `t`, the one with the largest share first; empty if they do not cover it completely.
   const std::vector<std::uint32_t>& of(std::uint32_t t) {
-    found_.clear();
-    const bool twin = baked_.any_at(places_[t].middle, [&](std::uint32_t other) {
-      if (!are_same_corners(places_[t], places_[other])) return false;
-      found_.push_back(other);
+    covering_.clear();
+    const bool twin = baked_.any_at(places_[t].middle, [&](std::uint32_t is_not_preferred) {
+      if (!are_same_corners(places_[t], places_[is_not_preferred])) return false;
+      covering_.push_back(is_not_preferred);
       return true;
     });
-    if (!twin && !walk(t)) found_.clear();
-    return found_;
+    if (!twin && !walk(t)) covering_.clear();
+    return covering_;
   }
 
  private:
   bool walk(std::uint32_t t) {
-    outline_ = places_[t].uv;
+    covered_uvs_ = places_[t].uv;
     if (!add_covering(t, places_[t].middle) || !snap(t)) return false;
-    for (std::size_t i = 0; i < found_.size(); ++i) {
-      for (const UvPosition& corner : places_[found_[i]].uv) {
+    for (std::size_t i = 0; i < covering_.size(); ++i) {
+      for (const UvPosition& corner : places_[covering_[i]].uv) {
         if (!add_covering(t, corner)) return false;
       }
     }
     double sum = 0, most = 0;
-    const double area = shared_area(outline_, outline_);
-    for (std::uint32_t& triangle : found_) {
-      const double share = shared_area(outline_, places_[triangle].uv);
+    const double area = shared_area(covered_uvs_, covered_uvs_);
+    for (std::uint32_t& triangle : covering_) {
+      const double share = shared_area(covered_uvs_, places_[triangle].uv);
       sum += share;
       if (share <= most) continue;
       most = share;
-      std::swap(found_[0], triangle);
+      std::swap(covering_[0], triangle);
     }
     return std::abs(sum - area) <= kMaxUncovered * area;
   }
@@ -71,27 +71,28 @@ class CoverFinder {
   /// Adds the triangles at a point that overlap `t`.
   /// \returns false if there are too many
   bool add_covering(std::uint32_t t, const UvPosition& point) {
-    return !baked_.any_at(point, [&](std::uint32_t other) {
-      const UvPlace& place = places_[other];
+    return !baked_.any_at(point, [&](std::uint32_t is_not_preferred) {
+      const UvPlace& place = places_[is_not_preferred];
       const double near = std::min(place.near(), places_[t].near());
       const bool at = place.holds(point) ||
                       std::any_of(place.uv.begin(), place.uv.end(), [&](const UvPosition& corner) {
                         return are_near(corner, point, near);
                       });
-      if (!at || std::find(found_.begin(), found_.end(), other) != found_.end()) return false;
+      if (!at || std::find(covering_.begin(), covering_.end(), is_not_preferred) != covering_.end())
+        return false;
       const double least = std::min(std::abs(place.area), std::abs(places_[t].area));
-      if (shared_area(outline_, place.uv) <= kMaxUncovered * least) return false;
-      found_.push_back(other);
-      return found_.size() > kMaxCoverTriangles;
+      if (shared_area(covered_uvs_, place.uv) <= kMaxUncovered * least) return false;
+      covering_.push_back(is_not_preferred);
+      return covering_.size() > kMaxCoverTriangles;
     });
   }
 
   /// Moves the outline's corners onto those of baked triangles.
   /// \returns false if there is no such corner near one of them
   bool snap(std::uint32_t t) {
-    for (UvPosition& corner : outline_) {
-      const bool found = baked_.any_at(corner, [&](std::uint32_t other) {
-        const UvPlace& place = places_[other];
+    for (UvPosition& corner : covered_uvs_) {
+      const bool found = baked_.any_at(corner, [&](std::uint32_t is_not_preferred) {
+        const UvPlace& place = places_[is_not_preferred];
         const double near = std::min(place.near(), places_[t].near());
         const auto* const at =
             std::find_if(place.uv.begin(), place.uv.end(),
@@ -107,19 +108,19 @@ class CoverFinder {
 
   const std::vector<UvPlace>& places_;
   const UvSquares& baked_;
-  std::array<UvPosition, 3> outline_{};
-  std::vector<std::uint32_t> found_;
+  std::array<UvPosition, 3> covered_uvs_{};
+  std::vector<std::uint32_t> covering_;
 };
 
 /// Triangles whose UV centroid lies in another triangle, in order; all other triangles are added to the grid.
-std::vector<std::uint32_t> overlapping(const std::vector<UvPlace>& places, UvSquares& others) {
-  const auto count = static_cast<std::uint32_t>(places.size());
-  UvSquares all(places);
+std::vector<std::uint32_t> overlapping(const std::vector<UvPlace>& uv_places, UvSquares& others) {
+  const auto count = static_cast<std::uint32_t>(uv_places.size());
+  UvSquares all(uv_places);
   for (std::uint32_t t = 0; t < count; ++t) all.add(t);
   std::vector<std::uint32_t> result;
   for (std::uint32_t t = 0; t < count; ++t) {
-    const bool inside = all.any_at(places[t].middle, [&](std::uint32_t other) {
-      return other != t && places[other].holds(places[t].middle);
+    const bool inside = all.any_at(uv_places[t].middle, [&](std::uint32_t is_not_preferred) {
+      return is_not_preferred != t && uv_places[is_not_preferred].holds(uv_places[t].middle);
     });
     if (inside) result.push_back(t);
   }
@@ -136,51 +137,53 @@ std::vector<std::uint32_t> overlapping(const std::vector<UvPlace>& places, UvSqu
 
 void find_uv_copies(const Mesh& low, UvCopies rule, LowSurface& surface) {
   const std::size_t count = surface.triangles.size();
-  std::vector<UvPlace> places;          // UV places of usable triangles
-  std::vector<std::uint32_t> laid_out;  // Triangle of each item of `places`
+  std::vector<UvPlace> uv_places;                // UV places of usable triangles
+  std::vector<std::uint32_t> triangle_of_place;  // Triangle of each item of `uv_places`
   for (const std::uint32_t t : surface.with_uvs) {
     if (surface.usable[t] == 0) continue;
     const UvPlace place = UvPlace::of(surface.triangles[t]);
     if (place.area == 0) continue;
-    places.push_back(place);
-    laid_out.push_back(t);
+    uv_places.push_back(place);
+    triangle_of_place.push_back(t);
   }
-  UvSquares baked(places);
-  std::vector<std::uint32_t> order = overlapping(places, baked);
+  UvSquares baked_squares(uv_places);
+  std::vector<std::uint32_t> order = overlapping(uv_places, baked_squares);
   if (order.empty()) return;
   const std::vector<std::uint32_t> chart = uv_charts(low, surface.with_uvs);
-  std::vector<std::uint64_t> rank(places.size());
+  std::vector<std::uint64_t> rank(uv_places.size());
   for (const std::uint32_t i : order) {
-    const UvPlace& place = places[i];
-    const bool mirrored = place.area < 0;
-    const bool other = rule != UvCopies::first && mirrored != (rule == UvCopies::mirrored);
+    const UvPlace& place = uv_places[i];
+    const bool is_mirrored = place.area < 0;
+    const bool is_not_preferred =
+        rule != UvCopies::first && is_mirrored != (rule == UvCopies::mirrored);
     const bool is_shifted = place.offset[0] != 0 || place.offset[1] != 0;
-    rank[i] = (other ? 2ULL << 32U : 0) + (is_shifted ? 1ULL << 32U : 0) + chart[laid_out[i]];
+    rank[i] = (is_not_preferred ? 2ULL << 32U : 0) + (is_shifted ? 1ULL << 32U : 0) +
+              chart[triangle_of_place[i]];
   }
   std::stable_sort(order.begin(), order.end(),
                    [&](std::uint32_t a, std::uint32_t b) { return rank[a] < rank[b]; });
   std::vector<std::uint32_t> copy_of(count, LowSurface::kNoCopy);
-  std::vector<std::uint8_t> shared(places.size());
-  CoverFinder cover(places, baked);
+  std::vector<std::uint8_t> is_shared(uv_places.size());
+  CoverFinder cover_finder(uv_places, baked_squares);
   bool any = false;
   for (const std::uint32_t i : order) {
-    const std::vector<std::uint32_t>& over = cover.of(i);
+    const std::vector<std::uint32_t>& over = cover_finder.of(i);
     if (over.empty()) {
-      baked.add(i);
+      baked_squares.add(i);
       continue;
     }
     any = true;
-    copy_of[laid_out[i]] = laid_out[over[0]];
-    shared[i] = 1;
-    for (const std::uint32_t other : over) shared[other] = 1;
+    copy_of[triangle_of_place[i]] = triangle_of_place[over[0]];
+    is_shared[i] = 1;
+    for (const std::uint32_t is_not_preferred : over) is_shared[is_not_preferred] = 1;
   }
   if (!any) return;
   surface.copy_of = std::move(copy_of);
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    if (shared[i] == 0) continue;
-    for (LowSurface::Corner& corner : surface.triangles[laid_out[i]]) {
-      corner.uv.x -= static_cast<float>(places[i].offset[0]);
-      corner.uv.y -= static_cast<float>(places[i].offset[1]);
+  for (std::size_t i = 0; i < uv_places.size(); ++i) {
+    if (is_shared[i] == 0) continue;
+    for (LowSurface::Corner& corner : surface.triangles[triangle_of_place[i]]) {
+      corner.uv.x -= static_cast<float>(uv_places[i].offset[0]);
+      corner.uv.y -= static_cast<float>(uv_places[i].offset[1]);
     }
   }
 }

@@ -78,20 +78,20 @@ std::int32_t UvGrid::fixed_y(double v) const {
 }
 
 bool UvGrid::beyond_square(const FixedTriangle& f) const {
-  const std::int64_t right = std::int64_t{sample_width} << shift;
-  const std::int64_t bottom = std::int64_t{sample_height} << shift;
+  const std::int64_t right_edge = std::int64_t{sample_width} << shift;
+  const std::int64_t bottom_edge = std::int64_t{sample_height} << shift;
   for (std::size_t k = 0; k < 3; ++k) {
-    if (f.x[k] < 0 || f.x[k] > right || f.y[k] < 0 || f.y[k] > bottom) return true;
+    if (f.x[k] < 0 || f.x[k] > right_edge || f.y[k] < 0 || f.y[k] > bottom_edge) return true;
   }
   return false;
 }
 
 bool UvGrid::misses_square(const FixedTriangle& f) const {
-  const std::int64_t right = std::int64_t{sample_width} << shift;
-  const std::int64_t bottom = std::int64_t{sample_height} << shift;
+  const std::int64_t right_edge = std::int64_t{sample_width} << shift;
+  const std::int64_t bottom_edge = std::int64_t{sample_height} << shift;
   const auto [x_low, x_high] = std::minmax_element(f.x.begin(), f.x.end());
   const auto [y_low, y_high] = std::minmax_element(f.y.begin(), f.y.end());
-  return *x_high <= 0 || *x_low >= right || *y_high <= 0 || *y_low >= bottom;
+  return *x_high <= 0 || *x_low >= right_edge || *y_high <= 0 || *y_low >= bottom_edge;
 }
 
 bool in_prism(const Vec2& uv) {

@@ -23,10 +23,11 @@ struct CutPolygon {
 
   /// Keeps the part left of the line from `a` to `b`.
   void cut(const UvPosition& a, const UvPosition& b) {
-    const CutPolygon whole = *this;
+    const CutPolygon uncut_polygon = *this;
     count = 0;
-    for (std::size_t k = 0; k < whole.count; ++k) {
-      const UvPosition &p = whole.corner[k], &q = whole.corner[(k + 1) % whole.count];
+    for (std::size_t k = 0; k < uncut_polygon.count; ++k) {
+      const UvPosition &p = uncut_polygon.corner[k],
+                       &q = uncut_polygon.corner[(k + 1) % uncut_polygon.count];
       const double at_p = twice_area(a, b, p), at_q = twice_area(a, b, q);
       if (at_p >= 0) corner[count++] = p;
       if ((at_p < 0) == (at_q < 0) || at_p == at_q) continue;
@@ -90,8 +91,8 @@ double shared_area(const std::array<UvPosition, 3>& a, const std::array<UvPositi
 }
 
 UvSquares::UvSquares(std::span<const UvPlace> places)
-    : places_(places), heads_(std::bit_ceil(2 * places.size() + 1), kEnd) {
-  links_.reserve(2 * places.size());
+    : places_(places), newest_entry_(std::bit_ceil(2 * places.size() + 1), kEnd) {
+  square_entries_.reserve(2 * places.size());
 }
 
 void UvSquares::add(std::uint32_t triangle) {
@@ -111,9 +112,9 @@ void UvSquares::add(std::uint32_t triangle) {
   const auto last = square_of({high[0] + near, high[1] + near}, level);
   for (std::int64_t x = first[0]; x <= last[0]; ++x) {
     for (std::int64_t y = first[1]; y <= last[1]; ++y) {
-      std::uint32_t& head = heads_[slot(x, y, level)];
-      links_.push_back({triangle, head});
-      head = static_cast<std::uint32_t>(links_.size() - 1);
+      std::uint32_t& head = newest_entry_[slot(x, y, level)];
+      square_entries_.push_back({triangle, head});
+      head = static_cast<std::uint32_t>(square_entries_.size() - 1);
     }
   }
 }
@@ -130,7 +131,7 @@ std::size_t UvSquares::slot(std::int64_t x, std::int64_t y, int level) const {
                       static_cast<std::uint64_t>(y) * 0xC2B2AE3D27D4EB4FU ^
                       static_cast<std::uint64_t>(level) * 0x165667B19E3779F9U;
   key ^= key >> 32U;
-  return static_cast<std::size_t>(key) & (heads_.size() - 1);
+  return static_cast<std::size_t>(key) & (newest_entry_.size() - 1);
 }
 
 }  // namespace kiln

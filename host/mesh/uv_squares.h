@@ -47,9 +47,9 @@ class UvSquares {
     for (const int level : levels_) {
       std::size_t left = kMaxPerSquare;
       const auto [x, y] = square_of(point, level);
-      for (std::uint32_t at = heads_[slot(x, y, level)]; at != kEnd && left > 0;
-           at = links_[at].next, --left) {
-        if (visit(links_[at].triangle)) return true;
+      for (std::uint32_t at = newest_entry_[slot(x, y, level)]; at != kEnd && left > 0;
+           at = square_entries_[at].next, --left) {
+        if (visit(square_entries_[at].triangle)) return true;
       }
     }
     return false;
@@ -66,8 +66,8 @@ class UvSquares {
   std::size_t slot(std::int64_t x, std::int64_t y, int level) const;
 
   std::span<const UvPlace> places_;
-  std::vector<std::uint32_t> heads_;
-  std::vector<Link> links_;
+  std::vector<std::uint32_t> newest_entry_;
+  std::vector<Link> square_entries_;
   std::vector<int> levels_;  ///< Grid levels in use, as powers of two
 };
 

@@ -18,23 +18,23 @@ constexpr std::size_t kChecksPerTask = std::size_t{1} << 16;
 
 /// The first index for which `good` fails, or `count`.
 template <typename Good>
-std::size_t first_bad(std::size_t count, const Good& good) {
-  std::atomic<std::size_t> first{count};
+std::size_t find_first_bad(std::size_t count, const Good& good) {
+  std::atomic<std::size_t> first_failing{count};
   parallel_for(count, kChecksPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (good(i)) continue;
-      std::size_t seen = first;
-      while (i < seen && !first.compare_exchange_weak(seen, i)) {
+      std::size_t seen = first_failing;
+      while (i < seen && !first_failing.compare_exchange_weak(seen, i)) {
       }
       return;
     }
   });
-  return first;
+  return first_failing;
 }
 
 void check_indices(const Mesh& mesh, const std::vector<Triangle>& list, std::size_t pool,
                    const char* what) {
-  const std::size_t bad = first_bad(list.size(), [&](std::size_t t) {
+  const std::size_t bad = find_first_bad(list.size(), [&](std::size_t t) {
     return list[t][0] < pool && list[t][1] < pool && list[t][2] < pool;
   });
   if (bad == list.size()) return;
@@ -60,8 +60,8 @@ void check_parallel(const Mesh& mesh, std::size_t count, const char* what) {
 void check_names(const Mesh& mesh, const std::vector<std::uint32_t>& of_triangles,
                  const std::vector<std::string>& names, const std::string& what) {
   check_parallel(mesh, of_triangles.size(), (what + "s").c_str());
-  const std::size_t bad =
-      first_bad(of_triangles.size(), [&](std::size_t t) { return of_triangles[t] < names.size(); });
+  const std::size_t bad = find_first_bad(
+      of_triangles.size(), [&](std::size_t t) { return of_triangles[t] < names.size(); });
   if (bad == of_triangles.size()) return;
   fail(mesh,
        "has triangle " + std::to_string(bad) + " in " + what + " " +
@@ -73,7 +73,7 @@ void check_names(const Mesh& mesh, const std::vector<std::uint32_t>& of_triangle
 void check_polygons(const Mesh& mesh) {
   const std::vector<std::uint32_t>& polygons = mesh.polygons;
   check_parallel(mesh, polygons.size(), "polygons");
-  const std::size_t bad = first_bad(polygons.size(), [&](std::size_t t) {
+  const std::size_t bad = find_first_bad(polygons.size(), [&](std::size_t t) {
     const std::uint32_t last = t == 0 ? 0 : polygons[t - 1];
     return polygons[t] == last || (t != 0 && polygons[t] == last + 1);
   });

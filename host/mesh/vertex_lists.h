@@ -40,29 +40,29 @@ class VertexLists {
     });
   }
 
-  std::size_t vertices() const { return start_.size() - 2; }
+  std::size_t vertices() const { return list_start_.size() - 2; }
   std::span<const Item> of(std::size_t vertex) const {
-    return {items_.get() + start_[vertex], items_.get() + start_[vertex + 1]};
+    return {items_.get() + list_start_[vertex], items_.get() + list_start_[vertex + 1]};
   }
 
  protected:
   VertexLists(std::size_t vertices, std::size_t count)
-      : start_(vertices + 2, 0), items_(std::make_unique_for_overwrite<Item[]>(count)) {}
+      : list_start_(vertices + 2, 0), items_(std::make_unique_for_overwrite<Item[]>(count)) {}
 
   /// \param each  calls its argument with each item, its vertex and its key
   template <class Each>
   void fill(const Each& each) {
-    each([&](std::size_t, std::uint32_t vertex, std::uint64_t) { ++start_[vertex + 2]; });
-    for (std::size_t v = 2; v < start_.size(); ++v) start_[v] += start_[v - 1];
+    each([&](std::size_t, std::uint32_t vertex, std::uint64_t) { ++list_start_[vertex + 2]; });
+    for (std::size_t v = 2; v < list_start_.size(); ++v) list_start_[v] += list_start_[v - 1];
     // Each item is written at the current end of its list, which then advances; finally, the end of each list is the
     // beginning of the next one.
     each([&](std::size_t i, std::uint32_t vertex, std::uint64_t key) {
-      items_[start_[vertex + 1]++] = {key, static_cast<std::uint32_t>(i)};
+      items_[list_start_[vertex + 1]++] = {key, static_cast<std::uint32_t>(i)};
     });
     constexpr std::size_t kListsPerTask = std::size_t{1} << 14;
     parallel_for(vertices(), kListsPerTask, [&](std::size_t begin, std::size_t end) {
       for (std::size_t v = begin; v < end; ++v) {
-        std::sort(items_.get() + start_[v], items_.get() + start_[v + 1],
+        std::sort(items_.get() + list_start_[v], items_.get() + list_start_[v + 1],
                   [](const Item& a, const Item& b) {
                     return a.key != b.key ? a.key < b.key : a.index < b.index;
                   });
@@ -71,7 +71,7 @@ class VertexLists {
   }
 
  private:
-  std::vector<std::uint32_t> start_;
+  std::vector<std::uint32_t> list_start_;
   std::unique_ptr<Item[]> items_;
 };
 

@@ -27,20 +27,21 @@ std::size_t table_of(std::uint32_t hash) { return hash >> 28; }
 
 /// Welds a subset of vertices, in order.
 void weld(std::span<const Vec3> positions, std::span<const std::uint32_t> subset,
-          const std::vector<std::uint32_t>& hashes, std::vector<std::uint32_t>& first) {
+          const std::vector<std::uint32_t>& hashes, std::vector<std::uint32_t>& lowest_vertex) {
   // Open addressing, at most half full; a slot holds vertex + 1.
   const std::size_t mask = std::bit_ceil(subset.size() * 2 + 2) - 1;
-  std::vector<std::uint32_t> table(mask + 1, 0);
+  std::vector<std::uint32_t> vertex_of_hash(mask + 1, 0);
   for (const std::uint32_t i : subset) {
-    first[i] = i;
+    lowest_vertex[i] = i;
     const Vec3& p = positions[i];
     if (!is_finite(p)) continue;
     std::size_t slot = hashes[i] & mask;
-    while (table[slot] != 0 && !(positions[table[slot] - 1] == p)) slot = (slot + 1) & mask;
-    if (table[slot] == 0) {
-      table[slot] = i + 1;
+    while (vertex_of_hash[slot] != 0 && !(positions[vertex_of_hash[slot] - 1] == p))
+      slot = (slot + 1) & mask;
+    if (vertex_of_hash[slot] == 0) {
+      vertex_of_hash[slot] = i + 1;
     } else {
-      first[i] = table[slot] - 1;
+      lowest_vertex[i] = vertex_of_hash[slot] - 1;
     }
   }
 }
@@ -49,7 +50,7 @@ void weld(std::span<const Vec3> positions, std::span<const std::uint32_t> subset
 
 std::vector<std::uint32_t> weld_vertices(std::span<const Vec3> positions) {
   const std::size_t count = positions.size();
-  std::vector<std::uint32_t> hashes(count), order(count), first(count);
+  std::vector<std::uint32_t> hashes(count), order(count), lowest_vertex(count);
   // Counting sort of vertices by table: counts per block and table, then write positions.
   std::vector<std::array<std::uint32_t, kHashTables>> next(count / kVerticesPerBlock + 1);
   const auto each_part = [&](const auto& body) {
@@ -74,17 +75,18 @@ std::vector<std::uint32_t> weld_vertices(std::span<const Vec3> positions) {
                [&](std::size_t begin, std::size_t end) {
                  for (std::size_t table = begin; table < end; ++table) {
                    const std::size_t size = start[table + 1] - start[table];
-                   weld(positions, std::span(order).subspan(start[table], size), hashes, first);
+                   weld(positions, std::span(order).subspan(start[table], size), hashes,
+                        lowest_vertex);
                  }
                });
-  return first;
+  return lowest_vertex;
 }
 
 std::vector<Triangle> welded_triangles(const Mesh& mesh) {
-  const std::vector<std::uint32_t> first = weld_vertices(mesh.positions);
+  const std::vector<std::uint32_t> lowest_vertex = weld_vertices(mesh.positions);
   std::vector<Triangle> triangles = mesh.triangles;
   for (Triangle& t : triangles) {
-    for (std::uint32_t& v : t) v = first[v];
+    for (std::uint32_t& v : t) v = lowest_vertex[v];
   }
   return triangles;
 }

@@ -26,21 +26,22 @@ constexpr double kMaxWrongShare = 0.4;
 
 /// True if two triangles traverse an edge in the same direction, which consistently oriented triangles never do.
 bool has_repeated_side(std::span<const Triangle> triangles, std::size_t vertices) {
-  std::vector<std::uint32_t> start(vertices + 1, 0), ends(triangles.size() * 3);
+  std::vector<std::uint32_t> list_start(vertices + 1, 0), ends(triangles.size() * 3);
   for (const Triangle& t : triangles) {
-    for (const std::uint32_t v : t) ++start[v];
+    for (const std::uint32_t v : t) ++list_start[v];
   }
   std::uint32_t sum = 0;
-  for (std::uint32_t& list : start) list = sum += list;
+  for (std::uint32_t& list : list_start) list = sum += list;
   for (const Triangle& t : triangles) {
-    for (std::size_t k = 0; k < 3; ++k) ends[--start[t[k]]] = t[(k + 1) % 3];
+    for (std::size_t k = 0; k < 3; ++k) ends[--list_start[t[k]]] = t[(k + 1) % 3];
   }
   constexpr std::size_t kListsPerTask = std::size_t{1} << 14, kMaxLinearSearch = 16;
-  std::vector<std::uint8_t> found((vertices + kListsPerTask - 1) / kListsPerTask, 0);
+  std::vector<std::uint8_t> is_found_in_task((vertices + kListsPerTask - 1) / kListsPerTask, 0);
   parallel_for(vertices, kListsPerTask, [&](std::size_t begin, std::size_t end) {
     bool any = false;
     for (std::size_t v = begin; v < end && !any; ++v) {
-      const std::span<std::uint32_t> list(ends.data() + start[v], ends.data() + start[v + 1]);
+      const std::span<std::uint32_t> list(ends.data() + list_start[v],
+                                          ends.data() + list_start[v + 1]);
       if (list.size() > kMaxLinearSearch) {
         std::sort(list.begin(), list.end());
         any = std::adjacent_find(list.begin(), list.end()) != list.end();
@@ -51,9 +52,9 @@ bool has_repeated_side(std::span<const Triangle> triangles, std::size_t vertices
                list.begin() + static_cast<std::ptrdiff_t>(i);
       }
     }
-    found[begin / kListsPerTask] = any;
+    is_found_in_task[begin / kListsPerTask] = any;
   });
-  return std::find(found.begin(), found.end(), 1) != found.end();
+  return std::find(is_found_in_task.begin(), is_found_in_task.end(), 1) != is_found_in_task.end();
 }
 
 bool same_corners(Triangle a, Triangle b) {
@@ -70,17 +71,22 @@ class SideTwins {
       : triangles_(triangles), twins_(3 * triangles.size(), FacingParts::kNone) {
     const Adjacency by_vertex = Adjacency::make(
         vertices, twins_.size(), [&](std::size_t side) { return std::size_t{ends(side)[0]}; });
-    constexpr std::size_t kListsOfPiece = std::size_t{1} << 14;
-    parallel_for(vertices, kListsOfPiece, [&](std::size_t begin, std::size_t end) {
-      std::vector<std::pair<std::uint32_t, std::uint32_t>> sides;  // Sides by their higher vertex
+    constexpr std::size_t kVerticesPerTask = std::size_t{1} << 14;
+    parallel_for(vertices, kVerticesPerTask, [&](std::size_t begin, std::size_t end) {
+      std::vector<std::pair<std::uint32_t, std::uint32_t>>
+          sides_by_higher;  // Sides by their higher vertex
       for (std::size_t v = begin; v < end; ++v) {
-        sides.clear();
-        for (const std::uint32_t side : by_vertex.of(v)) sides.push_back({ends(side)[1], side});
-        std::sort(sides.begin(), sides.end());
-        for (std::size_t first = 0, last = 0; first < sides.size(); first = last) {
-          while (last < sides.size() && sides[last].first == sides[first].first) ++last;
+        sides_by_higher.clear();
+        for (const std::uint32_t side : by_vertex.of(v))
+          sides_by_higher.push_back({ends(side)[1], side});
+        std::sort(sides_by_higher.begin(), sides_by_higher.end());
+        for (std::size_t first = 0, last = 0; first < sides_by_higher.size(); first = last) {
+          while (last < sides_by_higher.size() &&
+                 sides_by_higher[last].first == sides_by_higher[first].first)
+            ++last;
           if (last != first + 2) continue;
-          const std::uint32_t a = sides[first].second, b = sides[first + 1].second;
+          const std::uint32_t a = sides_by_higher[first].second,
+                              b = sides_by_higher[first + 1].second;
           if (a / 3 == b / 3 || same_corners(triangles[a / 3], triangles[b / 3])) continue;
           twins_[a] = b;
           twins_[b] = a;
@@ -91,7 +97,7 @@ class SideTwins {
 
   std::uint32_t of(std::size_t side) const { return twins_[side]; }
   /// True if both triangles traverse the edge in the same direction, which means that they have opposite orientation.
-  bool against(std::size_t side) const {
+  bool have_same_direction(std::size_t side) const {
     return triangles_[side / 3][side % 3] == triangles_[twins_[side] / 3][twins_[side] % 3];
   }
   /// A triangle's sides in the order of their edges' vertices.
@@ -118,14 +124,14 @@ class SideTwins {
 /// Finds the wrong side of a part: the side with less area, or else the side that makes a closed part face inwards.
 class WrongSides {
  public:
-  WrongSides(const Mesh& mesh, const FacingParts& parts) : sums_(parts.parts.size()) {
+  WrongSides(const Mesh& mesh, const FacingParts& parts) : part_sums_(parts.parts.size()) {
     const auto corner = [&](std::uint32_t t, std::size_t k) {
       return to_double(mesh.positions[mesh.triangles[t][k]]);
     };
     for (std::uint32_t t = 0; t < parts.of.size(); ++t) {
       const FacingParts::Part& part = parts.parts[parts.of[t]];
       if (part.agrees) continue;
-      Sums& sums = sums_[parts.of[t]];
+      Sums& sums = part_sums_[parts.of[t]];
       const Vec3d middle = corner(part.first, 0);
       const Vec3d a = corner(t, 0) - middle, b = corner(t, 1) - middle, c = corner(t, 2) - middle;
       const double size = length(cross(b - a, c - a));
@@ -135,10 +141,10 @@ class WrongSides {
     }
   }
   std::uint8_t of(const FacingParts& parts, std::uint32_t part) const {
-    const auto& [area, volume] = sums_[part];
-    const std::uint8_t wrong = area[1] <= area[0] ? 1 : 0;
-    const bool unclear = area[wrong] > kMaxWrongShare * (area[0] + area[1]);
-    if (!unclear || !parts.parts[part].closed || volume == 0) return wrong;
+    const auto& [area, volume] = part_sums_[part];
+    const std::uint8_t smaller_side = area[1] <= area[0] ? 1 : 0;
+    const bool unclear = area[smaller_side] > kMaxWrongShare * (area[0] + area[1]);
+    if (!unclear || !parts.parts[part].closed || volume == 0) return smaller_side;
     return volume > 0 ? 1 : 0;
   }
 
@@ -147,7 +153,7 @@ class WrongSides {
     std::array<double, 2> area{};
     double volume = 0;  ///< Signed volume if all triangles are oriented as the first one
   };
-  std::vector<Sums> sums_;
+  std::vector<Sums> part_sums_;
 };
 
 /// Reverses the normals that were on the same side as their triangle's normal.
@@ -167,7 +173,7 @@ class TurnedNormals {
       const Vec3 own = mesh_.normals[n];
       if (!(dot(face, Vec3d{own.x, own.y, own.z}) > 0)) continue;
       const auto [found, is_new] =
-          other_.try_emplace(n, static_cast<std::uint32_t>(mesh_.normals.size()));
+          reversed_normals_.try_emplace(n, static_cast<std::uint32_t>(mesh_.normals.size()));
       if (is_new) mesh_.normals.push_back({-own.x, -own.y, -own.z});
       n = found->second;
       if (!mesh_.tangents.empty()) mesh_.tangents[3 * t + k].sign *= -1;  // Keeps the bitangent
@@ -176,7 +182,7 @@ class TurnedNormals {
 
  private:
   Mesh& mesh_;
-  std::unordered_map<std::uint32_t, std::uint32_t> other_;
+  std::unordered_map<std::uint32_t, std::uint32_t> reversed_normals_;
 };
 
 }  // namespace
@@ -201,7 +207,8 @@ FacingParts::FacingParts(std::span<const Triangle> triangles, std::size_t vertic
           continue;
         }
         const std::uint32_t next = twin / 3;
-        const std::uint8_t faces = side[t] ^ static_cast<std::uint8_t>(twins.against(own));
+        const std::uint8_t faces =
+            side[t] ^ static_cast<std::uint8_t>(twins.have_same_direction(own));
         if (of[next] == kNone) {
           of[next] = number;
           side[next] = faces;
@@ -217,9 +224,10 @@ FacingParts::FacingParts(std::span<const Triangle> triangles, std::size_t vertic
 
 std::vector<std::uint8_t> wrong_sides(const Mesh& mesh, const FacingParts& parts) {
   const WrongSides wrong(mesh, parts);
-  std::vector<std::uint8_t> sides(parts.parts.size());
-  for (std::uint32_t p = 0; p < sides.size(); ++p) sides[p] = wrong.of(parts, p);
-  return sides;
+  std::vector<std::uint8_t> wrong_side_of_part(parts.parts.size());
+  for (std::uint32_t p = 0; p < wrong_side_of_part.size(); ++p)
+    wrong_side_of_part[p] = wrong.of(parts, p);
+  return wrong_side_of_part;
 }
 
 TurnedTriangles turn_triangles(Mesh& mesh, std::span<const std::uint8_t> turned) {
@@ -245,11 +253,11 @@ TurnedTriangles agree_windings(Mesh& mesh) {
   const std::vector<Triangle> triangles = shared ? mesh.triangles : welded_triangles(mesh);
   if (!has_repeated_side(triangles, mesh.positions.size())) return {};
   const FacingParts parts(triangles, mesh.positions.size());
-  const std::vector<std::uint8_t> wrong = wrong_sides(mesh, parts);
+  const std::vector<std::uint8_t> wrong_side_of_part = wrong_sides(mesh, parts);
   std::vector<std::uint8_t> turned(triangles.size(), 0);
   for (std::size_t t = 0; t < turned.size(); ++t) {
     const FacingParts::Part& part = parts.parts[parts.of[t]];
-    turned[t] = !part.agrees && !part.one_sided && parts.side[t] == wrong[parts.of[t]];
+    turned[t] = !part.agrees && !part.one_sided && parts.side[t] == wrong_side_of_part[parts.of[t]];
   }
   return turn_triangles(mesh, turned);
 }

@@ -25,14 +25,14 @@ EdgeCollapser::EdgeCollapser(CollapseMesh& mesh, CollapseConstraint* rule, Snap 
                              std::vector<std::uint8_t> fixed)
     : mesh_(mesh),
       rule_(rule),
-      snap_(std::move(snap)),
-      shape_(mesh),
+      round_point_(std::move(snap)),
+      shape_limits_(mesh),
       quadrics_(mesh.points.size()),
-      base_errors_(mesh.points.size()),
-      stamps_(mesh.points.size(), 0),
+      vertex_errors_(mesh.points.size()),
+      vertex_stamps_(mesh.points.size(), 0),
       fixed_(std::move(fixed)),
       border_(mesh.points.size(), 0),
-      penalty_(rule == nullptr ? kBadShapeFactor : kBadShapeFactorOfSquares) {
+      bad_shape_factor_(rule == nullptr ? kBadShapeFactor : kBadShapeFactorOfSquares) {
   rebuild_queue();
 }
 
@@ -41,7 +41,8 @@ bool EdgeCollapser::would_duplicate_triangle(std::uint32_t a, std::uint32_t b) {
   const std::span<const std::uint32_t> around = mesh_.around(b);
   mesh_.visits += around.size();
   const auto is_common = [&](std::uint32_t v) {
-    return std::find(common_.begin(), common_.end(), v) != common_.end();
+    return std::find(common_neighbours_.begin(), common_neighbours_.end(), v) !=
+           common_neighbours_.end();
   };
   for (const std::uint32_t t : around) {
     if (mesh_.alive[t] == 0 || mesh_.contains(t, a)) continue;
@@ -64,16 +65,17 @@ bool EdgeCollapser::keeps_topology(std::uint32_t a, std::uint32_t b) {
   mesh_.gather_unordered(a, near_a_);
   mesh_.gather_unordered(b, near_b_);
   std::uint32_t edge_triangles = 0;
-  common_.clear();
-  bool border_a = false, border_b = false;
+  common_neighbours_.clear();
+  bool is_a_on_border = false, is_b_on_border = false;
   for (const CollapseMesh::Neighbour& n : near_a_) {
-    border_a = border_a || n.triangles == 1;
+    is_a_on_border = is_a_on_border || n.triangles == 1;
     if (n.vertex == b) edge_triangles = n.triangles;
   }
-  for (const CollapseMesh::Neighbour& n : near_b_) border_b = border_b || n.triangles == 1;
-  mesh_.find_common(near_a_, near_b_, common_);
-  if (edge_triangles == 0 || common_.size() != edge_triangles) return false;
-  if (border_a && border_b && edge_triangles != 1) return false;
+  for (const CollapseMesh::Neighbour& n : near_b_)
+    is_b_on_border = is_b_on_border || n.triangles == 1;
+  mesh_.find_common(near_a_, near_b_, common_neighbours_);
+  if (edge_triangles == 0 || common_neighbours_.size() != edge_triangles) return false;
+  if (is_a_on_border && is_b_on_border && edge_triangles != 1) return false;
   // Some triangles must remain, and no two triangles may get the same corners.
   if (mesh_.valence[a] + mesh_.valence[b] <= 2 * edge_triangles) return false;
   return !would_duplicate_triangle(a, b);
@@ -84,10 +86,10 @@ bool EdgeCollapser::keeps_topology(std::uint32_t a, std::uint32_t b) {
 bool EdgeCollapser::keeps_topology_at_hub(std::uint32_t hub, std::uint32_t b) {
   mesh_.gather(b, near_b_);
   std::uint32_t edge_triangles = 0;
-  common_.clear();
-  bool border_b = false;
+  common_neighbours_.clear();
+  bool is_b_on_border = false;
   for (const CollapseMesh::Neighbour& n : near_b_) {
-    border_b = border_b || n.triangles == 1;
+    is_b_on_border = is_b_on_border || n.triangles == 1;
     if (n.vertex == hub) {
       edge_triangles = n.triangles;
       continue;
@@ -96,10 +98,10 @@ bool EdgeCollapser::keeps_topology_at_hub(std::uint32_t hub, std::uint32_t b) {
     bool is_adjacent = false;
     mesh_.visits += mesh_.valence[n.vertex];
     mesh_.each_on_edge(n.vertex, hub, [&](std::uint32_t) { is_adjacent = true; });
-    if (is_adjacent) common_.push_back(n.vertex);
+    if (is_adjacent) common_neighbours_.push_back(n.vertex);
   }
-  if (edge_triangles == 0 || common_.size() != edge_triangles) return false;
-  if (border_[hub] != 0 && border_b && edge_triangles != 1) return false;
+  if (edge_triangles == 0 || common_neighbours_.size() != edge_triangles) return false;
+  if (border_[hub] != 0 && is_b_on_border && edge_triangles != 1) return false;
   return !would_duplicate_triangle(hub, b);
 }
 
@@ -107,7 +109,7 @@ bool EdgeCollapser::keeps_shapes(const Entry& e, const Step& step) {
   const std::uint32_t fixed = step.anchor == Anchor::first    ? e.a
                               : step.anchor == Anchor::second ? e.b
                                                               : kNoVertex;
-  return shape_.keeps(mesh_, e.a, e.b, step.target, fixed, e.leniency);
+  return shape_limits_.keeps(mesh_, e.a, e.b, step.target, fixed, e.leniency);
 }
 
 void EdgeCollapser::collapse(std::uint32_t a, std::uint32_t b, const Step& step) {
@@ -118,13 +120,13 @@ void EdgeCollapser::collapse(std::uint32_t a, std::uint32_t b, const Step& step)
   if (deviation_bound_ != nullptr) deviation_bound_->collapse();
   mesh_.points[kept] = step.target;
   quadrics_[kept] += quadrics_[gone];
-  base_errors_[kept] = quadrics_[kept].off(step.target);
-  if (!lines_.empty()) lines_[kept] += lines_[gone];
+  vertex_errors_[kept] = quadrics_[kept].off(step.target);
+  if (!line_quadrics_.empty()) line_quadrics_[kept] += line_quadrics_[gone];
   border_[kept] = border_[kept] | border_[gone];
-  shape_.merge(kept, gone);
+  shape_limits_.merge(kept, gone);
   if (step.anchor != Anchor::none) mesh_.gather(gone, near_b_);
   mesh_.merge(kept, gone);
-  ++stamps_[gone];
+  ++vertex_stamps_[gone];
   if (step.anchor != Anchor::none) {
     // Queue entries of the hub's other edges remain in the queue; their costs are updated when they are popped.
     for (const CollapseMesh::Neighbour& n : near_b_) {
@@ -132,16 +134,16 @@ void EdgeCollapser::collapse(std::uint32_t a, std::uint32_t b, const Step& step)
     }
     return;
   }
-  ++stamps_[kept];
-  if (deferred_) {
-    deferred_->push_back(kept);
+  ++vertex_stamps_[kept];
+  if (deferred_vertices_) {
+    deferred_vertices_->push_back(kept);
     return;
   }
   mesh_.gather_unordered(kept, near_a_);
   push_all(kept, near_a_);
   if (deviation_bound_ == nullptr) return;
-  touched_[kept] = 1;
-  for (const CollapseMesh::Neighbour& n : near_a_) touched_[n.vertex] = 1;
+  touched_vertices_[kept] = 1;
+  for (const CollapseMesh::Neighbour& n : near_a_) touched_vertices_[n.vertex] = 1;
 }
 
 /// Collapses an edge if allowed. A collapse that violates nothing but the limits of triangle shapes is queued again
@@ -150,25 +152,25 @@ bool EdgeCollapser::collapse_if_allowed(const Entry& entry) {
   Step step = step_for(entry.a, entry.b);
   if (!step.allowed) return false;
   if (step.anchor != Anchor::none) {
-    const double cost = step.cost * std::pow(penalty_, entry.leniency);
+    const double cost = step.cost * std::pow(bad_shape_factor_, entry.leniency);
     if (cost > kHubCostTolerance * entry.cost) {
       ++mesh_.visits;
-      Entry later = entry;
-      later.cost = cost;
-      queue_.push(later);
+      Entry retry_entry = entry;
+      retry_entry.cost = cost;
+      queue_.push(retry_entry);
       return false;
     }
   }
-  if (snap_) step.target = snap_(step.target);
+  if (round_point_) step.target = round_point_(step.target);
   const bool shapes =
       keeps_shapes(entry, step) &&
       (rule_ == nullptr || rule_->keeps(mesh_, entry.a, entry.b, step.anchor, step.target));
   if (!shapes) {
     if (entry.leniency == CollapseShape::kMaxLeniency) return false;
-    Entry later = entry;
-    later.cost *= penalty_;
-    ++later.leniency;
-    queue_.push(later);
+    Entry retry_entry = entry;
+    retry_entry.cost *= bad_shape_factor_;
+    ++retry_entry.leniency;
+    queue_.push(retry_entry);
     return false;
   }
   if (!keeps_topology(entry.a, entry.b) || !is_within_bound(entry, step)) return false;
@@ -178,10 +180,10 @@ bool EdgeCollapser::collapse_if_allowed(const Entry& entry) {
 }
 
 /// The collapse of a UV copy of an edge; nullopt if it is not allowed.
-std::optional<EdgeCollapser::Step> EdgeCollapser::twin_step(const Entry& twin) {
+std::optional<EdgeCollapser::Step> EdgeCollapser::copied_step(const Entry& twin) {
   Step step = step_for(twin.a, twin.b);
   if (!step.allowed || step.anchor != Anchor::none) return std::nullopt;
-  if (snap_) step.target = snap_(step.target);
+  if (round_point_) step.target = round_point_(step.target);
   const bool may = keeps_shapes(twin, step) &&
                    rule_->keeps(mesh_, twin.a, twin.b, step.anchor, step.target) &&
                    keeps_topology(twin.a, twin.b) && is_within_bound(twin, step);
@@ -199,33 +201,34 @@ bool EdgeCollapser::collapse_with_twins(const Entry& entry, Step& step) {
     return twin;
   };
   for (std::size_t i = 0; all && i < twins.size(); ++i)
-    all = twin_step(entry_of(twins[i])).has_value();
+    all = copied_step(entry_of(twins[i])).has_value();
   // The bound is checked last, because it stores the samples' new triangles for the collapse that it allowed.
   if (all && !twins.empty()) all = is_within_bound(entry, step);
   if (all) {
     collapse(entry.a, entry.b, step);
-    std::unordered_map<std::uint32_t, std::uint32_t> merged{
+    std::unordered_map<std::uint32_t, std::uint32_t> replacement_of{
         {entry.b, entry.a}};  // Removed vertex, and the vertex that replaces it
     for (std::array<std::uint32_t, 2> last : twins) {
       for (std::uint32_t& end : last) {
-        for (auto into = merged.find(end); into != merged.end(); into = merged.find(end)) {
+        for (auto into = replacement_of.find(end); into != replacement_of.end();
+             into = replacement_of.find(end)) {
           end = into->second;
         }
       }
       // If the first collapse has made the copy's collapse impossible, triangles there are no longer copies, and
       // remain.
-      const std::optional<Step> own = twin_step(entry_of(last));
+      const std::optional<Step> own = copied_step(entry_of(last));
       if (!own) break;
       collapse(last[0], last[1], *own);
-      if (last[1] != last[0]) merged.emplace(last[1], last[0]);
+      if (last[1] != last[0]) replacement_of.emplace(last[1], last[0]);
     }
   }
   rule_->end_twins();
   if (all || entry.leniency == CollapseShape::kMaxLeniency) return all;
-  Entry later = entry;
-  later.cost *= penalty_;
-  ++later.leniency;
-  queue_.push(later);
+  Entry retry_entry = entry;
+  retry_entry.cost *= bad_shape_factor_;
+  ++retry_entry.leniency;
+  queue_.push(retry_entry);
   return false;
 }
 
@@ -250,21 +253,22 @@ bool EdgeCollapser::rebuild_when_due() {
 
 void EdgeCollapser::compact() {
   const std::vector<std::uint32_t> number = mesh_.compact();
-  queue_.renumber(number, stamps_);
-  shape_.renumber(number);
+  queue_.renumber(number, vertex_stamps_);
+  shape_limits_.renumber(number);
   renumber_values(quadrics_, number);
-  renumber_values(base_errors_, number);
-  renumber_values(stamps_, number);
+  renumber_values(vertex_errors_, number);
+  renumber_values(vertex_stamps_, number);
   renumber_values(fixed_, number);
   renumber_values(border_, number);
 }
 
 /// Prefetches data of the next queue entries, since the cheapest edges are scattered in memory.
-void EdgeCollapser::fetch_ahead() const {
-  constexpr std::size_t kCornersAhead = 1, kTrianglesAhead = 2, kListAhead = 4, kVertexAhead = 8;
-  if (const Entry* e = queue_.peek(kVertexAhead)) {
+void EdgeCollapser::prefetch_next_entries() const {
+  constexpr std::size_t kEntriesToCorners = 1, kEntriesToTriangles = 2, kEntriesToList = 4,
+                        kEntriesToVertex = 8;
+  if (const Entry* e = queue_.peek(kEntriesToVertex)) {
     for (const std::uint32_t v : {e->a, e->b}) {
-      prefetch(&stamps_[v]);
+      prefetch(&vertex_stamps_[v]);
       mesh_.fetch(v);
     }
   }
@@ -272,41 +276,41 @@ void EdgeCollapser::fetch_ahead() const {
     const Entry* const e = queue_.peek(others);
     return e != nullptr && is_current(*e) ? e : nullptr;
   };
-  if (const Entry* e = current(kListAhead)) {
+  if (const Entry* e = current(kEntriesToList)) {
     for (const std::uint32_t v : {e->a, e->b}) {
       mesh_.fetch_list(v);
-      fetch_planes(v);
+      prefetch_planes(v);
     }
   }
-  if (const Entry* e = current(kTrianglesAhead)) {
+  if (const Entry* e = current(kEntriesToTriangles)) {
     for (const std::uint32_t v : {e->a, e->b}) mesh_.fetch_triangles(v);
   }
-  if (const Entry* e = current(kCornersAhead)) {
+  if (const Entry* e = current(kEntriesToCorners)) {
     for (const std::uint32_t v : {e->a, e->b}) mesh_.fetch_corners(v);
   }
 }
 
 void EdgeCollapser::run_cheap(double cost) {
-  constexpr std::uint8_t kVisited = 2;
-  deferred_.emplace();
-  for (const Entry* front = nullptr; (front = queue_.front(stamps_)) != nullptr;) {
+  constexpr std::uint8_t kVisitedVertex = 2;
+  deferred_vertices_.emplace();
+  for (const Entry* front = nullptr; (front = queue_.front(vertex_stamps_)) != nullptr;) {
     const Entry entry = *front;
     if (entry.cost > cost) break;
     queue_.pop();
     if (is_current(entry)) collapse_if_allowed(entry);
   }
-  const std::vector<std::uint32_t> changed = std::move(*deferred_);
-  deferred_.reset();
+  const std::vector<std::uint32_t> changed = std::move(*deferred_vertices_);
+  deferred_vertices_.reset();
   std::vector<std::uint8_t> is_pending(mesh_.points.size(), 0);
   for (const std::uint32_t v : changed) is_pending[v] = 1;
   for (const std::uint32_t v : changed) {
-    if (is_pending[v] == kVisited) continue;
+    if (is_pending[v] == kVisitedVertex) continue;
     mesh_.gather_unordered(v, near_a_);
     std::erase_if(near_a_, [&](const CollapseMesh::Neighbour& n) {
       return is_pending[n.vertex] != 0 && n.vertex < v;
     });
     push_all(v, near_a_);
-    is_pending[v] = kVisited;
+    is_pending[v] = kVisitedVertex;
   }
   if (2 * mesh_.faces < mesh_.triangles.size()) compact();
 }
@@ -316,12 +320,12 @@ void EdgeCollapser::run(std::size_t faces) {
   std::size_t unproductive_rounds = 0, looked = 0;
   while (true) {
     std::size_t collapse_count = 0;
-    while (mesh_.all_faces() > faces && queue_.front(stamps_) != nullptr) {
+    while (mesh_.all_faces() > faces && queue_.front(vertex_stamps_) != nullptr) {
       if (++looked % kPollInterval == 0) ProgressGuard::poll();
       if (rebuild_when_due()) continue;
-      const Entry entry = *queue_.front(stamps_);
+      const Entry entry = *queue_.front(vertex_stamps_);
       queue_.pop();
-      fetch_ahead();
+      prefetch_next_entries();
       if (is_current(entry)) collapse_count += collapse_if_allowed(entry);
     }
     if (mesh_.all_faces() <= faces || collapse_count == 0) return;

@@ -57,8 +57,8 @@ class EdgeCollapser {
   /// \param bound       largest root-mean-square distance of the lines between labels from their present position
   void limit_deviation(DeviationBound* deviation, double sharpening, double bound) {
     deviation_bound_ = deviation;
-    shape_.limit_edges(sharpening);
-    touched_.assign(mesh_.points.size(), 1);
+    shape_limits_.limit_edges(sharpening);
+    touched_vertices_.assign(mesh_.points.size(), 1);
     bound_lines(bound);
   }
 
@@ -99,14 +99,14 @@ class EdgeCollapser {
   bool keeps_lines(std::uint32_t a, std::uint32_t b, const Vec3d& target) const;
   bool rebuild_when_due();
   void compact();
-  void fetch_ahead() const;
-  void fetch_planes(std::uint32_t vertex) const {
+  void prefetch_next_entries() const;
+  void prefetch_planes(std::uint32_t vertex) const {
     prefetch(&quadrics_[vertex]);
     prefetch(&quadrics_[vertex].area);
     mesh_.fetch(vertex);
   }
   bool is_current(const Entry& entry) const {
-    return entry.stamp_a == stamps_[entry.a] && entry.stamp_b == stamps_[entry.b];
+    return entry.stamp_a == vertex_stamps_[entry.a] && entry.stamp_b == vertex_stamps_[entry.b];
   }
   void fill_queue(std::vector<std::uint64_t> all, bool only_touched = false);
   Step step_for(std::uint32_t a, std::uint32_t b) const;
@@ -124,38 +124,38 @@ class EdgeCollapser {
   bool is_within_bound(const Entry& entry, Step& step);
   bool collapse_if_allowed(const Entry& entry);
   bool has_twins(std::uint32_t a, std::uint32_t b, const Step& step);
-  std::optional<Step> twin_step(const Entry& twin);
+  std::optional<Step> copied_step(const Entry& twin);
   bool collapse_with_twins(const Entry& entry, Step& step);
-  bool mend_by_moving(std::uint32_t triangle, const auto& bad);
-  bool mend_by_collapse(std::uint32_t triangle, const auto& bad);
+  bool repair_by_moving(std::uint32_t triangle, const auto& bad);
+  bool repair_by_collapse(std::uint32_t triangle, const auto& bad);
 
   CollapseMesh& mesh_;
   CollapseConstraint* rule_;
-  Snap snap_;
-  CollapseShape shape_;
+  Snap round_point_;
+  CollapseShape shape_limits_;
   DeviationBound* deviation_bound_ = nullptr;
   /// If there is a bound, 1 for vertices whose neighbourhood has changed since the queue was filled
-  std::vector<std::uint8_t> touched_;
+  std::vector<std::uint8_t> touched_vertices_;
   std::vector<Quadric> quadrics_;
   /// Quadric::off() of each vertex at its current position; empty if there is a constraint.
-  std::vector<double> base_errors_;
+  std::vector<double> vertex_errors_;
   /// If there is a bound, each vertex's quadric of the lines between labels: the sum over planes through these lines,
   /// perpendicular to the surface. Empty without labels.
-  std::vector<Quadric> lines_;
-  double lines_bound_ = 0;
+  std::vector<Quadric> line_quadrics_;
+  double max_line_error_ = 0;
   std::size_t next_rebuild_ = 0;  ///< Triangle count at which quadrics are rebuilt next.
-  std::vector<std::uint32_t> stamps_;
+  std::vector<std::uint32_t> vertex_stamps_;
   std::vector<std::uint8_t> fixed_;  ///< By vertex, 1 if it may not move; if empty, all may
   /// By vertex, 1 if it lies on an open border or a border vertex was merged into it.
   std::vector<std::uint8_t> border_;
-  double penalty_;  ///< Factor on the cost of a collapse that leaves bad shapes.
+  double bad_shape_factor_;  ///< Factor on the cost of a collapse that leaves bad shapes.
   CollapseQueue queue_;
   /// Changed vertices whose edges are not queued yet.
-  std::optional<std::vector<std::uint32_t>> deferred_;
+  std::optional<std::vector<std::uint32_t>> deferred_vertices_;
   std::vector<CollapseMesh::Neighbour> near_a_, near_b_;
   std::vector<std::uint64_t> edges_;  ///< Scratch memory of push_all()
   std::vector<Entry> entries_;
-  std::vector<std::uint32_t> common_;  ///< Common neighbours of an edge's two vertices
+  std::vector<std::uint32_t> common_neighbours_;  ///< Common neighbours of an edge's two vertices
 };
 
 }  // namespace kiln

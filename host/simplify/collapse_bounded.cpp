@@ -11,10 +11,10 @@ bool EdgeCollapser::bound_allows(std::uint32_t a, std::uint32_t b, Anchor anchor
 }
 
 bool EdgeCollapser::keeps_lines(std::uint32_t a, std::uint32_t b, const Vec3d& target) const {
-  if (lines_.empty()) return true;
-  Quadric sum = lines_[a];
-  if (b != kNoVertex) sum += lines_[b];
-  return sum.at(target) <= lines_bound_ * lines_bound_ * sum.area;
+  if (line_quadrics_.empty()) return true;
+  Quadric sum = line_quadrics_[a];
+  if (b != kNoVertex) sum += line_quadrics_[b];
+  return sum.at(target) <= max_line_error_ * max_line_error_ * sum.area;
 }
 
 /// True if the bound allows the collapse, or a collapse to a nearby position, which is then written to `step`.
@@ -26,7 +26,7 @@ bool EdgeCollapser::is_within_bound(const Entry& entry, Step& step) {
     return false;
   }
   const Vec3d target = deviation_bound_->improved_position(step.target, Distances::large);
-  step.target = snap_ ? snap_(target) : target;
+  step.target = round_point_ ? round_point_(target) : target;
   return keeps_shapes(entry, step) && bound_allows(entry.a, entry.b, step.anchor, step.target);
 }
 
@@ -39,8 +39,8 @@ void EdgeCollapser::relax_at(std::uint32_t v, Distances which) {
   const Vec3d way = deviation_bound_->improved_position(from, which) - from;
   if (!(dot(way, way) > 0)) return;
   for (const double part : {1.0, 0.5, 0.2}) {
-    const Vec3d target = snap_ ? snap_(from + way * part) : from + way * part;
-    if (!shape_.keeps(mesh_, v, kNoVertex, target, kNoVertex, 0)) continue;
+    const Vec3d target = round_point_ ? round_point_(from + way * part) : from + way * part;
+    if (!shape_limits_.keeps(mesh_, v, kNoVertex, target, kNoVertex, 0)) continue;
     if (rule_ != nullptr && !rule_->may_move(mesh_, v, target)) continue;
     if (!bound_allows(v, kNoVertex, Anchor::none, target)) continue;
     if (!(deviation_bound_->energy(which) < before)) continue;
@@ -54,7 +54,7 @@ void EdgeCollapser::relax(Distances which) {
   for (std::uint32_t v = 0; v < mesh_.points.size(); ++v) {
     if (mesh_.valence[v] != 0 && border_[v] == 0 && !mesh_.is_hub(v)) relax_at(v, which);
   }
-  touched_.assign(mesh_.points.size(), 1);
+  touched_vertices_.assign(mesh_.points.size(), 1);
   rebuild_queue();
 }
 

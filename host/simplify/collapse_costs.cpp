@@ -45,7 +45,7 @@ EdgeCollapser::Step EdgeCollapser::step_for(std::uint32_t a, std::uint32_t b) co
     step.cost = step.sum.at(step.target) + kLengthWeightOfSquares * size * step.sum.area;
     return step;
   }
-  const double previous_error = base_errors_[a] + base_errors_[b];
+  const double previous_error = vertex_errors_[a] + vertex_errors_[b];
   step.cost = std::max(0.0, step.sum.off(step.target) - previous_error) +
               kLengthWeight * size * step.sum.area;
   return step;
@@ -55,7 +55,7 @@ EdgeCollapser::Step EdgeCollapser::step_for(std::uint32_t a, std::uint32_t b) co
 EdgeCollapser::Entry EdgeCollapser::entry_for(std::uint32_t a, std::uint32_t b) const {
   const Step step = step_for(a, b);
   const double cost = step.allowed ? step.cost : std::numeric_limits<double>::infinity();
-  return {cost, a, b, stamps_[a], stamps_[b], 0};
+  return {cost, a, b, vertex_stamps_[a], vertex_stamps_[b], 0};
 }
 
 /// \param edges    edges as CollapseMesh::edges() returns them
@@ -71,18 +71,19 @@ void EdgeCollapser::make_entries(std::span<const std::uint64_t> edges, Entry* en
 /// \param only_touched  skips edges whose surroundings have not changed since the last call
 void EdgeCollapser::fill_queue(std::vector<std::uint64_t> all, bool only_touched) {
   if (rule_ == nullptr) {
-    parallel_for(base_errors_.size(), std::size_t{1} << 14,
+    parallel_for(vertex_errors_.size(), std::size_t{1} << 14,
                  [&](std::size_t begin, std::size_t end) {
                    for (std::size_t v = begin; v < end; ++v)
-                     base_errors_[v] = quadrics_[v].off(mesh_.points[v]);
+                     vertex_errors_[v] = quadrics_[v].off(mesh_.points[v]);
                  });
   }
   if (only_touched) {
     std::erase_if(all, [&](std::uint64_t e) {
-      return touched_[e >> 32] == 0 && touched_[static_cast<std::uint32_t>(e)] == 0;
+      return touched_vertices_[e >> 32] == 0 &&
+             touched_vertices_[static_cast<std::uint32_t>(e)] == 0;
     });
   }
-  if (deviation_bound_ != nullptr) touched_.assign(mesh_.points.size(), 0);
+  if (deviation_bound_ != nullptr) touched_vertices_.assign(mesh_.points.size(), 0);
   mesh_.visits += all.size();
   std::vector<Entry> entries(all.size());
   parallel_for(all.size(), kEdgesPerBatch, [&](std::size_t begin, std::size_t end) {
@@ -107,7 +108,7 @@ void EdgeCollapser::push(std::uint32_t a, std::uint32_t b) {
 
 /// Queues the edges from a vertex to some of its neighbours.
 void EdgeCollapser::push_all(std::uint32_t v, const std::vector<CollapseMesh::Neighbour>& others) {
-  for (const CollapseMesh::Neighbour& n : others) fetch_planes(n.vertex);
+  for (const CollapseMesh::Neighbour& n : others) prefetch_planes(n.vertex);
   mesh_.visits += others.size();
   edges_.clear();
   for (const CollapseMesh::Neighbour& n : others) {

@@ -9,19 +9,19 @@
 namespace kiln {
 
 /// Moves a corner of the triangle to the mean of its neighbours, or part of the way.
-bool EdgeCollapser::mend_by_moving(std::uint32_t triangle, const auto& bad) {
+bool EdgeCollapser::repair_by_moving(std::uint32_t triangle, const auto& bad) {
   double least = std::numeric_limits<double>::infinity();
   std::uint32_t moved_vertex = kNoVertex;
   Vec3d best{};
   for (const std::uint32_t v : mesh_.triangles[triangle]) {
     if (mesh_.is_hub(v) || border_[v] != 0) continue;
     mesh_.gather(v, near_a_);
-    Vec3d middle{};
-    for (const CollapseMesh::Neighbour& n : near_a_) middle += mesh_.points[n.vertex];
-    middle = middle * (1.0 / static_cast<double>(near_a_.size()));
+    Vec3d mean_neighbour{};
+    for (const CollapseMesh::Neighbour& n : near_a_) mean_neighbour += mesh_.points[n.vertex];
+    mean_neighbour = mean_neighbour * (1.0 / static_cast<double>(near_a_.size()));
     for (const double share : {1.0, 0.5, 0.25, 1.5}) {
-      Vec3d target = mesh_.points[v] + (middle - mesh_.points[v]) * share;
-      if (snap_) target = snap_(target);
+      Vec3d target = mesh_.points[v] + (mean_neighbour - mesh_.points[v]) * share;
+      if (round_point_) target = round_point_(target);
       const double cost = quadrics_[v].at(target);
       if (!(cost < least)) continue;
       if (rule_ != nullptr && !rule_->may_move(mesh_, v, target)) continue;
@@ -38,8 +38,8 @@ bool EdgeCollapser::mend_by_moving(std::uint32_t triangle, const auto& bad) {
     deviation_bound_->collapse();
   }
   mesh_.points[moved_vertex] = best;
-  base_errors_[moved_vertex] = quadrics_[moved_vertex].off(best);
-  ++stamps_[moved_vertex];
+  vertex_errors_[moved_vertex] = quadrics_[moved_vertex].off(best);
+  ++vertex_stamps_[moved_vertex];
   mesh_.gather(moved_vertex, near_a_);
   for (const CollapseMesh::Neighbour& n : near_a_) push(moved_vertex, n.vertex);
   return true;
@@ -55,7 +55,7 @@ bool EdgeCollapser::has_twins(std::uint32_t a, std::uint32_t b, const Step& step
 }
 
 /// Collapses a side of the triangle into one of its corners, its middle, or the quadric's minimum.
-bool EdgeCollapser::mend_by_collapse(std::uint32_t triangle, const auto& bad) {
+bool EdgeCollapser::repair_by_collapse(std::uint32_t triangle, const auto& bad) {
   Step best{Quadric()};
   best.cost = std::numeric_limits<double>::infinity();
   std::uint32_t best_a = 0, best_b = 0;
@@ -64,14 +64,14 @@ bool EdgeCollapser::mend_by_collapse(std::uint32_t triangle, const auto& bad) {
         std::minmax({mesh_.triangles[triangle][k], mesh_.triangles[triangle][(k + 1) % 3]});
     Step step = step_for(a, b);
     if (!step.allowed || step.anchor != Anchor::none || !keeps_topology(a, b)) continue;
-    std::vector<Vec3d> places{step.target};
+    std::vector<Vec3d> candidate_positions{step.target};
     if (rule_ == nullptr || rule_->any_place()) {
-      places.push_back(mesh_.points[a]);
-      places.push_back(mesh_.points[b]);
-      places.push_back((mesh_.points[a] + mesh_.points[b]) * 0.5);
+      candidate_positions.push_back(mesh_.points[a]);
+      candidate_positions.push_back(mesh_.points[b]);
+      candidate_positions.push_back((mesh_.points[a] + mesh_.points[b]) * 0.5);
     }
-    for (const Vec3d& place : places) {
-      step.target = snap_ ? snap_(place) : place;
+    for (const Vec3d& place : candidate_positions) {
+      step.target = round_point_ ? round_point_(place) : place;
       step.cost = step.sum.at(step.target);
       if (!(step.cost < best.cost)) continue;
       if (rule_ != nullptr &&
@@ -94,11 +94,11 @@ bool EdgeCollapser::mend_by_collapse(std::uint32_t triangle, const auto& bad) {
 bool EdgeCollapser::mend(std::uint32_t triangle,
                          const std::function<bool(const TriangleCorners&)>& bad) {
   if (mesh_.alive[triangle] == 0) return true;
-  struct Around {
+  struct RepairCheck {
     const CollapseMesh& mesh;
     const std::function<bool(const TriangleCorners&)>& bad;
     /// The triangle to repair; it is checked first, since it is the most likely one to remain bad
-    std::uint32_t mended;
+    std::uint32_t repaired_triangle;
     bool no_bad_around(std::uint32_t moved, std::uint32_t other, const Vec3d& target) const {
       const auto is_bad = [&](std::uint32_t t) {
         if (mesh.alive[t] == 0 || mesh.contains(t, other)) return false;
@@ -109,14 +109,14 @@ bool EdgeCollapser::mend(std::uint32_t triangle,
         }
         return bad(corners);
       };
-      if (mesh.contains(mended, moved) && is_bad(mended)) return false;
+      if (mesh.contains(repaired_triangle, moved) && is_bad(repaired_triangle)) return false;
       const std::span<const std::uint32_t> all = mesh.around(moved);
       return std::none_of(all.begin(), all.end(),
-                          [&](std::uint32_t t) { return t != mended && is_bad(t); });
+                          [&](std::uint32_t t) { return t != repaired_triangle && is_bad(t); });
     }
   };
-  const Around around{mesh_, bad, triangle};
-  return mend_by_moving(triangle, around) || mend_by_collapse(triangle, around);
+  const RepairCheck repair_check{mesh_, bad, triangle};
+  return repair_by_moving(triangle, repair_check) || repair_by_collapse(triangle, repair_check);
 }
 
 }  // namespace kiln

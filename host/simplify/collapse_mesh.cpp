@@ -13,21 +13,21 @@ CollapseMesh::CollapseMesh(std::span<const Vec3d> positions, std::span<const Tri
       alive(given.size(), 1),
       valence(positions.size(), 0),
       faces(given.size()),
-      lists_(positions.size()),
-      pool_(3 * given.size()),
-      marks_(positions.size(), 0) {
+      triangle_lists_(positions.size()),
+      triangle_pool_(3 * given.size()),
+      triangle_counts_(positions.size(), 0) {
   for (const Triangle& t : triangles) {
     for (const std::uint32_t vertex : t) ++valence[vertex];
   }
   std::uint32_t first = 0;
-  for (std::size_t v = 0; v < lists_.size(); ++v) {
-    lists_[v] = {first, 0, valence[v]};
+  for (std::size_t v = 0; v < triangle_lists_.size(); ++v) {
+    triangle_lists_[v] = {first, 0, valence[v]};
     first += valence[v];
   }
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
     for (const std::uint32_t vertex : triangles[t]) {
-      List& list = lists_[vertex];
-      pool_[list.first + list.size++] = t;
+      List& list = triangle_lists_[vertex];
+      triangle_pool_[list.first + list.size++] = t;
     }
   }
 }
@@ -46,15 +46,15 @@ void CollapseMesh::gather_unordered(std::uint32_t vertex, std::vector<Neighbour>
   each_around(vertex, [&](std::uint32_t t) {
     for (const std::uint32_t other : triangles[t]) {
       if (other == vertex) continue;
-      if (marks_[other] != 0) {
-        ++neighbours[marks_[other] - 1].triangles;
+      if (triangle_counts_[other] != 0) {
+        ++neighbours[triangle_counts_[other] - 1].triangles;
         continue;
       }
       neighbours.push_back({other, 1});
-      marks_[other] = static_cast<std::uint32_t>(neighbours.size());
+      triangle_counts_[other] = static_cast<std::uint32_t>(neighbours.size());
     }
   });
-  for (const Neighbour& n : neighbours) marks_[n.vertex] = 0;
+  for (const Neighbour& n : neighbours) triangle_counts_[n.vertex] = 0;
 }
 
 void CollapseMesh::gather(std::uint32_t vertex, std::vector<Neighbour>& neighbours) {
@@ -67,16 +67,16 @@ void CollapseMesh::find_common(const std::vector<Neighbour>& one,
                                const std::vector<Neighbour>& other,
                                std::vector<std::uint32_t>& common) {
   common.clear();
-  for (const Neighbour& n : one) marks_[n.vertex] = 1;
+  for (const Neighbour& n : one) triangle_counts_[n.vertex] = 1;
   for (const Neighbour& n : other) {
-    if (marks_[n.vertex] != 0) common.push_back(n.vertex);
+    if (triangle_counts_[n.vertex] != 0) common.push_back(n.vertex);
   }
-  for (const Neighbour& n : one) marks_[n.vertex] = 0;
+  for (const Neighbour& n : one) triangle_counts_[n.vertex] = 0;
 }
 
 std::vector<std::uint64_t> CollapseMesh::edges() const {
   // Half-edges are bucketed by their lower vertex; each bucket is short and is sorted.
-  std::vector<std::uint32_t> start(points.size() + 1, 0);
+  std::vector<std::uint32_t> list_start(points.size() + 1, 0);
   const auto each = [&](const auto& body) {
     for (std::size_t t = 0; t < triangles.size(); ++t) {
       if (alive[t] == 0) continue;
@@ -86,29 +86,31 @@ std::vector<std::uint64_t> CollapseMesh::edges() const {
       }
     }
   };
-  each([&](std::uint32_t a, std::uint32_t) { ++start[a + 1]; });
-  for (std::size_t v = 1; v < start.size(); ++v) start[v] += start[v - 1];
-  std::vector<std::uint32_t> higher(start.back()), next(start.begin(), start.end() - 1);
-  each([&](std::uint32_t a, std::uint32_t b) { higher[next[a]++] = b; });
-  std::vector<std::uint64_t> result;
-  result.reserve(higher.size() / 2 + 1);
-  for (std::size_t a = 0; a + 1 < start.size(); ++a) {
-    const auto first = higher.begin() + start[a], last = higher.begin() + start[a + 1];
-    std::sort(first, last);
-    for (auto b = first; b != last; ++b) {
-      if (b == first || *b != *(b - 1)) result.push_back(std::uint64_t{a} << 32 | *b);
+  each([&](std::uint32_t a, std::uint32_t) { ++list_start[a + 1]; });
+  for (std::size_t v = 1; v < list_start.size(); ++v) list_start[v] += list_start[v - 1];
+  std::vector<std::uint32_t> higher_vertices(list_start.back()),
+      next(list_start.begin(), list_start.end() - 1);
+  each([&](std::uint32_t a, std::uint32_t b) { higher_vertices[next[a]++] = b; });
+  std::vector<std::uint64_t> edge_keys;
+  edge_keys.reserve(higher_vertices.size() / 2 + 1);
+  for (std::size_t a = 0; a + 1 < list_start.size(); ++a) {
+    const auto neighbours_begin = higher_vertices.begin() + list_start[a],
+               neighbours_end = higher_vertices.begin() + list_start[a + 1];
+    std::sort(neighbours_begin, neighbours_end);
+    for (auto b = neighbours_begin; b != neighbours_end; ++b) {
+      if (b == neighbours_begin || *b != *(b - 1)) edge_keys.push_back(std::uint64_t{a} << 32 | *b);
     }
   }
-  return result;
+  return edge_keys;
 }
 
 /// Removes dead triangles from a vertex's list once most of its triangles are dead: amortized O(1) per removed
 /// triangle.
 void CollapseMesh::remove_dead(std::uint32_t vertex) {
-  List& list = lists_[vertex];
+  List& list = triangle_lists_[vertex];
   if (list.size <= 2 * std::size_t{valence[vertex]}) return;
   visits += list.size;
-  const auto begin = pool_.begin() + list.first;
+  const auto begin = triangle_pool_.begin() + list.first;
   const auto end =
       std::remove_if(begin, begin + list.size, [&](std::uint32_t t) { return alive[t] == 0; });
   list.size = static_cast<std::uint32_t>(end - begin);
@@ -116,20 +118,20 @@ void CollapseMesh::remove_dead(std::uint32_t vertex) {
 
 /// Moves a list without room for `more` triangles to the end of the pool, with twice its capacity.
 void CollapseMesh::make_room(std::uint32_t vertex, std::uint32_t more) {
-  List& list = lists_[vertex];
+  List& list = triangle_lists_[vertex];
   if (list.size + more <= list.capacity) return;
-  const auto first = static_cast<std::uint32_t>(pool_.size());
+  const auto first = static_cast<std::uint32_t>(triangle_pool_.size());
   const std::uint32_t capacity = 2 * (list.size + more);
-  pool_.resize(pool_.size() + capacity);
-  std::copy_n(pool_.begin() + list.first, list.size, pool_.begin() + first);
+  triangle_pool_.resize(triangle_pool_.size() + capacity);
+  std::copy_n(triangle_pool_.begin() + list.first, list.size, triangle_pool_.begin() + first);
   list.first = first;
   list.capacity = capacity;
 }
 
 void CollapseMesh::merge(std::uint32_t kept, std::uint32_t gone) {
-  visits += lists_[gone].size;
+  visits += triangle_lists_[gone].size;
   make_room(kept, valence[gone]);
-  List& list = lists_[kept];
+  List& list = triangle_lists_[kept];
   for (const std::uint32_t t : around(gone)) {
     if (alive[t] == 0) continue;
     if (contains(t, kept)) {
@@ -144,32 +146,32 @@ void CollapseMesh::merge(std::uint32_t kept, std::uint32_t gone) {
       for (std::uint32_t& vertex : triangles[t]) {
         if (vertex == gone) vertex = kept;
       }
-      pool_[list.first + list.size++] = t;
+      triangle_pool_[list.first + list.size++] = t;
       ++valence[kept];
     }
   }
-  lists_[gone] = {};
+  triangle_lists_[gone] = {};
   valence[gone] = 0;
   remove_dead(kept);
 }
 
 std::vector<std::uint32_t> CollapseMesh::compact() {
-  std::vector<std::uint32_t> number(points.size(), kNoVertex), of_triangle(triangles.size());
+  std::vector<std::uint32_t> new_vertex(points.size(), kNoVertex), of_triangle(triangles.size());
   if (given_triangles_.empty()) {
     given_triangles_.resize(triangles.size());
     std::iota(given_triangles_.begin(), given_triangles_.end(), 0U);
     given_vertices_.resize(points.size());
     std::iota(given_vertices_.begin(), given_vertices_.end(), 0U);
   }
-  std::uint32_t vertices = 0, count = 0;
-  for (std::size_t v = 0; v < number.size(); ++v) {
-    if (valence[v] != 0) number[v] = vertices++;
+  std::uint32_t vertex_count = 0, count = 0;
+  for (std::size_t v = 0; v < new_vertex.size(); ++v) {
+    if (valence[v] != 0) new_vertex[v] = vertex_count++;
   }
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     if (alive[t] == 0) continue;
     of_triangle[t] = count;
     const Triangle& corners = triangles[t];
-    triangles[count] = {number[corners[0]], number[corners[1]], number[corners[2]]};
+    triangles[count] = {new_vertex[corners[0]], new_vertex[corners[1]], new_vertex[corners[2]]};
     given_triangles_[count] = given_triangles_[t];
     if (!labels.empty()) labels[count] = labels[t];
     if (!two_sided.empty()) two_sided[count] = two_sided[t];
@@ -177,26 +179,26 @@ std::vector<std::uint32_t> CollapseMesh::compact() {
   }
   std::vector<std::uint32_t> pool;
   pool.reserve(3 * std::size_t{count});
-  for (std::size_t v = 0; v < number.size(); ++v) {
-    if (number[v] == kNoVertex) continue;
+  for (std::size_t v = 0; v < new_vertex.size(); ++v) {
+    if (new_vertex[v] == kNoVertex) continue;
     const auto first = static_cast<std::uint32_t>(pool.size());
     for (const std::uint32_t t : around(static_cast<std::uint32_t>(v))) {
       if (alive[t] != 0) pool.push_back(of_triangle[t]);
     }
-    lists_[number[v]] = {first, valence[v], valence[v]};
+    triangle_lists_[new_vertex[v]] = {first, valence[v], valence[v]};
   }
-  pool_ = std::move(pool);
-  lists_.resize(vertices);
-  marks_.resize(vertices);
+  triangle_pool_ = std::move(pool);
+  triangle_lists_.resize(vertex_count);
+  triangle_counts_.resize(vertex_count);
   triangles.resize(count);
   given_triangles_.resize(count);
   if (!labels.empty()) labels.resize(count);
   if (!two_sided.empty()) two_sided.resize(count);
   alive.assign(count, 1);
-  renumber_values(points, number);
-  renumber_values(given_vertices_, number);
-  renumber_values(valence, number);
-  return number;
+  renumber_values(points, new_vertex);
+  renumber_values(given_vertices_, new_vertex);
+  renumber_values(valence, new_vertex);
+  return new_vertex;
 }
 
 void CollapseMesh::extract(std::vector<Vec3d>& positions, std::vector<Triangle>& left,

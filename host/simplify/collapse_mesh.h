@@ -53,13 +53,13 @@ class CollapseMesh {
   }
   /// Triangles of a vertex; some may be dead.
   std::span<const std::uint32_t> around(std::uint32_t vertex) const {
-    const List& list = lists_[vertex];
-    return {pool_.data() + list.first, list.size};
+    const List& list = triangle_lists_[vertex];
+    return {triangle_pool_.data() + list.first, list.size};
   }
   /// Prefetches a vertex into the processor's cache. The four fetches form a chain, in which each needs the data that
   /// the previous one loaded: the vertex's record, its list, the list's triangles, their corners.
   void fetch(std::uint32_t vertex) const {
-    prefetch(&lists_[vertex]);
+    prefetch(&triangle_lists_[vertex]);
     prefetch(&points[vertex]);
   }
   void fetch_list(std::uint32_t vertex) const { prefetch(around(vertex).data()); }
@@ -116,16 +116,17 @@ class CollapseMesh {
   std::uint64_t visits = 0;
 
  private:
-  /// A vertex's range of triangles in pool_.
+  /// A vertex's range of triangles in triangle_pool_.
   struct List {
     std::uint32_t first = 0, size = 0, capacity = 0;
   };
   void remove_dead(std::uint32_t vertex);
   void make_room(std::uint32_t vertex, std::uint32_t more);
 
-  std::vector<List> lists_;
-  std::vector<std::uint32_t> pool_;
-  std::vector<std::uint32_t> marks_;  ///< Scratch of gather(), by vertex; all 0 between calls
+  std::vector<List> triangle_lists_;
+  std::vector<std::uint32_t> triangle_pool_;
+  std::vector<std::uint32_t>
+      triangle_counts_;  ///< Scratch of gather(), by vertex; all 0 between calls
   /// Indices in the constructor's mesh; empty until compact() renumbers.
   std::vector<std::uint32_t> given_triangles_, given_vertices_;
 };

@@ -38,20 +38,20 @@ std::vector<std::uint8_t> fixed_vertices(const Work& work,
                                          const std::vector<std::vector<std::uint32_t>>& pieces,
                                          std::span<const Place> untouched) {
   std::vector<std::uint8_t> fixed = between_pieces(pieces, work.triangles, work.points.size());
-  constexpr std::uint32_t kNoLabel = kNoVertex, kManyLabels = kNoVertex - 1;
+  constexpr std::uint32_t kNoLabel = kNoVertex, kSeveralLabels = kNoVertex - 1;
   std::vector<std::uint32_t> label_of(work.labels.empty() ? 0 : work.points.size(), kNoLabel);
   for (std::size_t t = 0; t < work.labels.size(); ++t) {
     const std::uint32_t label = work.labels[t];
     for (const std::uint32_t v : work.triangles[t]) {
-      label_of[v] = label_of[v] == kNoLabel || label_of[v] == label ? label : kManyLabels;
+      label_of[v] = label_of[v] == kNoLabel || label_of[v] == label ? label : kSeveralLabels;
     }
   }
   parallel_for(fixed.size(), std::size_t{1} << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v) {
-      fixed[v] = fixed[v] != 0 || (!label_of.empty() && label_of[v] == kManyLabels) ||
+      fixed[v] = fixed[v] != 0 || (!label_of.empty() && label_of[v] == kSeveralLabels) ||
                  std::any_of(untouched.begin(), untouched.end(), [&](const Place& place) {
-                   const Vec3d offset = work.points[v] - place.center;
-                   return dot(offset, offset) < place.radius * place.radius;
+                   const Vec3d from_centre = work.points[v] - place.center;
+                   return dot(from_centre, from_centre) < place.radius * place.radius;
                  });
     }
   });
@@ -60,40 +60,40 @@ std::vector<std::uint8_t> fixed_vertices(const Work& work,
 
 /// A pool of index arrays with an entry per vertex of the whole mesh, at most one array per thread. Pieces share the
 /// arrays because each piece uses only a few entries.
-class NumberPool {
+class IndexPool {
  public:
-  using Array = std::vector<std::uint32_t>;
-  explicit NumberPool(std::size_t count) : count_(count) {}
+  using VertexIndices = std::vector<std::uint32_t>;
+  explicit IndexPool(std::size_t count) : count_(count) {}
 
   /// \returns an array whose entries are all kNoVertex
-  Array lend() {
+  VertexIndices borrow_array() {
     const std::lock_guard lock(mutex_);
-    if (idle_.empty()) return Array(count_, kNoVertex);
-    Array numbers = std::move(idle_.back());
-    idle_.pop_back();
-    return numbers;
+    if (idle_arrays_.empty()) return VertexIndices(count_, kNoVertex);
+    VertexIndices indices = std::move(idle_arrays_.back());
+    idle_arrays_.pop_back();
+    return indices;
   }
   /// \param used  indices of the entries that are not kNoVertex; they are reset
-  void release(Array numbers, std::span<const std::uint32_t> used) {
-    for (const std::uint32_t i : used) numbers[i] = kNoVertex;
+  void return_array(VertexIndices indices, std::span<const std::uint32_t> used) {
+    for (const std::uint32_t i : used) indices[i] = kNoVertex;
     const std::lock_guard lock(mutex_);
-    idle_.push_back(std::move(numbers));
+    idle_arrays_.push_back(std::move(indices));
   }
 
  private:
   std::size_t count_;
   std::mutex mutex_;
-  std::vector<Array> idle_;
+  std::vector<VertexIndices> idle_arrays_;
 };
 
 /// A piece of a mesh, copied into a separate mesh and collapsed there.
 class Piece {
  public:
   Piece(const Work& work, std::vector<std::uint32_t> triangles,
-        const std::vector<std::uint8_t>& fixed, NumberPool& numbers,
+        const std::vector<std::uint8_t>& fixed, IndexPool& index_pool,
         const EdgeCollapser::Snap& snap)
       : source_triangles_(std::move(triangles)) {
-    NumberPool::Array number = numbers.lend();
+    IndexPool::VertexIndices piece_vertex = index_pool.borrow_array();
     std::vector<Vec3d> points;
     std::vector<Triangle> piece_triangles;
     std::vector<std::uint8_t> is_fixed;
@@ -101,16 +101,16 @@ class Piece {
     for (const std::uint32_t t : source_triangles_) {
       Triangle& corners = piece_triangles.emplace_back(work.triangles[t]);
       for (std::uint32_t& v : corners) {
-        if (number[v] == kNoVertex) {
-          number[v] = static_cast<std::uint32_t>(points.size());
+        if (piece_vertex[v] == kNoVertex) {
+          piece_vertex[v] = static_cast<std::uint32_t>(points.size());
           source_vertices_.push_back(v);
           points.push_back(work.points[v]);
           is_fixed.push_back(fixed[v]);
         }
-        v = number[v];
+        v = piece_vertex[v];
       }
     }
-    numbers.release(std::move(number), source_vertices_);
+    index_pool.return_array(std::move(piece_vertex), source_vertices_);
     mesh_ = std::make_unique<CollapseMesh>(points, piece_triangles);
     collapser_ = std::make_unique<EdgeCollapser>(*mesh_, nullptr, snap, std::move(is_fixed));
   }
@@ -165,7 +165,7 @@ Work collapsed_in_pieces(const Work& dense, std::span<const Vec3> positions, std
       for (std::size_t i = begin; i < end; ++i) body(i);
     });
   };
-  NumberPool numbers(dense.points.size());
+  IndexPool numbers(dense.points.size());
   each([&](std::size_t i) {
     pieces[i] = std::make_unique<Piece>(dense, std::move(lists[i]), fixed, numbers, snap);
   });

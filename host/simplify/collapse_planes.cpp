@@ -60,9 +60,9 @@ class LiveTriangles {
   const std::vector<Triangle>& triangles;
   const std::vector<std::uint32_t>& labels;
   explicit LiveTriangles(const CollapseMesh& mesh)
-      : triangles(is_whole(mesh) ? mesh.triangles : live_triangles_),
-        labels(is_whole(mesh) ? mesh.labels : live_labels_) {
-    if (is_whole(mesh)) return;
+      : triangles(has_no_dead_triangles(mesh) ? mesh.triangles : live_triangles_),
+        labels(has_no_dead_triangles(mesh) ? mesh.labels : live_labels_) {
+    if (has_no_dead_triangles(mesh)) return;
     live_triangles_.reserve(mesh.faces);
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
       if (mesh.alive[t] == 0) continue;
@@ -72,7 +72,9 @@ class LiveTriangles {
   }
 
  private:
-  static bool is_whole(const CollapseMesh& mesh) { return mesh.faces == mesh.triangles.size(); }
+  static bool has_no_dead_triangles(const CollapseMesh& mesh) {
+    return mesh.faces == mesh.triangles.size();
+  }
 };
 
 Vec3d normal_at(const std::vector<Vec3d>& points, const Triangle& v) {
@@ -84,38 +86,40 @@ Vec3d normal_at(const std::vector<Vec3d>& points, const Triangle& v) {
 /// Adds perpendicular planes through each line, weighted by its length. Creases need no such planes, since the
 /// bound's samples hold the faces on both sides.
 void EdgeCollapser::bound_lines(double bound) {
-  lines_.clear();
-  lines_bound_ = bound;
+  line_quadrics_.clear();
+  max_line_error_ = bound;
   const LiveTriangles left(mesh_);
   if (left.labels.empty()) return;
-  LabelLines found;
+  LabelLines label_lines;
   SideLists(left.triangles, mesh_.points.size())
       .each_edge([&](std::uint32_t a, std::span<const SideLists::Item> edge_sides) {
-        found.add(mesh_.points, left.labels, a, edge_sides);
+        label_lines.add(mesh_.points, left.labels, a, edge_sides);
       });
-  if (found.lines.empty() || !(found.max_weight() > 0)) return;
-  lines_.resize(mesh_.points.size());
-  for (const LabelLine& line : found.lines) {
+  if (label_lines.lines.empty() || !(label_lines.max_weight() > 0)) return;
+  line_quadrics_.resize(mesh_.points.size());
+  for (const LabelLine& line : label_lines.lines) {
     const Quadric held = line_planes(mesh_.points[line.a], mesh_.points[line.b],
                                      normal_at(mesh_.points, left.triangles[line.triangles[0]]),
                                      normal_at(mesh_.points, left.triangles[line.triangles[1]]), 1);
-    lines_[line.a] += held;
-    lines_[line.b] += held;
+    line_quadrics_[line.a] += held;
+    line_quadrics_[line.b] += held;
   }
 }
 
 /// Computes values in parallel, in batches that fit in a cache, and passes them to `give` in order.
 template <class Value, class Make, class Give>
 void compute_in_batches(std::size_t count, const Make& make, const Give& give) {
-  constexpr std::size_t kBatch = std::size_t{1} << 15, kGrain = std::size_t{1} << 13;
-  std::vector<Value> values(std::min(count, kBatch));
-  for (std::size_t first = 0; first < count; first += kBatch) {
-    const std::size_t part = std::min(kBatch, count - first);
+  constexpr std::size_t kValuesPerBatch = std::size_t{1} << 15,
+                        kValuesPerTask = std::size_t{1} << 13;
+  std::vector<Value> batch_values(std::min(count, kValuesPerBatch));
+  for (std::size_t first = 0; first < count; first += kValuesPerBatch) {
+    const std::size_t part = std::min(kValuesPerBatch, count - first);
     // A batch from one piece runs on one thread, as pieces already run in parallel.
-    parallel_for(part, count <= kBatch ? kBatch : kGrain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) values[i] = make(first + i);
-    });
-    for (std::size_t i = 0; i < part; ++i) give(first + i, values[i]);
+    parallel_for(part, count <= kValuesPerBatch ? kValuesPerBatch : kValuesPerTask,
+                 [&](std::size_t begin, std::size_t end) {
+                   for (std::size_t i = begin; i < end; ++i) batch_values[i] = make(first + i);
+                 });
+    for (std::size_t i = 0; i < part; ++i) give(first + i, batch_values[i]);
   }
 }
 
@@ -140,16 +144,16 @@ std::vector<std::uint64_t> EdgeCollapser::build_quadrics() {
       [&](std::size_t t, const Quadric& quadric) {
         for (const std::uint32_t vertex : triangles[t]) quadrics_[vertex] += quadric;
       });
-  LabelLines found;
-  const SideLists sides(triangles, points.size());
+  LabelLines label_lines;
+  const SideLists triangle_sides(triangles, points.size());
   std::vector<std::uint64_t> edges;
   std::vector<std::span<const SideLists::Item>> sides_by_edge;
   edges.reserve(triangles.size() * 3 / 2 + 1);
   sides_by_edge.reserve(edges.capacity());
-  sides.each_edge([&](std::uint32_t a, std::span<const SideLists::Item> edge_sides) {
+  triangle_sides.each_edge([&](std::uint32_t a, std::span<const SideLists::Item> edge_sides) {
     edges.push_back(std::uint64_t{a} << 32 | SideLists::higher(edge_sides[0]));
     sides_by_edge.push_back(edge_sides);
-    found.add(points, left.labels, a, edge_sides);
+    label_lines.add(points, left.labels, a, edge_sides);
   });
   const auto ends_of = [&](std::size_t i) {
     return std::pair(static_cast<std::uint32_t>(edges[i] >> 32),
@@ -184,9 +188,10 @@ std::vector<std::uint64_t> EdgeCollapser::build_quadrics() {
         quadrics_[a] += quadric;
         quadrics_[b] += quadric;
       });
-  if (found.lines.empty()) return edges;
-  const double share = kLineWeight * found.length_of_all / found.edges * found.max_weight();
-  for (const LabelLine& line : found.lines) {
+  if (label_lines.lines.empty()) return edges;
+  const double share =
+      kLineWeight * label_lines.length_of_all / label_lines.edges * label_lines.max_weight();
+  for (const LabelLine& line : label_lines.lines) {
     const Vec3d &a = points[line.a], &b = points[line.b];
     const Quadric held = line_planes(a, b, normal_of(triangles[line.triangles[0]]),
                                      normal_of(triangles[line.triangles[1]]), share);

@@ -27,53 +27,55 @@ bool CollapseEntry::operator<(const CollapseEntry& o) const {
 
 void CollapseQueue::assign(std::vector<CollapseEntry>&& entries) {
   sorted_.clear();
-  added_.clear();
+  added_heap_.clear();
   unsorted_ = std::move(entries);
-  limit_ = -std::numeric_limits<double>::infinity();
+  sorted_cost_limit_ = -std::numeric_limits<double>::infinity();
 }
 
 void CollapseQueue::push(const CollapseEntry& entry) {
-  if (entry.cost > limit_) {
+  if (entry.cost > sorted_cost_limit_) {
     unsorted_.push_back(entry);
     return;
   }
-  added_.push_back(entry);
-  std::push_heap(added_.begin(), added_.end());
+  added_heap_.push_back(entry);
+  std::push_heap(added_heap_.begin(), added_heap_.end());
 }
 
 void CollapseQueue::pop() {
-  if (added_.empty() || !is_added_first()) {
+  if (added_heap_.empty() || !is_added_first()) {
     sorted_.pop_back();
     return;
   }
-  std::pop_heap(added_.begin(), added_.end());
-  added_.pop_back();
+  std::pop_heap(added_heap_.begin(), added_heap_.end());
+  added_heap_.pop_back();
 }
 
 void CollapseQueue::renumber(const std::vector<std::uint32_t>& number,
                              const std::vector<std::uint32_t>& stamps) {
-  for (std::vector<CollapseEntry>* entries : {&sorted_, &added_, &unsorted_}) {
+  for (std::vector<CollapseEntry>* entries : {&sorted_, &added_heap_, &unsorted_}) {
     erase_old(*entries, stamps);
     for (CollapseEntry& e : *entries) e.a = number[e.a], e.b = number[e.b];
   }
-  std::make_heap(added_.begin(), added_.end());
+  std::make_heap(added_heap_.begin(), added_heap_.end());
 }
 
 void CollapseQueue::sort_next_batch(const std::vector<std::uint32_t>& stamps) {
   erase_old(unsorted_, stamps);
   if (unsorted_.empty()) return;
-  limit_ = std::numeric_limits<double>::infinity();
+  sorted_cost_limit_ = std::numeric_limits<double>::infinity();
   if (const std::size_t taken = std::max(kMinBatch, unsorted_.size() / kBatchDivisor);
       taken < unsorted_.size()) {
-    costs_.clear();
+    sampled_costs_.clear();
     const std::size_t step = (unsorted_.size() + kCostSamples - 1) / kCostSamples;
-    for (std::size_t i = 0; i < unsorted_.size(); i += step) costs_.push_back(unsorted_[i].cost);
-    const auto last = costs_.begin() + static_cast<std::ptrdiff_t>(taken / step);
-    std::nth_element(costs_.begin(), last, costs_.end());
-    limit_ = *last;
+    for (std::size_t i = 0; i < unsorted_.size(); i += step)
+      sampled_costs_.push_back(unsorted_[i].cost);
+    const auto last = sampled_costs_.begin() + static_cast<std::ptrdiff_t>(taken / step);
+    std::nth_element(sampled_costs_.begin(), last, sampled_costs_.end());
+    sorted_cost_limit_ = *last;
   }
-  const auto dearer = std::partition(unsorted_.begin(), unsorted_.end(),
-                                     [&](const CollapseEntry& e) { return e.cost > limit_; });
+  const auto dearer =
+      std::partition(unsorted_.begin(), unsorted_.end(),
+                     [&](const CollapseEntry& e) { return e.cost > sorted_cost_limit_; });
   sorted_.assign(dearer, unsorted_.end());
   unsorted_.erase(dearer, unsorted_.end());
   std::sort(sorted_.begin(), sorted_.end());

@@ -30,9 +30,9 @@ class CollapseQueue {
   /// \param stamps  current stamp of each vertex; entries with an older stamp are dropped
   /// \returns the cheapest entry; null if the queue is empty
   const CollapseEntry* front(const std::vector<std::uint32_t>& stamps) {
-    if (sorted_.empty() && added_.empty() && !unsorted_.empty()) sort_next_batch(stamps);
-    if (added_.empty()) return sorted_.empty() ? nullptr : &sorted_.back();
-    return is_added_first() ? &added_.front() : &sorted_.back();
+    if (sorted_.empty() && added_heap_.empty() && !unsorted_.empty()) sort_next_batch(stamps);
+    if (added_heap_.empty()) return sorted_.empty() ? nullptr : &sorted_.back();
+    return is_added_first() ? &added_heap_.front() : &sorted_.back();
   }
   /// An entry that will become the cheapest after at least `others` pops, for prefetching; null if unknown.
   const CollapseEntry* peek(std::size_t others) const {
@@ -45,13 +45,14 @@ class CollapseQueue {
 
  private:
   void sort_next_batch(const std::vector<std::uint32_t>& stamps);
-  bool is_added_first() const { return sorted_.empty() || sorted_.back() < added_.front(); }
+  bool is_added_first() const { return sorted_.empty() || sorted_.back() < added_heap_.front(); }
 
-  std::vector<CollapseEntry> sorted_;  ///< Entries with costs up to `limit_`, the cheapest last.
-  std::vector<CollapseEntry> added_;   ///< Heap of entries added after sorting.
+  std::vector<CollapseEntry>
+      sorted_;  ///< Entries with costs up to `sorted_cost_limit_`, the cheapest last.
+  std::vector<CollapseEntry> added_heap_;  ///< Heap of entries added after sorting.
   std::vector<CollapseEntry> unsorted_;
-  std::vector<double> costs_;
-  double limit_ = 0;
+  std::vector<double> sampled_costs_;
+  double sorted_cost_limit_ = 0;
 };
 
 }  // namespace kiln

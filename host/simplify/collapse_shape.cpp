@@ -19,7 +19,7 @@ constexpr double kQualityLimit = 0.02;
 /// Triangles at this limit are still safely non-degenerate in single precision.
 constexpr double kAreaLimit = 1e-5;
 /// Ratio of doubled area to the squared longest side below which a triangle counts as degenerate.
-constexpr double kNoArea = 1e-12;
+constexpr double kDegenerateRatio = 1e-12;
 /// Smallest cosine between a triangle's normal and the surface that its corners replace, by leniency.
 constexpr std::array<double, 3> kFacingLimits{0.2, 0.0, -0.1};
 /// Minimum length of a mean of unit normals; below it, the normals have no common direction.
@@ -36,35 +36,39 @@ constexpr double kStrictFoldLimit = -0.5;
 constexpr std::size_t kMinValenceToSort = 32;
 
 /// \param sides  sum of the squared side lengths
-double quality(double sides, double doubled_area) {
+double triangle_quality(double sides, double doubled_area) {
   return 2 * std::sqrt(3.0) * doubled_area / sides;
 }
 
 }  // namespace
 
-CollapseShape::CollapseShape(const CollapseMesh& mesh) : facing_(mesh.points.size()) {
+CollapseShape::CollapseShape(const CollapseMesh& mesh)
+    : orientation_of_vertex_(mesh.points.size()) {
   for (const Triangle& t : mesh.triangles) {
     const Vec3d normal =
         cross(mesh.points[t[1]] - mesh.points[t[0]], mesh.points[t[2]] - mesh.points[t[0]]);
-    for (const std::uint32_t vertex : t) facing_[vertex] += Facing{normal, length(normal)};
+    for (const std::uint32_t vertex : t)
+      orientation_of_vertex_[vertex] += MeanOrientation{normal, length(normal)};
   }
 }
 
-CollapseShape::Facing& CollapseShape::Facing::operator+=(const Facing& other) {
+CollapseShape::MeanOrientation& CollapseShape::MeanOrientation::operator+=(
+    const MeanOrientation& other) {
   sum += other.sum;
   area += other.area;
   return *this;
 }
 
 /// Cosine of a normal to the mean direction; 1 if there is no mean direction because the surface faces all around.
-double CollapseShape::Facing::cosine(const Vec3d& unit_normal) const {
+double CollapseShape::MeanOrientation::cosine_to_mean(const Vec3d& unit_normal) const {
   const double size = length(sum);
   return size > kMinDirectionLength * area ? dot(unit_normal, sum) / size : 1;
 }
 
 /// Adds the remaining triangles around `moved` to the star; false if one of them is not allowed.
 bool CollapseShape::add(CollapseMesh& mesh, std::uint32_t moved, std::uint32_t other,
-                        const Vec3d& target, std::uint32_t leniency, const Facing& facing) {
+                        const Vec3d& target, std::uint32_t leniency,
+                        const MeanOrientation& orientation) {
   mesh.visits += mesh.around(moved).size();
   const Vec3d& a = mesh.points[moved];
   // Lanes: corner positions before and after the move.
@@ -85,54 +89,57 @@ bool CollapseShape::add(CollapseMesh& mesh, std::uint32_t moved, std::uint32_t o
     const Vec3d bc = c - b;
     const double d2 = dot(bc, bc);
     const Double2 longest = larger(larger(b2, c2), Double2{d2, d2});
-    const Vec3d before{nx[0], ny[0], nz[0]}, after{nx[1], ny[1], nz[1]};
-    const double turn = dot(before, after), sides = b2[1] + d2 + c2[1];
+    const Vec3d normal_before{nx[0], ny[0], nz[0]}, normal_after{nx[1], ny[1], nz[1]};
+    const double turn = dot(normal_before, normal_after), sides = b2[1] + d2 + c2[1];
     const double length_before = std::sqrt(n2[0]), length_after = std::sqrt(n2[1]);
     const double ratio_before = length_before / longest[0], ratio = length_after / longest[1];
-    if (!(ratio > kNoArea) || (ratio < kAreaLimit && !(ratio > ratio_before))) return false;
-    const bool had_area = ratio_before > kNoArea;
+    if (!(ratio > kDegenerateRatio) || (ratio < kAreaLimit && !(ratio > ratio_before)))
+      return false;
+    const bool had_area = ratio_before > kDegenerateRatio;
     if (had_area && !(turn > kTurnLimits[leniency] * length_before * length_after)) return false;
-    const Vec3d normal = after * (1 / length_after);
-    const Vec3d was = had_area ? before * (1 / length_before) : Vec3d{};
-    const bool turned = !had_area || !(dot(was, normal) > kSafeTurnCosine);
-    if (sharpening_ || turned) {
-      Facing surface = facing;
-      surface += facing_[first];
-      surface += facing_[second];
-      if (const double cosine = surface.cosine(normal); cosine < kFacingLimits[leniency]) {
+    const Vec3d normal = normal_after * (1 / length_after);
+    const Vec3d was = had_area ? normal_before * (1 / length_before) : Vec3d{};
+    const bool turns_far = !had_area || !(dot(was, normal) > kSafeTurnCosine);
+    if (sharpening_ || turns_far) {
+      MeanOrientation replaced_surface = orientation;
+      replaced_surface += orientation_of_vertex_[first];
+      replaced_surface += orientation_of_vertex_[second];
+      if (const double cosine = replaced_surface.cosine_to_mean(normal);
+          cosine < kFacingLimits[leniency]) {
         // A triangle that faces away is allowed only if it faced away even more before.
-        if (!had_area || !(cosine > surface.cosine(was))) return false;
+        if (!had_area || !(cosine > replaced_surface.cosine_to_mean(was))) return false;
       }
     }
     if (leniency == 0) {
-      const double good = quality(sides, length_after);
-      if (good < kQualityLimit && good < quality(b2[0] + d2 + c2[0], length_before)) return false;
+      const double good = triangle_quality(sides, length_after);
+      if (good < kQualityLimit && good < triangle_quality(b2[0] + d2 + c2[0], length_before))
+        return false;
     }
-    any_turned_ = any_turned_ || sharpening_ || turned;
-    star_.push_back({first, second, turned, was, normal});
+    any_turns_far_ = any_turns_far_ || sharpening_ || turns_far;
+    new_triangles_.push_back({first, second, turns_far, was, normal});
   }
   return true;
 }
 
 /// True if the collapse newly folds neighbours onto each other.
-bool CollapseShape::folds(CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
-                          std::uint32_t leniency) {
-  if (!any_turned_) return false;
-  double before = 1, after = 1;
-  const bool many = star_.size() > kMinValenceToSort;
+bool CollapseShape::creates_folds(CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
+                                  std::uint32_t leniency) {
+  if (!any_turns_far_) return false;
+  double cosine_before = 1, cosine_after = 1;
+  const bool many = new_triangles_.size() > kMinValenceToSort;
   const auto is_less = [](const Star& x, std::uint32_t v) { return x.first < v; };
   if (many) {
-    std::sort(star_.begin(), star_.end(),
+    std::sort(new_triangles_.begin(), new_triangles_.end(),
               [](const Star& x, const Star& y) { return x.first < y.first; });
   }
-  for (const Star& s : star_) {
-    if (!sharpening_ && !s.turned) continue;
-    auto next = star_.begin();
-    if (many) next = std::lower_bound(next, star_.end(), s.second, is_less);
-    for (; next != star_.end() && !(many && next->first != s.second); ++next) {
+  for (const Star& s : new_triangles_) {
+    if (!sharpening_ && !s.turns_far) continue;
+    auto next = new_triangles_.begin();
+    if (many) next = std::lower_bound(next, new_triangles_.end(), s.second, is_less);
+    for (; next != new_triangles_.end() && !(many && next->first != s.second); ++next) {
       if (next->first != s.second) continue;
-      before = std::min(before, dot(s.before, next->before));
-      after = std::min(after, dot(s.after, next->after));
+      cosine_before = std::min(cosine_before, dot(s.before, next->before));
+      cosine_after = std::min(cosine_after, dot(s.after, next->after));
     }
     if (mesh.is_hub(s.first) && mesh.is_hub(s.second)) continue;
     mesh.visits += std::min(mesh.valence[s.first], mesh.valence[s.second]);
@@ -145,23 +152,24 @@ bool CollapseShape::folds(CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
       // A triangle that runs along the edge in the same direction belongs to another sheet.
       const std::size_t k = v[0] == s.second ? 0 : v[1] == s.second ? 1 : 2;
       if (!(size > 0) || v[(k + 1) % 3] != s.first) return;
-      before = std::min(before, dot(s.before, normal) / size);
-      after = std::min(after, dot(s.after, normal) / size);
+      cosine_before = std::min(cosine_before, dot(s.before, normal) / size);
+      cosine_after = std::min(cosine_after, dot(s.after, normal) / size);
     });
   }
-  if (sharpening_) return after < kStrictFoldLimit && after < before - *sharpening_;
-  return after < kFoldLimits[leniency] && after < before;
+  if (sharpening_)
+    return cosine_after < kStrictFoldLimit && cosine_after < cosine_before - *sharpening_;
+  return cosine_after < kFoldLimits[leniency] && cosine_after < cosine_before;
 }
 
 bool CollapseShape::keeps(CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, const Vec3d& target,
                           std::uint32_t fixed, std::uint32_t leniency) {
-  star_.clear();
-  any_turned_ = false;
-  Facing facing = facing_[a];
-  if (b != kNoVertex) facing += facing_[b];
-  if (a != fixed && !add(mesh, a, b, target, leniency, facing)) return false;
-  if (b != kNoVertex && b != fixed && !add(mesh, b, a, target, leniency, facing)) return false;
-  return !folds(mesh, a, b, leniency);
+  new_triangles_.clear();
+  any_turns_far_ = false;
+  MeanOrientation orientation = orientation_of_vertex_[a];
+  if (b != kNoVertex) orientation += orientation_of_vertex_[b];
+  if (a != fixed && !add(mesh, a, b, target, leniency, orientation)) return false;
+  if (b != kNoVertex && b != fixed && !add(mesh, b, a, target, leniency, orientation)) return false;
+  return !creates_folds(mesh, a, b, leniency);
 }
 
 }  // namespace kiln

@@ -33,33 +33,38 @@ class CollapseShape {
              std::uint32_t fixed, std::uint32_t leniency);
 
   /// Adds the orientation of the surface around `gone` to that of `kept`.
-  void merge(std::uint32_t kept, std::uint32_t gone) { facing_[kept] += facing_[gone]; }
+  void merge(std::uint32_t kept, std::uint32_t gone) {
+    orientation_of_vertex_[kept] += orientation_of_vertex_[gone];
+  }
   /// Renumbers after CollapseMesh::compact().
-  void renumber(const std::vector<std::uint32_t>& number) { renumber_values(facing_, number); }
+  void renumber(const std::vector<std::uint32_t>& number) {
+    renumber_values(orientation_of_vertex_, number);
+  }
 
  private:
   /// A triangle around the merged vertex: its two other corners, in the triangle's order.
   struct Star {
     std::uint32_t first, second;
-    bool turned;  ///< True if it turns by more than kSafeTurnCosine.
+    bool turns_far;  ///< True if the triangle turns by more than the angle of kSafeTurnCosine.
     /// Unit normals before and after the collapse; `before` is zero if the triangle had no area
     Vec3d before{}, after{};
   };
   /// Sums of area-weighted normals, and of areas.
-  struct Facing {
+  struct MeanOrientation {
     Vec3d sum{};
     double area = 0;
-    Facing& operator+=(const Facing& other);
-    double cosine(const Vec3d& unit_normal) const;
+    MeanOrientation& operator+=(const MeanOrientation& other);
+    double cosine_to_mean(const Vec3d& unit_normal) const;
   };
   bool add(CollapseMesh& mesh, std::uint32_t moved, std::uint32_t other, const Vec3d& target,
-           std::uint32_t leniency, const Facing& facing);
-  bool folds(CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, std::uint32_t leniency);
+           std::uint32_t leniency, const MeanOrientation& facing);
+  bool creates_folds(CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, std::uint32_t leniency);
 
   /// Per vertex, the mean orientation of all triangles that were merged into it.
-  std::vector<Facing> facing_;
-  std::vector<Star> star_;
-  bool any_turned_ = false;  ///< True if a triangle of star_ turns by more than kSafeTurnCosine
+  std::vector<MeanOrientation> orientation_of_vertex_;
+  std::vector<Star> new_triangles_;
+  bool any_turns_far_ =
+      false;  ///< True if one of new_triangles_ turns by more than the angle of kSafeTurnCosine
   std::optional<double> sharpening_;
 };
 

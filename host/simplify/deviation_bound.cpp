@@ -14,10 +14,10 @@ namespace {
 constexpr std::size_t kMaxMoveSamples = 128;
 /// Weights in improved_position(): of samples at distance 0 relative to samples at the bound, and of displacement
 /// tangential to the surface.
-constexpr double kUniformWeight = 0.01, kBoundTangentialWeight = 0.02;
+constexpr double kZeroDistanceWeight = 0.01, kBoundTangentialWeight = 0.02;
 
 /// Rounds to single precision, in which final deviations are measured.
-Vec3d rounded(const Vec3d& p) { return to_double(to_float(p)); }
+Vec3d round_to_single(const Vec3d& p) { return to_double(to_float(p)); }
 
 double squared_to_segment_point(const Vec3d& offset, const Vec3d& edge, double edge2,
                                 double& share) {
@@ -87,11 +87,11 @@ BoundSamples::BoundSamples(std::span<const Vec3> positions, std::span<const Tria
 DeviationBound::DeviationBound(const CollapseMesh& mesh, const BoundSamples& samples, double bound,
                                bool own)
     : samples_(samples),
-      limits_(samples.points.size(), bound * bound),
-      bound_(bound * bound),
-      first_(mesh.triangles.size(), kNoVertex),
+      squared_limits_(samples.points.size(), bound * bound),
+      squared_bound_(bound * bound),
+      first_sample_(mesh.triangles.size(), kNoVertex),
       count_(mesh.triangles.size(), 0),
-      next_(samples.points.size(), kNoVertex) {
+      next_sample_(samples.points.size(), kNoVertex) {
   std::vector<std::uint32_t> of = samples.triangles;
   if (!own) {
     const std::vector<Vec3> points = to_floats(mesh.points);
@@ -101,31 +101,32 @@ DeviationBound::DeviationBound(const CollapseMesh& mesh, const BoundSamples& sam
       for (std::size_t i = begin; i < end; ++i) {
         of[i] = tree.nearest(samples.points[i]);
         const Triangle& t = mesh.triangles[of[i]];
-        const Face face = face_of(of[i], rounded(mesh.points[t[0]]), rounded(mesh.points[t[1]]),
-                                  rounded(mesh.points[t[2]]));
+        const Face face =
+            face_of(of[i], round_to_single(mesh.points[t[0]]), round_to_single(mesh.points[t[1]]),
+                    round_to_single(mesh.points[t[2]]));
         squared[i] = squared_to_face(face, to_double(samples.points[i]),
                                      std::numeric_limits<double>::infinity(), nullptr);
       }
     });
-    holds_ =
+    was_within_bound_ =
         std::none_of(squared.begin(), squared.end(), [&](double d) { return d > bound * bound; }) &&
-        distance_back(samples.surface, points, mesh.triangles).largest <= bound;
+        low_to_high_distance(samples.surface, points, mesh.triangles).largest <= bound;
   }
   for (std::size_t i = of.size(); i-- > 0;) {
-    next_[i] = first_[of[i]];
-    first_[of[i]] = static_cast<std::uint32_t>(i);
+    next_sample_[i] = first_sample_[of[i]];
+    first_sample_[of[i]] = static_cast<std::uint32_t>(i);
     ++count_[of[i]];
   }
 }
 
 void DeviationBound::tighten_limits(std::span<const Place> places) {
-  for (std::size_t i = 0; i < limits_.size(); ++i) {
+  for (std::size_t i = 0; i < squared_limits_.size(); ++i) {
     const Vec3d p = to_double(samples_.points[i]);
     const bool inside = std::any_of(places.begin(), places.end(), [&](const Place& place) {
       const Vec3d way = p - place.center;
       return dot(way, way) < place.radius * place.radius;
     });
-    if (inside) limits_[i] *= 1.0 / 16;
+    if (inside) squared_limits_[i] *= 1.0 / 16;
   }
 }
 
@@ -151,22 +152,22 @@ void DeviationBound::add_triangles_around(const CollapseMesh& mesh, std::uint32_
     if (mesh.alive[t] == 0) continue;
     const bool common = other != kNoVertex && mesh.contains(t, other);
     if (common && !with_common) continue;
-    replaced_.push_back(t);
-    slot_.push_back(common ? kNoVertex : static_cast<std::uint32_t>(star_.size()));
+    reassigned_triangles_.push_back(t);
+    star_index_.push_back(common ? kNoVertex : static_cast<std::uint32_t>(new_triangles_.size()));
     if (common) continue;
     const Triangle& v = mesh.triangles[t];
     const std::size_t k = v[0] == moved ? 0 : v[1] == moved ? 1 : 2;
-    star_.push_back(face_of(t, target, rounded(mesh.points[v[(k + 1) % 3]]),
-                            rounded(mesh.points[v[(k + 2) % 3]])));
+    new_triangles_.push_back(face_of(t, target, round_to_single(mesh.points[v[(k + 1) % 3]]),
+                                     round_to_single(mesh.points[v[(k + 2) % 3]])));
   }
 }
 
 void DeviationBound::gather(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
                             Anchor anchor, const Vec3d& target) {
-  replaced_.clear();
-  slot_.clear();
-  star_.clear();
-  const Vec3d place = rounded(target);
+  reassigned_triangles_.clear();
+  star_index_.clear();
+  new_triangles_.clear();
+  const Vec3d place = round_to_single(target);
   // Triangles around the vertex that does not move remain unchanged, so only those around the other one are added.
   if (anchor != Anchor::first) add_triangles_around(mesh, a, b, place, true);
   if (b != kNoVertex && anchor != Anchor::second) {
@@ -176,17 +177,18 @@ void DeviationBound::gather(const CollapseMesh& mesh, std::uint32_t a, std::uint
 
 /// The nearest triangle of the star. Tests triangle `first` before the others, since it is the most likely one to be
 /// nearest.
-DeviationBound::Assigned DeviationBound::nearest(std::uint32_t sample, std::size_t first) const {
-  Assigned result{sample, 0, std::numeric_limits<double>::infinity()};
+DeviationBound::SampleAssignment DeviationBound::nearest_new_triangle(std::uint32_t sample,
+                                                                      std::size_t first) const {
+  SampleAssignment result{sample, 0, std::numeric_limits<double>::infinity()};
   const Vec3d p = to_double(samples_.points[sample]);
-  const std::size_t count = star_.size();
+  const std::size_t count = new_triangles_.size();
   for (std::size_t k = 0, i = first; k < count; ++k, i = i + 1 == count ? 0 : i + 1) {
-    const double squared = squared_to_face(star_[i], p, result.squared, nullptr);
+    const double squared = squared_to_face(new_triangles_[i], p, result.squared, nullptr);
     if (!(squared < result.squared)) continue;
     result.squared = squared;
     result.face = static_cast<std::uint32_t>(i);
   }
-  result.squared /= limits_[sample];
+  result.squared /= squared_limits_[sample];
   return result;
 }
 
@@ -194,18 +196,20 @@ DeviationBound::Assigned DeviationBound::nearest(std::uint32_t sample, std::size
 /// the next call.
 /// \returns true if all are within their limits
 bool DeviationBound::assign() {
-  assigned_.clear();
-  for (std::size_t i = 0; i < replaced_.size(); ++i) {
-    std::uint32_t previous = kNoVertex;
-    for (std::uint32_t s = first_[replaced_[i]]; s != kNoVertex; previous = s, s = next_[s]) {
-      assigned_.push_back(nearest(s, slot_[i] == kNoVertex ? 0 : slot_[i]));
-      refused_ = assigned_.back().squared;
-      if (refused_ <= 1) continue;
+  new_assignments_.clear();
+  for (std::size_t i = 0; i < reassigned_triangles_.size(); ++i) {
+    std::uint32_t previous_sample = kNoVertex;
+    for (std::uint32_t s = first_sample_[reassigned_triangles_[i]]; s != kNoVertex;
+         previous_sample = s, s = next_sample_[s]) {
+      new_assignments_.push_back(
+          nearest_new_triangle(s, star_index_[i] == kNoVertex ? 0 : star_index_[i]));
+      refused_ratio_ = new_assignments_.back().squared;
+      if (refused_ratio_ <= 1) continue;
       has_refused_ = true;
-      if (previous != kNoVertex) {
-        next_[previous] = next_[s];
-        next_[s] = first_[replaced_[i]];
-        first_[replaced_[i]] = s;
+      if (previous_sample != kNoVertex) {
+        next_sample_[previous_sample] = next_sample_[s];
+        next_sample_[s] = first_sample_[reassigned_triangles_[i]];
+        first_sample_[reassigned_triangles_[i]] = s;
       }
       return false;
     }
@@ -215,23 +219,26 @@ bool DeviationBound::assign() {
 
 /// True if the star's triangles are within the bound of the high poly, tested at the moved vertex, the centroids and
 /// the middles of moved edges.
-bool DeviationBound::is_near(const Vec3d& place) {
+bool DeviationBound::is_near_high_poly(const Vec3d& place) {
   const auto is_off = [&](const Vec3d& p) {
     const Vec3 at = to_float(p);
-    if (samples_.surface.is_within(at, bound_)) return false;
-    refused_ =
-        samples_.surface.is_within(at, kMaxRecoverableRatio * bound_) ? 1 : kMaxRecoverableRatio;
+    if (samples_.surface.is_within(at, squared_bound_)) return false;
+    refused_ratio_ = samples_.surface.is_within(at, kMaxRecoverableRatio * squared_bound_)
+                         ? 1
+                         : kMaxRecoverableRatio;
     return true;
   };
   const auto is_face_off = [&](const Face& f) {
     if (is_off(f.a + (f.ab + f.ac) * (1.0 / 3)) || is_off(f.a + f.ab * 0.5)) return true;
     // The triangle's other moved edge is tested with the neighbour that shares it, except on a border.
-    const bool shared = std::any_of(star_.begin(), star_.end(), [&](const Face& other) {
-      return other.ab.x == f.ac.x && other.ab.y == f.ac.y && other.ab.z == f.ac.z;
-    });
+    const bool shared =
+        std::any_of(new_triangles_.begin(), new_triangles_.end(), [&](const Face& other) {
+          return other.ab.x == f.ac.x && other.ab.y == f.ac.y && other.ab.z == f.ac.z;
+        });
     return !shared && is_off(f.a + f.ac * 0.5);
   };
-  if (!is_off(place) && std::none_of(star_.begin(), star_.end(), is_face_off)) return true;
+  if (!is_off(place) && std::none_of(new_triangles_.begin(), new_triangles_.end(), is_face_off))
+    return true;
   has_refused_ = true;
   return false;
 }
@@ -239,18 +246,18 @@ bool DeviationBound::is_near(const Vec3d& place) {
 bool DeviationBound::keeps(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
                            Anchor anchor, const Vec3d& target) {
   gather(mesh, a, b, anchor, target);
-  return assign() && is_near(target);
+  return assign() && is_near_high_poly(target);
 }
 
 void DeviationBound::collapse() {
-  for (const std::uint32_t t : replaced_) {
-    first_[t] = kNoVertex;
+  for (const std::uint32_t t : reassigned_triangles_) {
+    first_sample_[t] = kNoVertex;
     count_[t] = 0;
   }
-  for (const Assigned& s : assigned_) {
-    const std::uint32_t t = star_[s.face].triangle;
-    next_[s.sample] = first_[t];
-    first_[t] = s.sample;
+  for (const SampleAssignment& s : new_assignments_) {
+    const std::uint32_t t = new_triangles_[s.face].triangle;
+    next_sample_[s.sample] = first_sample_[t];
+    first_sample_[t] = s.sample;
     ++count_[t];
   }
 }
@@ -259,17 +266,19 @@ void DeviationBound::collapse() {
 /// by the fourth power of the distance.
 Vec3d DeviationBound::improved_position(const Vec3d& target, Distances which) {
   double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0, weight = 0;
-  Vec3d right{};
+  Vec3d right_side{};
   std::size_t count = 0;
-  for (const std::uint32_t t : replaced_) count += count_[t];
+  for (const std::uint32_t t : reassigned_triangles_) count += count_[t];
   const std::size_t stride = std::max<std::size_t>(1, count / kMaxMoveSamples);
-  for (std::size_t i = 0; i < replaced_.size(); ++i) {
+  for (std::size_t i = 0; i < reassigned_triangles_.size(); ++i) {
     // Each stride starts at a triangle's first sample, which is often the farthest.
     std::size_t sample_index = 0;
-    for (std::uint32_t s = first_[replaced_[i]]; s != kNoVertex; s = next_[s]) {
+    for (std::uint32_t s = first_sample_[reassigned_triangles_[i]]; s != kNoVertex;
+         s = next_sample_[s]) {
       if (sample_index++ % stride != 0) continue;
-      const Assigned found = nearest(s, slot_[i] == kNoVertex ? 0 : slot_[i]);
-      const Face& f = star_[found.face];
+      const SampleAssignment found =
+          nearest_new_triangle(s, star_index_[i] == kNoVertex ? 0 : star_index_[i]);
+      const Face& f = new_triangles_[found.face];
       const Vec3d p = to_double(samples_.points[s]);
       std::array<double, 3> share{};
       squared_to_face(f, p, 0, &share);
@@ -278,13 +287,14 @@ Vec3d DeviationBound::improved_position(const Vec3d& target, Distances which) {
       const double size = length(rest), relative = found.squared;
       Vec3d along = f.size > 0 ? f.normal * (1 / std::sqrt(f.size)) : Vec3d{};
       if (relative > 1e-6) along = rest * (1 / size);
-      const double w =
-          which == Distances::all ? share[0] : (relative * relative + kUniformWeight) * share[0];
+      const double w = which == Distances::all
+                           ? share[0]
+                           : (relative * relative + kZeroDistanceWeight) * share[0];
       const double square = w * share[0], pull = w * dot(along, rest);
       xx += square * along.x * along.x, xy += square * along.x * along.y;
       xz += square * along.x * along.z, yy += square * along.y * along.y;
       yz += square * along.y * along.z, zz += square * along.z * along.z;
-      right += along * pull;
+      right_side += along * pull;
       weight += square;
     }
   }
@@ -293,14 +303,15 @@ Vec3d DeviationBound::improved_position(const Vec3d& target, Distances which) {
   const Vec3d row0{xx + tangential_weight, xy, xz}, row1{xy, yy + tangential_weight, yz},
       row2{xz, yz, zz + tangential_weight};
   const Vec3d c12 = cross(row1, row2), c20 = cross(row2, row0), c01 = cross(row0, row1);
-  return target + (c12 * right.x + c20 * right.y + c01 * right.z) * (1 / dot(row0, c12));
+  return target +
+         (c12 * right_side.x + c20 * right_side.y + c01 * right_side.z) * (1 / dot(row0, c12));
 }
 
 double DeviationBound::energy(Distances which) const {
   double sum = 0;
-  for (const Assigned& s : assigned_) {
-    sum +=
-        which == Distances::all ? s.squared : s.squared * (s.squared * s.squared + kUniformWeight);
+  for (const SampleAssignment& s : new_assignments_) {
+    sum += which == Distances::all ? s.squared
+                                   : s.squared * (s.squared * s.squared + kZeroDistanceWeight);
   }
   return sum;
 }

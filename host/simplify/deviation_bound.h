@@ -45,7 +45,7 @@ class DeviationBound {
   DeviationBound(const CollapseMesh& mesh, const BoundSamples& samples, double bound, bool own);
 
   /// True if all samples were within the bound at the start.
-  bool holds() const { return holds_; }
+  bool was_within_bound() const { return was_within_bound_; }
   /// Divides the limit by 4 for samples in any of the balls.
   void tighten_limits(std::span<const Place> places);
 
@@ -54,7 +54,7 @@ class DeviationBound {
   bool keeps(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, Anchor anchor,
              const Vec3d& target);
   /// True if a position near the one that keeps() has just rejected may be within the bound.
-  bool may_be_near() const { return refused_ < kMaxRecoverableRatio; }
+  bool may_be_near() const { return refused_ratio_ < kMaxRecoverableRatio; }
   /// A position of the vertex near `target` that reduces the distances of the samples that the last keeps() assigned.
   Vec3d improved_position(const Vec3d& target, Distances which);
   /// True if keeps() has ever rejected a collapse.
@@ -70,11 +70,11 @@ class DeviationBound {
   static constexpr double kMaxRecoverableRatio = 2;
   /// A triangle that a collapse would leave.
   struct Face {
-    Vec3d a{}, ab{}, ac{}, normal{};  ///< `a` is the moved vertex.
+    Vec3d a{}, ab{}, ac{}, normal{};  ///< Corner `a` is the moved vertex.
     double size, ab2, ac2, ab_ac;
     std::uint32_t triangle;
   };
-  struct Assigned {
+  struct SampleAssignment {
     std::uint32_t sample, face;
     double squared;  ///< Squared distance divided by the sample's squared limit
   };
@@ -83,24 +83,25 @@ class DeviationBound {
               const Vec3d& target);
   void add_triangles_around(const CollapseMesh& mesh, std::uint32_t moved, std::uint32_t other,
                             const Vec3d& target, bool with_common);
-  Assigned nearest(std::uint32_t sample, std::size_t first) const;
+  SampleAssignment nearest_new_triangle(std::uint32_t sample, std::size_t first) const;
   bool assign();
-  bool is_near(const Vec3d& place);
+  bool is_near_high_poly(const Vec3d& place);
 
   const BoundSamples& samples_;
-  std::vector<double> limits_;  ///< Squared limit of each sample.
-  double bound_;                ///< Squared bound on distances from the low poly to the high poly
-  bool holds_ = true, has_refused_ = false;
-  double refused_ =
+  std::vector<double> squared_limits_;  ///< Squared limit of each sample.
+  double squared_bound_;  ///< Squared bound on distances from the low poly to the high poly
+  bool was_within_bound_ = true, has_refused_ = false;
+  double refused_ratio_ =
       0;  ///< Ratio of squared distance to squared limit at which keeps() last returned false
-  std::vector<std::uint32_t> first_;     ///< First sample of each triangle, or kNoVertex.
-  std::vector<std::uint32_t> count_;     ///< Number of samples of each triangle.
-  std::vector<std::uint32_t> next_;      ///< The next sample in the same triangle, or kNoVertex.
-  std::vector<std::uint32_t> replaced_;  ///< Triangles whose samples a collapse reassigns.
-  /// Index in star_ of each triangle of replaced_; kNoVertex if the triangle is removed.
-  std::vector<std::uint32_t> slot_;
-  std::vector<Face> star_;
-  std::vector<Assigned> assigned_;
+  std::vector<std::uint32_t> first_sample_;  ///< First sample of each triangle, or kNoVertex.
+  std::vector<std::uint32_t> count_;         ///< Number of samples of each triangle.
+  std::vector<std::uint32_t> next_sample_;  ///< The next sample in the same triangle, or kNoVertex.
+  std::vector<std::uint32_t>
+      reassigned_triangles_;  ///< Triangles whose samples a collapse reassigns.
+  /// Index in new_triangles_ of each triangle of reassigned_triangles_; kNoVertex if the triangle is removed.
+  std::vector<std::uint32_t> star_index_;
+  std::vector<Face> new_triangles_;
+  std::vector<SampleAssignment> new_assignments_;
 };
 
 }  // namespace kiln

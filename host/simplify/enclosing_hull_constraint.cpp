@@ -18,14 +18,14 @@ constexpr double kMaxParallelSine = 1e-9;
 struct QuadraticForm {
   Vec3d row0{}, row1{}, row2{}, right{};
 
-  Vec3d times(const Vec3d& v) const { return {dot(row0, v), dot(row1, v), dot(row2, v)}; }
+  Vec3d multiply(const Vec3d& v) const { return {dot(row0, v), dot(row1, v), dot(row2, v)}; }
 };
 
-/// Minimum of the form on a line through `at`, within all half-spaces in `spaces`.
-std::optional<Vec3d> least_on_line(const QuadraticForm& form, const Vec3d& at, const Vec3d& along,
-                                   std::span<const HalfSpace> spaces) {
+/// Minimum of the form on a line through `at`, within all half-spaces in `half_spaces`.
+std::optional<Vec3d> minimum_on_line(const QuadraticForm& form, const Vec3d& at, const Vec3d& along,
+                                     std::span<const HalfSpace> half_spaces) {
   double low = -std::numeric_limits<double>::infinity(), high = -low;
-  for (const HalfSpace& space : spaces) {
+  for (const HalfSpace& space : half_spaces) {
     const double slope = dot(space.normal, along);
     const double room = space.offset - dot(space.normal, at);
     if (std::abs(slope) < kMaxParallelSine) {
@@ -37,27 +37,28 @@ std::optional<Vec3d> least_on_line(const QuadraticForm& form, const Vec3d& at, c
     }
   }
   if (low > high + kHullRounding) return std::nullopt;
-  const double best = dot(along, form.right - form.times(at)) / dot(along, form.times(along));
+  const double best = dot(along, form.right - form.multiply(at)) / dot(along, form.multiply(along));
   return at + along * std::min(std::max(best, low), high);
 }
 
-/// Minimum of the form on the plane that bounds a half-space, within all half-spaces in `spaces`.
-std::optional<Vec3d> least_on_plane(const QuadraticForm& form, const HalfSpace& plane,
-                                    std::span<const HalfSpace> spaces) {
+/// Minimum of the form on the plane that bounds a half-space, within all half-spaces in `half_spaces`.
+std::optional<Vec3d> minimum_on_plane(const QuadraticForm& form, const HalfSpace& plane,
+                                      std::span<const HalfSpace> half_spaces) {
   const Vec3d& n = plane.normal;
   const Vec3d other = std::abs(n.x) < 0.6 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
   Vec3d u = cross(n, other);
   u = u * (1 / length(u));
   const Vec3d v = cross(n, u);
   const Vec3d from = n * plane.offset;
-  const Vec3d mu = form.times(u), mv = form.times(v), residual = form.right - form.times(from);
+  const Vec3d mu = form.multiply(u), mv = form.multiply(v),
+              residual = form.right - form.multiply(from);
   const double uu = dot(u, mu), uv = dot(u, mv), vv = dot(v, mv);
   const double ru = dot(u, residual), rv = dot(v, residual);
   const double determinant = uu * vv - uv * uv;
   Vec3d best =
       from + u * ((ru * vv - rv * uv) / determinant) + v * ((rv * uu - ru * uv) / determinant);
-  for (std::size_t i = 0; i < spaces.size(); ++i) {
-    const HalfSpace& space = spaces[i];
+  for (std::size_t i = 0; i < half_spaces.size(); ++i) {
+    const HalfSpace& space = half_spaces[i];
     if (dot(space.normal, best) >= space.offset - kHullRounding) continue;
     const Vec3d along = cross(n, space.normal);
     const double sine = length(along);
@@ -68,7 +69,7 @@ std::optional<Vec3d> least_on_plane(const QuadraticForm& form, const HalfSpace& 
     const Vec3d at = n * ((plane.offset - space.offset * cosine) * share) +
                      space.normal * ((space.offset - plane.offset * cosine) * share);
     const std::optional<Vec3d> on_line =
-        least_on_line(form, at, along * (1 / sine), spaces.first(i));
+        minimum_on_line(form, at, along * (1 / sine), half_spaces.first(i));
     if (!on_line) return std::nullopt;
     best = *on_line;
   }
@@ -105,23 +106,24 @@ void each_open_edge(const CollapseMesh& mesh, std::uint32_t vertex, const Body& 
   }
 }
 
-void add_space(const Vec3d& normal, const Vec3d& through, std::vector<HalfSpace>& spaces) {
+void add_half_space(const Vec3d& normal, const Vec3d& through,
+                    std::vector<HalfSpace>& half_spaces) {
   const double size = length(normal);
   if (!(size > 0)) return;  // A degenerate triangle bounds no tetrahedron.
   const Vec3d unit = normal * (1 / size);
-  spaces.push_back({unit, dot(unit, through)});
+  half_spaces.push_back({unit, dot(unit, through)});
 }
 
 void add_spaces(const CollapseMesh& mesh, std::uint32_t vertex, bool open,
-                std::vector<HalfSpace>& spaces) {
+                std::vector<HalfSpace>& half_spaces) {
   mesh.each_around(vertex, [&](std::uint32_t t) {
     const Triangle& v = mesh.triangles[t];
     const Vec3d& p = mesh.points[v[0]];
-    add_space(cross(mesh.points[v[1]] - p, mesh.points[v[2]] - p), p, spaces);
+    add_half_space(cross(mesh.points[v[1]] - p, mesh.points[v[2]] - p), p, half_spaces);
   });
   if (!open) return;
   each_open_edge(mesh, vertex, [&](const Vec3d& from, const Vec3d& to, const Vec3d& normal) {
-    add_space(cross(to - from, normal), from, spaces);
+    add_half_space(cross(to - from, normal), from, half_spaces);
   });
 }
 
@@ -129,8 +131,8 @@ void add_spaces(const CollapseMesh& mesh, std::uint32_t vertex, bool open,
 
 /// Adds one half-space after another: if the current minimum violates the new half-space, the new minimum lies on its
 /// plane (Seidel 1991, for linear programs).
-std::optional<Vec3d> least_within(const Quadric& q, const Vec3d& a, const Vec3d& b,
-                                  std::span<const HalfSpace> spaces, double slack) {
+std::optional<Vec3d> minimum_within(const Quadric& q, const Vec3d& a, const Vec3d& b,
+                                    std::span<const HalfSpace> half_spaces, double slack) {
   const Vec3d middle = (a + b) * 0.5;
   // A slight pull to the middle keeps the matrix regular, as in Quadric::best_near.
   const double pull = 1e-3 * (q.xx + q.yy + q.zz) + std::numeric_limits<double>::min();
@@ -140,16 +142,17 @@ std::optional<Vec3d> least_within(const Quadric& q, const Vec3d& a, const Vec3d&
                      {-(q.xx * middle.x + q.xy * middle.y + q.xz * middle.z + q.x),
                       -(q.xy * middle.x + q.yy * middle.y + q.yz * middle.z + q.y),
                       -(q.xz * middle.x + q.yz * middle.y + q.zz * middle.z + q.z)}};
-  std::vector<HalfSpace> offset_spaces(spaces.begin(), spaces.end());
-  for (HalfSpace& space : offset_spaces) space.offset += slack - dot(space.normal, middle);
+  std::vector<HalfSpace> offset_half_spaces(half_spaces.begin(), half_spaces.end());
+  for (HalfSpace& space : offset_half_spaces) space.offset += slack - dot(space.normal, middle);
   const Vec3d c12 = cross(form.row1, form.row2), c20 = cross(form.row2, form.row0),
               c01 = cross(form.row0, form.row1);
   Vec3d best =
       (c12 * form.right.x + c20 * form.right.y + c01 * form.right.z) * (1 / dot(form.row0, c12));
-  for (std::size_t i = 0; i < offset_spaces.size(); ++i) {
-    if (dot(offset_spaces[i].normal, best) >= offset_spaces[i].offset - kHullRounding) continue;
-    const std::optional<Vec3d> on_plane =
-        least_on_plane(form, offset_spaces[i], std::span<const HalfSpace>(offset_spaces).first(i));
+  for (std::size_t i = 0; i < offset_half_spaces.size(); ++i) {
+    if (dot(offset_half_spaces[i].normal, best) >= offset_half_spaces[i].offset - kHullRounding)
+      continue;
+    const std::optional<Vec3d> on_plane = minimum_on_plane(
+        form, offset_half_spaces[i], std::span<const HalfSpace>(offset_half_spaces).first(i));
     if (!on_plane) return std::nullopt;
     best = *on_plane;
   }
@@ -163,7 +166,7 @@ EnclosingHullConstraint::EnclosingHullConstraint(const CollapseMesh& mesh, Snap 
     : snap_(std::move(snap)),
       slack_(slack),
       fixed_(mesh.points.size(), 0),
-      open_(mesh.points.size(), 0) {
+      is_on_open_border_(mesh.points.size(), 0) {
   std::vector<std::pair<std::uint64_t, int>> sides;
   sides.reserve(3 * mesh.triangles.size());
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -174,11 +177,11 @@ EnclosingHullConstraint::EnclosingHullConstraint(const CollapseMesh& mesh, Snap 
   }
   std::sort(sides.begin(), sides.end());
   for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
-    int sense = 0;
+    int direction_sum = 0;
     while (end < sides.size() && sides[end].first == sides[begin].first)
-      sense += sides[end++].second;
-    if (sense == 0) continue;
-    std::vector<std::uint8_t>& marks = end - begin == 1 ? open_ : fixed_;
+      direction_sum += sides[end++].second;
+    if (direction_sum == 0) continue;
+    std::vector<std::uint8_t>& marks = end - begin == 1 ? is_on_open_border_ : fixed_;
     marks[sides[begin].first >> 32] = 1;
     marks[sides[begin].first & 0xffffffffU] = 1;
   }
@@ -195,7 +198,7 @@ bool EnclosingHullConstraint::is_outside(const CollapseMesh& mesh, std::uint32_t
     is_outside_planes =
         is_outside_planes && dot(normal, target - p) >= -kHullRounding * length(normal);
   });
-  if (!is_outside_planes || open_[vertex] == 0) return is_outside_planes;
+  if (!is_outside_planes || is_on_open_border_[vertex] == 0) return is_outside_planes;
   each_open_edge(mesh, vertex, [&](const Vec3d& from, const Vec3d& to, const Vec3d& normal) {
     const Vec3d across = cross(to - from, normal);
     is_outside_planes =
@@ -207,22 +210,22 @@ bool EnclosingHullConstraint::is_outside(const CollapseMesh& mesh, std::uint32_t
 std::optional<Vec3d> EnclosingHullConstraint::place(const CollapseMesh& mesh, std::uint32_t a,
                                                     std::uint32_t b, Anchor anchor,
                                                     Quadric& sum) const {
-  const bool stays_a = anchor == Anchor::first || fixed_[a] != 0;
-  const bool stays_b = anchor == Anchor::second || fixed_[b] != 0;
-  if (stays_a && stays_b) return std::nullopt;
-  if (stays_a || stays_b) {
-    const Vec3d& target = mesh.points[stays_a ? a : b];
-    return is_outside(mesh, stays_a ? b : a, target) ? std::optional(target) : std::nullopt;
+  const bool is_a_fixed = anchor == Anchor::first || fixed_[a] != 0;
+  const bool is_b_fixed = anchor == Anchor::second || fixed_[b] != 0;
+  if (is_a_fixed && is_b_fixed) return std::nullopt;
+  if (is_a_fixed || is_b_fixed) {
+    const Vec3d& target = mesh.points[is_a_fixed ? a : b];
+    return is_outside(mesh, is_a_fixed ? b : a, target) ? std::optional(target) : std::nullopt;
   }
-  thread_local std::vector<HalfSpace> spaces;
-  spaces.clear();
-  add_spaces(mesh, a, open_[a] != 0, spaces);
-  add_spaces(mesh, b, open_[b] != 0, spaces);
+  thread_local std::vector<HalfSpace> half_spaces;
+  half_spaces.clear();
+  add_spaces(mesh, a, is_on_open_border_[a] != 0, half_spaces);
+  add_spaces(mesh, b, is_on_open_border_[b] != 0, half_spaces);
   // Tries the exact planes first, then planes moved slightly outwards, so that the position stays outside after
   // rounding to the mesh's precision.
   for (const double slack : {0.0, slack_, 4 * slack_}) {
     const std::optional<Vec3d> best =
-        least_within(sum, mesh.points[a], mesh.points[b], spaces, slack);
+        minimum_within(sum, mesh.points[a], mesh.points[b], half_spaces, slack);
     if (!best) return std::nullopt;
     const Vec3d target = snap_(*best);
     if (is_outside(mesh, a, target) && is_outside(mesh, b, target)) return target;
@@ -239,7 +242,8 @@ bool EnclosingHullConstraint::keeps(const CollapseMesh& mesh, std::uint32_t a, s
 void EnclosingHullConstraint::collapse(const CollapseMesh&, std::uint32_t a, std::uint32_t b,
                                        Anchor, const Vec3d&, std::uint32_t kept) {
   fixed_[kept] = static_cast<std::uint8_t>(fixed_[a] | fixed_[b]);
-  open_[kept] = static_cast<std::uint8_t>(open_[a] | open_[b]);
+  is_on_open_border_[kept] =
+      static_cast<std::uint8_t>(is_on_open_border_[a] | is_on_open_border_[b]);
 }
 
 bool EnclosingHullConstraint::may_move(const CollapseMesh& mesh, std::uint32_t vertex,

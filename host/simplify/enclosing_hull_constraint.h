@@ -19,8 +19,8 @@ struct HalfSpace {
 
 /// The minimum of a quadric within all half-spaces, each moved out by `slack`; nullopt if they have no common point.
 /// Where the quadric leaves a direction free, the result is near the middle of a and b.
-std::optional<Vec3d> least_within(const Quadric& quadric, const Vec3d& a, const Vec3d& b,
-                                  std::span<const HalfSpace> spaces, double slack);
+std::optional<Vec3d> minimum_within(const Quadric& quadric, const Vec3d& a, const Vec3d& b,
+                                    std::span<const HalfSpace> spaces, double slack);
 
 /// Keeps the simplified surface outside of the original one, after Sander, Gu, Gortler, Hoppe and Snyder 2000
 /// ("Silhouette Clipping", section 4.1): the merged vertex lies on or outside the planes of all triangles around the
@@ -51,7 +51,7 @@ class EnclosingHullConstraint : public CollapseConstraint {
   double slack_;
   /// By vertex, 1 if its triangles have inconsistent orientation
   std::vector<std::uint8_t> fixed_;
-  std::vector<std::uint8_t> open_;  ///< By vertex, 1 on open borders.
+  std::vector<std::uint8_t> is_on_open_border_;  ///< By vertex, 1 on open borders.
 };
 
 }  // namespace kiln

@@ -17,11 +17,11 @@
 namespace kiln {
 namespace {
 
-struct Extent {
+struct FieldSize {
   double width, depth;
 };
 
-Extent extent_of(const Image& image, const HeightFieldOptions& options) {
+FieldSize field_size_of(const Image& image, const HeightFieldOptions& options) {
   for (const double value : {options.width, options.depth}) {
     if (value >= 0 && std::isfinite(value)) continue;
     throw Error(ErrorCode::usage, "The height field's extent is " + decimal(value) +
@@ -39,20 +39,20 @@ Extent extent_of(const Image& image, const HeightFieldOptions& options) {
   }
   const double columns = image.width - 1.0;
   const double rows = image.height - 1.0;
-  Extent extent{options.width, options.depth};
-  if (extent.width == 0 && extent.depth == 0) {
-    extent = {columns / std::max(columns, rows), rows / std::max(columns, rows)};
+  FieldSize field_size{options.width, options.depth};
+  if (field_size.width == 0 && field_size.depth == 0) {
+    field_size = {columns / std::max(columns, rows), rows / std::max(columns, rows)};
   }
-  if (extent.width == 0) extent.width = extent.depth * columns / rows;
-  if (extent.depth == 0) extent.depth = extent.width * rows / columns;
-  return extent;
+  if (field_size.width == 0) field_size.width = field_size.depth * columns / rows;
+  if (field_size.depth == 0) field_size.depth = field_size.width * rows / columns;
+  return field_size;
 }
 
 /// Snaps UVs that rounding moved off the border of the unit square.
 float snap_to_border(double u) {
-  constexpr double kRounding = 1e-6;
-  if (std::abs(u) < kRounding) return 0;
-  return std::abs(u - 1) < kRounding ? 1 : static_cast<float>(u);
+  constexpr double kUvRounding = 1e-6;
+  if (std::abs(u) < kUvRounding) return 0;
+  return std::abs(u - 1) < kUvRounding ? 1 : static_cast<float>(u);
 }
 
 /// Detects numbers that stand for "no data" in a height field.
@@ -139,29 +139,32 @@ NoData mark_no_data(Heights& heights, std::optional<double> value, bool guess) {
     }
     return count;
   };
-  const std::optional<double> given = value ? value : guess ? heights.no_data : std::nullopt;
-  if (given && std::isfinite(*given)) {
+  const std::optional<double> given_no_data = value   ? value
+                                              : guess ? heights.no_data
+                                                      : std::nullopt;
+  if (given_no_data && std::isfinite(*given_no_data)) {
     // A file may state the lowest or highest float in decimal digits that round beyond the float range.
     constexpr double kLargestFloat = std::numeric_limits<float>::max();
-    const double no_data_value = std::clamp(*given, -kLargestFloat, kLargestFloat);
+    const double no_data_value = std::clamp(*given_no_data, -kLargestFloat, kLargestFloat);
     const auto is_given = [&](double pixel) {
       return heights.largest == 1 ? pixel == static_cast<float>(no_data_value) ||
                                         NoDataRule::is(pixel, no_data_value)
                                   : std::round(pixel * heights.largest) == no_data_value;
     };
-    if (remove_values(is_given) != 0) found.values.push_back(*given);
-  } else if (guess && !given && heights.largest == 1) {
+    if (remove_values(is_given) != 0) found.values.push_back(*given_no_data);
+  } else if (guess && !given_no_data && heights.largest == 1) {
     for (Ends ends = Ends::of(image); ends.any; ends = Ends::of(image)) {
-      bool repeat = false;
+      bool search_again = false;
       for (const Ends::End& end : {ends.low, ends.high}) {
-        const bool is_low = end.value == ends.low.value;
+        const bool is_lowest = end.value == ends.low.value;
         const double gap = std::abs(end.next - end.value);
-        const double other_range = is_low ? ends.high.value - end.next : end.next - ends.low.value;
+        const double other_range =
+            is_lowest ? ends.high.value - end.next : end.next - ends.low.value;
         if (gap == 0 || gap <= NoDataRule::kMinGap * other_range) continue;
         if (NoDataRule::is_known(end.value)) {
           remove_values([&](double pixel) { return pixel == end.value; });
           found.values.push_back(end.value);
-          repeat = true;
+          search_again = true;
           break;
         }
         if (gap > NoDataRule::kMinDoubtfulGap * other_range && other_range > 0 &&
@@ -169,7 +172,7 @@ NoData mark_no_data(Heights& heights, std::optional<double> value, bool guess) {
           found.doubtful = end.value;
         }
       }
-      if (!repeat) break;
+      if (!search_again) break;
       found.doubtful.reset();
     }
   }
@@ -180,7 +183,7 @@ NoData mark_no_data(Heights& heights, std::optional<double> value, bool guess) {
 }
 
 Mesh height_field_mesh(const Image& image, const HeightFieldOptions& options) {
-  const Extent extent = extent_of(image, options);
+  const FieldSize field_size = field_size_of(image, options);
   if (std::uint64_t{image.width} * image.height >= std::uint64_t{1} << 30) {
     throw Error(ErrorCode::input, "The height field is " + std::to_string(image.width) + " x " +
                                       std::to_string(image.height) +
@@ -207,8 +210,8 @@ Mesh height_field_mesh(const Image& image, const HeightFieldOptions& options) {
       // A vertex without height has no triangle.
       const float value = *image.at(column, row);
       mesh.positions.push_back(
-          {static_cast<float>((u - 0.5) * extent.width),
-           static_cast<float>((v - 0.5) * extent.depth),
+          {static_cast<float>((u - 0.5) * field_size.width),
+           static_cast<float>((v - 0.5) * field_size.depth),
            std::isfinite(value) ? static_cast<float>(value * options.height) : 0.0F});
       mesh.uvs.push_back({static_cast<float>(u), static_cast<float>(v)});
     }
@@ -219,10 +222,10 @@ Mesh height_field_mesh(const Image& image, const HeightFieldOptions& options) {
   mesh.triangles.reserve(std::size_t{2} * (image.width - 1) * (image.height - 1));
   for (std::uint32_t row = 0; row + 1 < image.height; ++row) {
     for (std::uint32_t column = 0; column + 1 < image.width; ++column) {
-      const std::uint32_t upper = row * image.width + column;
-      const std::uint32_t lower = upper + image.width;
-      for (const Triangle& t :
-           {Triangle{lower, lower + 1, upper + 1}, Triangle{lower, upper + 1, upper}}) {
+      const std::uint32_t upper_vertex = row * image.width + column;
+      const std::uint32_t lower_vertex = upper_vertex + image.width;
+      for (const Triangle& t : {Triangle{lower_vertex, lower_vertex + 1, upper_vertex + 1},
+                                Triangle{lower_vertex, upper_vertex + 1, upper_vertex}}) {
         if (std::all_of(t.begin(), t.end(), is_there)) mesh.triangles.push_back(t);
       }
     }
@@ -237,12 +240,12 @@ Mesh height_field_mesh(const Image& image, const HeightFieldOptions& options) {
 }
 
 Mesh height_field_plane(const Image& image, const HeightFieldOptions& options) {
-  const Extent extent = extent_of(image, options);
+  const FieldSize field_size = field_size_of(image, options);
   Mesh mesh;
   mesh.name = "plane";
   for (const Vec2& uv : {Vec2{0, 0}, Vec2{1, 0}, Vec2{1, 1}, Vec2{0, 1}}) {
-    mesh.positions.push_back({static_cast<float>((uv.x - 0.5) * extent.width),
-                              static_cast<float>((uv.y - 0.5) * extent.depth), 0});
+    mesh.positions.push_back({static_cast<float>((uv.x - 0.5) * field_size.width),
+                              static_cast<float>((uv.y - 0.5) * field_size.depth), 0});
     mesh.uvs.push_back(uv);
   }
   mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
@@ -251,8 +254,8 @@ Mesh height_field_plane(const Image& image, const HeightFieldOptions& options) {
 }
 
 void lay_out_over_height_field(Mesh& mesh, const Image& image, const HeightFieldOptions& options) {
-  const Extent extent = extent_of(image, options);
-  lay_out_over_rectangle(mesh, {{0, 0}, {extent.width, extent.depth}});
+  const FieldSize field_size = field_size_of(image, options);
+  lay_out_over_rectangle(mesh, {{0, 0}, {field_size.width, field_size.depth}});
 }
 
 namespace {

@@ -25,15 +25,15 @@ class HeightfieldConstraint : public CollapseConstraint {
   bool faces_up(const CollapseMesh& mesh, std::uint32_t moved, std::uint32_t other,
                 const Vec3d& target) const;
   /// Per vertex, one bit for each side of the rectangle on which it lies.
-  std::vector<std::uint8_t> sides_;
+  std::vector<std::uint8_t> rectangle_sides_;
 };
 
 /// Twice a triangle's projected area, seen from +z, divided by the square of its longest projected side; negative if
 /// it faces down, 0 if it degenerates to a point.
-double upward(const Vec3d& a, const Vec3d& b, const Vec3d& c);
+double upward_quality(const Vec3d& a, const Vec3d& b, const Vec3d& c);
 
-/// Minimum of upward(); triangles below it may not get worse. Triangles at this limit are still safely non-degenerate
-/// in single precision.
-inline constexpr double kMinUpward = 1e-4;
+/// Minimum of upward_quality(); triangles below it may not get worse. Triangles at this limit are still safely
+/// non-degenerate in single precision.
+inline constexpr double kMinUpwardQuality = 1e-4;
 
 }  // namespace kiln

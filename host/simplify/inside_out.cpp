@@ -21,20 +21,22 @@ constexpr std::size_t kMaxComparisons = 10'000'000;
 struct Part {
   double volume = 0;
   Box<Vec3d> box;
-  Vec3d corner{};
+  Vec3d reference_corner{};
   bool has_triangle = false, open = false;
 };
 
-std::vector<Part> parts_of(const Work& work) {
+std::vector<Part> components_of(const Work& work) {
   DisjointSets sets(work.points.size());
   join_parts(work.triangles, sets);
-  std::vector<Part> parts(work.points.size());
+  std::vector<Part> components(work.points.size());
   for (const Triangle& t : work.triangles) {
-    Part& part = parts[sets.find(t[0])];
+    Part& part = components[sets.find(t[0])];
     const Vec3d &a = work.points[t[0]], &b = work.points[t[1]], &c = work.points[t[2]];
-    if (!part.has_triangle) part.corner = a;
+    if (!part.has_triangle) part.reference_corner = a;
     part.has_triangle = true;
-    part.volume += dot(a - part.corner, cross(b - part.corner, c - part.corner)) / 6;
+    part.volume += dot(a - part.reference_corner,
+                       cross(b - part.reference_corner, c - part.reference_corner)) /
+                   6;
     for (const Vec3d* p : {&a, &b, &c}) part.box.add(*p);
   }
   SideLists(work.triangles, work.points.size())
@@ -42,20 +44,20 @@ std::vector<Part> parts_of(const Work& work) {
         int orientation_sum = 0;
         for (const SideLists::Item& side : sides)
           orientation_sum += SideLists::forward(side) ? 1 : -1;
-        if (orientation_sum != 0) parts[sets.find(a)].open = true;
+        if (orientation_sum != 0) components[sets.find(a)].open = true;
       });
-  std::erase_if(parts, [](const Part& part) { return !part.has_triangle || part.open; });
-  return parts;
+  std::erase_if(components, [](const Part& part) { return !part.has_triangle || part.open; });
+  return components;
 }
 
 }  // namespace
 
 InsideOut find_inside_out(const Work& work) {
-  const std::vector<Part> parts = parts_of(work);
+  const std::vector<Part> components = components_of(work);
   InsideOut found;
-  found.closed = parts.size();
+  found.closed = components.size();
   std::vector<const Part*> positive_parts, negative_parts;
-  for (const Part& part : parts)
+  for (const Part& part : components)
     (part.volume < 0 ? negative_parts : positive_parts).push_back(&part);
   if (positive_parts.size() * negative_parts.size() > kMaxComparisons) return found;
   for (const Part* part : negative_parts) {
@@ -63,7 +65,7 @@ InsideOut find_inside_out(const Work& work) {
                     [&](const Part* s) { return s->box.contains(part->box); })) {
       continue;
     }
-    if (found.count++ == 0) found.place = part->corner;
+    if (found.count++ == 0) found.example = part->reference_corner;
   }
   return found;
 }
@@ -77,7 +79,7 @@ void warn_of_inside_out(const Work& work,
       {"inside-out",
        std::to_string(found.count) + " of " + counted(found.closed, "closed part") +
            " of the high poly " + (found.count == 1 ? "is" : "are") + " inside out, one " +
-           format_point(found.place) +
+           format_point(found.example) +
            ": the hull lies within. Turn the faces round (flip normals) in the modelling tool",
        found.count});
 }

@@ -16,7 +16,7 @@ struct InsideOut {
   std::uint64_t closed = 0;  ///< Number of components without an open edge
   /// Number of components of negative volume that lie in no box of a component of positive volume
   std::uint64_t count = 0;
-  Vec3d place{};  ///< A point of the first inside-out component.
+  Vec3d example{};  ///< A point of the first inside-out component.
 };
 
 /// Inner walls of hollow bodies do not count as inside out: they lie within the box of another component.

@@ -11,12 +11,15 @@ namespace kiln {
 
 LabelSeams::LabelSeams(const std::vector<std::uint32_t>& labels, std::vector<Triangle>& triangles,
                        std::vector<Vec3>& positions)
-    : vertices_(positions.size()), origin_(vertices_), label_(vertices_, 0) {
+    : original_vertex_count_(positions.size()),
+      origin_(original_vertex_count_),
+      label_(original_vertex_count_, 0) {
   std::iota(origin_.begin(), origin_.end(), 0U);
   const VertexLists corners(
-      vertices_, 3 * triangles.size(), [&](std::size_t i) { return triangles[i / 3][i % 3]; },
+      original_vertex_count_, 3 * triangles.size(),
+      [&](std::size_t i) { return triangles[i / 3][i % 3]; },
       [&](std::size_t i) { return std::uint64_t{labels[i / 3]}; });
-  for (std::uint32_t v = 0; v < vertices_; ++v) {
+  for (std::uint32_t v = 0; v < original_vertex_count_; ++v) {
     const std::span<const VertexLists::Item> around = corners.of(v);
     std::uint32_t copy = v;
     for (std::size_t i = 0; i < around.size(); ++i) {
@@ -38,21 +41,21 @@ void LabelSeams::join(std::vector<Triangle>& triangles) {
   for (Triangle& t : triangles) {
     const std::uint32_t label = label_[t[0]];
     for (std::uint32_t& v : t) v = origin_[v];
-    stored_.emplace_back(lowest_first(t), label);
+    stored_labels_.emplace_back(lowest_first(t), label);
   }
 }
 
 void LabelSeams::add(const std::vector<Triangle>& triangles,
                      const std::vector<std::uint32_t>& labels) {
   for (std::size_t t = 0; t < triangles.size(); ++t) {
-    stored_.emplace_back(lowest_first(triangles[t]), labels[t]);
+    stored_labels_.emplace_back(lowest_first(triangles[t]), labels[t]);
   }
 }
 
 std::vector<std::uint32_t> LabelSeams::of(const std::vector<Triangle>& triangles,
                                           const std::vector<std::uint32_t>& origin) {
   // The sort is stable, so that the first label of equal triangles is kept.
-  std::stable_sort(stored_.begin(), stored_.end(),
+  std::stable_sort(stored_labels_.begin(), stored_labels_.end(),
                    [](const StoredLabel& a, const StoredLabel& b) { return a.first < b.first; });
   std::vector<std::uint32_t> labels;
   labels.reserve(triangles.size());
@@ -60,7 +63,7 @@ std::vector<std::uint32_t> LabelSeams::of(const std::vector<Triangle>& triangles
     for (std::uint32_t& v : t) v = origin[v];
     t = lowest_first(t);
     labels.push_back(
-        std::lower_bound(stored_.begin(), stored_.end(), t,
+        std::lower_bound(stored_labels_.begin(), stored_labels_.end(), t,
                          [](const StoredLabel& a, const Triangle& b) { return a.first < b; })
             ->second);
   }

@@ -22,7 +22,7 @@ class LabelSeams {
   /// True if the copies are few enough for a large reduction. If labels meet nearly everywhere, hardly any vertex
   /// could be removed.
   bool is_worthwhile() const {
-    return origin_.size() - vertices_ <= vertices_ / kMinVerticesPerCopy;
+    return origin_.size() - original_vertex_count_ <= original_vertex_count_ / kMinVerticesPerCopy;
   }
 
   /// Stores the labels of the remaining triangles, and restores their original vertices.
@@ -38,9 +38,9 @@ class LabelSeams {
   static constexpr std::size_t kMinVerticesPerCopy = 4;
   using StoredLabel = std::pair<Triangle, std::uint32_t>;
 
-  std::size_t vertices_;
+  std::size_t original_vertex_count_;
   std::vector<std::uint32_t> origin_, label_;  ///< Original vertex, and label, of each vertex
-  std::vector<StoredLabel> stored_;
+  std::vector<StoredLabel> stored_labels_;
 };
 
 }  // namespace kiln

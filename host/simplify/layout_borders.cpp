@@ -19,7 +19,7 @@ double doubled_area(const Vec2& a, const Vec2& b, const Vec2& c) {
   return (double{b.x} - a.x) * (double{c.y} - a.y) - (double{b.y} - a.y) * (double{c.x} - a.x);
 }
 
-bool all_finite(std::span<const Vec2> uvs, const Triangle& t) {
+bool has_finite_uvs(std::span<const Vec2> uvs, const Triangle& t) {
   return is_finite(uvs[t[0]]) && is_finite(uvs[t[1]]) && is_finite(uvs[t[2]]);
 }
 
@@ -65,17 +65,17 @@ LayoutBorders::LayoutBorders(std::span<const Vec2> uvs, std::span<const Triangle
                              std::span<const std::uint32_t> charts,
                              const std::vector<std::uint8_t>& on_border, const LayoutCopies& copies)
     : copies_(&copies),
-      chart_(uvs.size(), 0),
-      place_of_(uvs.size(), 0),
-      index_of_(uvs.size(), kNoIndex) {
+      chart_of_uv_(uvs.size(), 0),
+      place_of_uv_(uvs.size(), 0),
+      index_of_uv_(uvs.size(), kNoIndex) {
   for (std::size_t t = 0; t < corners.size(); ++t) {
-    for (const std::uint32_t c : corners[t]) chart_[c] = charts[t];
+    for (const std::uint32_t c : corners[t]) chart_of_uv_[c] = charts[t];
   }
   bool any = false;
   Vec2 high{};
   for (std::uint32_t i = 0; i < uvs.size(); ++i) {
     if (!is_finite(uvs[i])) continue;
-    if (on_border[i] != 0) items_.push_back(i);
+    if (on_border[i] != 0) border_corners_.push_back(i);
     low_ = any ? Vec2{std::min(low_.x, uvs[i].x), std::min(low_.y, uvs[i].y)} : uvs[i];
     high = any ? Vec2{std::max(high.x, uvs[i].x), std::max(high.y, uvs[i].y)} : uvs[i];
     any = true;
@@ -85,33 +85,34 @@ LayoutBorders::LayoutBorders(std::span<const Vec2> uvs, std::span<const Triangle
     return std::tuple(uvs[i].y, uvs[i].x, copies_->first(i));
   };
   const auto is_same_place = [&](std::uint32_t i, std::uint32_t j) { return key(i) == key(j); };
-  std::sort(items_.begin(), items_.end(), [&](std::uint32_t i, std::uint32_t j) {
+  std::sort(border_corners_.begin(), border_corners_.end(), [&](std::uint32_t i, std::uint32_t j) {
     return std::tuple_cat(key(i), std::tuple(i)) < std::tuple_cat(key(j), std::tuple(j));
   });
   std::size_t count = 0;
-  for (std::size_t i = 0; i < items_.size(); ++i) {
-    count += i == 0 || !is_same_place(items_[i - 1], items_[i]) ? 1 : 0;
+  for (std::size_t i = 0; i < border_corners_.size(); ++i) {
+    count += i == 0 || !is_same_place(border_corners_[i - 1], border_corners_[i]) ? 1 : 0;
   }
-  side_ = static_cast<std::uint32_t>(
+  cells_per_side_ = static_cast<std::uint32_t>(
       std::clamp(std::sqrt(static_cast<double>(count) / 2), 1.0, 1024.0));
   const auto cell = [&](std::uint32_t i) {
-    return std::size_t{row(uvs[i].y)} * side_ + column(uvs[i].x);
+    return std::size_t{row(uvs[i].y)} * cells_per_side_ + column(uvs[i].x);
   };
-  std::stable_sort(items_.begin(), items_.end(),
+  std::stable_sort(border_corners_.begin(), border_corners_.end(),
                    [&](std::uint32_t i, std::uint32_t j) { return cell(i) < cell(j); });
-  start_.assign(std::size_t{side_} * side_ + 1, 0);
-  places_.reserve(count);
-  for (std::uint32_t i = 0; i < items_.size(); ++i) {
-    const std::uint32_t uv = items_[i];
-    if (i == 0 || !is_same_place(items_[i - 1], uv)) {
-      places_.push_back({i, 0});
-      ++start_[cell(uv) + 1];
+  first_place_of_cell_.assign(std::size_t{cells_per_side_} * cells_per_side_ + 1, 0);
+  border_places_.reserve(count);
+  for (std::uint32_t i = 0; i < border_corners_.size(); ++i) {
+    const std::uint32_t uv = border_corners_[i];
+    if (i == 0 || !is_same_place(border_corners_[i - 1], uv)) {
+      border_places_.push_back({i, 0});
+      ++first_place_of_cell_[cell(uv) + 1];
     }
-    ++places_.back().count;
-    place_of_[uv] = static_cast<std::uint32_t>(places_.size() - 1);
-    index_of_[uv] = i;
+    ++border_places_.back().count;
+    place_of_uv_[uv] = static_cast<std::uint32_t>(border_places_.size() - 1);
+    index_of_uv_[uv] = i;
   }
-  std::partial_sum(start_.begin(), start_.end(), start_.begin());
+  std::partial_sum(first_place_of_cell_.begin(), first_place_of_cell_.end(),
+                   first_place_of_cell_.begin());
   find_overlaps(uvs, corners, charts);
 }
 
@@ -119,17 +120,17 @@ void LayoutBorders::find_overlaps(std::span<const Vec2> uvs, std::span<const Tri
                                   std::span<const std::uint32_t> charts) {
   const std::uint32_t count =
       charts.empty() ? 0 : *std::max_element(charts.begin(), charts.end()) + 1;
-  group_.resize(count);
-  std::iota(group_.begin(), group_.end(), 0U);
+  chart_group_.resize(count);
+  std::iota(chart_group_.begin(), chart_group_.end(), 0U);
   std::vector<std::uint8_t> is_overlapping(count, 0);
   std::vector<std::uint32_t> first_triangle_at(std::size_t{kProbesPerSide} * kProbesPerSide,
                                                kNoBorder);
-  std::vector<std::uint8_t> meets_others(corners.size(), 0);
+  std::vector<std::uint8_t> is_overlapping_triangle(corners.size(), 0);
   // True if a triangle need not be tested: it has the UVs of its first copy, and that copy shares no probe with other
   // triangles. So thousands of copies over one part of the texture are tested once.
   const auto is_known = [&](std::size_t t) {
     const std::uint32_t first = copies_->first_triangle(static_cast<std::uint32_t>(t));
-    if (first == t || meets_others[first] != 0) return false;
+    if (first == t || is_overlapping_triangle[first] != 0) return false;
     const auto at = [&](std::size_t of, std::size_t k) { return uvs[corners[of][k % 3]]; };
     for (std::size_t turn = 0; turn < 3; ++turn) {
       if (at(t, 0) == at(first, turn) && at(t, 1) == at(first, turn + 1) &&
@@ -140,47 +141,47 @@ void LayoutBorders::find_overlaps(std::span<const Vec2> uvs, std::span<const Tri
     return false;
   };
   for (std::size_t t = 0; t < corners.size(); ++t) {
-    if (!all_finite(uvs, corners[t]) || is_known(t)) continue;
-    each_probe(
-        {uvs[corners[t][0]], uvs[corners[t][1]], uvs[corners[t][2]]}, low_, size_,
-        [&](std::uint32_t probe) {
-          std::uint32_t& first = first_triangle_at[probe];
-          if (first == kNoBorder) {
-            first = static_cast<std::uint32_t>(t);
-            return;
-          }
-          if (copies_->triangles(first, static_cast<std::uint32_t>(t))) return;
-          meets_others[t] = 1;
-          const std::uint32_t chart = charts[first];
-          is_overlapping[charts[t]] = is_overlapping[chart] = 1;
-          const auto [low, high] = std::minmax({root(group_, chart), root(group_, charts[t])});
-          group_[high] = low;
-        });
+    if (!has_finite_uvs(uvs, corners[t]) || is_known(t)) continue;
+    each_probe({uvs[corners[t][0]], uvs[corners[t][1]], uvs[corners[t][2]]}, low_, size_,
+               [&](std::uint32_t probe) {
+                 std::uint32_t& first = first_triangle_at[probe];
+                 if (first == kNoBorder) {
+                   first = static_cast<std::uint32_t>(t);
+                   return;
+                 }
+                 if (copies_->triangles(first, static_cast<std::uint32_t>(t))) return;
+                 is_overlapping_triangle[t] = 1;
+                 const std::uint32_t chart = charts[first];
+                 is_overlapping[charts[t]] = is_overlapping[chart] = 1;
+                 const auto [low, high] =
+                     std::minmax({root(chart_group_, chart), root(chart_group_, charts[t])});
+                 chart_group_[high] = low;
+               });
   }
   overlapping_.assign(count, 0);
   for (std::uint32_t c = 0; c < count; ++c) {
-    group_[c] = root(group_, c);
-    if (is_overlapping[c] != 0) overlapping_[group_[c]] = 1;
+    chart_group_[c] = root(chart_group_, c);
+    if (is_overlapping[c] != 0) overlapping_[chart_group_[c]] = 1;
   }
 }
 
 std::uint32_t LayoutBorders::column(float u) const {
-  const double at = (double{u} - low_.x) / size_.x * side_;
-  return static_cast<std::uint32_t>(std::clamp(at, 0.0, side_ - 1.0));
+  const double at = (double{u} - low_.x) / size_.x * cells_per_side_;
+  return static_cast<std::uint32_t>(std::clamp(at, 0.0, cells_per_side_ - 1.0));
 }
 
 std::uint32_t LayoutBorders::row(float v) const {
-  const double at = (double{v} - low_.y) / size_.y * side_;
-  return static_cast<std::uint32_t>(std::clamp(at, 0.0, side_ - 1.0));
+  const double at = (double{v} - low_.y) / size_.y * cells_per_side_;
+  return static_cast<std::uint32_t>(std::clamp(at, 0.0, cells_per_side_ - 1.0));
 }
 
 void LayoutBorders::remove(std::uint32_t uv) {
-  if (index_of_[uv] == kNoIndex) return;
-  Place& place = places_[place_of_[uv]];
-  const std::uint32_t last = items_[place.first + --place.count];
-  items_[index_of_[uv]] = last;
-  index_of_[last] = index_of_[uv];
-  index_of_[uv] = kNoIndex;
+  if (index_of_uv_[uv] == kNoIndex) return;
+  BorderPlace& place = border_places_[place_of_uv_[uv]];
+  const std::uint32_t last = border_corners_[place.first + --place.count];
+  border_corners_[index_of_uv_[uv]] = last;
+  index_of_uv_[last] = index_of_uv_[uv];
+  index_of_uv_[uv] = kNoIndex;
 }
 
 bool LayoutBorders::free(std::span<const Vec2> uvs, std::uint32_t before, std::uint32_t gone,
@@ -190,18 +191,19 @@ bool LayoutBorders::free(std::span<const Vec2> uvs, std::uint32_t before, std::u
   const double turn = doubled_area(a, b, c);
   if (turn == 0) return true;
   const double sign = turn > 0 ? 1 : -1;
-  const std::uint32_t own_group = group_[chart_[gone]];
+  const std::uint32_t own_group = chart_group_[chart_of_uv_[gone]];
   const auto [left, right] = std::minmax({a.x, b.x, c.x});
   const auto [bottom, top] = std::minmax({a.y, b.y, c.y});
   for (std::uint32_t y = row(bottom); y <= row(top); ++y) {
     for (std::uint32_t x = column(left); x <= column(right); ++x) {
-      const std::size_t cell = std::size_t{y} * side_ + x;
-      for (std::uint32_t i = start_[cell]; i < start_[cell + 1]; ++i) {
-        const std::span<const std::uint32_t> items(items_.data() + places_[i].first,
-                                                   places_[i].count);
-        if (items.empty()) continue;
-        const Vec2& p = uvs[items[0]];
-        if (p == a || p == c || (p == b && copies_->first(items[0]) == copies_->first(gone)))
+      const std::size_t cell = std::size_t{y} * cells_per_side_ + x;
+      for (std::uint32_t i = first_place_of_cell_[cell]; i < first_place_of_cell_[cell + 1]; ++i) {
+        const std::span<const std::uint32_t> place_corners(
+            border_corners_.data() + border_places_[i].first, border_places_[i].count);
+        if (place_corners.empty()) continue;
+        const Vec2& p = uvs[place_corners[0]];
+        if (p == a || p == c ||
+            (p == b && copies_->first(place_corners[0]) == copies_->first(gone)))
           continue;
         if (!(sign * doubled_area(a, b, p) >= 0 && sign * doubled_area(b, c, p) >= 0 &&
               sign * doubled_area(c, a, p) >= 0)) {
@@ -209,9 +211,9 @@ bool LayoutBorders::free(std::span<const Vec2> uvs, std::uint32_t before, std::u
         }
         // Borders of charts that overlapped from the start do not block each other.
         const auto holds = [&](std::uint32_t other) {
-          return overlapping_[own_group] == 0 || group_[chart_[other]] != own_group;
+          return overlapping_[own_group] == 0 || chart_group_[chart_of_uv_[other]] != own_group;
         };
-        if (std::any_of(items.begin(), items.end(), holds)) return false;
+        if (std::any_of(place_corners.begin(), place_corners.end(), holds)) return false;
       }
     }
   }

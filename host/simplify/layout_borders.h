@@ -38,21 +38,23 @@ class LayoutBorders {
   std::uint32_t row(float v) const;
 
   /// Corners at one position that are copies of each other; usually one of them represents all.
-  struct Place {
-    std::uint32_t first = 0, count = 0;  ///< Range of remaining border corners in items_.
+  struct BorderPlace {
+    std::uint32_t first = 0, count = 0;  ///< Range of remaining border corners in border_corners_.
   };
 
   const LayoutCopies* copies_;
-  std::vector<std::uint32_t> chart_;  ///< Chart of each UV.
-  std::vector<std::uint32_t> group_;  ///< By chart: charts that overlap each other form a group.
-  std::vector<std::uint8_t> overlapping_;  ///< By group, 1 if its charts overlap each other
+  std::vector<std::uint32_t> chart_of_uv_;  ///< Chart of each UV.
+  std::vector<std::uint32_t> chart_group_;  ///< Charts that overlap each other form one group.
+  std::vector<std::uint8_t> overlapping_;   ///< By group, 1 if its charts overlap each other
   Vec2 low_{}, size_{1, 1};
-  std::uint32_t side_ = 1;            ///< Cells along a side of the grid.
-  std::vector<std::uint32_t> start_;  ///< First place of each grid cell; one extra entry at the end
-  std::vector<Place> places_;
-  std::vector<std::uint32_t> items_;     ///< UVs of border corners, grouped by place.
-  std::vector<std::uint32_t> place_of_;  ///< Place of each UV on a border.
-  std::vector<std::uint32_t> index_of_;  ///< By UV, its index in items_; kNoIndex: not on a border.
+  std::uint32_t cells_per_side_ = 1;  ///< Cells along a side of the grid.
+  std::vector<std::uint32_t>
+      first_place_of_cell_;  ///< First place of each grid cell; one extra entry at the end
+  std::vector<BorderPlace> border_places_;
+  std::vector<std::uint32_t> border_corners_;  ///< UVs of border corners, grouped by place.
+  std::vector<std::uint32_t> place_of_uv_;     ///< Place of each UV on a border.
+  std::vector<std::uint32_t>
+      index_of_uv_;  ///< By UV, its index in border_corners_; kNoIndex: not on a border.
 };
 
 }  // namespace kiln

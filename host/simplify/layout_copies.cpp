@@ -17,7 +17,7 @@ constexpr double kMaxCopyDistance = 1e-5, kCellSize = 1.0 / 1024;
 
 struct CopyCenter {
   /// Whole-number offset that moves the middle into the unit square.
-  std::array<double, 2> whole{};
+  std::array<double, 2> whole_offset{};
   std::array<double, 2> middle{};
 };
 
@@ -25,7 +25,7 @@ std::int64_t cell_of(double value) {
   return static_cast<std::int64_t>(std::floor(value / kCellSize));
 }
 
-std::uint64_t key_of(std::int64_t x, std::int64_t y) {
+std::uint64_t cell_key(std::int64_t x, std::int64_t y) {
   return static_cast<std::uint64_t>(x + 2) << 32 | static_cast<std::uint64_t>(y + 2);
 }
 
@@ -35,12 +35,13 @@ LayoutCopies::LayoutCopies(std::span<const Vec2> uvs, std::span<const Triangle> 
     : on_fold_(uvs.size(), 0), first_triangle_(corners.size()) {
   std::iota(first_triangle_.begin(), first_triangle_.end(), 0U);
   std::vector<CopyCenter> places(corners.size());
-  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cells;
-  cells.reserve(corners.size());
+  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> triangles_of_cell;
+  triangles_of_cell.reserve(corners.size());
   DisjointSets copy_sets(uvs.size());
   const auto at = [&](std::uint32_t t, std::size_t k) {
     const Vec2& uv = uvs[corners[t][k]];
-    return std::array<double, 2>{uv.x - places[t].whole[0], uv.y - places[t].whole[1]};
+    return std::array<double, 2>{uv.x - places[t].whole_offset[0],
+                                 uv.y - places[t].whole_offset[1]};
   };
   /// Finds the corresponding corner of `other` for each corner of t; false if a corner has none.
   const auto matches = [&](std::uint32_t t, std::uint32_t other, std::array<std::size_t, 3>& of) {
@@ -66,25 +67,26 @@ LayoutCopies::LayoutCopies(std::span<const Vec2> uvs, std::span<const Triangle> 
     if (twice == 0) continue;
     CopyCenter& place = places[t];
     const double u = (double{a.x} + b.x + c.x) / 3, v = (double{a.y} + b.y + c.y) / 3;
-    place.whole = {std::floor(u), std::floor(v)};
-    place.middle = {u - place.whole[0], v - place.whole[1]};
+    place.whole_offset = {std::floor(u), std::floor(v)};
+    place.middle = {u - place.whole_offset[0], v - place.whole_offset[1]};
     const std::int64_t x = cell_of(place.middle[0]), y = cell_of(place.middle[1]);
     std::array<std::size_t, 3> of{};
     std::uint32_t first_copy = t;
     for (std::int64_t row = y - 1; row <= y + 1; ++row) {
       for (std::int64_t column = x - 1; column <= x + 1; ++column) {
-        const auto list = cells.find(key_of(column, row));
-        if (list == cells.end()) continue;
+        const auto list = triangles_of_cell.find(cell_key(column, row));
+        if (list == triangles_of_cell.end()) continue;
         for (const std::uint32_t other : list->second) {
-          std::array<std::size_t, 3> order{};
-          if (other >= first_copy || !matches(t, other, order)) continue;
+          std::array<std::size_t, 3> corner_order{};
+          if (other >= first_copy || !matches(t, other, corner_order)) continue;
           first_copy = other;
-          of = order;
+          of = corner_order;
         }
       }
     }
     if (first_copy == t) {
-      cells[key_of(x, y)].push_back(t);  // The first of its copies represents all of them.
+      triangles_of_cell[cell_key(x, y)].push_back(
+          t);  // The first of its copies represents all of them.
       continue;
     }
     any_ = true;

@@ -12,12 +12,12 @@ LowPolyBytes low_poly_bytes(std::uint64_t vertices, std::uint64_t faces, std::ui
   LowPolyBytes bytes;
   bytes.vertices = vertices * (size == 0 ? 16 : 24) + faces * 3 * (vertices > 65536 ? 4 : 2);
   const std::uint64_t texels = std::uint64_t{size} * size;
-  std::uint64_t halves = 0;  // Half bytes per texel, summed over all maps
+  std::uint64_t half_bytes_per_texel = 0;  // Half bytes per texel, summed over all maps
   for (const std::uint32_t count : channels) {
     // Block formats: a normal map has two channels, as the third is computed.
-    halves += bits > 8 ? 4 * std::uint64_t{std::min(count, 2U)} : count == 1 ? 1 : 2;
+    half_bytes_per_texel += bits > 8 ? 4 * std::uint64_t{std::min(count, 2U)} : count == 1 ? 1 : 2;
   }
-  bytes.texels = (texels * halves / 2 * 4 + 2) / 3;
+  bytes.texels = (texels * half_bytes_per_texel / 2 * 4 + 2) / 3;
   return bytes;
 }
 

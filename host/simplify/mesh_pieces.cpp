@@ -16,7 +16,7 @@ struct Item {
 };
 
 /// Splits a list in halves across the longest side of its bounding box.
-void halve(std::span<Item> items) {
+void halve_items(std::span<Item> items) {
   Box<Vec3> box;
   for (const Item& p : items) box.add({p.x, p.y, p.z});
   const auto& [low, high] = box;
@@ -41,7 +41,7 @@ std::vector<std::vector<std::uint32_t>> pieces_of(std::span<const Vec3> position
   std::vector<std::span<Item>> pieces{items};
   while (pieces[0].size() / 2 >= least) {
     parallel_for(pieces.size(), 1, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) halve(pieces[i]);
+      for (std::size_t i = begin; i < end; ++i) halve_items(pieces[i]);
     });
     std::vector<std::span<Item>> halves;
     for (const std::span<Item> piece : pieces) {
@@ -66,16 +66,16 @@ std::vector<std::uint8_t> between_pieces(const std::vector<std::vector<std::uint
                                          std::size_t vertices) {
   constexpr auto kNone = static_cast<std::uint32_t>(-1);
   std::vector<std::uint32_t> piece_of(vertices, kNone);
-  std::vector<std::uint8_t> is_between(vertices, 0);
+  std::vector<std::uint8_t> is_between_pieces(vertices, 0);
   for (std::uint32_t i = 0; i < pieces.size(); ++i) {
     for (const std::uint32_t t : pieces[i]) {
       for (const std::uint32_t v : triangles[t]) {
         if (piece_of[v] == kNone) piece_of[v] = i;
-        if (piece_of[v] != i) is_between[v] = 1;
+        if (piece_of[v] != i) is_between_pieces[v] = 1;
       }
     }
   }
-  return is_between;
+  return is_between_pieces;
 }
 
 }  // namespace kiln

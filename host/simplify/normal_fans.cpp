@@ -24,9 +24,10 @@ std::vector<std::uint32_t> first_uvs(const Mesh& low) {
 }
 
 /// For each normal, the smallest cosine to the faces around it.
-std::vector<double> least_facing(const std::vector<Vec3>& positions,
-                                 const std::vector<Triangle>& triangles,
-                                 const std::vector<std::uint32_t>& slots, const Normals& normals) {
+std::vector<double> smallest_face_cosine(const std::vector<Vec3>& positions,
+                                         const std::vector<Triangle>& triangles,
+                                         const std::vector<std::uint32_t>& normal_of_corner,
+                                         const Normals& normals) {
   std::vector<double> result(static_cast<std::size_t>(normals.rows()), 1);
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     const Vec3d face = face_of(positions, triangles[t]);
@@ -34,8 +35,8 @@ std::vector<double> least_facing(const std::vector<Vec3>& positions,
     if (!(size > 0) || !std::isfinite(size)) continue;
     const Eigen::RowVector3d unit = Eigen::RowVector3d(face.x, face.y, face.z) / size;
     for (std::size_t k = 0; k < 3; ++k) {
-      double& least = result[slots[3 * t + k]];
-      least = std::min(least, normals.row(slots[3 * t + k]).dot(unit));
+      double& least = result[normal_of_corner[3 * t + k]];
+      least = std::min(least, normals.row(normal_of_corner[3 * t + k]).dot(unit));
     }
   }
   return result;
@@ -55,32 +56,35 @@ void normalize(Normals& normals) {
 }
 
 Normals angle_weighted(const std::vector<Vec3>& positions, const std::vector<Triangle>& triangles,
-                       const std::vector<std::uint32_t>& slots, std::size_t count) {
+                       const std::vector<std::uint32_t>& normal_of_corner, std::size_t count) {
   Normals result = Normals::Zero(static_cast<Eigen::Index>(count), 3);
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     const CornerWeights weights = corner_weights(positions, triangles[t]);
     const Eigen::RowVector3d face(weights.normal.x, weights.normal.y, weights.normal.z);
-    for (std::size_t k = 0; k < 3; ++k) result.row(slots[3 * t + k]) += face * weights.angles[k];
+    for (std::size_t k = 0; k < 3; ++k)
+      result.row(normal_of_corner[3 * t + k]) += face * weights.angles[k];
   }
   normalize(result);
   return result;
 }
 
-void keep_facing(const std::vector<Vec3>& positions, const std::vector<Triangle>& triangles,
-                 const std::vector<std::uint32_t>& slots, Normals& normals) {
+void keep_facing_forward(const std::vector<Vec3>& positions, const std::vector<Triangle>& triangles,
+                         const std::vector<std::uint32_t>& normal_of_corner, Normals& normals) {
   constexpr int kBlendSteps = 4;
-  const Normals original = normals;
-  const Normals base =
-      angle_weighted(positions, triangles, slots, static_cast<std::size_t>(normals.rows()));
-  const std::vector<double> of_base = least_facing(positions, triangles, slots, base);
+  const Normals original_normals = normals;
+  const Normals base = angle_weighted(positions, triangles, normal_of_corner,
+                                      static_cast<std::size_t>(normals.rows()));
+  const std::vector<double> of_base =
+      smallest_face_cosine(positions, triangles, normal_of_corner, base);
   for (int step = 1; step <= kBlendSteps; ++step) {
-    const std::vector<double> least = least_facing(positions, triangles, slots, normals);
+    const std::vector<double> least =
+        smallest_face_cosine(positions, triangles, normal_of_corner, normals);
     const double share = static_cast<double>(step) / kBlendSteps;
     bool any = false;
     for (Eigen::Index i = 0; i < normals.rows(); ++i) {
       const auto k = static_cast<std::size_t>(i);
       if (least[k] >= std::min(kMinFacingCosine, of_base[k])) continue;
-      normals.row(i) = (original.row(i) * (1 - share) + base.row(i) * share).normalized();
+      normals.row(i) = (original_normals.row(i) * (1 - share) + base.row(i) * share).normalized();
       any = true;
     }
     if (!any) return;
@@ -89,7 +93,7 @@ void keep_facing(const std::vector<Vec3>& positions, const std::vector<Triangle>
 
 NormalFans::NormalFans(const Mesh& low, const TwoSided& sides, double least_turn,
                        const std::vector<bool>& hard)
-    : sets_(3 * low.triangles.size()), welded_(low.triangles) {
+    : corner_sets_(3 * low.triangles.size()), welded_(low.triangles) {
   const std::vector<std::uint32_t> first = weld_vertices(low.positions);
   for (Triangle& t : welded_) {
     for (std::uint32_t& vertex : t) vertex = first[vertex];
@@ -106,14 +110,14 @@ NormalFans::NormalFans(const Mesh& low, const TwoSided& sides, double least_turn
   const VertexLists corners(
       vertices, 3 * low.triangles.size(), [&](std::size_t i) { return welded_[i / 3][i % 3]; },
       [&](std::size_t i) { return std::uint64_t{uv_of(i)}; });
-  order_.reserve(3 * low.triangles.size());
+  corners_by_vertex_.reserve(3 * low.triangles.size());
   for (std::size_t v = 0; v < corners.vertices(); ++v) {
     const auto around = corners.of(v);
     for (std::size_t i = 0; i < around.size(); ++i) {
-      order_.push_back(around[i].index);
+      corners_by_vertex_.push_back(around[i].index);
       if (creased) continue;
       if (i > 0 && around[i].key == around[i - 1].key) {
-        sets_.join(around[i - 1].index, around[i].index);
+        corner_sets_.join(around[i - 1].index, around[i].index);
       }
     }
   }
@@ -126,7 +130,7 @@ NormalFans::NormalFans(const Mesh& low, const TwoSided& sides, double least_turn
 std::size_t NormalFans::split_sides(const TwoSided& sides, std::size_t vertices) {
   if (sides.empty()) return vertices;
   for (std::size_t t = 0; t < welded_.size(); ++t) {
-    const std::size_t shift = vertices * (sides.backs[t] != 0 ? 2 : sides.alone[t]);
+    const std::size_t shift = vertices * (sides.backs[t] != 0 ? 2 : sides.has_only_pairs[t]);
     for (std::uint32_t& v : welded_[t]) v += static_cast<std::uint32_t>(shift);
   }
   return 3 * vertices;
@@ -150,35 +154,36 @@ void NormalFans::join_over_edges(const Mesh& low, std::size_t vertices, double l
           if (least_turn > -1 && dot(n, m) < least_turn * length(n) * length(m)) continue;
           for (const auto& [corner_of_one, corner_of_other] : ends_of(a, b, one, other)) {
             if (uv_of(corner_of_one) != uv_of(corner_of_other)) continue;
-            sets_.join(corner_of_one, corner_of_other);
+            corner_sets_.join(corner_of_one, corner_of_other);
           }
         }
       });
 }
 
-void NormalFans::soften(const Normals& normals, const std::vector<std::uint32_t>& slots,
+void NormalFans::soften(const Normals& normals, const std::vector<std::uint32_t>& normal_of_corner,
                         double of_seams, double of_creases) {
   std::size_t kept = 0;
-  for (const Seam& seam : seams_) {
+  for (const Seam& seam : seam_edges_) {
     const auto near = [&](const std::array<std::uint32_t, 2>& corners) {
-      return normals.row(slots[corners[0]]).dot(normals.row(slots[corners[1]])) >
-             (seam.crease ? of_creases : of_seams);
+      return normals.row(normal_of_corner[corners[0]])
+                 .dot(normals.row(normal_of_corner[corners[1]])) >
+             (seam.is_crease ? of_creases : of_seams);
     };
     if (near(seam.ends[0]) && near(seam.ends[1])) {
-      for (const auto& corners : seam.ends) sets_.join(corners[0], corners[1]);
+      for (const auto& corners : seam.ends) corner_sets_.join(corners[0], corners[1]);
     } else {
-      seams_[kept++] = seam;
+      seam_edges_[kept++] = seam;
     }
   }
-  seams_.resize(kept);
+  seam_edges_.resize(kept);
 }
 
-std::vector<std::uint32_t> NormalFans::slots() {
+std::vector<std::uint32_t> NormalFans::normal_of_corner() {
   constexpr std::uint32_t kNone = 0xFFFFFFFFU;
   std::vector<std::uint32_t> number(3 * welded_.size(), kNone), result(number.size());
   count_ = 0;
-  for (const std::uint32_t i : order_) {
-    std::uint32_t& slot = number[sets_.find(i)];
+  for (const std::uint32_t i : corners_by_vertex_) {
+    std::uint32_t& slot = number[corner_sets_.find(i)];
     if (slot == kNone) slot = static_cast<std::uint32_t>(count_++);
     result[i] = slot;
   }
@@ -192,9 +197,9 @@ void NormalFans::find_seams(std::size_t vertices) {
         for (std::size_t i = 1; i < sides.size(); ++i) {
           const std::uint32_t one = sides[i - 1].index / 3, other = sides[i].index / 3;
           const auto ends = ends_of(a, b, one, other);
-          const bool parts = sets_.find(ends[0][0]) != sets_.find(ends[0][1]) ||
-                             sets_.find(ends[1][0]) != sets_.find(ends[1][1]);
-          if (parts && a != b) seams_.push_back({ends, !is_seam(ends)});
+          const bool parts = corner_sets_.find(ends[0][0]) != corner_sets_.find(ends[0][1]) ||
+                             corner_sets_.find(ends[1][0]) != corner_sets_.find(ends[1][1]);
+          if (parts && a != b) seam_edges_.push_back({ends, !is_seam(ends)});
         }
       });
 }

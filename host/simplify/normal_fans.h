@@ -27,14 +27,14 @@ inline Vec3d face_of(const std::vector<Vec3>& positions, const Triangle& t) {
 void normalize(Normals& normals);
 
 /// Angle-weighted normals that face the same way as all faces around, if possible.
-/// \param slots  by corner, the row of its normal, below `count`
+/// \param normal_of_corner  by corner, the row of its normal, below `count`
 Normals angle_weighted(const std::vector<Vec3>& positions, const std::vector<Triangle>& triangles,
-                       const std::vector<std::uint32_t>& slots, std::size_t count);
+                       const std::vector<std::uint32_t>& normal_of_corner, std::size_t count);
 
 /// Blends a normal with the angle-weighted one where its angle to a face is too large.
-/// \param slots  by corner, the row of its normal
-void keep_facing(const std::vector<Vec3>& positions, const std::vector<Triangle>& triangles,
-                 const std::vector<std::uint32_t>& slots, Normals& normals);
+/// \param normal_of_corner  by corner, the row of its normal
+void keep_facing_forward(const std::vector<Vec3>& positions, const std::vector<Triangle>& triangles,
+                         const std::vector<std::uint32_t>& normal_of_corner, Normals& normals);
 
 /// Corners share a normal if they share a vertex and its UVs. Splitting normals at UV seams thus costs no extra
 /// vertices; splitting them at creases, which is optional, does.
@@ -50,20 +50,20 @@ class NormalFans {
 
   /// Merges the normals on both sides of a seam if the angle between them is below a limit at both vertices.
   /// \param of_seams, of_creases  cosines of the limits at UV seams, and at creases without a UV seam
-  void soften(const Normals& normals, const std::vector<std::uint32_t>& slots, double of_seams,
-              double of_creases);
+  void soften(const Normals& normals, const std::vector<std::uint32_t>& normal_of_corner,
+              double of_seams, double of_creases);
 
   /// For each corner, the index of its normal; normals are numbered in the order of vertices.
-  std::vector<std::uint32_t> slots();
+  std::vector<std::uint32_t> normal_of_corner();
   std::size_t count() const { return count_; }
   /// Number of edges that split normals.
-  std::size_t hard() const { return seams_.size(); }
+  std::size_t hard() const { return seam_edges_.size(); }
 
  private:
   /// An edge's four corners: on both sides, at both vertices.
   struct Seam {
     std::array<std::array<std::uint32_t, 2>, 2> ends;
-    bool crease;  ///< True for a crease, false for a UV seam
+    bool is_crease;  ///< True for a crease, false for a UV seam
   };
 
   std::uint32_t corner(std::uint32_t triangle, std::uint32_t vertex) const {
@@ -82,12 +82,12 @@ class NormalFans {
   void join_over_edges(const Mesh& low, std::size_t vertices, double least_turn,
                        const std::vector<bool>& hard);
 
-  DisjointSets sets_;
+  DisjointSets corner_sets_;
   std::vector<Triangle> welded_;
   /// For each corner, the first UV of equal value; empty without UVs
   std::vector<std::uint32_t> uvs_;
-  std::vector<std::uint32_t> order_;  ///< Corners, grouped by vertex
-  std::vector<Seam> seams_;
+  std::vector<std::uint32_t> corners_by_vertex_;  ///< Corners, grouped by vertex
+  std::vector<Seam> seam_edges_;
   std::size_t count_ = 0;
 };
 

@@ -65,7 +65,7 @@ struct NormalFit::Place {
   std::uint32_t triangle = 0;
   std::array<double, 3> share{};
   Vec3d normal{};  ///< The high poly's normal; zero if the sample does not count
-  bool counts() const { return dot(normal, normal) > 0; }
+  bool has_match() const { return dot(normal, normal) > 0; }
 };
 
 NormalFit::Samples::Samples() = default;
@@ -127,50 +127,50 @@ void NormalFit::find_hard_edges() {
 std::vector<bool> NormalFit::along_hard_edges(const std::vector<Vec3>& positions,
                                               const std::vector<Triangle>& triangles) const {
   if (hard_edges_.empty()) return {};
-  std::vector<Triangle> finite;
+  std::vector<Triangle> finite_triangles;
   std::vector<std::uint32_t> source;
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
     const Triangle& c = triangles[t];
     if (!is_finite(positions[c[0]]) || !is_finite(positions[c[1]]) || !is_finite(positions[c[2]]))
       continue;
-    finite.push_back(c);
+    finite_triangles.push_back(c);
     source.push_back(t);
   }
-  if (finite.empty()) return {};
-  const SurfaceDistance surface(positions, finite);
-  std::vector<std::uint32_t> side_of(hard_edges_.size(), kNoSide);
+  if (finite_triangles.empty()) return {};
+  const SurfaceDistance surface(positions, finite_triangles);
+  std::vector<std::uint32_t> low_side_of_edge(hard_edges_.size(), kNoSide);
   parallel_for(hard_edges_.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Vec3d at = to_double(hard_edges_[i].middle);
       const std::uint32_t t = source[surface.nearest(hard_edges_[i].middle)];
-      double least = kMaxHardEdgeDistance;
+      double nearest_distance = kMaxHardEdgeDistance;
       for (std::size_t k = 0; k < 3; ++k) {
         const Vec3d from = to_double(positions[triangles[t][k]]);
-        const Vec3d along = to_double(positions[triangles[t][(k + 1) % 3]]) - from;
-        const double size = length(along);
+        const Vec3d hard_length = to_double(positions[triangles[t][(k + 1) % 3]]) - from;
+        const double size = length(hard_length);
         if (!(size > 0)) continue;
-        const double share = std::clamp(dot(at - from, along) / (size * size), 0.0, 1.0);
-        const double beside = length(at - from - along * share) / size;
-        if (beside >= least) continue;
-        least = beside;
-        side_of[i] = static_cast<std::uint32_t>(3 * t + k);
+        const double share = std::clamp(dot(at - from, hard_length) / (size * size), 0.0, 1.0);
+        const double beside = length(at - from - hard_length * share) / size;
+        if (beside >= nearest_distance) continue;
+        nearest_distance = beside;
+        low_side_of_edge[i] = static_cast<std::uint32_t>(3 * t + k);
       }
     }
   });
-  std::vector<double> along(3 * triangles.size(), 0.0);
-  for (std::size_t i = 0; i < side_of.size(); ++i) {
-    if (side_of[i] != kNoSide) along[side_of[i]] += hard_edges_[i].length;
+  std::vector<double> hard_length(3 * triangles.size(), 0.0);
+  for (std::size_t i = 0; i < low_side_of_edge.size(); ++i) {
+    if (low_side_of_edge[i] != kNoSide) hard_length[low_side_of_edge[i]] += hard_edges_[i].length;
   }
   const std::vector<std::uint32_t> first = weld_vertices(positions);
   std::vector<Triangle> welded = triangles;
   for (Triangle& t : welded) {
     for (std::uint32_t& v : t) v = first[v];
   }
-  std::vector<bool> result(along.size());
+  std::vector<bool> result(hard_length.size());
   SideLists(welded, positions.size())
       .each_edge([&](std::uint32_t a, std::span<const SideLists::Item> sides) {
         double sum = 0;
-        for (const SideLists::Item& side : sides) sum += along[side.index];
+        for (const SideLists::Item& side : sides) sum += hard_length[side.index];
         const Vec3d edge =
             to_double(positions[SideLists::higher(sides[0])]) - to_double(positions[a]);
         if (!(sum > 0) || sum < kMinHardEdgeCoverage * length(edge)) return;
@@ -237,8 +237,9 @@ std::vector<NormalFit::Place> NormalFit::places(std::size_t count, const Mesh& l
       const Triangle& c = high_.triangles[t];
       const Vec3d face = face_of(positions_, c);
       const Vec3d unit = face * (1 / length(face));
-      const TriangleSpread spread(static_cast<double>(i));
-      const std::array<double, 3> share{1 - spread.u - spread.v, spread.u, spread.v};
+      const TriangleSpread point_spread(static_cast<double>(i));
+      const std::array<double, 3> share{1 - point_spread.u - point_spread.v, point_spread.u,
+                                        point_spread.v};
       Vec3d normal{};
       if (!normal_at(t, share, unit, normal)) continue;
       const Vec3d point = to_double(positions_[c[0]]) * share[0] +
@@ -280,18 +281,19 @@ class NormalFit::Solver {
         tolerance_(tolerance),
         positions_(positions),
         triangles_(triangles),
-        sums_(triangles.size(), std::array<double, 6>{}),
+        product_sums_(triangles.size(), std::array<double, 6>{}),
         residuals_(triangles.size(), 0.0) {
     for (const Place& place : places) {
-      if (!place.counts()) continue;
+      if (!place.has_match()) continue;
       const auto& [x, y, z] = place.share;
-      const std::array<double, 6> products{x * x, x * y, x * z, y * y, y * z, z * z};
-      for (std::size_t i = 0; i < 6; ++i) sums_[place.triangle][i] += sample_area * products[i];
+      const std::array<double, 6> coordinate_products{x * x, x * y, x * z, y * y, y * z, z * z};
+      for (std::size_t i = 0; i < 6; ++i)
+        product_sums_[place.triangle][i] += sample_area * coordinate_products[i];
     }
   }
 
-  /// \param slots  by corner, the index of its normal, below `count`
-  Normals solve(const std::vector<std::uint32_t>& slots, std::size_t count) const {
+  /// \param normal_of_corner  by corner, the index of its normal, below `count`
+  Normals solve(const std::vector<std::uint32_t>& normal_of_corner, std::size_t count) const {
     Normals faces = Normals::Zero(static_cast<Eigen::Index>(count), 3), right = faces;
     std::vector<double> weights(count, 1e-12);
     std::vector<Eigen::Triplet<double>> entries;
@@ -303,21 +305,22 @@ class NormalFit::Solver {
       const double doubled = length(face);
       if (!std::isfinite(doubled)) continue;
       for (std::size_t i = 0; i < 3; ++i) {
-        const std::uint32_t slot = slots[3 * t + i];
+        const std::uint32_t slot = normal_of_corner[3 * t + i];
         if (purpose_ == NormalPurpose::shading) faces.row(slot) += row_of(face);
         weights[slot] += doubled / 3 * face_normal_weight(residuals_[t]);
         for (std::size_t k = 0; k < 3; ++k) {
-          entries.emplace_back(slot, slots[3 * t + k], sums_[t][kPairIndex[i][k]]);
+          entries.emplace_back(slot, normal_of_corner[3 * t + k],
+                               product_sums_[t][kPairIndex[i][k]]);
         }
       }
     }
     if (purpose_ == NormalPurpose::map)
-      faces = angle_weighted(positions_, triangles_, slots, count);
+      faces = angle_weighted(positions_, triangles_, normal_of_corner, count);
     normalize(faces);
     for (const Place& place : places_) {
-      if (!place.counts()) continue;
+      if (!place.has_match()) continue;
       for (std::size_t k = 0; k < 3; ++k) {
-        right.row(slots[3 * std::size_t{place.triangle} + k]) +=
+        right.row(normal_of_corner[3 * std::size_t{place.triangle} + k]) +=
             sample_area_ * place.share[k] * row_of(place.normal);
       }
     }
@@ -333,29 +336,30 @@ class NormalFit::Solver {
     solver.compute(matrix);
     Normals normals = solver.solveWithGuess(right, faces);
     normalize(normals);
-    keep_facing(positions_, triangles_, slots, normals);
+    keep_facing_forward(positions_, triangles_, normal_of_corner, normals);
     return normals;
   }
 
   /// Estimates the surface's roughness per triangle from the squared residuals, blended with the overall mean where
   /// samples are few.
-  void find_roughness(const Normals& normals, const std::vector<std::uint32_t>& slots) {
+  void find_roughness(const Normals& normals, const std::vector<std::uint32_t>& normal_of_corner) {
     constexpr double kPriorSamples = 4;  // Weight of the overall mean, in samples.
     std::vector<double> number(residuals_.size(), 0.0);
     residuals_.assign(residuals_.size(), 0.0);
-    double total = 0, count = 0;
+    double residual_sum = 0, count = 0;
     for (const Place& place : places_) {
-      if (!place.counts()) continue;
+      if (!place.has_match()) continue;
       Eigen::RowVector3d residual = row_of(place.normal);
       for (std::size_t k = 0; k < 3; ++k) {
-        residual -= place.share[k] * normals.row(slots[3 * std::size_t{place.triangle} + k]);
+        residual -=
+            place.share[k] * normals.row(normal_of_corner[3 * std::size_t{place.triangle} + k]);
       }
       residuals_[place.triangle] += residual.squaredNorm();
       ++number[place.triangle];
-      total += residual.squaredNorm();
+      residual_sum += residual.squaredNorm();
       ++count;
     }
-    const double mean = count > 0 ? total / count : 0;
+    const double mean = count > 0 ? residual_sum / count : 0;
     for (std::size_t t = 0; t < residuals_.size(); ++t) {
       residuals_[t] = (residuals_[t] + kPriorSamples * mean) / (number[t] + kPriorSamples);
     }
@@ -370,12 +374,13 @@ class NormalFit::Solver {
 
   const std::vector<Place>& places_;
   double sample_area_;
-  NormalPurpose purpose_;  ///< shading or a normal map, never NormalPurpose::by_uvs
+  NormalPurpose
+      purpose_;  ///< Plain shading or a normal map; NormalPurpose::by_uvs is resolved before
   double tolerance_;
   const std::vector<Vec3>& positions_;
   const std::vector<Triangle>& triangles_;
   /// Per triangle, sums of products of its samples' barycentric coordinates
-  std::vector<std::array<double, 6>> sums_;
+  std::vector<std::array<double, 6>> product_sums_;
   std::vector<double> residuals_;  ///< Mean squared residual of each triangle's samples
 };
 
@@ -429,13 +434,13 @@ void NormalFit::fit(Mesh& low, const TwoSided& sides, const std::vector<Place>& 
   const bool with_creases = shaded && options.crease_degrees < 180;
   const std::vector<bool> hard = along_hard_edges(positions, low.triangles);
   NormalFans fans(low, sides, with_creases ? cosine_of(options.crease_degrees) : -1, hard);
-  std::vector<std::uint32_t> slots = fans.slots();
-  Normals normals = solver.solve(slots, fans.count());
-  solver.find_roughness(normals, slots);
-  fans.soften(normals, slots, cosine_of(options.hard_degrees),
+  std::vector<std::uint32_t> normal_of_corner = fans.normal_of_corner();
+  Normals normals = solver.solve(normal_of_corner, fans.count());
+  solver.find_roughness(normals, normal_of_corner);
+  fans.soften(normals, normal_of_corner, cosine_of(options.hard_degrees),
               cosine_of(hard.empty() ? kMinFittedCreaseDegrees : kMinHardEdgeDegrees));
-  slots = fans.slots();
-  normals = solver.solve(slots, fans.count());
+  normal_of_corner = fans.normal_of_corner();
+  normals = solver.solve(normal_of_corner, fans.count());
   low.normals.resize(fans.count());
   for (std::size_t i = 0; i < low.normals.size(); ++i) {
     const Eigen::RowVector3d n = normals.row(static_cast<Eigen::Index>(i));
@@ -444,7 +449,8 @@ void NormalFit::fit(Mesh& low, const TwoSided& sides, const std::vector<Place>& 
   }
   low.normal_triangles.resize(low.triangles.size());
   for (std::size_t t = 0; t < low.triangles.size(); ++t) {
-    low.normal_triangles[t] = {slots[3 * t], slots[3 * t + 1], slots[3 * t + 2]};
+    low.normal_triangles[t] = {normal_of_corner[3 * t], normal_of_corner[3 * t + 1],
+                               normal_of_corner[3 * t + 2]};
   }
   low.tangents.clear();  // Tangents belong to the old normals and are now invalid.
   if (report == nullptr) return;

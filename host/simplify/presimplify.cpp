@@ -47,7 +47,7 @@ constexpr double kMaxMeanSquaredValence = 50'000;
 /// Cosine between neighbours' normals below which one of them may be folded.
 constexpr double kMaxFoldCosine = 0;
 
-struct Input {
+struct PositionsAndTriangles {
   const std::vector<Vec3>& positions;
   const std::vector<Triangle>& triangles;
 };
@@ -66,8 +66,8 @@ float scale_of(const std::vector<Vec3>& positions) {
   return meshopt_simplifyScale(&positions.data()->x, positions.size(), sizeof(Vec3));
 }
 
-std::vector<Triangle> simplified(const Input& mesh, std::size_t faces, double error,
-                                 unsigned int options) {
+std::vector<Triangle> simplify_triangles(const PositionsAndTriangles& mesh, std::size_t faces,
+                                         double error, unsigned int options) {
   static_assert(sizeof(Triangle) == 3 * sizeof(unsigned int) && sizeof(Vec3) == 3 * sizeof(float));
   std::vector<Triangle> result(mesh.triangles.size());
   const std::size_t indices =
@@ -80,8 +80,9 @@ std::vector<Triangle> simplified(const Input& mesh, std::size_t faces, double er
 
 /// Simplifies one piece and keeps its border. Memory is proportional to the piece, not to the mesh.
 /// \param scale  scale of the whole mesh, by meshopt_simplifyScale()
-std::vector<Triangle> simplified_piece(const Input& mesh, const std::vector<std::uint32_t>& piece,
-                                       std::size_t faces, double error, float scale) {
+std::vector<Triangle> simplify_piece(const PositionsAndTriangles& mesh,
+                                     const std::vector<std::uint32_t>& piece, std::size_t faces,
+                                     double error, float scale) {
   std::unordered_map<std::uint32_t, std::uint32_t> number;
   number.reserve(piece.size());
   std::vector<std::uint32_t> source_vertices;
@@ -104,7 +105,7 @@ std::vector<Triangle> simplified_piece(const Input& mesh, const std::vector<std:
   // meshoptimizer's errors are relative to the size of the mesh that it receives, here a piece.
   const double larger = scale / std::max(scale_of(positions), 1e-12F);
   std::vector<Triangle> result =
-      simplified({positions, triangles}, faces, error * larger, meshopt_SimplifyLockBorder);
+      simplify_triangles({positions, triangles}, faces, error * larger, meshopt_SimplifyLockBorder);
   for (Triangle& t : result) {
     for (std::uint32_t& vertex : t) vertex = source_vertices[vertex];
   }
@@ -113,7 +114,7 @@ std::vector<Triangle> simplified_piece(const Input& mesh, const std::vector<std:
 
 /// By piece, the number of triangles with an edge on its border.
 std::vector<std::size_t> count_along_borders(const std::vector<std::vector<std::uint32_t>>& pieces,
-                                             const Input& mesh) {
+                                             const PositionsAndTriangles& mesh) {
   const std::vector<std::uint8_t> between =
       between_pieces(pieces, mesh.triangles, mesh.positions.size());
   std::vector<std::size_t> count;
@@ -128,19 +129,19 @@ std::vector<std::size_t> count_along_borders(const std::vector<std::vector<std::
 }
 
 /// Simplifies the pieces on all threads, then the whole mesh if needed.
-/// \param stays      by triangle, 1 if it must be kept; empty: none
+/// \param is_kept      by triangle, 1 if it must be kept; empty: none
 /// \param other_work  unrelated work that one of the threads runs meanwhile
 /// \param known      as for presimplify()
-std::vector<Triangle> simplified_by_pieces(const Input& mesh,
-                                           const std::vector<std::uint8_t>& stays,
-                                           std::size_t faces, double error,
-                                           const std::function<void()>& other_work,
-                                           PresimplifiedPieces& known) {
+std::vector<Triangle> simplify_by_pieces(const PositionsAndTriangles& mesh,
+                                         const std::vector<std::uint8_t>& is_kept,
+                                         std::size_t faces, double error,
+                                         const std::function<void()>& other_work,
+                                         PresimplifiedPieces& known) {
   std::vector<std::vector<std::uint32_t>> pieces =
       pieces_of(mesh.positions, mesh.triangles, kMinPresimplifyPiece);
-  if (pieces.size() == 1 && stays.empty()) {
+  if (pieces.size() == 1 && is_kept.empty()) {
     other_work();
-    return simplified(mesh, faces, error, 0);
+    return simplify_triangles(mesh, faces, error, 0);
   }
   std::vector<std::size_t> more = count_along_borders(pieces, mesh);
   if (static_cast<double>(std::accumulate(more.begin(), more.end(), std::size_t{0})) <=
@@ -151,11 +152,11 @@ std::vector<Triangle> simplified_by_pieces(const Input& mesh,
   std::vector<Triangle> result;
   std::vector<std::vector<Triangle>> parts(pieces.size());
   std::vector<std::uint8_t> is_known(pieces.size(), 0);
-  if (!stays.empty()) {
+  if (!is_kept.empty()) {
     for (std::size_t i = 0; i < pieces.size(); ++i) {
       const std::size_t stay = std::erase_if(pieces[i], [&](std::uint32_t t) {
-        if (stays[t] != 0) result.push_back(mesh.triangles[t]);
-        return stays[t] != 0;
+        if (is_kept[t] != 0) result.push_back(mesh.triangles[t]);
+        return is_kept[t] != 0;
       });
       if (stay > 0 || i >= known.size()) continue;
       parts[i] = known[i];
@@ -170,18 +171,18 @@ std::vector<Triangle> simplified_by_pieces(const Input& mesh,
         other_work();
       } else if (is_known[i] == 0) {
         const auto goal = static_cast<std::size_t>(share * static_cast<double>(pieces[i].size()));
-        parts[i] = simplified_piece(mesh, pieces[i], goal + more[i], error, scale);
+        parts[i] = simplify_piece(mesh, pieces[i], goal + more[i], error, scale);
       }
     }
   });
   for (const std::vector<Triangle>& part : parts) {
     result.insert(result.end(), part.begin(), part.end());
   }
-  if (stays.empty()) known = std::move(parts);
+  if (is_kept.empty()) known = std::move(parts);
   const bool near =
       static_cast<double>(result.size() - untouched) <= kMaxGoalExcess * static_cast<double>(faces);
-  if (near || !stays.empty()) return result;
-  return simplified({mesh.positions, result}, faces, error, 0);
+  if (near || !is_kept.empty()) return result;
+  return simplify_triangles({mesh.positions, result}, faces, error, 0);
 }
 
 /// True if valences are so high that meshoptimizer is slower than EdgeCollapser.
@@ -190,13 +191,13 @@ bool has_costly_hubs(const std::vector<Triangle>& triangles, std::size_t vertice
   for (const Triangle& t : triangles) {
     for (const std::uint32_t v : t) ++around[v];
   }
-  double squares = 0;
-  for (const std::uint32_t n : around) squares += static_cast<double>(n) * n;
-  return squares > kMaxMeanSquaredValence * static_cast<double>(triangles.size());
+  double squared_valence_sum = 0;
+  for (const std::uint32_t n : around) squared_valence_sum += static_cast<double>(n) * n;
+  return squared_valence_sum > kMaxMeanSquaredValence * static_cast<double>(triangles.size());
 }
 
 /// For each triangle, 1 if it lies in one of the balls; empty if there are no balls.
-std::vector<std::uint8_t> in_places(const Work& work, std::span<const Place> places) {
+std::vector<std::uint8_t> triangles_in_balls(const Work& work, std::span<const Place> places) {
   if (places.empty()) return {};
   constexpr std::size_t kTrianglesOfPiece = std::size_t{1} << 15;
   std::vector<std::uint8_t> result(work.triangles.size(), 0);
@@ -235,7 +236,8 @@ std::vector<std::uint32_t> beside_sharp_edges(const std::vector<Vec3d>& normals,
 }
 
 /// For each vertex, its component of the dense mesh, connected over edges; kNoVertex where components touch.
-std::vector<std::uint32_t> dense_parts(const std::vector<Triangle>& dense, const SideLists& sides) {
+std::vector<std::uint32_t> dense_component_of_vertices(const std::vector<Triangle>& dense,
+                                                       const SideLists& sides) {
   DisjointSets parts(dense.size());
   sides.each_edge([&](std::uint32_t, std::span<const SideLists::Item> of_edge) {
     for (const SideLists::Item& side : of_edge) parts.join(of_edge[0].index / 3, side.index / 3);
@@ -316,21 +318,22 @@ void drop_small_components(std::vector<Triangle>& triangles, const std::vector<T
   }
   if (!any) return;
   // A small component whose vertices all belong to one dense component was cut off from that component.
-  const std::vector<std::uint32_t> dense_part = dense_parts(dense, dense_sides);
+  const std::vector<std::uint32_t> dense_part = dense_component_of_vertices(dense, dense_sides);
   // For each dense triangle, 1 if its component has other remaining triangles.
   std::vector<std::uint8_t> is_remaining(dense.size(), 0);
-  std::vector<std::uint32_t> cut_off(
+  std::vector<std::uint32_t> cut_from_component(
       origin.size(),
       kNoVertex);  // For each vertex of a small component, the vertex from which it was cut off
   for (std::uint32_t v = 0; v < origin.size(); ++v) {
     const std::uint32_t from = dense_part[origin[v]], part = parts.find(v);
     if (from == kNoVertex) continue;
     if (size[part] > kMaxSmallComponent) is_remaining[from] = 1;
-    if (is_torn[part] != 0) cut_off[part] = from;
+    if (is_torn[part] != 0) cut_from_component[part] = from;
   }
   for (std::size_t part = 0; part < is_torn.size(); ++part) {
     if (is_torn[part] != 0)
-      is_torn[part] = cut_off[part] != kNoVertex && is_remaining[cut_off[part]] != 0;
+      is_torn[part] =
+          cut_from_component[part] != kNoVertex && is_remaining[cut_from_component[part]] != 0;
   }
   std::erase_if(triangles, [&](const Triangle& t) { return is_torn[parts.find(t[0])] != 0; });
 }
@@ -348,14 +351,14 @@ void presimplify(Work& work, std::size_t faces, double error, bool height_field,
   } else {
     bend(positions);
   }
-  const std::vector<std::uint8_t> stays = in_places(work, untouched);
+  const std::vector<std::uint8_t> is_kept = triangles_in_balls(work, untouched);
   std::vector<Triangle> source_vertices = work.triangles;
-  std::optional<LabelSeams> seams;
+  std::optional<LabelSeams> label_seams;
   if (!work.labels.empty()) {
-    seams.emplace(work.labels, source_vertices, positions);
-    if (!seams->is_worthwhile()) {
+    label_seams.emplace(work.labels, source_vertices, positions);
+    if (!label_seams->is_worthwhile()) {
       if (work.keep_labels) return;
-      seams.reset();
+      label_seams.reset();
       source_vertices = work.triangles;
       positions.resize(work.points.size());
       work.labels.clear();
@@ -363,18 +366,19 @@ void presimplify(Work& work, std::size_t faces, double error, bool height_field,
   }
   std::optional<SideLists> sides;
   DisjointSets part_sets(parts ? work.points.size() : 0);
-  PresimplifiedPieces no_pieces;
-  std::vector<Triangle> triangles = simplified_by_pieces(
-      {positions, source_vertices}, stays, faces, error,
+  PresimplifiedPieces unused_pieces;
+  std::vector<Triangle> triangles = simplify_by_pieces(
+      {positions, source_vertices}, is_kept, faces, error,
       [&] {
         sides.emplace(work.triangles, work.points.size());
         if (parts) join_parts(work.triangles, part_sets);
       },
-      known != nullptr ? *known : no_pieces);
+      known != nullptr ? *known : unused_pieces);
   if (triangles.empty()) return;
-  if (seams) seams->join(triangles);
+  if (label_seams) label_seams->join(triangles);
   if (height_field && std::any_of(triangles.begin(), triangles.end(), [&](const Triangle& t) {
-        return !(upward(work.points[t[0]], work.points[t[1]], work.points[t[2]]) > kMinUpward);
+        return !(upward_quality(work.points[t[0]], work.points[t[1]], work.points[t[2]]) >
+                 kMinUpwardQuality);
       })) {
     return;
   }
@@ -394,9 +398,9 @@ void presimplify(Work& work, std::size_t faces, double error, bool height_field,
   }
   const std::size_t before = triangles.size();
   if (parts) restore_lost_parts(triangles, work.triangles, origin, part_sets);
-  if (seams) {
-    if (triangles.size() > before) seams->add(work.triangles, work.labels);
-    work.labels = seams->of(triangles, origin);
+  if (label_seams) {
+    if (triangles.size() > before) label_seams->add(work.triangles, work.labels);
+    work.labels = label_seams->of(triangles, origin);
   }
   work.folds = folds_of(work.points, work.triangles, triangles, origin);
   work.triangles = std::move(triangles);

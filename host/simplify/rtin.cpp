@@ -68,7 +68,7 @@ std::optional<Grid> grid_of(const Work& work) {
         const auto [left, right] = std::minmax({at[t[0]].column, at[t[1]].column, at[t[2]].column});
         const auto [bottom, top] = std::minmax({at[t[0]].row, at[t[1]].row, at[t[2]].row});
         return right - left == 1 && top - bottom == 1 &&
-               upward(work.points[t[0]], work.points[t[1]], work.points[t[2]]) > 0;
+               upward_quality(work.points[t[0]], work.points[t[1]], work.points[t[2]]) > 0;
       });
   return fits ? std::optional(std::move(grid)) : std::nullopt;
 }
@@ -134,7 +134,7 @@ std::vector<double> errors_of(const Lattice& lattice) {
   // Visits midpoints of hypotenuses, from the smallest triangles to the largest: for each size, first hypotenuses on
   // sides of squares, then those on diagonals.
   for (std::size_t step = 1; step < lattice.cells(); step *= 2) {
-    const std::size_t square = 2 * step;
+    const std::size_t square_size = 2 * step;
     const auto off = [&](std::size_t at, std::size_t from, std::size_t to) {
       return std::abs(lattice.height(at) - (lattice.height(from) + lattice.height(to)) / 2);
     };
@@ -143,10 +143,10 @@ std::vector<double> errors_of(const Lattice& lattice) {
     parallel_for(lattice.cells() / step + 1, 8, [&](std::size_t begin, std::size_t end) {
       for (std::size_t row = begin; row < end; ++row) {
         const std::size_t j = row * step;
-        const bool upright = row % 2 == 1;
-        for (std::size_t i = upright ? 0 : step; i < side; i += square) {
-          const std::size_t at = j * side + i, half_span = upright ? step * side : step;
-          double worst = off(at, at - half_span, at + half_span);
+        const bool is_upright = row % 2 == 1;
+        for (std::size_t i = is_upright ? 0 : step; i < side; i += square_size) {
+          const std::size_t at = j * side + i, half_hypotenuse = is_upright ? step * side : step;
+          double worst = off(at, at - half_hypotenuse, at + half_hypotenuse);
           if (step > 1) {
             const std::size_t half = step / 2;
             for (const bool right : {false, true}) {
@@ -164,14 +164,14 @@ std::vector<double> errors_of(const Lattice& lattice) {
       }
     });
     // Diagonals run from the corners of the square of double size to its centre.
-    parallel_for(lattice.cells() / square, 8, [&](std::size_t begin, std::size_t end) {
+    parallel_for(lattice.cells() / square_size, 8, [&](std::size_t begin, std::size_t end) {
       for (std::size_t row = begin; row < end; ++row) {
-        for (std::size_t column = 0; column < lattice.cells() / square; ++column) {
-          const std::size_t at = (row * square + step) * side + column * square + step;
+        for (std::size_t column = 0; column < lattice.cells() / square_size; ++column) {
+          const std::size_t at = (row * square_size + step) * side + column * square_size + step;
           const bool rising = (row + column) % 2 == 0;
-          const std::size_t half_span = rising ? step * side + step : step * side - step;
+          const std::size_t half_hypotenuse = rising ? step * side + step : step * side - step;
           errors[at] =
-              std::max({off(at, at - half_span, at + half_span), errors[at - step],
+              std::max({off(at, at - half_hypotenuse, at + half_hypotenuse), errors[at - step],
                         errors[at + step], errors[at - step * side], errors[at + step * side]});
         }
       }
@@ -181,14 +181,15 @@ std::vector<double> errors_of(const Lattice& lattice) {
 }
 
 /// The error above which triangles are halved, so that about `faces` are left.
-double limit_for(const std::vector<double>& errors, std::size_t faces, double error) {
+double error_limit_for(const std::vector<double>& errors, std::size_t faces, double error) {
   const std::size_t max_halvings =
       faces / 2;  // Each halving adds two triangles, or one at the border.
   if (max_halvings >= errors.size()) return std::min(0.0, error);
-  std::vector<double> sorted = errors;
-  std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(max_halvings),
-                   sorted.end(), std::greater<>());
-  return std::min(sorted[max_halvings], error);
+  std::vector<double> sorted_errors = errors;
+  std::nth_element(sorted_errors.begin(),
+                   sorted_errors.begin() + static_cast<std::ptrdiff_t>(max_halvings),
+                   sorted_errors.end(), std::greater<>());
+  return std::min(sorted_errors[max_halvings], error);
 }
 
 /// Halves triangles recursively where the error exceeds the limit.
@@ -239,9 +240,9 @@ bool simplify_to_rtin(Work& work, std::size_t faces, double error) {
   if (side * side > kMaxLatticeRatio * work.points.size()) return false;
   const Lattice lattice(*grid);
   const std::vector<double> errors = errors_of(lattice);
-  TriangleHalving halving(lattice, errors, limit_for(errors, faces, error));
-  work.points = std::move(halving.points);
-  work.triangles = std::move(halving.triangles);
+  TriangleHalving triangle_halving(lattice, errors, error_limit_for(errors, faces, error));
+  work.points = std::move(triangle_halving.points);
+  work.triangles = std::move(triangle_halving.triangles);
   work.sources.clear();
   return true;
 }

@@ -40,7 +40,7 @@ std::uint64_t bytes_of(std::uint64_t faces, bool within) {
 /// and UVs; charts end at such edges, so that levels look the same with and without UVs.
 constexpr double kCreaseDegrees = 75;
 
-void check(const Mesh& high, const SimplifyOptions& options) {
+void check_options(const Mesh& high, const SimplifyOptions& options) {
   if (options.faces == 0 && !(options.max_error > 0 && options.max_error <= 1)) {
     throw Error(ErrorCode::usage,
                 "simplify: max_error is " + decimal(options.max_error) +
@@ -71,14 +71,14 @@ void check(const Mesh& high, const SimplifyOptions& options) {
 Mesh simplify(const Mesh& high, const SimplifyOptions& options, SimplifyReport* report) {
   const auto start = std::chrono::steady_clock::now();
   validate(high);
-  check(high, options);
+  check_options(high, options);
   SimplifyReport unused_report;
   SimplifyReport& out = report != nullptr ? *report : unused_report;
   out = {};
   out.input_faces = high.triangles.size();
-  std::optional<Mesh> repaired;
-  if (options.keep_uvs) repaired = with_finite_uvs(high, out.warnings);
-  Mesh mesh = SimplifyJob(repaired ? *repaired : high, options, out).run(report != nullptr);
+  std::optional<Mesh> with_uvs;
+  if (options.keep_uvs) with_uvs = with_finite_uvs(high, out.warnings);
+  Mesh mesh = SimplifyJob(with_uvs ? *with_uvs : high, options, out).run(report != nullptr);
   ProgressGuard::poll_at(0.9, "simplifying");
   transfer_labels(high, mesh);
   transfer_colors(high, mesh);
@@ -93,13 +93,13 @@ struct SimplifyLevels::Impl {
       : repaired(rule == LevelRule::keep_uvs ? with_finite_uvs(mesh, report.warnings)
                                              : std::nullopt),
         high(repaired ? *repaired : mesh),
-        asked(faces.begin(), faces.end()) {
-    options.faces = asked.empty() ? 1 : asked.front();
+        requested_faces(faces.begin(), faces.end()) {
+    options.faces = requested_faces.empty() ? 1 : requested_faces.front();
     options.keep_uvs = rule == LevelRule::keep_uvs;
     options.height_field = rule == LevelRule::height_field;
-    check(high, options);
+    check_options(high, options);
     job.emplace(high, options, report);
-    results = job->levels(asked);
+    results = job->levels(requested_faces);
     high_report = report;
     high_report.input_faces = high.triangles.size();
   }
@@ -108,12 +108,12 @@ struct SimplifyLevels::Impl {
   struct FinishedLevel {
     SimplifyResult result;
     SimplifyReport report;
-    bool flawed = false, measured = false;
+    bool has_flaws = false, measured = false;
   };
 
   /// Starts work on a level.
   void select_level(std::size_t level) {
-    options.faces = asked.at(level);
+    options.faces = requested_faces.at(level);
     report = high_report;
   }
 
@@ -122,7 +122,7 @@ struct SimplifyLevels::Impl {
     if (found != meshes.end()) return found->second;
     select_level(level);
     FinishedLevel next{results.at(level), {}};
-    next.flawed = !job->improve(next.result) && job->may_solve();
+    next.has_flaws = !job->improve(next.result) && job->may_solve();
     next.report = report;
     return meshes[level] = std::move(next);
   }
@@ -135,8 +135,8 @@ struct SimplifyLevels::Impl {
     return *fit;
   }
 
-  Mesh finished(const SimplifyResult& result) {
-    Mesh mesh = job->finish(result);
+  Mesh with_layout(const SimplifyResult& result) {
+    Mesh mesh = job->make_result(result);
     transfer_labels(high, mesh);
     normals().run(mesh, {.crease_degrees = kCreaseDegrees}, nullptr, &samples);
     lay_out(mesh);
@@ -151,7 +151,7 @@ struct SimplifyLevels::Impl {
   /// Copy of the mesh with finite UVs; nullopt if all were finite
   const std::optional<Mesh> repaired;
   const Mesh& high;
-  std::vector<std::uint32_t> asked;  ///< Requested face count of each item of `results`
+  std::vector<std::uint32_t> requested_faces;  ///< Requested face count of each item of `results`
   SimplifyOptions options;
   std::optional<SimplifyJob> job;
   std::optional<NormalFit> fit;  ///< Fit of normals; built on first use
@@ -168,7 +168,9 @@ SimplifyLevels::SimplifyLevels(const Mesh& high, std::span<const std::uint32_t> 
 SimplifyLevels::~SimplifyLevels() = default;
 
 std::size_t SimplifyLevels::count() const { return impl_->results.size(); }
-std::uint32_t SimplifyLevels::asked(std::size_t level) const { return impl_->asked.at(level); }
+std::uint32_t SimplifyLevels::asked(std::size_t level) const {
+  return impl_->requested_faces.at(level);
+}
 std::size_t SimplifyLevels::faces(std::size_t level) const {
   return impl_->job->count_faces(impl_->results.at(level));
 }
@@ -181,7 +183,7 @@ Mesh SimplifyLevels::mesh(std::size_t level, SimplifyReport* report) const {
   Impl::FinishedLevel& entry = impl_->finished_level(level);
   impl_->select_level(level);
   impl_->report = entry.report;
-  return impl_->finished(entry.result);
+  return impl_->with_layout(entry.result);
 }
 
 SimplifyReport SimplifyLevels::report(std::size_t level) const {
@@ -191,7 +193,7 @@ SimplifyReport SimplifyLevels::report(std::size_t level) const {
   }
   impl_->select_level(level);
   impl_->report = entry.report;
-  impl_->job->finish(entry.result, /*measured=*/true);
+  impl_->job->make_result(entry.result, /*measured=*/true);
   return impl_->report;
 }
 
@@ -199,10 +201,10 @@ std::array<Mesh, 2> SimplifyLevels::draft_meshes(std::size_t level) const {
   impl_->select_level(level);
   SimplifyResult result = impl_->results.at(level);
   impl_->job->fit_draft(result);
-  std::array<Mesh, 2> drafts =
-      impl_->normals().run_draft(impl_->job->finish(result), {.crease_degrees = kCreaseDegrees});
-  for (Mesh& mesh : drafts) impl_->lay_out(mesh);
-  return drafts;
+  std::array<Mesh, 2> draft_copies = impl_->normals().run_draft(impl_->job->make_result(result),
+                                                                {.crease_degrees = kCreaseDegrees});
+  for (Mesh& mesh : draft_copies) impl_->lay_out(mesh);
+  return draft_copies;
 }
 
 void SimplifyLevels::fit_normals(Mesh& low) const {
@@ -210,7 +212,7 @@ void SimplifyLevels::fit_normals(Mesh& low) const {
 }
 
 bool SimplifyLevels::can_be_solved(std::size_t level) const {
-  return impl_->finished_level(level).flawed;
+  return impl_->finished_level(level).has_flaws;
 }
 
 bool SimplifyLevels::has_flaws(std::size_t level) const {
@@ -220,7 +222,7 @@ bool SimplifyLevels::has_flaws(std::size_t level) const {
 
 void SimplifyLevels::solve(std::size_t level) const {
   Impl::FinishedLevel& entry = impl_->finished_level(level);
-  if (!std::exchange(entry.flawed, false)) return;
+  if (!std::exchange(entry.has_flaws, false)) return;
   impl_->select_level(level);
   entry.result = impl_->job->solve();
   entry.report = impl_->report;

@@ -44,7 +44,7 @@ TriangleCorners corners_of(const std::vector<Vec3d>& points, const Triangle& t) 
 struct Side {
   std::uint64_t key;
   std::uint32_t triangle;
-  bool forward;
+  bool starts_at_lower;
 };
 
 std::vector<Side> sorted_sides(std::span<const Triangle> triangles) {
@@ -78,7 +78,7 @@ std::vector<Neighbours> neighbours_of(const std::vector<Vec3d>& normals,
   const std::vector<Side> sides = sorted_sides(triangles);
   for (std::size_t i = 1; i < sides.size(); ++i) {
     const Side &a = sides[i - 1], &b = sides[i];
-    if (a.key != b.key || a.forward == b.forward) continue;
+    if (a.key != b.key || a.starts_at_lower == b.starts_at_lower) continue;
     const double cosine = dot(normals[a.triangle], normals[b.triangle]);
     found[a.triangle].add(cosine);
     found[b.triangle].add(cosine);
@@ -103,7 +103,7 @@ void each_run(const Vec3d& low, const Vec3d& high, const Body& body) {
   }
 }
 
-void bounds(const TriangleCorners& p, Vec3d& low, Vec3d& high) {
+void bounding_box_of(const TriangleCorners& p, Vec3d& low, Vec3d& high) {
   low = {std::min({p[0].x, p[1].x, p[2].x}), std::min({p[0].y, p[1].y, p[2].y}),
          std::min({p[0].z, p[1].z, p[2].z})};
   high = {std::max({p[0].x, p[1].x, p[2].x}), std::max({p[0].y, p[1].y, p[2].y}),
@@ -116,47 +116,47 @@ void bounds(const TriangleCorners& p, Vec3d& low, Vec3d& high) {
 void SimplifyCheck::load_near(const std::vector<Vec3d>& points,
                               const std::vector<Triangle>& triangles,
                               std::span<const std::uint32_t> candidates) {
-  if (surface_ && marked_.empty()) return;  // The tree already holds all triangles.
+  if (surface_ && marked_cells_.empty()) return;  // The tree already holds all triangles.
   // The margin keeps the tree usable after repairs have moved some candidates.
   std::vector<std::uint8_t> needed_cells(std::size_t{kGridCells} * kGridCells * kGridCells, 0),
-      marked = needed_cells;
+      marked_cells = needed_cells;
   Vec3d low{}, high{};
   for (const std::uint32_t t : candidates) {
-    bounds(corners_of(points, triangles[t]), low, high);
+    bounding_box_of(corners_of(points, triangles[t]), low, high);
     const double reach = kSearchRadius + length(high - low);
-    for (auto* cells : {&needed_cells, &marked}) {
+    for (auto* cells : {&needed_cells, &marked_cells}) {
       const double cell_margin = cells == &needed_cells ? reach : reach + kSearchMargin;
-      const Vec3d margin{cell_margin, cell_margin, cell_margin};
-      each_run(low - margin, high + margin, [&](std::size_t first, std::size_t count) {
+      const Vec3d cell_margins{cell_margin, cell_margin, cell_margin};
+      each_run(low - cell_margins, high + cell_margins, [&](std::size_t first, std::size_t count) {
         std::memset(cells->data() + first, 1, count);
         return true;
       });
     }
   }
-  const bool known =
-      std::equal(needed_cells.begin(), needed_cells.end(), marked_.begin(), marked_.end(),
-                 [](std::uint8_t wanted, std::uint8_t had) { return wanted <= had; });
+  const bool known = std::equal(
+      needed_cells.begin(), needed_cells.end(), marked_cells_.begin(), marked_cells_.end(),
+      [](std::uint8_t wanted, std::uint8_t had) { return wanted <= had; });
   if (known) return;
-  std::vector<std::uint8_t> is_near_marked(triangles_.size(), 0);
+  std::vector<std::uint8_t> is_in_marked_cell(triangles_.size(), 0);
   parallel_for(triangles_.size(), kTrianglesOfPiece, [&](std::size_t begin, std::size_t end) {
     Vec3d from{}, to{};
     for (std::size_t i = begin; i < end; ++i) {
       const Triangle& t = triangles_[i];
-      bounds(
+      bounding_box_of(
           {to_double(positions_[t[0]]), to_double(positions_[t[1]]), to_double(positions_[t[2]])},
           from, to);
       each_run(from, to, [&](std::size_t first, std::size_t count) {
-        is_near_marked[i] = std::memchr(marked.data() + first, 1, count) != nullptr;
-        return is_near_marked[i] == 0;
+        is_in_marked_cell[i] = std::memchr(marked_cells.data() + first, 1, count) != nullptr;
+        return is_in_marked_cell[i] == 0;
       });
     }
   });
-  near_.clear();
+  near_triangles_.clear();
   for (std::size_t i = 0; i < triangles_.size(); ++i) {
-    if (is_near_marked[i] != 0) near_.push_back(triangles_[i]);
+    if (is_in_marked_cell[i] != 0) near_triangles_.push_back(triangles_[i]);
   }
-  surface_ = std::make_unique<SurfaceDistance>(positions_, near_);
-  marked_ = std::move(marked);
+  surface_ = std::make_unique<SurfaceDistance>(positions_, near_triangles_);
+  marked_cells_ = std::move(marked_cells);
 }
 
 /// True if the high poly faces in the opposite direction near at least three of four points of the triangle.
@@ -189,7 +189,7 @@ bool SimplifyCheck::faces_away(const TriangleCorners& p, bool shell) const {
       });
     }
     points_away += best < kMaxAwayCosine;
-    if (i >= points_away + 1) return false;  // Two points do not face away already.
+    if (i >= points_away + 1) return false;  // At most two points can still face away.
   }
   return points_away >= 3;
 }
@@ -212,7 +212,7 @@ bool SimplifyCheck::has_edge(const TriangleCorners& p) const {
 
 Flaws SimplifyCheck::find(const std::vector<Vec3d>& points,
                           const std::vector<Triangle>& triangles) {
-  return find_in(points, triangles, nullptr);
+  return find_flaws_in(points, triangles, nullptr);
 }
 
 Flaws SimplifyCheck::find_among(const std::vector<Vec3d>& points,
@@ -220,12 +220,12 @@ Flaws SimplifyCheck::find_among(const std::vector<Vec3d>& points,
                                 std::span<const std::uint32_t> some) {
   std::vector<std::uint8_t> is_candidate(triangles.size(), 0);
   for (const std::uint32_t t : some) is_candidate[t] = 1;
-  return find_in(points, triangles, &is_candidate);
+  return find_flaws_in(points, triangles, &is_candidate);
 }
 
-Flaws SimplifyCheck::find_in(const std::vector<Vec3d>& points,
-                             const std::vector<Triangle>& triangles,
-                             const std::vector<std::uint8_t>* some) {
+Flaws SimplifyCheck::find_flaws_in(const std::vector<Vec3d>& points,
+                                   const std::vector<Triangle>& triangles,
+                                   const std::vector<std::uint8_t>* some) {
   const auto counts = [&](std::size_t t) { return some == nullptr || (*some)[t] != 0; };
   Flaws flaws;
   std::vector<Vec3d> normals(triangles.size()), around(points.size());
@@ -235,7 +235,8 @@ Flaws SimplifyCheck::find_in(const std::vector<Vec3d>& points,
     for (const std::uint32_t v : triangles[t]) around[v] += normal;
     normals[t] = unit_or_zero(normal);
     if (counts(t) && is_flat(corners)) flaws.flat.push_back(t);
-    if (height_field_ && counts(t) && !(upward(corners[0], corners[1], corners[2]) > kNoArea)) {
+    if (height_field_ && counts(t) &&
+        !(upward_quality(corners[0], corners[1], corners[2]) > kNoArea)) {
       flaws.facing_down.push_back(t);
     }
   }
@@ -254,7 +255,7 @@ Flaws SimplifyCheck::find_in(const std::vector<Vec3d>& points,
                            flaws.facing_down.end());
   if (checked_triangles.empty()) return flaws;
   load_near(points, triangles, checked_triangles);
-  std::vector<std::uint8_t> folded(candidates.size(), 0);
+  std::vector<std::uint8_t> is_folded(candidates.size(), 0);
   constexpr std::size_t kCandidatesOfPiece = 64;
   parallel_for(candidates.size(), kCandidatesOfPiece, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -263,26 +264,26 @@ Flaws SimplifyCheck::find_in(const std::vector<Vec3d>& points,
       if (is_flat(corners)) continue;
       // A triangle at a shell's rim makes a sharp angle with one neighbour, a folded triangle with several.
       const bool is_at_rim = neighbours[t].suspicious == 1;
-      folded[i] = faces_away(corners, is_at_rim) ||
-                  (neighbours[t].least < kMaxBackToBackCosine && !has_edge(corners));
+      is_folded[i] = faces_away(corners, is_at_rim) ||
+                     (neighbours[t].least < kMaxBackToBackCosine && !has_edge(corners));
     }
   });
   for (std::size_t i = 0; i < candidates.size(); ++i) {
-    if (folded[i] != 0) flaws.folded.push_back(candidates[i]);
+    if (is_folded[i] != 0) flaws.folded.push_back(candidates[i]);
   }
   return flaws;
 }
 
 bool SimplifyCheck::is_flaw(const TriangleCorners& p) const {
   if (is_flat(p) || faces_away(p, true)) return true;
-  return height_field_ && !(upward(p[0], p[1], p[2]) > kMinUpward);
+  return height_field_ && !(upward_quality(p[0], p[1], p[2]) > kMinUpwardQuality);
 }
 
 std::uint64_t count_rims(std::span<const Triangle> triangles, std::size_t vertices) {
-  std::vector<std::uint32_t> parent(vertices);
-  std::iota(parent.begin(), parent.end(), 0U);
+  std::vector<std::uint32_t> loop_parent(vertices);
+  std::iota(loop_parent.begin(), loop_parent.end(), 0U);
   const auto find = [&](std::uint32_t v) {
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    while (loop_parent[v] != v) v = loop_parent[v] = loop_parent[loop_parent[v]];
     return v;
   };
   std::vector<std::uint8_t> is_open(vertices, 0);
@@ -292,7 +293,7 @@ std::uint64_t count_rims(std::span<const Triangle> triangles, std::size_t vertic
         const std::uint32_t b = SideLists::higher(sides[0]);
         is_open[a] = is_open[b] = 1;
         const std::uint32_t ra = find(a), rb = find(b);
-        parent[std::max(ra, rb)] = std::min(ra, rb);
+        loop_parent[std::max(ra, rb)] = std::min(ra, rb);
       });
   std::uint64_t count = 0;
   for (std::uint32_t v = 0; v < vertices; ++v) count += is_open[v] != 0 && find(v) == v;

@@ -72,8 +72,8 @@ class SimplifyCheck {
   bool is_flaw(const TriangleCorners& corners) const;
 
  private:
-  Flaws find_in(const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles,
-                const std::vector<std::uint8_t>* some);
+  Flaws find_flaws_in(const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles,
+                      const std::vector<std::uint8_t>* some);
   void load_near(const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles,
                  std::span<const std::uint32_t> candidates);
   bool faces_away(const TriangleCorners& corners, bool shell) const;
@@ -82,8 +82,8 @@ class SimplifyCheck {
   std::span<const Vec3> positions_;
   std::span<const Triangle> triangles_;
   bool height_field_;
-  std::vector<Triangle> near_;        ///< Triangles of the high poly near the candidates.
-  std::vector<std::uint8_t> marked_;  ///< By grid cell, 1 if near_ touches it.
+  std::vector<Triangle> near_triangles_;    ///< Triangles of the high poly near the candidates.
+  std::vector<std::uint8_t> marked_cells_;  ///< By grid cell, 1 if near_triangles_ touches it.
   std::unique_ptr<SurfaceDistance> surface_;
 };
 

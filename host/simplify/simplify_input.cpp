@@ -27,7 +27,7 @@ namespace kiln {
 namespace {
 
 /// Counts removed triangles by reason, and stores the first of each.
-struct Dropped {
+struct RemovedTriangles {
   std::uint64_t count = 0;
   std::size_t first = 0;
   void add(std::size_t triangle) {
@@ -50,24 +50,24 @@ enum class TriangleState : std::uint8_t { yes, not_finite, degenerate };
 constexpr std::size_t kTrianglesPerTask = std::size_t{1} << 15;
 
 /// Triangles with the same vertices as an earlier one.
-struct Repeats {
+struct RepeatedTriangles {
   /// 1 for each triangle that repeats an earlier one; empty if none does
   std::vector<std::uint8_t> is_duplicate;
   bool turned = false;  ///< True if some repeated triangles have opposite orientation
 };
 
 /// \param triangles  triangles whose lowest vertex comes first
-Repeats find_repeats(const std::vector<Triangle>& triangles, std::size_t vertices) {
-  const VertexLists lists(
+RepeatedTriangles find_repeats(const std::vector<Triangle>& triangles, std::size_t vertices) {
+  const VertexLists triangles_by_vertex(
       vertices, triangles.size(), [&](std::size_t i) { return triangles[i][0]; },
       [&](std::size_t i) { return std::uint64_t{triangles[i][1]} << 32 | triangles[i][2]; });
-  Repeats found{std::vector<std::uint8_t>(triangles.size(), 0)};
+  RepeatedTriangles found{std::vector<std::uint8_t>(triangles.size(), 0)};
   std::atomic<bool> any_opposed = false, any_duplicate = false;
   const auto less = [](const VertexLists::Item& item, std::uint64_t key) { return item.key < key; };
   parallel_for(vertices, kTrianglesPerTask, [&](std::size_t begin, std::size_t end) {
     bool turned = false, is_duplicate = false;
     for (std::size_t v = begin; v < end; ++v) {
-      const std::span<const VertexLists::Item> items = lists.of(v);
+      const std::span<const VertexLists::Item> items = triangles_by_vertex.of(v);
       for (std::size_t i = 1; i < items.size(); ++i) {
         if (items[i].key == items[i - 1].key)
           found.is_duplicate[items[i].index] = is_duplicate = true;
@@ -127,9 +127,9 @@ std::vector<std::uint32_t> drop_backs(std::vector<Triangle>& triangles,
 std::vector<Triangle> clean(const Mesh& mesh, std::vector<SourceTriangle>& sources,
                             std::vector<std::uint32_t>* backs, std::vector<Warning>& warnings) {
   const std::vector<std::uint32_t> welded = weld_vertices(mesh.positions);
-  Dropped not_finite, degenerate, duplicate;
+  RemovedTriangles not_finite, degenerate, duplicate;
   std::vector<Triangle> result(mesh.triangles.size());
-  std::vector<TriangleState> usable(result.size());
+  std::vector<TriangleState> triangle_states(result.size());
   sources.resize(result.size());
   std::atomic<bool> all_usable = true;
   parallel_for(result.size(), kTrianglesPerTask, [&](std::size_t begin, std::size_t end) {
@@ -137,10 +137,11 @@ std::vector<Triangle> clean(const Mesh& mesh, std::vector<SourceTriangle>& sourc
     for (std::size_t t = begin; t < end; ++t) {
       const Triangle v = welded_corners(mesh, welded, t);
       const Vec3 &a = mesh.positions[v[0]], &b = mesh.positions[v[1]], &c = mesh.positions[v[2]];
-      usable[t] = !is_finite(a) || !is_finite(b) || !is_finite(c) ? TriangleState::not_finite
-                  : triangle_shape(a, b, c).area > 0              ? TriangleState::yes
-                                                                  : TriangleState::degenerate;
-      all = all && usable[t] == TriangleState::yes;
+      triangle_states[t] = !is_finite(a) || !is_finite(b) || !is_finite(c)
+                               ? TriangleState::not_finite
+                           : triangle_shape(a, b, c).area > 0 ? TriangleState::yes
+                                                              : TriangleState::degenerate;
+      all = all && triangle_states[t] == TriangleState::yes;
       const std::size_t lowest = v[0] <= v[1] ? (v[0] <= v[2] ? 0 : 2) : (v[1] <= v[2] ? 1 : 2);
       result[t] = {v[lowest], v[(lowest + 1) % 3], v[(lowest + 2) % 3]};
       sources[t] = {static_cast<std::uint32_t>(t), static_cast<std::uint32_t>(lowest)};
@@ -160,16 +161,16 @@ std::vector<Triangle> clean(const Mesh& mesh, std::vector<SourceTriangle>& sourc
   };
   if (!all_usable) {
     keep_if([&](std::size_t t) {
-      if (usable[t] == TriangleState::not_finite) not_finite.add(t);
-      if (usable[t] == TriangleState::degenerate) degenerate.add(t);
-      return usable[t] == TriangleState::yes;
+      if (triangle_states[t] == TriangleState::not_finite) not_finite.add(t);
+      if (triangle_states[t] == TriangleState::degenerate) degenerate.add(t);
+      return triangle_states[t] == TriangleState::yes;
     });
   }
-  const Repeats repeats = find_repeats(result, mesh.positions.size());
-  if (!repeats.is_duplicate.empty()) {
+  const RepeatedTriangles repeated_triangles = find_repeats(result, mesh.positions.size());
+  if (!repeated_triangles.is_duplicate.empty()) {
     keep_if([&](std::size_t i) {
-      if (repeats.is_duplicate[i] != 0) duplicate.add(sources[i].index);
-      return repeats.is_duplicate[i] == 0;
+      if (repeated_triangles.is_duplicate[i] != 0) duplicate.add(sources[i].index);
+      return repeated_triangles.is_duplicate[i] == 0;
     });
   }
   not_finite.report("non-finite-triangles", "has a corner that is not finite",
@@ -182,22 +183,22 @@ std::vector<Triangle> clean(const Mesh& mesh, std::vector<SourceTriangle>& sourc
                 "simplify: mesh '" + mesh.name + "' has no usable triangle among " +
                     std::to_string(mesh.triangles.size()) + "; check the program that wrote it");
   }
-  if (backs != nullptr && repeats.turned)
+  if (backs != nullptr && repeated_triangles.turned)
     *backs = drop_backs(result, sources, mesh.positions.size());
   return result;
 }
 
 Scale::Scale(const Mesh& mesh, const std::vector<Triangle>& triangles) {
-  std::vector<Box<Vec3>> boxes(triangles.size() / kTrianglesPerTask + 1);
+  std::vector<Box<Vec3>> task_boxes(triangles.size() / kTrianglesPerTask + 1);
   parallel_for(triangles.size(), kTrianglesPerTask, [&](std::size_t begin, std::size_t end) {
     Box<Vec3> box;
     for (std::size_t t = begin; t < end; ++t) {
       for (const std::uint32_t v : triangles[t]) box.add(mesh.positions[v]);
     }
-    boxes[begin / kTrianglesPerTask] = box;
+    task_boxes[begin / kTrianglesPerTask] = box;
   });
   Box<Vec3> all;
-  for (const Box<Vec3>& box : boxes) all.join(box);
+  for (const Box<Vec3>& box : task_boxes) all.join(box);
   center_ = all.center();
   diagonal_ = all.diagonal();
 }
@@ -234,8 +235,8 @@ Work compact(const Mesh& mesh, std::vector<Triangle> triangles, std::vector<Sour
 }
 
 Labels labels_of(const Mesh& mesh, const Work& work) {
-  using ThreeNames = std::array<std::uint32_t, 3>;
-  using BothNames = std::pair<ThreeNames, ThreeNames>;
+  using NamesOfTriangle = std::array<std::uint32_t, 3>;
+  using NamesOfBothSides = std::pair<NamesOfTriangle, NamesOfTriangle>;
   constexpr std::uint32_t kNoBack = TwoSided::kNone;
   Labels labels;
   if (mesh.groups.empty() && mesh.objects.empty() && mesh.materials.empty() && work.backs.empty()) {
@@ -245,17 +246,17 @@ Labels labels_of(const Mesh& mesh, const Work& work) {
     return names.size() == mesh.triangles.size() ? names[t] : 0;
   };
   const auto names_at = [&](std::uint32_t t) {
-    if (t == kNoBack) return ThreeNames{kNoBack, kNoBack, kNoBack};
-    return ThreeNames{name_at(mesh.groups, t), name_at(mesh.objects, t),
-                      name_at(mesh.materials, t)};
+    if (t == kNoBack) return NamesOfTriangle{kNoBack, kNoBack, kNoBack};
+    return NamesOfTriangle{name_at(mesh.groups, t), name_at(mesh.objects, t),
+                           name_at(mesh.materials, t)};
   };
-  std::map<BothNames, std::uint32_t> numbers;
+  std::map<NamesOfBothSides, std::uint32_t> numbers;
   labels.of.reserve(work.triangles.size());
-  BothNames last{};
+  NamesOfBothSides last{};
   for (std::size_t i = 0; i < work.sources.size(); ++i) {
     const std::uint32_t t = work.sources[i].index;
     const std::uint32_t back = work.backs.empty() ? kNoBack : work.backs[i];
-    const BothNames names{names_at(t), names_at(back)};
+    const NamesOfBothSides names{names_at(t), names_at(back)};
     if (!labels.of.empty() && names == last) {
       labels.of.push_back(labels.of.back());
       continue;
@@ -276,8 +277,8 @@ Layout layout_of(const Mesh& mesh, const Work& work) {
   struct Corner {
     std::uint32_t vertex;
     std::uint64_t uv;  ///< Bit pattern of the UV's value
-    std::uint32_t place;
-    auto key() const { return std::tuple(vertex, uv, place); }
+    std::uint32_t example;
+    auto key() const { return std::tuple(vertex, uv, example); }
   };
   const std::vector<std::uint32_t> charts = uv_charts(mesh);
   Labels labels = labels_of(mesh, work);
@@ -306,7 +307,8 @@ Layout layout_of(const Mesh& mesh, const Work& work) {
       layout.uvs.push_back({std::bit_cast<float>(static_cast<std::uint32_t>(c.uv >> 32)),
                             std::bit_cast<float>(static_cast<std::uint32_t>(c.uv))});
     }
-    layout.corners[c.place / 3][c.place % 3] = static_cast<std::uint32_t>(layout.uvs.size() - 1);
+    layout.corners[c.example / 3][c.example % 3] =
+        static_cast<std::uint32_t>(layout.uvs.size() - 1);
   }
   return layout;
 }
@@ -355,8 +357,8 @@ bool turn_outwards(const Mesh& mesh, std::vector<Triangle>& triangles) {
 }
 
 bool is_finely_curved(const Work& work) {
-  constexpr double kAlikeCosine = 0.99996192306;  // Cosine of half a degree.
-  constexpr std::size_t kMinAlikePercent = 15, kWholePercent = 100;
+  constexpr double kMinAlignedCosine = 0.99996192306;  // Cosine of half a degree.
+  constexpr std::size_t kMinAlignedPercent = 15, kWholePercent = 100;
   std::vector<Vec3d> first(work.points.size(),
                            Vec3d{0, 0, 0});  // Normal of the first triangle of each vertex
   std::size_t aligned_corners = 0, all = 0;
@@ -372,10 +374,10 @@ bool is_finely_curved(const Work& work) {
         continue;
       }
       ++all;
-      if (dot(first[v], normal) > kAlikeCosine) ++aligned_corners;
+      if (dot(first[v], normal) > kMinAlignedCosine) ++aligned_corners;
     }
   }
-  return kWholePercent * aligned_corners >= kMinAlikePercent * all && all > 0;
+  return kWholePercent * aligned_corners >= kMinAlignedPercent * all && all > 0;
 }
 
 }  // namespace kiln

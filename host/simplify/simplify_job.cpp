@@ -101,17 +101,17 @@ void SimplifyState::unfold(std::span<const Fold> folds) {
 }
 
 void SimplifyJob::report_progress(double share) {
-  if (!reported_) return;
-  reported_ = std::max(*reported_, share);
-  ProgressGuard::poll_at(*reported_, "simplifying");
+  if (!reported_progress_) return;
+  reported_progress_ = std::max(*reported_progress_, share);
+  ProgressGuard::poll_at(*reported_progress_, "simplifying");
 }
 
 SimplifyResult SimplifyJob::simplify_to_count(const Work& work) const {
-  SimplifyState shrinking(work, layout(), options_, scale_);
-  shrinking.count_sides(sides_of(work));
-  shrinking.collapser().run(options_.faces);
+  SimplifyState simplify_state(work, layout(), options_, scale_);
+  simplify_state.count_sides(sides_of(work));
+  simplify_state.collapser().run(options_.faces);
   SimplifyResult result;
-  shrinking.extract(result);
+  simplify_state.extract(result);
   return result;
 }
 
@@ -121,15 +121,15 @@ std::size_t SimplifyJob::mend(SimplifyResult& result) {
   Flaws flaws = check_.find(result.points, result.triangles);
   const std::size_t found = flaws.count();
   for (int round = 0; round < kMendingRounds && !flaws.none(); ++round) {
-    SimplifyState shrinking(result.points, result.triangles, result.labels,
-                            options_.keep_uvs ? &result.layout : nullptr, options_, scale_);
+    SimplifyState simplify_state(result.points, result.triangles, result.labels,
+                                 options_.keep_uvs ? &result.layout : nullptr, options_, scale_);
     const auto bad = [&](const TriangleCorners& corners) { return check_.is_flaw(corners); };
     bool any = false;
     for (const auto* list : {&flaws.flat, &flaws.facing_down, &flaws.folded}) {
-      for (const std::uint32_t t : *list) any = shrinking.collapser().mend(t, bad) || any;
+      for (const std::uint32_t t : *list) any = simplify_state.collapser().mend(t, bad) || any;
     }
     if (!any) break;
-    shrinking.extract(result);
+    simplify_state.extract(result);
     flaws = check_.find(result.points, result.triangles);
   }
   return found - std::min(found, flaws.count());
@@ -193,16 +193,16 @@ Work SimplifyJob::start(std::size_t faces, std::span<const Place> untouched, boo
 std::vector<SimplifyResult> SimplifyJob::levels(std::vector<std::uint32_t>& faces) {
   std::vector<SimplifyResult> results;
   const Work work = start(faces.empty() ? 0 : faces.front(), {}, false, is_fine());
-  SimplifyState shrinking(work, layout(), options_, scale_);
-  shrinking.count_sides(sides_of(work));
+  SimplifyState simplify_state(work, layout(), options_, scale_);
+  simplify_state.count_sides(sides_of(work));
   std::vector<std::uint32_t> found;
   for (const std::uint32_t goal : faces) {
-    const std::size_t before = shrinking.faces();
+    const std::size_t before = simplify_state.faces();
     // A collapse removes two faces, so the previous level may already have this few faces.
     if (!results.empty() && before <= goal) continue;
-    shrinking.collapser().run(goal);
-    if (!results.empty() && shrinking.faces() == before) break;
-    shrinking.extract(results.emplace_back());
+    simplify_state.collapser().run(goal);
+    if (!results.empty() && simplify_state.faces() == before) break;
+    simplify_state.extract(results.emplace_back());
     found.push_back(goal);
   }
   faces = std::move(found);
@@ -225,21 +225,21 @@ DistanceReport SimplifyJob::deviation(const SimplifyResult& result) const {
 /// \returns true if the result has no flaws
 /// \param last  true: accept the result in any case
 bool SimplifyJob::simplify_from(const Work& work, bool last, SimplifyResult& result) {
-  const bool by_error = options_.faces == 0;
-  if (by_error) {
+  const bool is_error_goal = options_.faces == 0;
+  if (is_error_goal) {
     result = simplify_within(options_.max_error, work);
   } else {
-    AsyncTask<bool> prepared([this] { return prepare_fit(); });
+    AsyncTask<bool> fit_task([this] { return prepare_fit(); });
     result = simplify_to_count(work);
-    prepared.get();
+    fit_task.get();
   }
   report_progress(0.5);
   if (result.triangles.empty()) {
-    if (last) result = unchanged();
+    if (last) result = unchanged_high_poly();
     result.bound = true;
     return last;
   }
-  if (by_error) return is_good(result) || last;
+  if (is_error_goal) return is_good(result) || last;
   const bool fits = fit(result);
   report_progress(0.7);
   if (fits) return true;
@@ -300,7 +300,7 @@ void SimplifyJob::drop_components(const ComponentSizes& parts,
 /// deviation of the largest one.
 /// \returns true if any was removed
 bool SimplifyJob::drop_small_components() {
-  if (options_.keep_parts || options_.faces == 0 || !is_free(options_)) return false;
+  if (options_.keep_parts || options_.faces == 0 || !has_free_vertices(options_)) return false;
   AsyncTask<bool> finely_curved(
       [this] { return is_fine(); });  // Computed in parallel; rarely needed below.
   const ComponentSizes parts(dense_);
@@ -309,9 +309,12 @@ bool SimplifyJob::drop_small_components() {
   const std::size_t of_one_side =
       std::max<std::size_t>(options_.faces * dense_.triangles.size() / faces_of_dense(), 1);
   const std::string faces = counted(options_.faces, "face");
-  const std::vector<std::uint8_t> surplus = parts.surplus(of_one_side, kMinComponentFaces);
-  if (std::find(surplus.begin(), surplus.end(), 1) != surplus.end()) {
-    drop_components(parts, surplus, "others that need all of the " + faces + " asked for");
+  const std::vector<std::uint8_t> surplus_components =
+      parts.surplus_components(of_one_side, kMinComponentFaces);
+  if (std::find(surplus_components.begin(), surplus_components.end(), 1) !=
+      surplus_components.end()) {
+    drop_components(parts, surplus_components,
+                    "others that need all of the " + faces + " asked for");
     return true;
   }
   // A low poly never deviates by more than its edge length.
@@ -323,10 +326,10 @@ bool SimplifyJob::drop_small_components() {
                                          SurfaceDistance(to_floats(guess.points), guess.triangles),
                                          kComponentSamples)
                           .largest;
-  const std::vector<std::uint8_t> below = parts.below(size);
-  if (std::find(below.begin(), below.end(), 1) == below.end()) return false;
+  const std::vector<std::uint8_t> smaller_than = parts.smaller_than(size);
+  if (std::find(smaller_than.begin(), smaller_than.end(), 1) == smaller_than.end()) return false;
   drop_components(
-      parts, below,
+      parts, smaller_than,
       percent(size, 2) + " of its diagonal, which a low poly of " + faces + " is off by");
   return true;
 }
@@ -336,7 +339,8 @@ bool SimplifyJob::drop_small_components() {
 /// \returns true if any was removed
 bool SimplifyJob::drop_surplus(const SimplifyResult& result) {
   const double above = static_cast<double>(count_faces(result)) / options_.faces;
-  if (options_.keep_parts || options_.faces == 0 || !is_free(options_) || above <= kMaxFaceExcess) {
+  if (options_.keep_parts || options_.faces == 0 || !has_free_vertices(options_) ||
+      above <= kMaxFaceExcess) {
     return false;
   }
   const ComponentSizes parts(dense_);
@@ -345,9 +349,11 @@ bool SimplifyJob::drop_surplus(const SimplifyResult& result) {
   const auto least = static_cast<std::uint32_t>(result.triangles.size() / count + 1);
   const std::size_t of_one_side =
       std::max<std::size_t>(options_.faces * dense_.triangles.size() / faces_of_dense(), 1);
-  const std::vector<std::uint8_t> surplus = parts.surplus(of_one_side, least);
-  if (std::find(surplus.begin(), surplus.end(), 1) == surplus.end()) return false;
-  drop_components(parts, surplus,
+  const std::vector<std::uint8_t> surplus_components = parts.surplus_components(of_one_side, least);
+  if (std::find(surplus_components.begin(), surplus_components.end(), 1) ==
+      surplus_components.end())
+    return false;
+  drop_components(parts, surplus_components,
                   "others that need all of the " + counted(options_.faces, "face") + " asked for");
   return true;
 }
@@ -378,7 +384,7 @@ Mesh SimplifyJob::assemble(const SimplifyResult& result) const {
   mesh.triangles = result.triangles;
   std::vector<Vec3d> points = result.points;
   add_backs(result, points, mesh.triangles);
-  if (turned_) {
+  if (is_reversed_) {
     for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
   }
   mesh.positions.reserve(points.size());
@@ -415,7 +421,7 @@ void SimplifyJob::warn_of_uvs_outside(const Mesh& mesh) {
        outside});
 }
 
-Mesh SimplifyJob::finish(const SimplifyResult& result, bool measured) {
+Mesh SimplifyJob::make_result(const SimplifyResult& result, bool measured) {
   warn_of_count(result);
   warn_of_bound(result);
   warn_of_flaws(report_, [&](bool folded) {
@@ -431,14 +437,14 @@ Mesh SimplifyJob::finish(const SimplifyResult& result, bool measured) {
     std::vector<std::uint32_t> charts = uv_charts(mesh);
     report_.charts = *std::max_element(charts.begin(), charts.end()) + 1;
     report_.coverage = uv_area(mesh);
-    if (measured) report_.uv_strays = uvs_stray(mesh, high_);
+    if (measured) report_.uv_strays = uv_deviation(mesh, high_);
     warn_of_uvs_outside(mesh);
   }
   return mesh;
 }
 
 Mesh SimplifyJob::run(bool with_deviation) {
-  reported_ = 0;
+  reported_progress_ = 0;
   report_progress(0.1);
   if (options_.hull) {
     warn_of_inside_out(
@@ -447,16 +453,17 @@ Mesh SimplifyJob::run(bool with_deviation) {
   const std::size_t count = faces_of_dense();
   if (options_.faces == 0 || options_.faces < count) {
     if (options_.faces < count && drop_small_components() && faces_of_dense() <= options_.faces) {
-      return finish(unchanged(), with_deviation);
+      return make_result(unchanged_high_poly(), with_deviation);
     }
     SimplifyResult result = solve();
     for (int round = 0; round < kMaxSurplusRounds && drop_surplus(result); ++round) {
-      if (faces_of_dense() <= options_.faces) return finish(unchanged(), with_deviation);
+      if (faces_of_dense() <= options_.faces)
+        return make_result(unchanged_high_poly(), with_deviation);
       result = solve();
     }
     report_progress(0.8);
     if (options_.faces != 0 && with_deviation) result.deviation = measure(result, kMaxSamples);
-    return finish(result, with_deviation);
+    return make_result(result, with_deviation);
   }
   if (options_.faces > count) {
     report_.warnings.push_back({"faces-above-input",
@@ -465,7 +472,7 @@ Mesh SimplifyJob::run(bool with_deviation) {
                                     std::to_string(count) + " that can be used; all were kept",
                                 count});
   }
-  return finish(unchanged(), with_deviation);
+  return make_result(unchanged_high_poly(), with_deviation);
 }
 
 }  // namespace kiln

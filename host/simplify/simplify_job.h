@@ -61,11 +61,13 @@ class SimplifyState {
                 const SimplifyOptions& options, const Scale& scale)
       : mesh_(points, triangles, labels),
         layout_(layout == nullptr ? nullptr : std::make_unique<UvSeamConstraint>(mesh_, *layout)),
-        height_(options.height_field ? std::make_unique<HeightfieldConstraint>(mesh_) : nullptr),
-        hull_(options.hull
-                  ? std::make_unique<EnclosingHullConstraint>(
-                        mesh_, [scale](const Vec3d& p) { return scale.snap(p); }, scale.slack())
-                  : nullptr),
+        height_field_constraint_(
+            options.height_field ? std::make_unique<HeightfieldConstraint>(mesh_) : nullptr),
+        hull_constraint_(
+            options.hull
+                ? std::make_unique<EnclosingHullConstraint>(
+                      mesh_, [scale](const Vec3d& p) { return scale.snap(p); }, scale.slack())
+                : nullptr),
         collapser_(mesh_, rule(), [scale](const Vec3d& p) { return scale.snap(p); }) {}
 
   EdgeCollapser& collapser() { return collapser_; }
@@ -77,7 +79,7 @@ class SimplifyState {
     deviation_bound_ = std::make_unique<DeviationBound>(mesh_, samples, bound, is_high_poly);
     for (const std::vector<Place>& places : close) deviation_bound_->tighten_limits(places);
     collapser_.limit_deviation(deviation_bound_.get(), sharpening, bound);
-    return deviation_bound_->holds();
+    return deviation_bound_->was_within_bound();
   }
   void run_within();
   bool is_bound() const { return deviation_bound_->has_refused(); }
@@ -116,16 +118,16 @@ class SimplifyState {
  private:
   void unfold(std::span<const Fold> folds);
   /// True if vertices may move without a collapse, too.
-  bool may_relax() const { return !layout_ && !hull_; }
+  bool may_relax() const { return !layout_ && !hull_constraint_; }
   CollapseConstraint* rule() const {
     if (layout_) return layout_.get();
-    if (height_) return height_.get();
-    return hull_.get();
+    if (height_field_constraint_) return height_field_constraint_.get();
+    return hull_constraint_.get();
   }
   CollapseMesh mesh_;
   std::unique_ptr<UvSeamConstraint> layout_;
-  std::unique_ptr<HeightfieldConstraint> height_;
-  std::unique_ptr<EnclosingHullConstraint> hull_;
+  std::unique_ptr<HeightfieldConstraint> height_field_constraint_;
+  std::unique_ptr<EnclosingHullConstraint> hull_constraint_;
   EdgeCollapser collapser_;
   std::unique_ptr<DeviationBound> deviation_bound_;
 };
@@ -137,9 +139,10 @@ class SimplifyJob {
       : high_(high),
         options_(options),
         report_(report),
-        cleaned_(clean(high, sources_, is_free(options) ? &backs_ : nullptr, report.warnings)),
-        scale_(high, cleaned_),
-        dense_(prepared()),
+        cleaned_triangles_(
+            clean(high, sources_, has_free_vertices(options) ? &backs_ : nullptr, report.warnings)),
+        scale_(high, cleaned_triangles_),
+        dense_(prepare_dense_mesh()),
         dense_positions_(to_floats(dense_.points)),
         check_(dense_positions_, dense_.triangles, options.height_field) {
     if (options.keep_uvs)
@@ -174,14 +177,14 @@ class SimplifyJob {
   std::size_t count_vertices(const SimplifyResult& result) const;
   /// The resulting mesh and the report.
   /// \param measured  true: the report includes the deviation of UVs, which is slow
-  Mesh finish(const SimplifyResult& result, bool measured = false);
+  Mesh make_result(const SimplifyResult& result, bool measured = false);
 
  private:
   /// Reports the progress of run(), which never falls although steps may be repeated. Not used for levels.
   void report_progress(double share);
   /// True if no constraint limits the vertices. In that case backs of two-sided sheets are left out during
   /// simplification, and inside-out meshes are reversed.
-  static bool is_free(const SimplifyOptions& options) {
+  static bool has_free_vertices(const SimplifyOptions& options) {
     return !options.keep_uvs && !options.hull && !options.height_field;
   }
   /// True if a triangle has a back.
@@ -197,12 +200,14 @@ class SimplifyJob {
                  std::vector<Triangle>& triangles) const;
   DistanceReport measure(const SimplifyResult& result, std::uint64_t samples) const;
   /// The cleaned mesh, prepared for collapses.
-  Work prepared() {
-    turned_ = is_free(options_) && backs_.empty() && turn_outwards(high_, cleaned_);
-    return compact(high_, std::move(cleaned_), std::move(sources_), std::move(backs_), scale_);
+  Work prepare_dense_mesh() {
+    is_reversed_ =
+        has_free_vertices(options_) && backs_.empty() && turn_outwards(high_, cleaned_triangles_);
+    return compact(high_, std::move(cleaned_triangles_), std::move(sources_), std::move(backs_),
+                   scale_);
   }
   const Layout* layout() const { return options_.keep_uvs ? &layout_ : nullptr; }
-  SimplifyResult unchanged() const {
+  SimplifyResult unchanged_high_poly() const {
     return {dense_.points, dense_.triangles, dense_.labels, layout_, {}, {}, {}, false, {}};
   }
   SimplifyResult simplify_to_count(const Work& work) const;
@@ -238,9 +243,9 @@ class SimplifyJob {
   SimplifyReport& report_;
   std::vector<SourceTriangle> sources_;
   std::vector<std::uint32_t> backs_;
-  std::vector<Triangle> cleaned_;
+  std::vector<Triangle> cleaned_triangles_;
   Scale scale_;
-  bool turned_ = false;  ///< True if dense_ is reversed against the given mesh.
+  bool is_reversed_ = false;  ///< True if dense_ is reversed against the given mesh.
   Work dense_;
   std::vector<Vec3> dense_positions_;
   SimplifyCheck check_;
@@ -250,8 +255,9 @@ class SimplifyJob {
   std::vector<std::uint32_t> label_back_;
   std::unique_ptr<BoundSamples> bound_samples_;  ///< Samples for bounds; built on first use.
   std::optional<bool> is_fine_;                  ///< Result of is_fine(), once computed.
-  std::optional<double> reported_;  ///< Largest progress reported; nullopt: run() is not active
-  std::optional<SurfaceFit> fit_;   ///< Fit of vertices; built on first use.
+  std::optional<double>
+      reported_progress_;          ///< Largest progress reported; nullopt: run() is not active
+  std::optional<SurfaceFit> fit_;  ///< Fit of vertices; built on first use.
 };
 
 }  // namespace kiln

@@ -152,10 +152,11 @@ struct UvTriangles {
 
 }  // namespace
 
-double uvs_stray(const Mesh& low, const Mesh& high) {
+double uv_deviation(const Mesh& low, const Mesh& high) {
   const UvTriangles from(low), to(high);
   if (from.triangles.empty() || to.triangles.empty()) return 0;
-  return distance_back(SurfaceDistance(to.positions, to.triangles), from.positions, from.triangles)
+  return low_to_high_distance(SurfaceDistance(to.positions, to.triangles), from.positions,
+                              from.triangles)
       .largest;
 }
 

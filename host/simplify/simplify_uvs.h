@@ -19,6 +19,6 @@ std::optional<Mesh> with_finite_uvs(const Mesh& mesh, std::vector<Warning>& warn
 std::uint64_t count_outside(const Mesh& mesh);
 
 /// Largest distance of a low poly's UVs from the high poly's UV triangles; 0 if either has no finite UVs.
-double uvs_stray(const Mesh& low, const Mesh& high);
+double uv_deviation(const Mesh& low, const Mesh& high);
 
 }  // namespace kiln

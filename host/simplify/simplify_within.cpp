@@ -88,7 +88,7 @@ SimplifyResult SimplifyJob::simplify_within(double bound, const Work& work) {
       continue;
     }
     result.back =
-        distance_back(bound_samples_->surface, to_floats(result.points), result.triangles);
+        low_to_high_distance(bound_samples_->surface, to_floats(result.points), result.triangles);
     result.bound = shrinking.is_bound();
     const bool good = is_good(result);
     if (best.triangles.empty() || result.flawed.size() < best.flawed.size()) {
@@ -99,7 +99,7 @@ SimplifyResult SimplifyJob::simplify_within(double bound, const Work& work) {
     if (good || result.flawed.empty() || result.flawed.size() > most) break;
     if (std::exchange(sharpening, 0) > 0) continue;
     flawed_sets.push_back(result.flawed);
-    // Shrinks to the triangle's own radius.
+    // The ball shrinks from the radius within which presimplification keeps the high poly to the flawed triangle alone.
     for (Place& place : flawed_sets.back()) place.radius -= kFlawRadius;
   }
   report_.mended = best_mended;

@@ -19,10 +19,10 @@ class ComponentSizes {
   /// Number of components whose bounding box has a diagonal below `size`; the largest never counts.
   std::uint64_t count_below(double size) const;
   /// For each component, 1 if count_below() counts it.
-  std::vector<std::uint8_t> below(double size) const;
+  std::vector<std::uint8_t> smaller_than(double size) const;
   /// By component, 1 for the smallest ones, which must be removed if `faces` are too few: each remaining component
   /// needs `least` triangles, or all that it has if these are fewer.
-  std::vector<std::uint8_t> surplus(std::size_t faces, std::uint32_t least) const;
+  std::vector<std::uint8_t> surplus_components(std::size_t faces, std::uint32_t least) const;
   /// The mesh without some components, vertices renumbered.
   /// \param dropped  by component
   Work without_components(const Work& work, const std::vector<std::uint8_t>& dropped) const;
@@ -32,11 +32,11 @@ class ComponentSizes {
  private:
   bool is_below(std::uint32_t part, double size) const;
 
-  std::vector<std::uint32_t> faces_;  ///< Number of triangles of each component
-  std::vector<std::uint32_t> part_;   ///< Component of each triangle.
+  std::vector<std::uint32_t> faces_;                  ///< Number of triangles of each component
+  std::vector<std::uint32_t> component_of_triangle_;  ///< Component of each triangle.
   std::vector<double>
       diagonal_;  ///< Diagonal of each component's box; infinite if there is only one.
-  std::uint32_t largest_ = 0;
+  std::uint32_t largest_component_ = 0;
 };
 
 /// Unites the vertices of each component.

@@ -53,7 +53,7 @@ constexpr double kSingleRounding = 1e-6;
 Vec3d normal_of(const Vec3d& a, const Vec3d& b, const Vec3d& c) { return cross(b - a, c - a); }
 
 /// Barycentric coordinates of a triangle's nearest point.
-std::array<double, 3> shares_at(const Vec3d& p, const std::array<Vec3d, 3>& c) {
+std::array<double, 3> nearest_barycentric(const Vec3d& p, const std::array<Vec3d, 3>& c) {
   const Vec3d n = normal_of(c[0], c[1], c[2]);
   const double whole = dot(n, n);
   std::array<double, 3> share{1, 0, 0};
@@ -90,9 +90,9 @@ struct AcrossLines {
 };
 
 /// For each vertex, the lines between labels at it; empty if there are none.
-std::vector<AcrossLines> lines_of(const std::vector<Vec3d>& points,
-                                  const std::vector<Triangle>& low,
-                                  std::span<const std::uint32_t> labels) {
+std::vector<AcrossLines> label_lines_at_vertices(const std::vector<Vec3d>& points,
+                                                 const std::vector<Triangle>& low,
+                                                 std::span<const std::uint32_t> labels) {
   std::vector<AcrossLines> lines(labels.empty() ? 0 : points.size());
   if (labels.empty()) return lines;
   const auto facing = [&](const SideLists::Item& side) {
@@ -210,18 +210,20 @@ class MovingMesh {
     }
     return kMaxStepShare * std::sqrt(shortest);
   }
-  bool allows(std::uint32_t vertex, const Vec3d& target) const {
+  bool allows_step(std::uint32_t vertex, const Vec3d& target) const {
     for (const VertexLists::Item& corner : corners(vertex)) {
       const Triangle& t = triangles_[corner.index / 3];
       const std::size_t k = corner.index % 3;
       const Vec3d &b = points_[t[(k + 1) % 3]], &c = points_[t[(k + 2) % 3]];
-      const Vec3d before = normal_of(points_[vertex], b, c), after = normal_of(target, b, c);
-      const double size = length(after);
+      const Vec3d normal_before = normal_of(points_[vertex], b, c),
+                  normal_after = normal_of(target, b, c);
+      const double size = length(normal_after);
       const Vec3d ab = b - target, bc = c - b, ca = target - c;
       const double longest = std::max({dot(ab, ab), dot(bc, bc), dot(ca, ca)});
       if (!(size > kMinShape * longest)) return false;
-      if (!(dot(before, after) > kMinStepTurnCosine * length(before) * size)) return false;
-      if (height_field_ && !(upward(target, b, c) > kMinUpward)) return false;
+      if (!(dot(normal_before, normal_after) > kMinStepTurnCosine * length(normal_before) * size))
+        return false;
+      if (height_field_ && !(upward_quality(target, b, c) > kMinUpwardQuality)) return false;
     }
     return true;
   }
@@ -236,63 +238,66 @@ class MovingMesh {
 
 }  // namespace
 
-std::size_t SurfaceFit::wanted_for(std::size_t faces, bool draft) {
+std::size_t SurfaceFit::sample_count_for(std::size_t faces, bool draft) {
   return draft ? std::max(kMinDraftSamples, kDraftSamplesPerFace * faces)
                : std::max(kMinSamples, kSamplesPerFace * faces);
 }
 
 /// Weighs samples by area, and (except on height fields) by curvature.
 void SurfaceFit::set_weights() {
-  share_.resize(triangles_.size());
+  cumulative_weights_.resize(triangles_.size());
   std::optional<CurvatureWeights> curvature_weights;
   if (!height_field_) curvature_weights.emplace(positions_, triangles_);
-  parallel_for(share_.size(), std::size_t{1} << 14, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const Triangle& t = triangles_[i];
-      const Vec3d a = to_double(positions_[t[0]]), b = to_double(positions_[t[1]]),
-                  c = to_double(positions_[t[2]]);
-      share_[i] = length(normal_of(a, b, c)) * (curvature_weights ? curvature_weights->of(t) : 1);
-    }
-  });
+  parallel_for(
+      cumulative_weights_.size(), std::size_t{1} << 14, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+          const Triangle& t = triangles_[i];
+          const Vec3d a = to_double(positions_[t[0]]), b = to_double(positions_[t[1]]),
+                      c = to_double(positions_[t[2]]);
+          cumulative_weights_[i] =
+              length(normal_of(a, b, c)) * (curvature_weights ? curvature_weights->of(t) : 1);
+        }
+      });
 }
 
 /// Draws samples evenly along the list of triangles by weight, and three from each triangle if there are few
 /// triangles. Weighing by area alone would leave fillets, rims and edges with one or two samples, and faces at such
 /// places would move at random.
 void SurfaceFit::take_samples(std::size_t wanted) {
-  if (wanted_ == wanted) return;
-  wanted_ = wanted;
-  if (share_.empty()) set_weights();
-  using Shares = std::array<double, 3>;
-  constexpr std::array<Shares, 3> kThreePoints{
+  if (requested_samples_ == wanted) return;
+  requested_samples_ = wanted;
+  if (cumulative_weights_.empty()) set_weights();
+  using BarycentricWeights = std::array<double, 3>;
+  constexpr std::array<BarycentricWeights, 3> kThreePoints{
       {{2.0 / 3, 1.0 / 6, 1.0 / 6}, {1.0 / 6, 2.0 / 3, 1.0 / 6}, {1.0 / 6, 1.0 / 6, 2.0 / 3}}};
-  constexpr std::array<Shares, 1> kCentroid{{{1.0 / 3, 1.0 / 3, 1.0 / 3}}};
+  constexpr std::array<BarycentricWeights, 1> kCentroid{{{1.0 / 3, 1.0 / 3, 1.0 / 3}}};
   const bool all = kThreePoints.size() * triangles_.size() < wanted;
-  const double step =
-      std::accumulate(share_.begin(), share_.end(), 0.0) / static_cast<double>(wanted);
+  const double step = std::accumulate(cumulative_weights_.begin(), cumulative_weights_.end(), 0.0) /
+                      static_cast<double>(wanted);
   samples_.clear();
   samples_.reserve(all ? kThreePoints.size() * triangles_.size() : wanted + wanted / 2);
   double sum = 0;
-  for (std::size_t i = 0; i < share_.size(); ++i) {
-    if (!(share_[i] > 0)) continue;
-    const double before = std::floor(sum / step);
-    sum += share_[i];
-    const double picked = std::floor(sum / step) - before;
+  for (std::size_t i = 0; i < cumulative_weights_.size(); ++i) {
+    if (!(cumulative_weights_[i] > 0)) continue;
+    const double first_index = std::floor(sum / step);
+    sum += cumulative_weights_[i];
+    const double picked = std::floor(sum / step) - first_index;
     if (!all && picked < 1) continue;
-    const std::span<const Shares> places = all || picked > 1 ? std::span<const Shares>(kThreePoints)
-                                                             : std::span<const Shares>(kCentroid);
+    const std::span<const BarycentricWeights> places =
+        all || picked > 1 ? std::span<const BarycentricWeights>(kThreePoints)
+                          : std::span<const BarycentricWeights>(kCentroid);
     const Triangle& t = triangles_[i];
     const Vec3d a = to_double(positions_[t[0]]), b = to_double(positions_[t[1]]),
                 c = to_double(positions_[t[2]]);
     const Vec3d normal = normal_of(a, b, c);
     const double size = length(normal);
-    for (const Shares& corners : places) {
+    for (const BarycentricWeights& corners : places) {
       Sample& sample = samples_.emplace_back();
       sample.point = a * corners[0] + b * corners[1] + c * corners[2];
       sample.normal = normal * (1 / size);
       // Each sampled triangle also represents the skipped ones.
-      sample.weight =
-          (all ? share_[i] : std::max(share_[i], step)) / static_cast<double>(places.size());
+      sample.weight = (all ? cumulative_weights_[i] : std::max(cumulative_weights_[i], step)) /
+                      static_cast<double>(places.size());
     }
   }
 }
@@ -322,23 +327,25 @@ double SurfaceFit::surely_within(const Sample& known, const Vec3d& point,
 void SurfaceFit::match(const std::vector<std::uint8_t>& is_movable,
                        const std::vector<Sample>& before, const std::vector<Vec3d>& points,
                        const std::vector<Triangle>& low, std::vector<Sample>& found) const {
-  std::vector<Vec3> floats(points.size());
-  std::transform(points.begin(), points.end(), floats.begin(), to_float);
-  const SurfaceDistance tree(floats, low);
-  std::vector<Triangle> moved;
+  std::vector<Vec3> single_positions(points.size());
+  std::transform(points.begin(), points.end(), single_positions.begin(), to_float);
+  const SurfaceDistance tree(single_positions, low);
+  std::vector<Triangle> movable_triangles;
   for (std::size_t t = 0; t < low.size(); ++t) {
-    if (is_movable[t] != 0) moved.push_back(low[t]);
+    if (is_movable[t] != 0) movable_triangles.push_back(low[t]);
   }
-  const bool all_move = moved.size() == low.size();
-  const SurfaceDistance moved_tree(floats, all_move ? std::span<const Triangle>() : moved);
+  const bool all_move = movable_triangles.size() == low.size();
+  const SurfaceDistance movable_tree(single_positions,
+                                     all_move ? std::span<const Triangle>() : movable_triangles);
   // True if a fixed triangle is nearer than all movable ones.
   const auto is_at_rest = [&](const Vec3& point, std::uint32_t triangle) {
     if (is_movable[triangle] != 0) return false;
     const Triangle& t = low[triangle];
-    const std::array<Vec3, 3> corners{floats[t[0]], floats[t[1]], floats[t[2]]};
+    const std::array<Vec3, 3> corners{single_positions[t[0]], single_positions[t[1]],
+                                      single_positions[t[2]]};
     const double distance = squared_to_triangle(to_double(point), corners.data(),
                                                 std::numeric_limits<double>::infinity());
-    return !moved_tree.is_within(point, distance);
+    return !movable_tree.is_within(point, distance);
   };
   found.resize(samples_.size());
   parallel_for(found.size(), 1024, [&](std::size_t begin, std::size_t end) {
@@ -356,7 +363,7 @@ void SurfaceFit::match(const std::vector<std::uint8_t>& is_movable,
       const std::array<Vec3d, 3> corners{points[t[0]], points[t[1]], points[t[2]]};
       const Vec3d normal = normal_of(corners[0], corners[1], corners[2]);
       if (!(dot(normal, s.normal) > kMinMatchCosine * length(normal))) s.weight = 0;
-      s.share = shares_at(s.point, corners);
+      s.share = nearest_barycentric(s.point, corners);
       s.weight *= 1 + kSideWeight * (1 - 27 * s.share[0] * s.share[1] * s.share[2]);
     }
   });
@@ -365,13 +372,13 @@ void SurfaceFit::match(const std::vector<std::uint8_t>& is_movable,
 void SurfaceFit::run(std::vector<Vec3d>& points, const std::vector<Triangle>& low,
                      std::span<const std::uint32_t> labels, std::span<const Quadric> planes,
                      bool draft) {
-  take_samples(wanted_for(low.size(), draft));
+  take_samples(sample_count_for(low.size(), draft));
   std::vector<Sample> found, before;
   const std::vector<Vec3d> collapsed_position = points;
-  const MovingMesh moving(points, low, height_field_);
-  const std::vector<std::uint8_t> is_movable = moving.is_movable();
+  const MovingMesh moving_mesh(points, low, height_field_);
+  const std::vector<std::uint8_t> is_movable = moving_mesh.is_movable();
   if (std::find(is_movable.begin(), is_movable.end(), 1) == is_movable.end()) return;
-  const std::vector<AcrossLines> lines = lines_of(points, low, labels);
+  const std::vector<AcrossLines> lines = label_lines_at_vertices(points, low, labels);
   for (int round = 0; round < (draft ? kDraftFitRounds : kFitRounds); ++round) {
     before.swap(found);
     match(is_movable, before, points, low, found);
@@ -379,34 +386,36 @@ void SurfaceFit::run(std::vector<Vec3d>& points, const std::vector<Triangle>& lo
         low.size(), found.size(), [&](std::size_t i) { return found[i].triangle; },
         [](std::size_t) { return std::uint64_t{0}; });
     for (std::uint32_t v = 0; v < points.size(); ++v) {
-      if (moving.fixed(v)) continue;
-      StepEquations equations;
+      if (moving_mesh.fixed(v)) continue;
+      StepEquations step_equations;
       const Sample* nearest = nullptr;
       double least = std::numeric_limits<double>::infinity();
-      for (const VertexLists::Item& corner : moving.corners(v)) {
+      for (const VertexLists::Item& corner : moving_mesh.corners(v)) {
         for (const VertexLists::Item& item : triangle_samples.of(corner.index / 3)) {
           const Sample& s = found[item.index];
           if (s.weight == 0) continue;
           const Vec3d offset = s.point - points[v];
           if (const double square = dot(offset, offset); square < least)
             least = square, nearest = &s;
-          equations.add(s.normal, s.point - place_of(s, points, low), s.share[corner.index % 3],
-                        s.weight);
+          step_equations.add(s.normal, s.point - place_of(s, points, low),
+                             s.share[corner.index % 3], s.weight);
         }
       }
-      if (!(equations.weight > 0)) continue;
+      if (!(step_equations.weight > 0)) continue;
       const double nearest_plane_weight =
-          height_field_ ? 0 : kNearestPlaneWeight * equations.weight;
-      equations.pull_to_plane(nearest->normal, nearest->point - points[v], nearest_plane_weight);
-      if (!planes.empty()) equations.pull_to_quadric(planes[v], collapsed_position[v], points[v]);
-      if (!lines.empty()) equations.restrict_to_lines(lines[v]);
-      Vec3d step = equations.step();
-      const double size = length(step), longest = moving.longest_step(v);
+          height_field_ ? 0 : kNearestPlaneWeight * step_equations.weight;
+      step_equations.pull_to_plane(nearest->normal, nearest->point - points[v],
+                                   nearest_plane_weight);
+      if (!planes.empty())
+        step_equations.pull_to_quadric(planes[v], collapsed_position[v], points[v]);
+      if (!lines.empty()) step_equations.restrict_to_lines(lines[v]);
+      Vec3d step = step_equations.step();
+      const double size = length(step), longest = moving_mesh.longest_step(v);
       if (!(size > 0)) continue;  // Also skips NaN.
       if (size > longest) step = step * (longest / size);
       for (const double part : {1.0, 0.5}) {
         const Vec3d target = snap_(points[v] + step * part);
-        if (!moving.allows(v, target)) continue;
+        if (!moving_mesh.allows_step(v, target)) continue;
         points[v] = target;
         break;
       }

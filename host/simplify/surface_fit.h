@@ -36,7 +36,7 @@ class SurfaceFit {
         snap_(std::move(snap)) {}
 
   /// Draws the samples for a low poly of `faces` triangles before run(), so that this may overlap other work.
-  void prepare(std::size_t faces) { take_samples(wanted_for(faces, /*draft=*/false)); }
+  void prepare(std::size_t faces) { take_samples(sample_count_for(faces, /*draft=*/false)); }
 
   /// Moves vertices of a low poly. Vertices on open edges, or on edges of more than two triangles, do not move. No
   /// triangle turns far, loses its area or (on a height field) faces down. Deterministic on any number of threads.
@@ -56,7 +56,7 @@ class SurfaceFit {
     std::uint32_t triangle = 0;
     std::array<double, 3> share{};  ///< Barycentric weights of the triangle's corners.
   };
-  static std::size_t wanted_for(std::size_t faces, bool draft);
+  static std::size_t sample_count_for(std::size_t faces, bool draft);
   void take_samples(std::size_t wanted);
   void set_weights();
   static Vec3d place_of(const Sample& s, const std::vector<Vec3d>& points,
@@ -71,9 +71,10 @@ class SurfaceFit {
   std::span<const Triangle> triangles_;
   bool height_field_;
   Snap snap_;
-  std::vector<double> share_;  ///< Cumulative weights of triangles; empty until first use
+  std::vector<double>
+      cumulative_weights_;  ///< Cumulative weights of triangles; empty until first use
   std::vector<Sample> samples_;
-  std::size_t wanted_ = 0;  ///< Number of samples requested for samples_.
+  std::size_t requested_samples_ = 0;  ///< Number of samples requested for samples_.
 };
 
 }  // namespace kiln

@@ -45,7 +45,7 @@ Rgba linear_of(const std::array<std::uint8_t, 4>& color) {
 }
 
 /// Area and normals of the faces around each vertex.
-struct Surroundings {
+struct VertexSurroundings {
   std::vector<double> area;  ///< A third of the triangles' area; 0 if a corner is not finite.
   std::vector<Vec3d>
       facing;  ///< Sum of cross products; about 0 where a vertex belongs to both sides of a sheet
@@ -58,8 +58,9 @@ struct Surroundings {
   }
 };
 
-Surroundings surroundings_of_vertices(const Mesh& high, const std::vector<Vec3>& positions) {
-  Surroundings around{std::vector<double>(positions.size()), std::vector<Vec3d>(positions.size())};
+VertexSurroundings surroundings_of_vertices(const Mesh& high, const std::vector<Vec3>& positions) {
+  VertexSurroundings around{std::vector<double>(positions.size()),
+                            std::vector<Vec3d>(positions.size())};
   for (const Triangle& t : high.triangles) {
     const Vec3d facing = face_of(positions, t);
     const double area = length(facing) / 6;
@@ -75,7 +76,7 @@ Surroundings surroundings_of_vertices(const Mesh& high, const std::vector<Vec3>&
 std::vector<ColoredPlace> places_of(const Mesh& high, const Mesh& low) {
   const Frame frame = Frame::of(high);
   const std::vector<Vec3> high_points = frame.to_frame(high), low_points = frame.to_frame(low);
-  const Surroundings around = surroundings_of_vertices(high, high_points);
+  const VertexSurroundings around = surroundings_of_vertices(high, high_points);
   const SurfaceDistance surface(low_points, low.triangles);
   const TwoSided sides = TwoSided::of(low);
   const std::size_t most = std::max(kMinPlaces, kPlacesPerVertex * low.positions.size());
@@ -151,7 +152,7 @@ void fill_uncolored(const Mesh& low, VertexColors& vertices) {
       if (count[v] == 0) continue;
       const auto row = static_cast<Eigen::Index>(v);
       mean.row(row) = sum.row(row) / count[v];
-      weight[v] = 1e-30;  // A tiny weight stands for "coloured".
+      weight[v] = 1e-30;  // A tiny weight marks the vertex as coloured.
       any_filled = true;
     }
   }
@@ -187,7 +188,7 @@ Colors fit(const std::vector<ColoredPlace>& places, const VertexColors& vertices
   return solver.solveWithGuess(right, vertices.nearest);
 }
 
-std::uint8_t byte_of(double value) {
+std::uint8_t to_byte(double value) {
   return static_cast<std::uint8_t>(std::lround(255 * std::clamp(value, 0.0, 1.0)));
 }
 
@@ -209,9 +210,9 @@ void transfer_colors(const Mesh& high, Mesh& low) {
     const Rgba color = colors.row(static_cast<Eigen::Index>(v)).transpose().array();
     for (std::size_t k = 0; k < 3; ++k) {
       const auto channel = static_cast<float>(color[static_cast<Eigen::Index>(k)]);
-      low.colors[v][k] = byte_of(to_srgb(channel));
+      low.colors[v][k] = to_byte(to_srgb(channel));
     }
-    low.colors[v][3] = byte_of(color[3]);
+    low.colors[v][3] = to_byte(color[3]);
   }
 }
 

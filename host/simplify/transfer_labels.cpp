@@ -15,12 +15,12 @@
 namespace kiln {
 namespace {
 
-using Names = std::vector<std::uint32_t>;
+using NameIndices = std::vector<std::uint32_t>;
 
 constexpr std::size_t kNamesPerTask = 256;
 
 /// True if not all triangles have the same name.
-bool have_several_names(const Names& names) {
+bool have_several_names(const NameIndices& names) {
   return std::any_of(names.begin(), names.end(),
                      [&](std::uint32_t name) { return name != names.front(); });
 }
@@ -66,14 +66,14 @@ std::vector<std::array<std::uint32_t, 4>> nearest_of(const Mesh& high, const Mes
 }
 
 /// The majority of four names; the first on a tie.
-std::uint32_t majority_of(const std::array<std::uint32_t, 4>& nearest, const Names& names) {
+std::uint32_t majority_of(const std::array<std::uint32_t, 4>& nearest, const NameIndices& names) {
   std::uint32_t best = names[nearest[0]];
-  std::ptrdiff_t votes = 0;
+  std::ptrdiff_t most_votes = 0;
   for (const std::uint32_t t : nearest) {
     const auto count = std::count_if(nearest.begin(), nearest.end(),
                                      [&](std::uint32_t other) { return names[other] == names[t]; });
-    if (count > votes) {
-      votes = count;
+    if (count > most_votes) {
+      most_votes = count;
       best = names[t];
     }
   }
@@ -84,17 +84,17 @@ std::uint32_t majority_of(const std::array<std::uint32_t, 4>& nearest, const Nam
 
 void transfer_labels(const Mesh& high, Mesh& low) {
   struct Kind {
-    const Names& from;
-    Names& to;
+    const NameIndices& from;
+    NameIndices& to;
     const std::vector<std::string>& names;
     std::vector<std::string>& names_to;
   };
-  const std::array<Kind, 3> kinds = {
+  const std::array<Kind, 3> name_kinds = {
       Kind{high.groups, low.groups, high.group_names, low.group_names},
       Kind{high.objects, low.objects, high.object_names, low.object_names},
       Kind{high.materials, low.materials, high.material_names, low.material_names}};
   std::vector<std::array<std::uint32_t, 4>> nearest;
-  for (const Kind& kind : kinds) {
+  for (const Kind& kind : name_kinds) {
     if (kind.from.size() != high.triangles.size() || !kind.to.empty()) continue;
     kind.names_to = kind.names;
     kind.to.assign(low.triangles.size(), kind.from.front());

@@ -17,7 +17,7 @@ constexpr double kUvWeight = 0.02;
 constexpr double kSeamWeight = 10;
 /// Limit of a UV triangle's doubled area over its squared longest side, below which it may not get worse.
 constexpr double kMinUvShape = 1e-3;
-constexpr std::uint8_t kInside = 0, kLine = 2, kCorner = 3;
+constexpr std::uint8_t kInsideVertex = 0, kLineVertex = 2, kCornerVertex = 3;
 
 double squared(const Vec2& a, const Vec2& b) {
   const double x = double{b.x} - a.x, y = double{b.y} - a.y;
@@ -35,7 +35,7 @@ double uv_shape(const std::array<Vec2, 3>& p) {
   return longest > 0 ? doubled_area(p) / longest : 0;
 }
 
-double axis_of(const Vec2& uv, std::size_t axis) { return axis == 0 ? uv.x : uv.y; }
+double uv_component(const Vec2& uv, std::size_t axis) { return axis == 0 ? uv.x : uv.y; }
 
 /// Gradients of a triangle's barycentric coordinates. False if it has no area.
 bool corner_gradients(const std::array<Vec3d, 3>& p, std::array<Vec3d, 3>& gradients,
@@ -52,7 +52,7 @@ bool corner_gradients(const std::array<Vec3d, 3>& p, std::array<Vec3d, 3>& gradi
 
 }  // namespace
 
-UvSeamConstraint::Attributes& UvSeamConstraint::Attributes::operator+=(const Attributes& o) {
+UvSeamConstraint::UvErrorSums& UvSeamConstraint::UvErrorSums::operator+=(const UvErrorSums& o) {
   for (std::size_t i = 0; i < 2; ++i) {
     linear[i] += o.linear[i];
     gradient[i] += o.gradient[i];
@@ -63,31 +63,32 @@ UvSeamConstraint::Attributes& UvSeamConstraint::Attributes::operator+=(const Att
 }
 
 /// The UV coordinate at a point that minimizes the summed squared errors of the affine maps.
-double UvSeamConstraint::Attributes::best(std::size_t axis, const Vec3d& p) const {
+double UvSeamConstraint::UvErrorSums::best(std::size_t axis, const Vec3d& p) const {
   return (dot(gradient[axis], p) + offset[axis]) / weight;
 }
 
 UvSeamConstraint::UvSeamConstraint(const CollapseMesh& mesh, Layout layout)
     : layout_(std::move(layout)),
-      copies_(layout_.uvs, layout_.corners),
+      layout_copies_(layout_.uvs, layout_.corners),
       vertex_of_(layout_.uvs.size(), kNoVertex),
-      borders_({}, {}, {}, {}, copies_),
-      attributes_(layout_.uvs.size()) {
+      chart_borders_({}, {}, {}, {}, layout_copies_),
+      uv_error_sums_(layout_.uvs.size()) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) vertex_of_[layout_.corners[t][k]] = mesh.triangles[t][k];
   }
   const std::vector<std::uint64_t> edges = mesh.edges();
   classify(mesh, edges);
-  std::vector<std::uint8_t> on_border(layout_.uvs.size(), 0);
+  std::vector<std::uint8_t> is_on_border(layout_.uvs.size(), 0);
   for (const std::uint64_t edge : edges) {
     const auto a = static_cast<std::uint32_t>(edge >> 32), b = static_cast<std::uint32_t>(edge);
     if (!is_uv_border(mesh, a, b)) continue;
     mesh.each_on_edge(a, b, [&](std::uint32_t t) {
-      on_border[corner_at(mesh, t, a)] = on_border[corner_at(mesh, t, b)] = 1;
+      is_on_border[corner_at(mesh, t, a)] = is_on_border[corner_at(mesh, t, b)] = 1;
     });
   }
-  borders_ = LayoutBorders(layout_.uvs, layout_.corners, layout_.charts, on_border, copies_);
-  add_attributes(mesh);
+  chart_borders_ =
+      LayoutBorders(layout_.uvs, layout_.corners, layout_.charts, is_on_border, layout_copies_);
+  add_uv_errors(mesh);
 }
 
 /// Classifies each vertex by the seams and group borders that meet there.
@@ -106,11 +107,11 @@ void UvSeamConstraint::classify(const CollapseMesh& mesh, std::span<const std::u
   for (std::size_t v = 0; v < lines.size(); ++v) {
     // A vertex where a seam ends at a group border is a corner of both lines.
     const bool is_on_line = lines[v] == 2 && seams[v] != 1;
-    vertex_class_[v] = lines[v] == 0 ? kInside : is_on_line ? kLine : kCorner;
+    vertex_class_[v] = lines[v] == 0 ? kInsideVertex : is_on_line ? kLineVertex : kCornerVertex;
   }
 }
 
-void UvSeamConstraint::add_attributes(const CollapseMesh& mesh) {
+void UvSeamConstraint::add_uv_errors(const CollapseMesh& mesh) {
   double surface = 0, layout = 0;
   std::array<Vec3d, 3> p{}, gradients{};
   std::array<Vec2, 3> uv;
@@ -130,19 +131,19 @@ void UvSeamConstraint::add_attributes(const CollapseMesh& mesh) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     double area = 0;
     if (!load(t) || !corner_gradients(p, gradients, area)) continue;
-    Attributes contribution;
+    UvErrorSums contribution;
     contribution.weight = area / 3;
     for (std::size_t axis = 0; axis < 2; ++axis) {
       Vec3d gradient{};
       for (std::size_t k = 0; k < 3; ++k) {
-        gradient += gradients[k] * (scale_ * axis_of(uv[k], axis));
+        gradient += gradients[k] * (scale_ * uv_component(uv[k], axis));
       }
-      const double offset = scale_ * axis_of(uv[0], axis) - dot(gradient, p[0]);
+      const double offset = scale_ * uv_component(uv[0], axis) - dot(gradient, p[0]);
       contribution.linear[axis].add_linear(gradient, offset, contribution.weight);
       contribution.gradient[axis] = gradient * contribution.weight;
       contribution.offset[axis] = offset * contribution.weight;
     }
-    for (const std::uint32_t corner : layout_.corners[t]) attributes_[corner] += contribution;
+    for (const std::uint32_t corner : layout_.corners[t]) uv_error_sums_[corner] += contribution;
   }
 }
 
@@ -150,7 +151,8 @@ void UvSeamConstraint::add_attributes(const CollapseMesh& mesh) {
 void UvSeamConstraint::add_planes(const CollapseMesh& mesh, std::vector<Quadric>& quadrics) const {
   for (const std::uint64_t edge : mesh.edges()) {
     const auto a = static_cast<std::uint32_t>(edge >> 32), b = static_cast<std::uint32_t>(edge);
-    if (vertex_class_[a] == kInside || vertex_class_[b] == kInside || !is_line(mesh, a, b))
+    if (vertex_class_[a] == kInsideVertex || vertex_class_[b] == kInsideVertex ||
+        !is_line(mesh, a, b))
       continue;
     std::uint32_t sides = 0;
     mesh.each_on_edge(a, b, [&](std::uint32_t) { ++sides; });
@@ -229,7 +231,7 @@ UvSeamConstraint::Plan UvSeamConstraint::plan(const CollapseMesh& mesh, std::uin
     plan = {Plan::Kind::onto, gone, kept, {}, 0};
     if (!pair_corners(mesh, plan)) plan.kind = Plan::Kind::none;
   };
-  if (vertex_class_[a] == kInside && vertex_class_[b] == kInside) {
+  if (vertex_class_[a] == kInsideVertex && vertex_class_[b] == kInsideVertex) {
     if (anchor != Anchor::none) {
       anchor == Anchor::first ? onto(b, a) : onto(a, b);
     } else {
@@ -245,25 +247,27 @@ UvSeamConstraint::Plan UvSeamConstraint::plan(const CollapseMesh& mesh, std::uin
     }
     return plan;
   }
-  const bool along = vertex_class_[a] != kInside && vertex_class_[b] != kInside;
+  const bool along = vertex_class_[a] != kInsideVertex && vertex_class_[b] != kInsideVertex;
   if (along && !is_line(mesh, a, b)) return plan;
-  const bool a_may_go = vertex_class_[a] == kInside || (along && vertex_class_[a] == kLine);
-  const bool b_may_go = vertex_class_[b] == kInside || (along && vertex_class_[b] == kLine);
+  const bool a_may_go =
+      vertex_class_[a] == kInsideVertex || (along && vertex_class_[a] == kLineVertex);
+  const bool b_may_go =
+      vertex_class_[b] == kInsideVertex || (along && vertex_class_[b] == kLineVertex);
   if (a_may_go && anchor != Anchor::first) onto(a, b);
   if (!b_may_go || anchor == Anchor::second) return plan;
-  const Plan other = plan;
+  const Plan reverse_plan = plan;
   onto(b, a);
-  if (other.kind == Plan::Kind::none) return plan;
+  if (reverse_plan.kind == Plan::Kind::none) return plan;
   // All copies collapse in the same direction.
   const int goes = rank(plan.pairs[0].gone), stays = rank(plan.pairs[0].kept);
-  if (goes != stays) return goes < stays ? plan : other;
-  if (has_copies(plan) || has_copies(other)) {
-    const auto key = [&](const Plan& p) { return copies_.first(p.pairs[0].kept); };
-    return key(other) < key(plan) ? other : plan;
+  if (goes != stays) return goes < stays ? plan : reverse_plan;
+  if (has_copies(plan) || has_copies(reverse_plan)) {
+    const auto key = [&](const Plan& p) { return layout_copies_.first(p.pairs[0].kept); };
+    return key(reverse_plan) < key(plan) ? reverse_plan : plan;
   }
   // Chooses the cheaper direction. On a straight line, the cost of the shape hardly depends on the direction.
-  const Quadric keeps_b = cost_of(other), keeps_a = cost_of(plan);
-  return keeps_b.at(mesh.points[b]) < keeps_a.at(mesh.points[a]) ? other : plan;
+  const Quadric keeps_b = cost_of(reverse_plan), keeps_a = cost_of(plan);
+  return keeps_b.at(mesh.points[b]) < keeps_a.at(mesh.points[a]) ? reverse_plan : plan;
 }
 
 /// The error of UVs as a quadric of the merged vertex's position.
@@ -271,8 +275,8 @@ Quadric UvSeamConstraint::cost_of(const Plan& plan) const {
   const double weight = kUvWeight;
   Quadric cost;
   for (std::size_t i = 0; i < plan.count; ++i) {
-    Attributes sum = attributes_[plan.pairs[i].gone];
-    sum += attributes_[plan.pairs[i].kept];
+    UvErrorSums sum = uv_error_sums_[plan.pairs[i].gone];
+    sum += uv_error_sums_[plan.pairs[i].kept];
     if (!(sum.weight > 0)) continue;
     for (std::size_t axis = 0; axis < 2; ++axis) {
       Quadric part = sum.linear[axis];
@@ -281,7 +285,7 @@ Quadric UvSeamConstraint::cost_of(const Plan& plan) const {
         // Hoppe 1999, section 3, with the UV eliminated: it takes its best value at each position.
         part.add_linear(sum.gradient[axis], sum.offset[axis], -1 / sum.weight);
       } else {
-        const double value = scale_ * axis_of(layout_.uvs[plan.pairs[i].kept], axis);
+        const double value = scale_ * uv_component(layout_.uvs[plan.pairs[i].kept], axis);
         const Vec3d step = sum.gradient[axis] * -value;
         part.x += step.x, part.y += step.y, part.z += step.z;
         part.c += value * (sum.weight * value - 2 * sum.offset[axis]);
@@ -310,15 +314,15 @@ std::optional<Vec3d> UvSeamConstraint::place(const CollapseMesh& mesh, std::uint
 Vec2 UvSeamConstraint::uv_at(const Plan& plan, const Vec3d& target) const {
   const Vec2 &a = layout_.uvs[plan.pairs[0].gone], &b = layout_.uvs[plan.pairs[0].kept];
   if (plan.kind == Plan::Kind::onto) return b;
-  if (const auto moved = moved_.find(plan.pairs[0].kept); moved != moved_.end()) {
+  if (const auto moved = moved_uvs_.find(plan.pairs[0].kept); moved != moved_uvs_.end()) {
     return moved->second;
   }
-  Attributes sum = attributes_[plan.pairs[0].gone];
-  sum += attributes_[plan.pairs[0].kept];
+  UvErrorSums sum = uv_error_sums_[plan.pairs[0].gone];
+  sum += uv_error_sums_[plan.pairs[0].kept];
   if (!(sum.weight > 0)) return b;
   std::array<float, 2> uv{};
   for (std::size_t axis = 0; axis < 2; ++axis) {
-    const auto [low, high] = std::minmax({axis_of(a, axis), axis_of(b, axis)});
+    const auto [low, high] = std::minmax({uv_component(a, axis), uv_component(b, axis)});
     const double room = std::sqrt(squared(a, b)) / 2;
     uv[axis] =
         static_cast<float>(std::clamp(sum.best(axis, target) / scale_, low - room, high + room));
@@ -381,8 +385,8 @@ bool UvSeamConstraint::keeps_line(const CollapseMesh& mesh, const Plan& plan) co
     const std::uint32_t corner = corner_at(mesh, t, plan.gone);
     for (std::size_t i = 0; i < plan.count; ++i) {
       if (plan.pairs[i].gone != corner) continue;
-      free = free &&
-             borders_.free(layout_.uvs, corner_at(mesh, t, before), corner, plan.pairs[i].kept);
+      free = free && chart_borders_.free(layout_.uvs, corner_at(mesh, t, before), corner,
+                                         plan.pairs[i].kept);
     }
   });
   return free;
@@ -395,7 +399,7 @@ bool UvSeamConstraint::keeps(const CollapseMesh& mesh, std::uint32_t a, std::uin
   const Vec2 uv = uv_at(chosen, target);
   if (!keeps_uvs(mesh, chosen.gone, chosen, uv)) return false;
   if (chosen.kind == Plan::Kind::inside) return keeps_uvs(mesh, chosen.kept, chosen, uv);
-  return vertex_class_[chosen.gone] == kInside || keeps_line(mesh, chosen);
+  return vertex_class_[chosen.gone] == kInsideVertex || keeps_line(mesh, chosen);
 }
 
 void UvSeamConstraint::collapse(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
@@ -404,9 +408,9 @@ void UvSeamConstraint::collapse(const CollapseMesh& mesh, std::uint32_t a, std::
   const Vec2 uv = uv_at(chosen, target);
   for (std::size_t i = 0; i < chosen.count; ++i) {
     const Pair& pair = chosen.pairs[i];
-    attributes_[pair.kept] += attributes_[pair.gone];
+    uv_error_sums_[pair.kept] += uv_error_sums_[pair.gone];
     if (chosen.kind == Plan::Kind::inside) layout_.uvs[pair.kept] = uv;
-    if (pair.gone != pair.kept) borders_.remove(pair.gone);
+    if (pair.gone != pair.kept) chart_borders_.remove(pair.gone);
   }
   mesh.each_around(chosen.gone, [&](std::uint32_t t) {
     for (std::size_t k = 0; k < 3; ++k) {
@@ -418,7 +422,7 @@ void UvSeamConstraint::collapse(const CollapseMesh& mesh, std::uint32_t a, std::
       }
     }
   });
-  if (copies_.any()) {
+  if (layout_copies_.any()) {
     for (const std::uint32_t end : {chosen.gone, chosen.kept}) {
       mesh.each_around(end, [&](std::uint32_t t) { vertex_of_[corner_at(mesh, t, end)] = kept; });
     }
@@ -427,12 +431,12 @@ void UvSeamConstraint::collapse(const CollapseMesh& mesh, std::uint32_t a, std::
 }
 
 int UvSeamConstraint::rank(std::uint32_t uv) const {
-  return copies_.on_fold(uv) ? 2 : copies_.has(uv) ? 1 : 0;
+  return layout_copies_.on_fold(uv) ? 2 : layout_copies_.has(uv) ? 1 : 0;
 }
 
 bool UvSeamConstraint::has_copies(const Plan& plan) const {
   for (std::size_t i = 0; i < plan.count; ++i) {
-    if (copies_.has(plan.pairs[i].gone)) return true;
+    if (layout_copies_.has(plan.pairs[i].gone)) return true;
   }
   return false;
 }
@@ -440,7 +444,7 @@ bool UvSeamConstraint::has_copies(const Plan& plan) const {
 /// Collapses that must happen together because they move copies of the same corners. Lookups take constant time, so
 /// that the time for a group is linear in the number of copies.
 struct UvSeamConstraint::TwinGroup {
-  std::vector<Plan> steps;
+  std::vector<Plan> planned_collapses;
   /// Maps each removed vertex to the vertex that replaces it.
   std::unordered_map<std::uint32_t, std::uint32_t> kept_of;
   std::unordered_set<std::uint32_t> kept;  ///< Vertices that replace removed ones
@@ -449,7 +453,7 @@ struct UvSeamConstraint::TwinGroup {
   std::unordered_set<std::uint64_t> complete_pairs;
 
   void add(const Plan& step) {
-    steps.push_back(step);
+    planned_collapses.push_back(step);
     kept_of.emplace(step.gone, step.kept);
     kept.insert(step.kept);
   }
@@ -470,8 +474,9 @@ std::uint32_t UvSeamConstraint::find_twin_corner(const CollapseMesh& mesh, std::
     const Triangle& c = layout_.corners[t];
     if (std::find(c.begin(), c.end(), gone) == c.end()) return;
     for (const std::uint32_t other : c) {
-      if (other == found || copies_.first(other) != copies_.first(pair.kept)) continue;
-      if (other == pair.kept && !copies_.on_fold(other)) continue;
+      if (other == found || layout_copies_.first(other) != layout_copies_.first(pair.kept))
+        continue;
+      if (other == pair.kept && !layout_copies_.on_fold(other)) continue;
       if (!mesh.contains(t, vertex_of_[other])) continue;
       if (found != kNoVertex) is_unique = false;
       if (found == kNoVertex || order(other) > order(found)) found = other;
@@ -483,7 +488,7 @@ std::uint32_t UvSeamConstraint::find_twin_corner(const CollapseMesh& mesh, std::
 /// Adds to the group the collapses that must happen together with collapse `of`, because they move copies of the same
 /// corners. False if a copy has no edge there, or cannot collapse in the same direction.
 bool UvSeamConstraint::add_twins(const CollapseMesh& mesh, TwinGroup& group, std::size_t of) const {
-  const Plan::Kind kind = group.steps[of].kind;
+  const Plan::Kind kind = group.planned_collapses[of].kind;
   const auto add = [&](std::uint32_t gone, std::uint32_t kept) {
     if (const auto known = group.kept_of.find(gone); known != group.kept_of.end()) {
       return known->second == kept;
@@ -498,15 +503,15 @@ bool UvSeamConstraint::add_twins(const CollapseMesh& mesh, TwinGroup& group, std
     group.add(is_consistent);
     return true;
   };
-  for (std::size_t i = 0; i < group.steps[of].count; ++i) {
-    const Pair pair = group.steps[of].pairs[i];
+  for (std::size_t i = 0; i < group.planned_collapses[of].count; ++i) {
+    const Pair pair = group.planned_collapses[of].pairs[i];
     const std::uint64_t key =
-        std::uint64_t{copies_.first(pair.gone)} << 32 | copies_.first(pair.kept);
+        std::uint64_t{layout_copies_.first(pair.gone)} << 32 | layout_copies_.first(pair.kept);
     if (group.complete_pairs.contains(key)) continue;
     bool is_unique = true;
     std::size_t found = 0, moved = 0;
     std::unordered_set<std::uint32_t> kept_corners{pair.kept};
-    const bool added = copies_.all_of(pair.gone, [&](std::uint32_t gone) {
+    const bool added = layout_copies_.all_of(pair.gone, [&](std::uint32_t gone) {
       const std::uint32_t kept = find_twin_corner(mesh, gone, pair, is_unique);
       ++found;
       is_unique = is_unique && kept_corners.insert(kept).second;
@@ -514,7 +519,7 @@ bool UvSeamConstraint::add_twins(const CollapseMesh& mesh, TwinGroup& group, std
     });
     if (!added) return false;
     if (kind == Plan::Kind::inside) {
-      copies_.all_of(pair.kept, [&](std::uint32_t) { return ++moved <= found; });
+      layout_copies_.all_of(pair.kept, [&](std::uint32_t) { return ++moved <= found; });
       if (moved != found) return false;
     }
     if (is_unique) group.complete_pairs.insert(key);
@@ -525,8 +530,8 @@ bool UvSeamConstraint::add_twins(const CollapseMesh& mesh, TwinGroup& group, std
 bool UvSeamConstraint::find_twins(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
                                   Anchor anchor, const Vec3d& target,
                                   std::vector<std::array<std::uint32_t, 2>>& twins) {
-  moved_.clear();
-  if (!copies_.any()) return true;
+  moved_uvs_.clear();
+  if (!layout_copies_.any()) return true;
   const Plan lead = plan(mesh, a, b, anchor);
   for (std::size_t i = 0; i < lead.count; ++i) {
     const Pair& pair = lead.pairs[i];
@@ -537,17 +542,17 @@ bool UvSeamConstraint::find_twins(const CollapseMesh& mesh, std::uint32_t a, std
   if (anchor != Anchor::none) return false;
   TwinGroup group;
   group.add(lead);
-  for (std::size_t i = 0; i < group.steps.size(); ++i) {
+  for (std::size_t i = 0; i < group.planned_collapses.size(); ++i) {
     if (!add_twins(mesh, group, i)) return false;
   }
   const Vec2 from = layout_.uvs[lead.pairs[0].kept], to = uv_at(lead, target);
-  for (std::size_t i = 1; i < group.steps.size(); ++i) {
-    const Plan& twin = group.steps[i];
+  for (std::size_t i = 1; i < group.planned_collapses.size(); ++i) {
+    const Plan& twin = group.planned_collapses[i];
     twins.push_back({twin.kept, twin.gone});  // plan() removes the second vertex of an edge.
     if (twin.kind != Plan::Kind::inside) continue;
     const std::uint32_t corner = twin.pairs[0].kept;
     const Vec2& old_uv = layout_.uvs[corner];
-    moved_.emplace(corner, Vec2{old_uv.x + (to.x - from.x), old_uv.y + (to.y - from.y)});
+    moved_uvs_.emplace(corner, Vec2{old_uv.x + (to.x - from.x), old_uv.y + (to.y - from.y)});
   }
   return true;
 }

@@ -49,7 +49,7 @@ class UvSeamConstraint : public CollapseConstraint {
                 const Vec3d& target, std::uint32_t kept) override;
   bool find_twins(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, Anchor anchor,
                   const Vec3d& target, std::vector<std::array<std::uint32_t, 2>>& twins) override;
-  void end_twins() override { moved_.clear(); }
+  void end_twins() override { moved_uvs_.clear(); }
   bool may_move(const CollapseMesh& mesh, std::uint32_t vertex, const Vec3d& target) const override;
 
   /// The current layout; its corners are indexed by the triangles that the constructor received.
@@ -57,12 +57,12 @@ class UvSeamConstraint : public CollapseConstraint {
 
  private:
   /// Sums, weighted by area, of squared errors of affine maps from position to UV.
-  struct Attributes {
+  struct UvErrorSums {
     std::array<Quadric, 2> linear;    ///< For u and v each: sum of w (g . p + d)^2
     std::array<Vec3d, 2> gradient{};  ///< sum of w g, with w, g, d as in `linear`
-    std::array<double, 2> offset{};   ///< sum of w d
+    std::array<double, 2> offset{};   ///< sum of w d, with w and d as in `linear`
     double weight = 0;
-    Attributes& operator+=(const Attributes& other);
+    UvErrorSums& operator+=(const UvErrorSums& other);
     double best(std::size_t axis, const Vec3d& p) const;
   };
   /// A pair of corners that merge: `gone` is replaced by `kept`.
@@ -80,7 +80,7 @@ class UvSeamConstraint : public CollapseConstraint {
   bool is_uv_border(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b) const;
   std::uint32_t corner_at(const CollapseMesh& mesh, std::uint32_t t, std::uint32_t vertex) const;
   void classify(const CollapseMesh& mesh, std::span<const std::uint64_t> edges);
-  void add_attributes(const CollapseMesh& mesh);
+  void add_uv_errors(const CollapseMesh& mesh);
   Plan plan(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, Anchor anchor) const;
   bool pair_corners(const CollapseMesh& mesh, Plan& plan) const;
   Quadric cost_of(const Plan& plan) const;
@@ -99,11 +99,11 @@ class UvSeamConstraint : public CollapseConstraint {
   bool add_twins(const CollapseMesh& mesh, TwinGroup& group, std::size_t of) const;
 
   Layout layout_;
-  LayoutCopies copies_;
-  std::vector<std::uint32_t> vertex_of_;           ///< Vertex of each UV.
-  std::unordered_map<std::uint32_t, Vec2> moved_;  ///< New UVs of copies during a collapse
-  LayoutBorders borders_;
-  std::vector<Attributes> attributes_;  ///< Error sums of each UV.
+  LayoutCopies layout_copies_;
+  std::vector<std::uint32_t> vertex_of_;               ///< Vertex of each UV.
+  std::unordered_map<std::uint32_t, Vec2> moved_uvs_;  ///< New UVs of copies during a collapse
+  LayoutBorders chart_borders_;
+  std::vector<UvErrorSums> uv_error_sums_;  ///< Error sums of each UV.
   std::vector<std::uint8_t>
       vertex_class_;  ///< kInside; kLine: may move along a line only; or kCorner: fixed
   double scale_ = 1;  ///< Length of a UV unit on the surface.

@@ -27,8 +27,8 @@ void check(const kiln::Mesh& low, const kiln::Mesh& cage, bool image) {
   const std::size_t count = 3 * low.triangles.size();
   const bool hull = corners.kind == kiln::CageKind::hull;
   const bool shells = corners.kind == kiln::CageKind::shells;
-  if (hull != (corners.hull != nullptr) || corners.outer.size() != (hull ? 0 : count) ||
-      corners.inner.size() != (shells ? count : 0) || (image && !shells)) {
+  if (hull != (corners.hull != nullptr) || corners.outer_corners.size() != (hull ? 0 : count) ||
+      corners.inner_corners.size() != (shells ? count : 0) || (image && !shells)) {
     std::abort();
   }
 }

@@ -42,7 +42,7 @@ std::shared_ptr<const Image> shared(Image image) {
 }
 
 float mean_of(const FilteredTexture& texture, double u, double v,
-              const FilteredTexture::Sides& sides) {
+              const FilteredTexture::ParallelogramSides& sides) {
   float value[4] = {};
   texture.mean(u, v, sides, value);
   return value[0];
@@ -99,7 +99,7 @@ TEST(TextureFilter, ThinAreasOfTwoLongSidesAreNotBlurred) {
   }
   const FilteredTexture texture(shared(stripes), TextureKind::linear);
   // x - y is the same along a side of (60, 60) texels, and differs by 3 along one of (60, 63).
-  const FilteredTexture::Sides sides{
+  const FilteredTexture::ParallelogramSides sides{
       {{60.0 / kSide, -60.0 / kSide}, {60.0 / kSide, -63.0 / kSide}}};
   for (int stripe = 0; stripe < 16; ++stripe) {
     const double x = 128, y = x + kSide - 16 * stripe - 8;  // in the stripe's middle
@@ -255,7 +255,7 @@ TEST(TextureFilter, TransparentTexelsHaveNoWeight) {
     EXPECT_TRUE(weighted.is_weighted());
     for (const double texels : {1e-3, 2.0, 7.0, 40.0, 300.0}) {
       float with[4] = {}, without[4] = {};
-      const FilteredTexture::Sides sides = {{{texels / 64, 0}, {0, texels / 64}}};
+      const FilteredTexture::ParallelogramSides sides = {{{texels / 64, 0}, {0, texels / 64}}};
       weighted.mean(0.5 + 1.5 / 64, 0.4, sides, with);
       plain.mean(0.5 + 1.5 / 64, 0.4, sides, without);
       EXPECT_NEAR(with[0], from_srgb(0.5), 1e-5) << texels;
@@ -310,7 +310,7 @@ TEST(TextureFilter, EmptyTexelsShowWhereNothingElseDoes) {
     const FilteredTexture filled(shared(image), TextureKind::linear, {.empty = &empty});
     for (const double texels : {1e-3, 3.0, 20.0}) {
       float value[4] = {};
-      const FilteredTexture::Sides sides = {{{texels / 64, 0}, {0, texels / 64}}};
+      const FilteredTexture::ParallelogramSides sides = {{{texels / 64, 0}, {0, texels / 64}}};
       filled.mean(0.5, 0.4, sides, value);  // on the border
       EXPECT_NEAR(value[0], 0.8, 1e-4) << channels << " " << texels;
       filled.mean(0.8, 0.4, {{{1e-3, 0}, {0, 1e-3}}}, value);  // far out

@@ -57,21 +57,21 @@ Frame frame_of(const Mesh& mesh) { return Frame::of(mesh); }
 void expect_moved(const Mesh& low, const Mesh& cage, float away) {
   const Frame frame = frame_of(low);
   const CageCorners read = read_cage(low, cage, frame);
-  ASSERT_EQ(read.kind, CageKind::offsets) << (read.hull ? read.hull->misfit : "");
+  ASSERT_EQ(read.kind, CageKind::offsets) << (read.hull ? read.hull->mismatch : "");
   Mesh moved = low;
   for (Vec3& p : moved.positions) p = {p.x + away, p.y + away, p.z + away};
   const std::vector<Vec3> wanted = frame.to_frame(moved);
   for (std::size_t t = 0; t < low.triangles.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
-      EXPECT_EQ(read.outer[3 * t + k], wanted[low.triangles[t][k]]) << t << ", " << k;
+      EXPECT_EQ(read.outer_corners[3 * t + k], wanted[low.triangles[t][k]]) << t << ", " << k;
     }
   }
 }
 
-std::string misfit(const Mesh& low, const Mesh& cage) {
+std::string mismatch(const Mesh& low, const Mesh& cage) {
   const CageCorners read = read_cage(low, cage, frame_of(low));
   EXPECT_EQ(read.kind, CageKind::hull);
-  return read.hull ? read.hull->misfit : "";
+  return read.hull ? read.hull->mismatch : "";
 }
 
 TEST(CageCopy, IsCutAsTheLowPoly) {
@@ -125,7 +125,7 @@ TEST(CageCopy, PairsPartsWithoutNamesByTheirPlaces) {
     }
     expect_moved(read(obj(many, 0, false), "low.obj"), cage(swapped), 0.5F);
     // If one is nearest to two parts, nothing says which is which.
-    EXPECT_EQ(misfit(low, cage({{"", 16, 0.5}, {"", 16.25, 0.5}, {"", 15.75, 0.5}})),
+    EXPECT_EQ(mismatch(low, cage({{"", 16, 0.5}, {"", 16.25, 0.5}, {"", 15.75, 0.5}})),
               "in the order of their faces, its vertices do not lie where the low poly's do");
   }
   // Names that say otherwise have the last word.
@@ -139,16 +139,16 @@ TEST(CageCopy, PairsPartsWithoutNamesByTheirPlaces) {
 
 TEST(CageCopy, SaysWhatDoesNotFit) {
   const Mesh low = read(obj({{"a", 0}, {"b", 8}}), "low.obj");
-  EXPECT_EQ(misfit(low, read(obj({{"a", 0, 0.5}, {"b", 8, 0.5, 2}}), "cage.obj")),
+  EXPECT_EQ(mismatch(low, read(obj({{"a", 0, 0.5}, {"b", 8, 0.5, 2}}), "cage.obj")),
             "its 'b' has 8 triangles, and the low poly's 'b' has 18");
-  EXPECT_EQ(misfit(low, read(obj({{"a_cage", 0, 0.5}}), "cage.obj")),
+  EXPECT_EQ(mismatch(low, read(obj({{"a_cage", 0, 0.5}}), "cage.obj")),
             "it has nothing of the name of the low poly's 'b'");
   Mesh other = read(obj({{"a", 0, 0.5}, {"b", 8, 0.5}}), "cage.obj");
   std::swap(other.triangles[18], other.triangles[35]);
-  EXPECT_EQ(misfit(low, other),
+  EXPECT_EQ(mismatch(low, other),
             "faces of its 'b' do not have the vertices of the low poly's 'b' in their order");
   // A hull of its own is no copy, and nobody says so.
-  EXPECT_EQ(misfit(low, read(obj({{"hull", 0, 0.5, 7}}), "hull.obj")), "");
+  EXPECT_EQ(mismatch(low, read(obj({{"hull", 0, 0.5, 7}}), "hull.obj")), "");
 }
 
 }  // namespace

@@ -43,7 +43,7 @@ TEST(TwoSided, PairsAllInAnyOrderAndTurnsFrontsToOneSide) {
       EXPECT_EQ(sides.twins[sides.twins[t]], t);
       const bool as_first = height_of_normal(mesh, t) > 0 == height_of_normal(mesh, 0) > 0;
       EXPECT_EQ(sides.backs[t] != 0, !as_first) << seed << ": " << t;
-      EXPECT_EQ(sides.alone.at(t), 1);
+      EXPECT_EQ(sides.has_only_pairs.at(t), 1);
     }
   }
 }
@@ -80,7 +80,7 @@ TEST(TwoSided, FrontsGoOnAsTheSurfaceAround) {
   const TwoSided sides = TwoSided::of(mesh);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     EXPECT_EQ(sides.backs.at(t) != 0, t < backs.size()) << t;
-    EXPECT_EQ(sides.alone.at(t), 0);
+    EXPECT_EQ(sides.has_only_pairs.at(t), 0);
   }
 }
 

@@ -282,7 +282,7 @@ TEST(LeastWithin, NothingWithinIsBetter) {
       spaces.push_back({n * (1 / length(n)), 0.4 * random()});
     }
     const Vec3d a{-1, 0, 0}, b{1, 0.5, 0};
-    const std::optional<Vec3d> best = least_within(quadric, a, b, spaces, 0.01);
+    const std::optional<Vec3d> best = minimum_within(quadric, a, b, spaces, 0.01);
     const auto within = [&](const Vec3d& p, double slack) {
       for (const HalfSpace& space : spaces) {
         if (dot(space.normal, p) < space.offset + slack) return false;

@@ -480,14 +480,14 @@ TEST(KeepUvs, CopiesStrayAsFarAsTheOneThatStraysMost) {
   add_uv_triangle(high, {{{0, 0}, {1, 0}, {0, -1}}});
   for (int copy = 0; copy < 3; ++copy) add_uv_triangle(low, {{{0, 0}, {1, 0}, {0, 1}}});
   add_uv_triangle(low, {{{0, 0}, {1, 0}, {0, -0.5F}}});  // inside HIGH's fourth
-  EXPECT_EQ(uvs_stray(low, high), 0);
+  EXPECT_EQ(uv_deviation(low, high), 0);
   add_uv_triangle(low, {{{0, 0}, {1, 0}, {0, 1.25F}}});
-  EXPECT_FLOAT_EQ(static_cast<float>(uvs_stray(low, high)), 0.25F);
+  EXPECT_FLOAT_EQ(static_cast<float>(uv_deviation(low, high)), 0.25F);
   add_uv_triangle(low, {{{-0.5F, 0}, {1, 0}, {0, 1}}});
-  EXPECT_FLOAT_EQ(static_cast<float>(uvs_stray(low, high)), 0.5F);
+  EXPECT_FLOAT_EQ(static_cast<float>(uv_deviation(low, high)), 0.5F);
   add_uv_triangle(low, {{{0, 0}, {1, -1}, {0, 1}}});
   // Its corner lies beside the side from (1, 0) to (0, -1).
-  EXPECT_FLOAT_EQ(static_cast<float>(uvs_stray(low, high)), std::sqrt(0.5F));
+  EXPECT_FLOAT_EQ(static_cast<float>(uv_deviation(low, high)), std::sqrt(0.5F));
 }
 
 }  // namespace

@@ -342,7 +342,7 @@ TEST(NormalFans, AnEdgeWhoseUvsDifferAtOneEndIsASeam) {
     const std::vector<Triangle> uvs = at_second ? std::vector<Triangle>{{0, 1, 2}, {0, 4, 3}}
                                                 : std::vector<Triangle>{{0, 1, 2}, {4, 2, 3}};
     NormalFans fans = fans_of(uvs);
-    const std::vector<std::uint32_t> slots = fans.slots();
+    const std::vector<std::uint32_t> slots = fans.normal_of_corner();
     EXPECT_EQ(fans.hard(), 1U);
     EXPECT_EQ(fans.count(), 5U) << "they share the normal of the other end";
     EXPECT_EQ(slots[0] == slots[3], at_second);
@@ -353,13 +353,13 @@ TEST(NormalFans, AnEdgeWhoseUvsDifferAtOneEndIsASeam) {
     EXPECT_EQ(fans.hard(), 1U);
     fans.soften(same, slots, kAlways, kNever);
     EXPECT_EQ(fans.hard(), 0U);
-    fans.slots();
+    fans.normal_of_corner();
     EXPECT_EQ(fans.count(), 4U);
     // Normals that part at the open end alone keep it.
     NormalFans open = fans_of(uvs);
     Normals parted = same;
     parted.row(slots[at_second ? 4 : 3]) *= -1;
-    open.soften(parted, open.slots(), 0.5, 0.5);
+    open.soften(parted, open.normal_of_corner(), 0.5, 0.5);
     EXPECT_EQ(open.hard(), 1U);
   }
 }

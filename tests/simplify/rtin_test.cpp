@@ -106,7 +106,7 @@ TEST(GridStart, FillsTheRectangleFacingUp) {
       EXPECT_LE(work.triangles.size(), goal + 2);
       EXPECT_GE(work.triangles.size(), goal * 9 / 10);
       for (const Triangle& t : work.triangles) {
-        EXPECT_GT(upward(work.points[t[0]], work.points[t[1]], work.points[t[2]]), 0.01);
+        EXPECT_GT(upward_quality(work.points[t[0]], work.points[t[1]], work.points[t[2]]), 0.01);
       }
       std::set<std::uint32_t> used;
       for (const Triangle& t : work.triangles) used.insert(t.begin(), t.end());

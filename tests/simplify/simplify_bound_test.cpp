@@ -221,7 +221,7 @@ TEST(DeviationBound, HoldsEverySample) {
   CollapseMesh mesh(points, dense.triangles), free(points, dense.triangles);
   EdgeCollapser collapser(mesh), unbounded(free);
   DeviationBound limit(mesh, samples, bound, true);
-  EXPECT_TRUE(limit.holds());
+  EXPECT_TRUE(limit.was_within_bound());
   collapser.limit_deviation(&limit, 0, bound);
   collapser.run(0);
   EXPECT_TRUE(limit.has_refused());

@@ -22,18 +22,18 @@ namespace kiln {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-// wall-clock limit as a multiple of the limit of processor time, since on a busy machine a process may get a
-// tenth of a processor
-constexpr std::uint64_t kClockFactor = 10;
+// ratio of the wall-clock limit to the limit of processor time: on a busy machine, a process may get a tenth of a
+// processor
+constexpr std::uint64_t kWallClockFactor = 10;
 
 /// Size of this process's address space, on Linux; 0: unknown.
 rlim_t address_space() {
   std::FILE* const file = std::fopen("/proc/self/statm", "r");
   if (file == nullptr) return 0;
-  unsigned long pages = 0;
-  const bool has_read = std::fscanf(file, "%lu", &pages) == 1;
+  unsigned long address_space_pages = 0;
+  const bool has_read = std::fscanf(file, "%lu", &address_space_pages) == 1;
   std::fclose(file);
-  return has_read ? rlim_t{pages} * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) : 0;
+  return has_read ? rlim_t{address_space_pages} * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) : 0;
 }
 
 /// Runs in the child: executes the work within limits, writes its result, and exits.
@@ -42,7 +42,7 @@ rlim_t address_space() {
   for (const int signal : {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL}) std::signal(signal, SIG_DFL);
   std::set_terminate([] { _exit(1); });
   const int nowhere = open("/dev/null", O_WRONLY);
-  if (nowhere >= 0) dup2(nowhere, STDERR_FILENO);  // discards messages of the C library
+  if (nowhere >= 0) dup2(nowhere, STDERR_FILENO);  // the C library's messages are discarded
   const auto limit = [](auto what, rlim_t most) {
     const rlimit both{most, most};
     setrlimit(what, &both);
@@ -75,22 +75,22 @@ ChildEnd run_in_child(const ChildLimits& limits, const std::function<std::string
   const pid_t child = fork();
   if (child == 0) work_and_exit(limits, work, ends[1]);
   close(ends[1]);
-  std::exception_ptr cancelled;
+  std::exception_ptr cancellation;
   const auto stop = [&] {
     if (child > 0) kill(child, SIGKILL);
   };
-  const auto end = Clock::now() + std::chrono::seconds(kClockFactor * limits.seconds);
+  const auto end = Clock::now() + std::chrono::seconds(kWallClockFactor * limits.seconds);
   char part[512];
   for (;;) {
-    pollfd answer{ends[0], POLLIN, 0};
-    constexpr int kMilliseconds = 50;
-    const int ready = poll(&answer, 1, kMilliseconds);
+    pollfd answer_pipe{ends[0], POLLIN, 0};
+    constexpr int kPollMilliseconds = 50;
+    const int ready = poll(&answer_pipe, 1, kPollMilliseconds);
     if (ready == 0 || (ready < 0 && errno == EINTR)) {
       if (Clock::now() > end) stop();
       try {
-        if (!cancelled) ProgressGuard::poll();
+        if (!cancellation) ProgressGuard::poll();
       } catch (...) {
-        cancelled = std::current_exception();
+        cancellation = std::current_exception();
         stop();
       }
       continue;
@@ -101,16 +101,17 @@ ChildEnd run_in_child(const ChildLimits& limits, const std::function<std::string
   }
   close(ends[0]);
   if (child < 0) return ChildEnd::none;
-  int status = 0;
-  pid_t ended = 0;
+  int exit_status = 0;
+  pid_t ended_process = 0;
   do {
-    ended = waitpid(child, &status, 0);
-  } while (ended < 0 && errno == EINTR);
-  if (cancelled) std::rethrow_exception(cancelled);
+    ended_process = waitpid(child, &exit_status, 0);
+  } while (ended_process < 0 && errno == EINTR);
+  if (cancellation) std::rethrow_exception(cancellation);
   // A program may turn abort() into an exit, so exit statuses other than 0 count as a crash.
-  if (ended != child || (WIFEXITED(status) && WEXITSTATUS(status) == 0)) return ChildEnd::done;
-  const bool slow =
-      WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL);
+  if (ended_process != child || (WIFEXITED(exit_status) && WEXITSTATUS(exit_status) == 0))
+    return ChildEnd::done;
+  const bool slow = WIFSIGNALED(exit_status) &&
+                    (WTERMSIG(exit_status) == SIGXCPU || WTERMSIG(exit_status) == SIGKILL);
   return slow ? ChildEnd::slow : ChildEnd::crashed;
 }
 

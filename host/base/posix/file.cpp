@@ -152,7 +152,7 @@ bool remove_folder(const char* path) noexcept { return rmdir(path) == 0; }
 
 namespace {
 
-std::string line_of(const char* path) {
+std::string first_line_of(const char* path) {
   std::string line;
   std::ifstream file(path);
   std::getline(file, line);
@@ -160,22 +160,22 @@ std::string line_of(const char* path) {
 }
 
 /// On Linux: the user id that root's files have in a user namespace that does not map root; else nullopt.
-std::optional<uid_t> root_without_number() {
+std::optional<uid_t> unmapped_root_id() {
   std::ifstream map("/proc/self/uid_map");
-  unsigned long inside = 0, outside = 0, count = 0;
-  bool has_member = false;
-  while (map >> inside >> outside >> count) {
-    has_member = true;
-    if (inside == 0) return std::nullopt;
+  unsigned long inside_id = 0, outside_id = 0, count = 0;
+  bool has_entries = false;
+  while (map >> inside_id >> outside_id >> count) {
+    has_entries = true;
+    if (inside_id == 0) return std::nullopt;
   }
-  const std::string shown = line_of("/proc/sys/kernel/overflowuid");
-  if (!has_member || shown.empty()) return std::nullopt;
+  const std::string shown = first_line_of("/proc/sys/kernel/overflowuid");
+  if (!has_entries || shown.empty()) return std::nullopt;
   return static_cast<uid_t>(std::strtoul(shown.c_str(), nullptr, 10));
 }
 
 /// True for root's group, and for a group with this user's name and no other member, which many systems create for each
 /// user.
-bool is_private(gid_t group) {
+bool is_private_group(gid_t group) {
   if (group == 0) return true;
   std::array<char, 4096> user_text{}, group_text{};
   struct passwd user {};
@@ -195,18 +195,18 @@ bool is_private(gid_t group) {
 
 bool others_may_write(const struct stat& status) {
   return (status.st_mode & S_IWOTH) != 0 ||
-         ((status.st_mode & S_IWGRP) != 0 && !is_private(status.st_gid));
+         ((status.st_mode & S_IWGRP) != 0 && !is_private_group(status.st_gid));
 }
 
 }  // namespace
 
 fs::path shared_level(const fs::path& path) {
-  constexpr int kMaxLinks = 40;  // the limit of Linux
-  static const std::optional<uid_t> system = root_without_number();
+  constexpr int kMaxLinks = 40;  // as in Linux
+  static const std::optional<uid_t> system = unmapped_root_id();
   const auto parts_of = [](const fs::path& whole) {
-    std::list<fs::path> parts(whole.begin(), whole.end());
-    parts.remove_if([](const fs::path& part) { return part.empty() || part == "."; });
-    return parts;
+    std::list<fs::path> path_parts(whole.begin(), whole.end());
+    path_parts.remove_if([](const fs::path& part) { return part.empty() || part == "."; });
+    return path_parts;
   };
   std::error_code error;
   std::list<fs::path> remaining = parts_of(fs::absolute(path, error));
@@ -218,7 +218,7 @@ fs::path shared_level(const fs::path& path) {
     const fs::path part = remaining.front();
     remaining.pop_front();
     if (part == "..") {
-      // the link's target is resolved from the root
+      // an absolute target restarts at the root
       remaining.splice(remaining.begin(), parts_of(at.parent_path()));
       at.clear();
       continue;
@@ -265,7 +265,7 @@ void set_variable(const char* name, const char* value) noexcept {
 long process_id() noexcept { return getpid(); }
 const std::string& process_mark() {
   static const std::string folder_path = [] {
-    std::string text = line_of("/proc/sys/kernel/random/boot_id");
+    std::string text = first_line_of("/proc/sys/kernel/random/boot_id");
     std::array<char, 256> name{};
     if (text.empty() && gethostname(name.data(), name.size() - 1) == 0) text = name.data();
     std::error_code error;

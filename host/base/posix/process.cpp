@@ -23,22 +23,22 @@ namespace kiln::os {
 namespace fs = std::filesystem;
 
 namespace {
-constexpr const char* kOwnProgram = "/proc/self/exe";
+constexpr const char* kOwnProgramPath = "/proc/self/exe";
 }
 
 void read_arguments(int& /*argc*/, char**& /*argv*/) {}
 
 std::vector<std::string> own_words() {
   std::ifstream in("/proc/self/cmdline", std::ios::binary);
-  std::vector<std::string> words;
-  for (std::string word; std::getline(in, word, '\0');) words.push_back(word);
-  return words;
+  std::vector<std::string> arguments;
+  for (std::string word; std::getline(in, word, '\0');) arguments.push_back(word);
+  return arguments;
 }
 
-fs::path own_program() { return kOwnProgram; }
+fs::path own_program() { return kOwnProgramPath; }
 
 void own_folder(std::span<char> to) noexcept {
-  const ssize_t size = readlink(kOwnProgram, to.data(), to.size());
+  const ssize_t size = readlink(kOwnProgramPath, to.data(), to.size());
   const bool is_whole = size >= 0 && static_cast<std::size_t>(size) < to.size();
   to[is_whole ? static_cast<std::size_t>(size) : 0] = '\0';
   char* const slash = std::strrchr(to.data(), '/');
@@ -69,7 +69,7 @@ bool run_own_program(const std::vector<std::string>& words,
   for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
   arguments.push_back(nullptr);
   pid_t child = 0;
-  if (posix_spawn(&child, kOwnProgram, nullptr, nullptr, arguments.data(), environ) != 0)
+  if (posix_spawn(&child, kOwnProgramPath, nullptr, nullptr, arguments.data(), environ) != 0)
     return false;
   bool is_interrupt_sent = false;
   for (int status = 0; waitpid(child, &status, WNOHANG) == 0;) {
@@ -123,7 +123,7 @@ void restart() noexcept {
   sigset_t none;
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);
-  execve(kOwnProgram, restart_arguments, restart_environment.data());
+  execve(kOwnProgramPath, restart_arguments, restart_environment.data());
 }
 
 SplitEnd split_process() {

@@ -24,7 +24,8 @@ extern char** environ;
 namespace kiln {
 namespace {
 
-constexpr std::size_t kMaxTextBytes = std::size_t{64} << 20;  // of each of ProgramResult's texts
+constexpr std::size_t kMaxTextBytes = std::size_t{64}
+                                      << 20;  // largest size of a text of ProgramResult
 
 }  // namespace
 
@@ -37,12 +38,12 @@ struct RunningProgram::Process {
       if (pipe2(ends, O_CLOEXEC) == 0) read_end = ends[0], write_end = ends[1];
     }
     ~Pipe() {
-      close_end(read_end);
-      close_end(write_end);
+      close_descriptor(read_end);
+      close_descriptor(write_end);
     }
     Pipe(const Pipe&) = delete;
     Pipe& operator=(const Pipe&) = delete;
-    static void close_end(int& end) {
+    static void close_descriptor(int& end) {
       if (end >= 0) close(end);
       end = -1;
     }
@@ -59,7 +60,7 @@ struct RunningProgram::Process {
     if (future_result.valid()) future_result.wait();
     wait();
   }
-  bool exchange(std::string_view remaining, double limit_seconds, ProgramResult& result);
+  bool exchange_data(std::string_view remaining, double limit_seconds, ProgramResult& result);
   /// Waits for the program. \returns its exit status
   int wait() {
     int status = 0;
@@ -74,7 +75,7 @@ namespace {
 
 constexpr int kNice = 5;
 
-[[noreturn]] void not_started(const std::string& program, int error) {
+[[noreturn]] void throw_not_started(const std::string& program, int error) {
   throw Error(ErrorCode::internal,
               "The program " + program + " could not be started: " + std::strerror(error) + ".");
 }
@@ -85,35 +86,35 @@ constexpr int kNice = 5;
 /// no full pipe blocks either process.
 /// \param remaining the input that is to be written
 /// \returns false on a timeout, or if it was interrupted
-bool RunningProgram::Process::exchange(std::string_view remaining, double limit_seconds,
-                                       ProgramResult& result) {
+bool RunningProgram::Process::exchange_data(std::string_view remaining, double limit_seconds,
+                                            ProgramResult& result) {
   const auto deadline =
       std::chrono::steady_clock::now() + std::chrono::duration<double>(limit_seconds);
   const std::array<std::string*, 2> texts = {&result.output, &result.errors};
-  std::array<char, 65536> buffer;
+  std::array<char, 65536> read_buffer;
   fcntl(input.write_end, F_SETFL, O_NONBLOCK);
   std::array<int*, 2> ends = {&output.read_end, &errors.read_end};
   while (*ends[0] >= 0 || *ends[1] >= 0) {
-    if (remaining.empty()) Pipe::close_end(input.write_end);
-    std::array<pollfd, 3> polled = {
+    if (remaining.empty()) Pipe::close_descriptor(input.write_end);
+    std::array<pollfd, 3> poll_entries = {
         {{*ends[0], POLLIN, 0}, {*ends[1], POLLIN, 0}, {input.write_end, POLLOUT, 0}}};
     constexpr int kMilliseconds = 100;
-    const int ready = poll(polled.data(), polled.size(), kMilliseconds);
+    const int ready = poll(poll_entries.data(), poll_entries.size(), kMilliseconds);
     if (interrupted() || std::chrono::steady_clock::now() > deadline) return false;
     if (ready < 0 && errno != EINTR) break;
     if (ready <= 0) continue;
     for (std::size_t i = 0; i < ends.size(); ++i) {
-      if (*ends[i] < 0 || polled[i].revents == 0) continue;
-      const ssize_t count = read(*ends[i], buffer.data(), buffer.size());
+      if (*ends[i] < 0 || poll_entries[i].revents == 0) continue;
+      const ssize_t count = read(*ends[i], read_buffer.data(), read_buffer.size());
       if (count > 0) {
         // More is read, so that the program ends, and discarded, so that it does not fill memory.
         const std::size_t room = kMaxTextBytes - std::min(kMaxTextBytes, texts[i]->size());
-        texts[i]->append(buffer.data(), std::min(room, static_cast<std::size_t>(count)));
+        texts[i]->append(read_buffer.data(), std::min(room, static_cast<std::size_t>(count)));
       } else if (count == 0 || errno != EINTR) {
-        Pipe::close_end(*ends[i]);
+        Pipe::close_descriptor(*ends[i]);
       }
     }
-    if (input.write_end < 0 || polled[2].revents == 0) continue;
+    if (input.write_end < 0 || poll_entries[2].revents == 0) continue;
     const ssize_t count = write(input.write_end, remaining.data(), remaining.size());
     if (count > 0) {
       remaining.remove_prefix(static_cast<std::size_t>(count));
@@ -135,39 +136,39 @@ std::optional<RunningProgram> RunningProgram::start(std::vector<std::string> com
                                                     const std::filesystem::path& folder) {
   auto process = std::make_unique<Process>();
   for (const Process::Pipe* pipe : {&process->input, &process->output, &process->errors}) {
-    if (pipe->read_end < 0) not_started(command[0], errno);
+    if (pipe->read_end < 0) throw_not_started(command[0], errno);
   }
   std::vector<char*> arguments;
   for (std::string& argument : command) arguments.push_back(argument.data());
   arguments.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, process->input.read_end, STDIN_FILENO);
-  posix_spawn_file_actions_adddup2(&actions, process->output.write_end, STDOUT_FILENO);
-  posix_spawn_file_actions_adddup2(&actions, process->errors.write_end, STDERR_FILENO);
-  posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
+  posix_spawn_file_actions_t file_actions;
+  posix_spawn_file_actions_init(&file_actions);
+  posix_spawn_file_actions_adddup2(&file_actions, process->input.read_end, STDIN_FILENO);
+  posix_spawn_file_actions_adddup2(&file_actions, process->output.write_end, STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&file_actions, process->errors.write_end, STDERR_FILENO);
+  posix_spawn_file_actions_addchdir_np(&file_actions, folder.c_str());
   // Signals that this process ignores (catch_interrupts()) are reset to their defaults in the program.
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  sigset_t defaults;
-  sigemptyset(&defaults);
-  sigaddset(&defaults, SIGPIPE);
-  sigaddset(&defaults, SIGXFSZ);
-  posix_spawnattr_setsigdefault(&attributes, &defaults);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF);
+  posix_spawnattr_t spawn_attributes;
+  posix_spawnattr_init(&spawn_attributes);
+  sigset_t default_signals;
+  sigemptyset(&default_signals);
+  sigaddset(&default_signals, SIGPIPE);
+  sigaddset(&default_signals, SIGXFSZ);
+  posix_spawnattr_setsigdefault(&spawn_attributes, &default_signals);
+  posix_spawnattr_setflags(&spawn_attributes, POSIX_SPAWN_SETSIGDEF);
   pid_t id = 0;
   const int status =
-      posix_spawnp(&id, arguments[0], &actions, &attributes, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  posix_spawnattr_destroy(&attributes);
+      posix_spawnp(&id, arguments[0], &file_actions, &spawn_attributes, arguments.data(), environ);
+  posix_spawn_file_actions_destroy(&file_actions);
+  posix_spawnattr_destroy(&spawn_attributes);
   if (status == ENOENT || status == EACCES || status == ENOTDIR) return std::nullopt;
-  if (status != 0) not_started(command[0], status);
+  if (status != 0) throw_not_started(command[0], status);
   // The program gets a lower priority than this process, which works at the same time.
   setpriority(PRIO_PROCESS, static_cast<id_t>(id), kNice);
   process->id = id;
-  Process::Pipe::close_end(process->input.read_end);
-  Process::Pipe::close_end(process->output.write_end);
-  Process::Pipe::close_end(process->errors.write_end);
+  Process::Pipe::close_descriptor(process->input.read_end);
+  Process::Pipe::close_descriptor(process->output.write_end);
+  Process::Pipe::close_descriptor(process->errors.write_end);
   return RunningProgram(std::move(process));
 }
 
@@ -178,7 +179,7 @@ void RunningProgram::begin(std::string input, double limit_seconds,
   process_->future_result =
       std::async(std::launch::async, [process = process_.get(), limit_seconds] {
         ProgramResult result;
-        if (!process->exchange(process->input_bytes, limit_seconds, result)) {
+        if (!process->exchange_data(process->input_bytes, limit_seconds, result)) {
           kill(process->id, SIGKILL);
           result.errors += std::string(result.errors.empty() ? "" : " ") + "stopped after " +
                            std::to_string(std::lround(limit_seconds)) + " seconds";

@@ -13,20 +13,20 @@ namespace {
 
 constexpr suseconds_t kMicrosecondsToEnd = 330000;
 
-std::atomic<bool> interrupt_came{false};
+std::atomic<bool> is_interrupt_received{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 void (*deadline)() = nullptr;
 
 extern "C" void on_alarm(int) { deadline(); }
 
 extern "C" void on_interrupt(int) {
-  if (interrupt_came.exchange(true)) deadline();  // a second request ends the wait
-  itimerval timer{};
-  timer.it_value.tv_usec = kMicrosecondsToEnd;
-  setitimer(ITIMER_REAL, &timer, nullptr);
+  if (is_interrupt_received.exchange(true)) deadline();  // a second request ends the wait
+  itimerval deadline_timer{};
+  deadline_timer.it_value.tv_usec = kMicrosecondsToEnd;
+  setitimer(ITIMER_REAL, &deadline_timer, nullptr);
 }
 
-void handle(int number, void (*handler)(int)) {
+void install_handler(int number, void (*handler)(int)) {
   struct sigaction action {};
   action.sa_handler = handler;
   action.sa_flags = SA_RESTART;
@@ -46,15 +46,15 @@ std::array<bool, kCrashSignals.size()> handled{};
 
 void catch_interrupts(void (*on_deadline)()) noexcept {
   deadline = on_deadline;
-  handle(SIGALRM, on_alarm);
-  handle(SIGINT, on_interrupt);
-  handle(SIGTERM, on_interrupt);
-  handle(SIGHUP, on_interrupt);
+  install_handler(SIGALRM, on_alarm);
+  install_handler(SIGINT, on_interrupt);
+  install_handler(SIGTERM, on_interrupt);
+  install_handler(SIGHUP, on_interrupt);
   signal(SIGPIPE, SIG_IGN);
   signal(SIGXFSZ, SIG_IGN);
 }
 
-bool interrupted() noexcept { return interrupt_came.load(); }
+bool interrupted() noexcept { return is_interrupt_received.load(); }
 
 void catch_crashes(void (*on_crash)(int number)) noexcept {
   for (std::size_t i = 0; i < kCrashSignals.size(); ++i) {

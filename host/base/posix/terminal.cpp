@@ -37,8 +37,8 @@ std::size_t terminal_columns() noexcept {
 }
 
 bool reader_left(std::FILE* stream) noexcept {
-  pollfd state{fileno(stream), POLLOUT, 0};
-  return poll(&state, 1, 0) == 1 && (state.revents & (POLLERR | POLLHUP)) != 0;
+  pollfd poll_state{fileno(stream), POLLOUT, 0};
+  return poll(&poll_state, 1, 0) == 1 && (poll_state.revents & (POLLERR | POLLHUP)) != 0;
 }
 
 bool is_closed(std::FILE* stream) noexcept {

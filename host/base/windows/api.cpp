@@ -9,21 +9,22 @@ namespace fs = std::filesystem;
 std::wstring full_path(const fs::path& path) {
   constexpr DWORD kMaxLength = 32768;
   // libstdc++'s absolute() is not used, since it treats a network share as a folder.
-  std::wstring whole(kMaxLength, L'\0');
-  const DWORD length = GetFullPathNameW(path.c_str(), kMaxLength, whole.data(), nullptr);
-  whole.resize(length < kMaxLength ? length : 0);
-  return whole;
+  std::wstring absolute_path(kMaxLength, L'\0');
+  const DWORD length = GetFullPathNameW(path.c_str(), kMaxLength, absolute_path.data(), nullptr);
+  absolute_path.resize(length < kMaxLength ? length : 0);
+  return absolute_path;
 }
 
 std::wstring api_path(const fs::path& path) {
   // Paths of folders must be 12 characters shorter than MAX_PATH, which leaves space for a short file name.
   constexpr std::size_t kMaxPlainLength = MAX_PATH - 12 - 1;
   // The length of the absolute path counts.
-  const std::wstring whole = full_path(path);
-  if (whole.size() < kMaxPlainLength) return path.native();
-  if (whole.starts_with(LR"(\\?\)") || whole.starts_with(LR"(\\.\)")) return whole;
-  if (whole.starts_with(LR"(\\)")) return LR"(\\?\UNC\)" + whole.substr(2);
-  return LR"(\\?\)" + whole;
+  const std::wstring absolute_path = full_path(path);
+  if (absolute_path.size() < kMaxPlainLength) return path.native();
+  if (absolute_path.starts_with(LR"(\\?\)") || absolute_path.starts_with(LR"(\\.\)"))
+    return absolute_path;
+  if (absolute_path.starts_with(LR"(\\)")) return LR"(\\?\UNC\)" + absolute_path.substr(2);
+  return LR"(\\?\)" + absolute_path;
 }
 
 std::wstring to_wide(std::string_view utf8) {

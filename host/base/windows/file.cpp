@@ -64,22 +64,27 @@ std::int64_t unix_nanoseconds(std::int64_t file_time) {
 std::optional<FileFacts> facts_of_handle(HANDLE handle) noexcept {
   FileFacts facts;
   facts.is_own = true;
-  BY_HANDLE_FILE_INFORMATION found{};
-  FILE_BASIC_INFO times{};
+  BY_HANDLE_FILE_INFORMATION handle_information{};
+  FILE_BASIC_INFO file_times{};
   // Consoles, pipes and NUL have no further facts.
   if (const DWORD type = GetFileType(handle); type == FILE_TYPE_CHAR || type == FILE_TYPE_PIPE) {
     return facts;
   }
-  if (!succeeded(GetFileInformationByHandle(handle, &found) != FALSE)) return std::nullopt;
-  facts.id.device = found.dwVolumeSerialNumber;
-  facts.id.file = std::uint64_t{found.nFileIndexHigh} << 32 | found.nFileIndexLow;
-  facts.is_folder = (found.dwFileAttributes & FILE_ATTRIBUTE_DIRECTORY) != 0;
+  if (!succeeded(GetFileInformationByHandle(handle, &handle_information) != FALSE))
+    return std::nullopt;
+  facts.id.device = handle_information.dwVolumeSerialNumber;
+  facts.id.file =
+      std::uint64_t{handle_information.nFileIndexHigh} << 32 | handle_information.nFileIndexLow;
+  facts.is_folder = (handle_information.dwFileAttributes & FILE_ATTRIBUTE_DIRECTORY) != 0;
   facts.is_regular = !facts.is_folder;
-  facts.bytes = std::uint64_t{found.nFileSizeHigh} << 32 | found.nFileSizeLow;
-  facts.permissions = (found.dwFileAttributes & FILE_ATTRIBUTE_READONLY) != 0 ? 0444 : 0666;
-  if (GetFileInformationByHandleEx(handle, FileBasicInfo, &times, sizeof times) != FALSE) {
-    facts.modified_ns = unix_nanoseconds(times.LastWriteTime.QuadPart);
-    facts.changed_ns = unix_nanoseconds(times.ChangeTime.QuadPart);
+  facts.bytes =
+      std::uint64_t{handle_information.nFileSizeHigh} << 32 | handle_information.nFileSizeLow;
+  facts.permissions =
+      (handle_information.dwFileAttributes & FILE_ATTRIBUTE_READONLY) != 0 ? 0444 : 0666;
+  if (GetFileInformationByHandleEx(handle, FileBasicInfo, &file_times, sizeof file_times) !=
+      FALSE) {
+    facts.modified_ns = unix_nanoseconds(file_times.LastWriteTime.QuadPart);
+    facts.changed_ns = unix_nanoseconds(file_times.ChangeTime.QuadPart);
     facts.modified = facts.modified_ns / 1000000000;
   }
   return facts;
@@ -93,7 +98,7 @@ std::optional<FileFacts> facts_of(const fs::path& path, DWORD flags) noexcept {
   return facts_of_handle(file.get());
 }
 
-/// True if waiting does not help: the target is a folder, or write-protected.
+/// True if a retry cannot succeed, since the target is a folder or write-protected.
 bool is_refused(const std::wstring& target) {
   const DWORD attributes = GetFileAttributesW(target.c_str());
   return attributes != INVALID_FILE_ATTRIBUTES &&
@@ -162,12 +167,12 @@ std::string name_of_open(int /*file*/) { return {}; }
 std::FILE* stream_of(int file) noexcept { return _fdopen(file, "wb"); }
 int file_of(std::FILE* stream) noexcept { return _fileno(stream); }
 std::ptrdiff_t read_at(int file, std::uint64_t offset, void* to, std::size_t bytes) noexcept {
-  OVERLAPPED place{};
-  place.Offset = static_cast<DWORD>(offset);
-  place.OffsetHigh = static_cast<DWORD>(offset >> 32);
+  OVERLAPPED file_offset{};
+  file_offset.Offset = static_cast<DWORD>(offset);
+  file_offset.OffsetHigh = static_cast<DWORD>(offset >> 32);
   DWORD count = 0;
   const auto wanted = static_cast<DWORD>(std::min<std::size_t>(bytes, kMaxBytesPerCall));
-  if (ReadFile(handle_of(file), to, wanted, &count, &place) != FALSE) return count;
+  if (ReadFile(handle_of(file), to, wanted, &count, &file_offset) != FALSE) return count;
   if (GetLastError() == ERROR_HANDLE_EOF) return 0;
   set_errno();
   return -1;
@@ -178,17 +183,18 @@ std::ptrdiff_t write_some(int file, const void* from, std::size_t bytes) noexcep
 
 bool sync(int file) noexcept {
   // Only a file that is open for writing can be flushed.
-  const Handle writable(ReOpenFile(handle_of(file), GENERIC_WRITE, kShareAll, 0));
-  return succeeded(FlushFileBuffers(writable.good() ? writable.get() : handle_of(file)) != FALSE) ||
+  const Handle writable_handle(ReOpenFile(handle_of(file), GENERIC_WRITE, kShareAll, 0));
+  return succeeded(FlushFileBuffers(writable_handle.good() ? writable_handle.get()
+                                                           : handle_of(file)) != FALSE) ||
          errno == EACCES || errno == EBADF;
 }
 void begin_sync(int /*file*/) noexcept {}
 bool set_permissions(int /*file*/, unsigned /*permissions*/) noexcept { return true; }
 bool may_write(const fs::path& path) noexcept { return _waccess(api_path(path).c_str(), 2) == 0; }
 bool may_write_in(const fs::path& folder) noexcept {
-  const Handle opened(
+  const Handle opened_file(
       open_handle(folder, FILE_ADD_FILE, OPEN_EXISTING, FILE_FLAG_BACKUP_SEMANTICS));
-  return succeeded(opened.good());
+  return succeeded(opened_file.good());
 }
 bool replace(const fs::path& from, const fs::path& to) noexcept {
   // A search indexer or virus scanner may have a file open for a moment, so the operation is retried.
@@ -310,9 +316,9 @@ const std::string& process_mark() {
   return made;
 }
 bool is_gone(long process) noexcept {
-  const Handle found(OpenProcess(SYNCHRONIZE, FALSE, static_cast<DWORD>(process)));
-  if (!found.good()) return GetLastError() == ERROR_INVALID_PARAMETER;
-  return WaitForSingleObject(found.get(), 0) == WAIT_OBJECT_0;
+  const Handle process_handle(OpenProcess(SYNCHRONIZE, FALSE, static_cast<DWORD>(process)));
+  if (!process_handle.good()) return GetLastError() == ERROR_INVALID_PARAMETER;
+  return WaitForSingleObject(process_handle.get(), 0) == WAIT_OBJECT_0;
 }
 
 }  // namespace kiln::os

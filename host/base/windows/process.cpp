@@ -52,15 +52,15 @@ int become_program(const char* /*program*/, char** /*argv*/) noexcept { return E
 namespace {
 
 /// Quotes a word for CommandLineToArgvW(), which halves backslashes only before a quotation mark.
-std::wstring quoted(const std::wstring& word) {
+std::wstring quote_argument(const std::wstring& word) {
   std::wstring text = L"\"";
-  std::size_t strokes = 0;
+  std::size_t backslash_count = 0;
   for (const wchar_t c : word) {
-    if (c == L'"') text.append(strokes + 1, L'\\');
-    strokes = c == L'\\' ? strokes + 1 : 0;
+    if (c == L'"') text.append(backslash_count + 1, L'\\');
+    backslash_count = c == L'\\' ? backslash_count + 1 : 0;
     text += c;
   }
-  return text.append(strokes, L'\\') + L'"';
+  return text.append(backslash_count, L'\\') + L'"';
 }
 
 }  // namespace
@@ -68,18 +68,19 @@ std::wstring quoted(const std::wstring& word) {
 bool run_own_program(const std::vector<std::string>& words,
                      const std::function<bool()>& /*interrupted*/) {
   std::wstring line;
-  for (const std::string& word : words) line += (line.empty() ? L"" : L" ") + quoted(to_wide(word));
-  STARTUPINFOW startup{};
-  startup.cb = sizeof startup;
-  PROCESS_INFORMATION started{};
+  for (const std::string& word : words)
+    line += (line.empty() ? L"" : L" ") + quote_argument(to_wide(word));
+  STARTUPINFOW startup_information{};
+  startup_information.cb = sizeof startup_information;
+  PROCESS_INFORMATION process_information{};
   if (CreateProcessW(own_program().c_str(), line.data(), nullptr, nullptr, TRUE, 0, nullptr,
-                     nullptr, &startup, &started) == FALSE) {
+                     nullptr, &startup_information, &process_information) == FALSE) {
     return false;
   }
-  CloseHandle(started.hThread);
-  // All processes of a console receive Ctrl-C, so it need not be passed on.
-  WaitForSingleObject(started.hProcess, INFINITE);
-  CloseHandle(started.hProcess);
+  CloseHandle(process_information.hThread);
+  // All processes of a console receive Ctrl-C, so it need not be passed to the program.
+  WaitForSingleObject(process_information.hProcess, INFINITE);
+  CloseHandle(process_information.hProcess);
   return true;
 }
 

@@ -66,10 +66,10 @@ bool is_terminal(std::FILE* stream) noexcept {
 
 std::size_t terminal_columns() noexcept {
   CONSOLE_SCREEN_BUFFER_INFO info{};
-  constexpr std::size_t kUnknown = 80;
-  if (GetConsoleScreenBufferInfo(handle_of(stderr), &info) == FALSE) return kUnknown;
-  const int columns = info.srWindow.Right - info.srWindow.Left + 1;
-  return columns > 0 ? static_cast<std::size_t>(columns) : kUnknown;
+  constexpr std::size_t kDefaultColumns = 80;
+  if (GetConsoleScreenBufferInfo(handle_of(stderr), &info) == FALSE) return kDefaultColumns;
+  const int column_count = info.srWindow.Right - info.srWindow.Left + 1;
+  return column_count > 0 ? static_cast<std::size_t>(column_count) : kDefaultColumns;
 }
 
 bool reader_left(std::FILE* stream) noexcept {
@@ -82,9 +82,9 @@ bool is_closed(std::FILE* stream) noexcept {
 }
 
 void write_error(const char* text) noexcept {
-  DWORD written = 0;
-  WriteFile(GetStdHandle(STD_ERROR_HANDLE), text, static_cast<DWORD>(std::strlen(text)), &written,
-            nullptr);
+  DWORD written_bytes = 0;
+  WriteFile(GetStdHandle(STD_ERROR_HANDLE), text, static_cast<DWORD>(std::strlen(text)),
+            &written_bytes, nullptr);
 }
 
 }  // namespace kiln::os

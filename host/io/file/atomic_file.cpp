@@ -28,14 +28,15 @@ AtomicFile::AtomicFile(std::filesystem::path destination, bool allow_unnamed)
   std::error_code error;
   target_ = os::absolute(destination_, error);
   if (error) fail("", error.value());
-  examine();
-  if (direct_) return;
+  examine_destination();
+  if (is_written_directly_) return;
   if (!target_.has_filename()) fail("the path names a folder", EISDIR);
 
   const std::filesystem::path folder = target_.parent_path();
   if (!os::facts_of(folder)) {
-    const int number = errno;
-    fail(number == ENOENT ? "the folder '" + folder.string() + "' does not exist" : "", number);
+    const int saved_error = errno;
+    fail(saved_error == ENOENT ? "the folder '" + folder.string() + "' does not exist" : "",
+         saved_error);
   }
   int descriptor = allow_unnamed ? os::create_unnamed(folder) : -1;
   if (descriptor < 0) descriptor = create_named();
@@ -45,7 +46,7 @@ AtomicFile::AtomicFile(std::filesystem::path destination, bool allow_unnamed)
 AtomicFile::~AtomicFile() { discard(); }
 
 // Examines the destination: nothing, a file to replace, or a device to write to directly.
-void AtomicFile::examine() {
+void AtomicFile::examine_destination() {
   const std::optional<os::FileFacts> found = os::facts_of(target_);
   if (!found) {
     if (errno != ENOENT) fail("", errno);
@@ -54,7 +55,7 @@ void AtomicFile::examine() {
   }
   if (found->is_folder) fail("there is a folder of this name", EISDIR);
   if (!found->is_regular) {
-    direct_ = true;
+    is_written_directly_ = true;
     const int descriptor = os::open_to_write(target_);
     if (descriptor < 0) fail("", errno);
     open_stream(descriptor);
@@ -82,10 +83,10 @@ void AtomicFile::follow_links() {
 void AtomicFile::open_stream(int descriptor) {
   stream_ = os::stream_of(descriptor);
   if (stream_ == nullptr) {
-    const int number = errno;
+    const int saved_error = errno;
     os::close(descriptor);
     discard();
-    fail("", number);
+    fail("", saved_error);
   }
   buffer_.resize(kBufferBytes);
   std::setvbuf(stream_, buffer_.data(), _IOFBF, buffer_.size());
@@ -102,16 +103,16 @@ int AtomicFile::create_named() {
       temporary_ = std::move(name);
       return descriptor;
     }
-    const int number = errno;
-    if (number != EEXIST || attempt == kNameAttempts) {
-      fail("the folder '" + folder.string() + "' cannot be written to", number);
+    const int saved_error = errno;
+    if (saved_error != EEXIST || attempt == kNameAttempts) {
+      fail("the folder '" + folder.string() + "' cannot be written to", saved_error);
     }
   }
 }
 
 // Links an unnamed file to a hidden name.
 void AtomicFile::name_file() {
-  if (direct_ || !temporary_.empty()) return;
+  if (is_written_directly_ || !temporary_.empty()) return;
   HeldFile file;
   file.destination = destination_;
   file.target = target_;
@@ -145,11 +146,11 @@ void AtomicFile::send(int descriptor) const {
 }
 
 void AtomicFile::commit() {
-  if (done_) throw Error(ErrorCode::internal, "AtomicFile::commit called twice.");
+  if (is_committed_) throw Error(ErrorCode::internal, "AtomicFile::commit called twice.");
   try {
-    if (direct_) {
+    if (is_written_directly_) {
       close_stream();
-      done_ = true;
+      is_committed_ = true;
       return;
     }
     HeldFile file;
@@ -178,7 +179,7 @@ void AtomicFile::commit() {
       os::close(descriptor);
     }
     file.temporary = std::move(temporary_);
-    done_ = true;
+    is_committed_ = true;
     if (hold_output(file)) return;
     std::vector<HeldFile> single_file;
     single_file.push_back(std::move(file));

@@ -54,7 +54,7 @@ class AtomicFile {
 
  private:
   void follow_links();
-  void examine();
+  void examine_destination();
   void open_stream(int descriptor);
   int create_named();
   void name_file();
@@ -68,8 +68,8 @@ class AtomicFile {
   std::vector<char> buffer_;      ///< Buffer of the stream
   std::FILE* stream_ = nullptr;
   /// True if the destination is a device or a pipe, which is written to directly
-  bool direct_ = false;
-  bool done_ = false;  ///< True after commit()
+  bool is_written_directly_ = false;
+  bool is_committed_ = false;  ///< True after commit()
 };
 
 }  // namespace kiln

@@ -8,7 +8,7 @@ namespace kiln {
 namespace {
 
 /// Largest number of unpacked bytes per packed byte, rounded up.
-constexpr std::uint64_t ratio(Packing packing) {
+constexpr std::uint64_t max_unpack_ratio(Packing packing) {
   // Deflate (RFC 1951): at best, a length of 258 takes one bit and its distance another, which gives 4 x 258 unpacked
   // bytes per byte.
   constexpr std::uint64_t kMaxDeflateRatio = 1032;
@@ -18,11 +18,11 @@ constexpr std::uint64_t ratio(Packing packing) {
     case Packing::deflate:
       return kMaxDeflateRatio;
     case Packing::exr_rle:
-      return 64;  // 2 bytes encode a run of at most 128 bytes
+      return 64;  // 2 packed bytes encode a run of at most 128 bytes
     case Packing::exr_piz:
       return 454;  // Huffman: one bit for "run", 8 for its length, at most 255 values of 2 bytes
     case Packing::exr_pxr24:
-      return kMaxDeflateRatio * 4 / 3;  // 3 of a float's 4 bytes are deflated
+      return kMaxDeflateRatio * 4 / 3;  // of a float's 4 bytes, 3 are kept and deflated
     case Packing::exr_b44:
       return 11;  // 3 bytes encode a flat block of 4 x 4 values of 2 bytes
     case Packing::exr_dwa:
@@ -36,7 +36,7 @@ constexpr std::uint64_t ratio(Packing packing) {
 }  // namespace
 
 std::uint64_t most_unpacked(Packing packing, std::uint64_t packed) {
-  return capped_product(packed, ratio(packing));
+  return capped_product(packed, max_unpack_ratio(packing));
 }
 
 MemoryFailure memory_failure(FailWith fail, std::string place) {

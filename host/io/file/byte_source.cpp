@@ -21,32 +21,33 @@ namespace {
 class FileSource final : public ByteSource {
  public:
   /// The file is opened before it is checked, so that the checked file is the one that is read.
-  FileSource(const std::filesystem::path& path, FailWith fail) : fail_(std::move(fail)) {
+  FileSource(const std::filesystem::path& path, FailWith fail) : report_error_(std::move(fail)) {
     note_whether_file(path);
     file_ = os::open_to_read(path);
     if (file_ < 0) {
       const int error = errno;
-      if (error == ENOENT) fail_("", "there is no such file", "Check the path.");
-      fail_("", std::string("it cannot be opened: ") + std::strerror(error),
-            "Check the path and its permissions.");
+      if (error == ENOENT) report_error_("", "there is no such file", "Check the path.");
+      report_error_("", std::string("it cannot be opened: ") + std::strerror(error),
+                    "Check the path and its permissions.");
     }
-    std::optional<os::FileFacts> facts;
+    std::optional<os::FileFacts> file_facts;
     try {
-      facts = os::facts_of(file_);
-      if (!facts) {
-        fail_("", std::string("it cannot be examined: ") + std::strerror(errno), "Check the disk.");
+      file_facts = os::facts_of(file_);
+      if (!file_facts) {
+        report_error_("", std::string("it cannot be examined: ") + std::strerror(errno),
+                      "Check the disk.");
       }
-      if (facts->is_folder) fail_("", "it is a directory", "Name a file in it.");
-      if (!facts->is_regular) {
-        fail_("", "it is not a regular file", "Copy it to a file first.");
+      if (file_facts->is_folder) report_error_("", "it is a directory", "Name a file in it.");
+      if (!file_facts->is_regular) {
+        report_error_("", "it is not a regular file", "Copy it to a file first.");
       }
     } catch (...) {
       os::close(file_);
       throw;
     }
-    size_ = facts->bytes;
-    modified_ns_ = facts->modified_ns;
-    register_input(facts->id);
+    size_ = file_facts->bytes;
+    modified_ns_ = file_facts->modified_ns;
+    register_input(file_facts->id);
   }
   ~FileSource() override { os::close(file_); }
   FileSource(const FileSource&) = delete;
@@ -54,12 +55,12 @@ class FileSource final : public ByteSource {
 
   std::uint64_t size() const override { return size_; }
   std::uint64_t size_now() const override {
-    const std::optional<os::FileFacts> facts = os::facts_of(file_);
-    return facts ? facts->bytes : size_;
+    const std::optional<os::FileFacts> file_facts = os::facts_of(file_);
+    return file_facts ? file_facts->bytes : size_;
   }
   bool was_written() const override {
-    const std::optional<os::FileFacts> facts = os::facts_of(file_);
-    return facts && facts->modified_ns != modified_ns_;
+    const std::optional<os::FileFacts> file_facts = os::facts_of(file_);
+    return file_facts && file_facts->modified_ns != modified_ns_;
   }
   std::size_t read_at(std::uint64_t offset, void* to, std::size_t count) const override {
     std::size_t have = 0;
@@ -68,8 +69,8 @@ class FileSource final : public ByteSource {
           os::read_at(file_, offset + have, static_cast<char*>(to) + have, count - have);
       if (got < 0 && errno == EINTR) continue;
       if (got < 0) {
-        fail_("byte " + std::to_string(offset + have),
-              std::string("it cannot be read: ") + std::strerror(errno), "Check the disk.");
+        report_error_("byte " + std::to_string(offset + have),
+                      std::string("it cannot be read: ") + std::strerror(errno), "Check the disk.");
       }
       if (got == 0) break;  // Another process has truncated the file
       have += static_cast<std::size_t>(got);
@@ -78,7 +79,7 @@ class FileSource final : public ByteSource {
   }
 
  private:
-  FailWith fail_;
+  FailWith report_error_;
   int file_ = -1;
   std::uint64_t size_ = 0;
   std::int64_t modified_ns_ = 0;
@@ -119,7 +120,7 @@ class UncompressedStream final : public ByteStream {
 class InflatingStream final : public ByteStream {
  public:
   InflatingStream(const ByteSource& source, std::uint64_t offset, FailWith fail)
-      : source_(source), at_(std::min(offset, source.size())), fail_(std::move(fail)) {
+      : source_(source), at_(std::min(offset, source.size())), report_error_(std::move(fail)) {
     buffer_.resize(std::size_t{1} << 18);
     // MAX_WBITS + 32 lets zlib detect gzip or zlib by the header.
     if (inflateInit2(&zlib_, MAX_WBITS + 32) != Z_OK) throw std::bad_alloc();
@@ -130,7 +131,7 @@ class InflatingStream final : public ByteStream {
 
   std::size_t read(void* to, std::size_t count) override {
     std::size_t have = 0;
-    while (have < count && !ended_) {
+    while (have < count && !is_stream_ended_) {
       if (zlib_.avail_in == 0) refill();
       const std::size_t part = std::min<std::size_t>(count - have, std::size_t{1} << 30);
       zlib_.next_out = static_cast<Bytef*>(to) + have;
@@ -138,24 +139,24 @@ class InflatingStream final : public ByteStream {
       const int status = inflate(&zlib_, Z_NO_FLUSH);
       have += part - zlib_.avail_out;
       if (status == Z_STREAM_END) {
-        ended_ = !next_member();
+        is_stream_ended_ = !next_member();
       } else if (status == Z_MEM_ERROR) {
         throw std::bad_alloc();
       } else if (status != Z_OK && !(status == Z_BUF_ERROR && zlib_.avail_in == 0)) {
-        fail_(place(),
-              std::string("the compressed data are damaged (") +
-                  (zlib_.msg != nullptr ? zlib_.msg : "zlib's error " + std::to_string(status)) +
-                  ")",
-              "Copy or export the file again.");
+        report_error_(
+            place(),
+            std::string("the compressed data are damaged (") +
+                (zlib_.msg != nullptr ? zlib_.msg : "zlib's error " + std::to_string(status)) + ")",
+            "Copy or export the file again.");
       } else if (zlib_.avail_in == 0 && zlib_.avail_out != 0 && at_ == source_.size()) {
-        fail_(place(), "the compressed data stop before their end (truncated)",
-              "Copy or export the file again.");
+        report_error_(place(), "the compressed data stop before their end (truncated)",
+                      "Copy or export the file again.");
       }
     }
     return have;
   }
   std::uint64_t at_most() const override {
-    if (ended_) return 0;
+    if (is_stream_ended_) return 0;
     // zlib may hold a partial byte, and 32 KiB in its window.
     const std::uint64_t left = source_.size() - at_ + zlib_.avail_in + 1;
     return most_unpacked(Packing::deflate, left + 64);
@@ -182,10 +183,10 @@ class InflatingStream final : public ByteStream {
 
   const ByteSource& source_;
   std::uint64_t at_;
-  FailWith fail_;
+  FailWith report_error_;
   std::vector<Bytef> buffer_;
   z_stream zlib_{};
-  bool ended_ = false;
+  bool is_stream_ended_ = false;
 };
 
 }  // namespace

@@ -80,15 +80,15 @@ void create_output_folder(const std::filesystem::path& folder) {
 
 void save_text(const std::filesystem::path& path, std::string_view text) {
   if (const int stream = open_stream(path); stream >= 0) {
-    bool succeeded = true;
-    while (succeeded && !text.empty()) {
+    bool all_succeeded = true;
+    while (all_succeeded && !text.empty()) {
       const std::ptrdiff_t written = os::write_some(stream, text.data(), text.size());
-      succeeded = written > 0 || (written < 0 && errno == EINTR);
+      all_succeeded = written > 0 || (written < 0 && errno == EINTR);
       if (written > 0) text.remove_prefix(static_cast<std::size_t>(written));
     }
-    const std::string reason = succeeded ? "" : std::strerror(errno);
+    const std::string reason = all_succeeded ? "" : std::strerror(errno);
     os::close(stream);
-    if (succeeded) return;
+    if (all_succeeded) return;
     throw Error(ErrorCode::output, "'" + path.string() + "' cannot be written (" + reason + ").");
   }
   AtomicFile file(path);
@@ -113,13 +113,14 @@ void prepare_output_folder(const std::filesystem::path& folder) {
   std::error_code error;
   if (!fs::exists(target, error)) {
     refuse_broken_link(target);
-    std::vector<fs::path> missing;
+    std::vector<fs::path> missing_folders;
     // A root is no folder that could be missing; the name of a drive alone is its current folder.
     for (fs::path part = target; part.has_relative_path() && !fs::exists(part, error);
          part = part.parent_path()) {
-      missing.push_back(part);
+      missing_folders.push_back(part);
     }
-    for (auto part = missing.rbegin(); part != missing.rend(); ++part) create_output_folder(*part);
+    for (auto part = missing_folders.rbegin(); part != missing_folders.rend(); ++part)
+      create_output_folder(*part);
     return;
   }
   if (!fs::is_directory(target, error)) {

@@ -20,18 +20,18 @@ namespace {
 /// and closed, since a process may have 1,024 files open by default.
 constexpr std::size_t kMaxUnnamedFiles = 256;
 
-using Index = std::unordered_map<std::string, std::size_t>;  // of os::name_key()
+using FileIndex = std::unordered_map<std::string, std::size_t>;  // of os::name_key()
 
-struct State {
+struct OutputState {
   std::mutex mutex;
   bool is_open = false;
   std::vector<HeldFile> files;
-  Index by_target;       ///< First index in `files` of each target
-  Index by_destination;  ///< Last index of each destination
+  FileIndex by_target;       ///< First index in `files` of each target
+  FileIndex by_destination;  ///< Last index of each destination
   std::set<os::FileId> read;
 
   /// Rebuilds the indices after files were removed.
-  void index() {
+  void rebuild_indices() {
     by_target.clear();
     by_destination.clear();
     for (std::size_t i = 0; i < files.size(); ++i) {
@@ -40,15 +40,15 @@ struct State {
     }
   }
   /// Moves the held files out of the set.
-  std::vector<HeldFile> release() {
+  std::vector<HeldFile> release_files() {
     std::vector<HeldFile> all = std::exchange(files, {});
-    index();
+    rebuild_indices();
     return all;
   }
 };
 
-State& state() {
-  static State global_state;
+OutputState& output_state() {
+  static OutputState global_state;
   return global_state;
 }
 
@@ -66,19 +66,19 @@ std::filesystem::path absolute_name(const HeldFile& file) {
 }  // namespace
 
 OutputSet::OutputSet() {
-  const std::lock_guard lock(state().mutex);
-  if (state().is_open) {
+  const std::lock_guard lock(output_state().mutex);
+  if (output_state().is_open) {
     throw Error(ErrorCode::usage, "An OutputSet is open already, and a process has one at a time.");
   }
-  state().is_open = true;
+  output_state().is_open = true;
 }
 
 OutputSet::~OutputSet() {
-  std::vector<HeldFile> dropped;
-  const std::lock_guard lock(state().mutex);
-  state().is_open = false;
-  state().read.clear();
-  dropped = state().release();
+  std::vector<HeldFile> dropped_files;
+  const std::lock_guard lock(output_state().mutex);
+  output_state().is_open = false;
+  output_state().read.clear();
+  dropped_files = output_state().release_files();
 }
 
 namespace {
@@ -96,8 +96,8 @@ void place_held(std::vector<HeldFile>& files) {
 void OutputSet::commit() {
   std::vector<HeldFile> files;
   {
-    const std::lock_guard lock(state().mutex);
-    files = state().release();
+    const std::lock_guard lock(output_state().mutex);
+    files = output_state().release_files();
   }
   place_held(files);
 }
@@ -106,13 +106,13 @@ namespace {
 
 /// Moves the files of a run out of the set. The caller holds the lock.
 std::vector<HeldFile> extract_files_of(const InputLog& run) {
-  std::vector<HeldFile>& files = state().files;
+  std::vector<HeldFile>& files = output_state().files;
   const auto first = std::stable_partition(files.begin(), files.end(),
                                            [&](const HeldFile& file) { return file.run != &run; });
   std::vector<HeldFile> run_files(std::make_move_iterator(first),
                                   std::make_move_iterator(files.end()));
   files.erase(first, files.end());
-  state().index();
+  output_state().rebuild_indices();
   return run_files;
 }
 
@@ -121,22 +121,22 @@ std::vector<HeldFile> extract_files_of(const InputLog& run) {
 void commit_outputs(const InputLog& run) {
   std::vector<HeldFile> files;
   {
-    const std::lock_guard lock(state().mutex);
+    const std::lock_guard lock(output_state().mutex);
     files = extract_files_of(run);
   }
   place_held(files);
 }
 
 void discard_outputs(const InputLog& run) {
-  std::vector<HeldFile> dropped;
-  const std::lock_guard lock(state().mutex);
-  dropped = extract_files_of(run);
+  std::vector<HeldFile> dropped_files;
+  const std::lock_guard lock(output_state().mutex);
+  dropped_files = extract_files_of(run);
 }
 
 std::vector<HeldOutput> outputs_of(const InputLog& run) {
-  const std::lock_guard lock(state().mutex);
+  const std::lock_guard lock(output_state().mutex);
   std::vector<HeldOutput> outputs;
-  for (const HeldFile& file : state().files) {
+  for (const HeldFile& file : output_state().files) {
     if (file.run != &run) continue;
     std::erase_if(outputs, [&](const HeldOutput& o) { return o.destination == file.destination; });
     outputs.push_back({file.destination, bytes_of(file)});
@@ -145,15 +145,16 @@ std::vector<HeldOutput> outputs_of(const InputLog& run) {
 }
 
 std::size_t held_outputs() {
-  const std::lock_guard lock(state().mutex);
-  return state().files.size();
+  const std::lock_guard lock(output_state().mutex);
+  return output_state().files.size();
 }
 
 std::filesystem::path OutputSet::held(const std::filesystem::path& destination) {
-  const std::lock_guard lock(state().mutex);
-  const auto found = state().by_destination.find(os::name_key(destination));
-  return found == state().by_destination.end() ? std::filesystem::path()
-                                               : bytes_of(state().files[found->second]);
+  const std::lock_guard lock(output_state().mutex);
+  const auto found = output_state().by_destination.find(os::name_key(destination));
+  return found == output_state().by_destination.end()
+             ? std::filesystem::path()
+             : bytes_of(output_state().files[found->second]);
 }
 
 void OutputSet::protect(const std::filesystem::path& input) {
@@ -166,15 +167,15 @@ void OutputSet::check(const std::filesystem::path& destination) {
 }
 
 bool hold_output(HeldFile& file) {
-  const std::lock_guard lock(state().mutex);
-  if (!state().is_open) return false;
+  const std::lock_guard lock(output_state().mutex);
+  if (!output_state().is_open) return false;
   file.run = current_input_log();
-  // Accepted files of one target have the same absolute name and run, so checking the first suffices.
-  const std::size_t number = state().files.size();
+  // All accepted files of one target have the same absolute name and run, so that checking the first of them suffices.
+  const std::size_t number = output_state().files.size();
   if (number >= kMaxUnnamedFiles) file.name();
-  const auto [first, is_new] = state().by_target.emplace(os::name_key(file.target), number);
+  const auto [first, is_new] = output_state().by_target.emplace(os::name_key(file.target), number);
   if (!is_new) {
-    const HeldFile& other = state().files[first->second];
+    const HeldFile& other = output_state().files[first->second];
     if (other.run != file.run) {
       throw Error(ErrorCode::usage, "'" + file.destination.string() +
                                         "' is written by another bake of this run, too: give each "
@@ -193,15 +194,15 @@ bool hold_output(HeldFile& file) {
                                         "choose another folder for the output.");
     }
   }
-  state().by_destination[os::name_key(file.destination)] = number;
-  state().files.push_back(std::move(file));
+  output_state().by_destination[os::name_key(file.destination)] = number;
+  output_state().files.push_back(std::move(file));
   return true;
 }
 
 void refuse_input(const std::filesystem::path& destination, os::FileId file) {
   {
-    const std::lock_guard lock(state().mutex);
-    if (state().read.count(file) == 0) return;
+    const std::lock_guard lock(output_state().mutex);
+    if (output_state().read.count(file) == 0) return;
   }
   throw Error(ErrorCode::usage, "'" + destination.string() +
                                     "' would be written over, and it is read, too: choose another "
@@ -209,8 +210,8 @@ void refuse_input(const std::filesystem::path& destination, os::FileId file) {
 }
 
 void register_input(os::FileId file) {
-  const std::lock_guard lock(state().mutex);
-  if (state().is_open) state().read.insert(file);
+  const std::lock_guard lock(output_state().mutex);
+  if (output_state().is_open) output_state().read.insert(file);
 }
 
 }  // namespace kiln

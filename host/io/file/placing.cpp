@@ -27,10 +27,10 @@ constexpr const char* kJournal = "journal";
 constexpr std::uint64_t kMaxJournalBytes = std::uint64_t{1} << 24;
 constexpr double kMaxLockSeconds = 300.0;  // Maximum wait for other processes that place files
 
-std::atomic<bool> placing{false};
+std::atomic<bool> is_placing{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 
-const char* remedy(int error_number) {
+const char* remedy_for(int error_number) {
   switch (error_number) {
     case ENOSPC:
 #ifdef EDQUOT
@@ -174,10 +174,10 @@ class Placement {
     for (HeldFile& file : files_) file.name();
     link_old_files();
     for (const fs::path& folder : folders_) write_journal(folder);
-    placing = true;
+    is_placing = true;
     rename_all();
     drop_backups();
-    placing = false;
+    is_placing = false;
     for (const LockedFolder& lock : locks_) lock.sync();
   }
 
@@ -225,9 +225,9 @@ class Placement {
       os::close(file);
     }
     if (!good || !os::replace(temporary_journal.path(), journal.path())) {
-      const int number = errno;
+      const int saved_error = errno;
       os::remove_file(temporary_journal.path().c_str());
-      fail_to_write(files_.front().destination, "", number);
+      fail_to_write(files_.front().destination, "", saved_error);
     }
     journals_.push_back(std::move(journal));
   }
@@ -235,10 +235,10 @@ class Placement {
   void rename_all() {
     for (std::size_t i = 0; i < files_.size(); ++i) {
       if (os::replace(files_[i].temporary.path(), files_[i].target)) continue;
-      const int number = errno;
+      const int saved_error = errno;
       for (std::size_t k = i; k-- > 0;) restore_old_files(k);
-      placing = false;
-      fail_to_write(files_[i].destination, "", number);
+      is_placing = false;
+      fail_to_write(files_[i].destination, "", saved_error);
     }
   }
 
@@ -300,10 +300,11 @@ void HeldFile::sync() const {
   const int opened = descriptor >= 0 ? -1 : os::open_to_read(temporary.path());
   const int file = descriptor >= 0 ? descriptor : opened;
   const bool good = file >= 0 && os::sync(file);
-  const int number = errno;
+  const int saved_error = errno;
   if (opened >= 0) os::close(opened);
   // Some file systems do not support flushing a folder, and report EINVAL or ENOTSUP.
-  if (!good && number != EINVAL && number != ENOTSUP) fail_to_write(destination, "", number);
+  if (!good && saved_error != EINVAL && saved_error != ENOTSUP)
+    fail_to_write(destination, "", saved_error);
 }
 
 void HeldFile::name() {
@@ -372,10 +373,10 @@ void fail_to_write(const fs::path& destination, std::string_view what, int error
     message += ": the disk reported an error";
   }
   message += ".";
-  if (error_number != 0 || what.empty()) message += remedy(error_number);
+  if (error_number != 0 || what.empty()) message += remedy_for(error_number);
   throw Error(ErrorCode::output, message);
 }
 
-bool placing_outputs() noexcept { return placing.load(); }
+bool placing_outputs() noexcept { return is_placing.load(); }
 
 }  // namespace kiln

@@ -12,7 +12,7 @@ namespace kiln {
 /// A finished file that is not placed yet.
 struct HeldFile {
   HeldFile() = default;
-  ~HeldFile();  ///< Removes the file unless it was placed
+  ~HeldFile();  ///< Removes the file if it was not placed
   HeldFile(HeldFile&& other) noexcept;
   HeldFile& operator=(HeldFile&& other) noexcept;
 

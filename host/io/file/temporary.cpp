@@ -24,15 +24,15 @@ struct Slot {
 };
 static_assert(std::atomic<int>::is_always_lock_free);
 
-std::array<Slot, 64> slots;
+std::array<Slot, 64> name_slots;
 std::array<Slot, 64> folder_slots;
 std::atomic<unsigned> name_counter{0};
 
 int register_name(std::span<Slot> all, const std::filesystem::path::string_type& name) {
   if (name.size() >= all[0].path.size()) return -1;
   for (std::size_t i = 0; i < all.size(); ++i) {
-    int expected = kSlotFree;
-    if (!all[i].state.compare_exchange_strong(expected, kSlotTaken)) continue;
+    int expected_state = kSlotFree;
+    if (!all[i].state.compare_exchange_strong(expected_state, kSlotTaken)) continue;
     std::copy_n(name.c_str(), name.size() + 1, all[i].path.data());
     all[i].state = kSlotLive;
     return static_cast<int>(i);
@@ -45,7 +45,7 @@ int register_name(std::span<Slot> all, const std::filesystem::path::string_type&
 TemporaryName::TemporaryName(const std::filesystem::path& folder, const char* ending)
     : path_(folder / (".kiln-" + os::process_mark() + "-" + std::to_string(os::process_id()) + "-" +
                       std::to_string(name_counter++) + "." + ending)),
-      slot_(register_name(slots, path_.native())) {}
+      slot_(register_name(name_slots, path_.native())) {}
 
 TemporaryName::TemporaryName(TemporaryName&& other) noexcept
     : path_(std::exchange(other.path_, {})), slot_(std::exchange(other.slot_, -1)) {}
@@ -60,7 +60,7 @@ TemporaryName& TemporaryName::operator=(TemporaryName&& other) noexcept {
 }
 
 void TemporaryName::release() noexcept {
-  if (slot_ >= 0) slots[static_cast<std::size_t>(slot_)].state = kSlotFree;
+  if (slot_ >= 0) name_slots[static_cast<std::size_t>(slot_)].state = kSlotFree;
   slot_ = -1;
   path_.clear();
 }
@@ -79,16 +79,17 @@ NameState state_of_name(std::string_view name, std::string_view ending) {
   constexpr std::string_view kDigits = "0123456789";
   if (!take(".kiln-")) return NameState::foreign;
   const std::string_view mark = take_run("0123456789abcdef");
-  const bool has_mark = mark.size() == 16 && name.starts_with('-');  // Names of earlier versions
-                                                                     // had no mark
+  const bool has_mark = mark.size() == 16 && name.starts_with('-');  // Earlier versions created
+                                                                     // names without a mark
   if (has_mark) take("-");
-  const std::string process(has_mark ? take_run(kDigits) : mark);
-  if (process.empty() || process.size() > 9 || process.find_first_not_of(kDigits) != process.npos ||
-      !take("-") || take_run(kDigits).empty() || !take(".") || name != ending) {
+  const std::string process_text(has_mark ? take_run(kDigits) : mark);
+  if (process_text.empty() || process_text.size() > 9 ||
+      process_text.find_first_not_of(kDigits) != process_text.npos || !take("-") ||
+      take_run(kDigits).empty() || !take(".") || name != ending) {
     return NameState::foreign;
   }
   if (!has_mark || mark != os::process_mark()) return NameState::unknown;
-  return os::is_gone(std::stol(process)) ? NameState::left : NameState::live;
+  return os::is_gone(std::stol(process_text)) ? NameState::left : NameState::live;
 }
 
 void register_created_folder(const std::filesystem::path& folder) noexcept {
@@ -101,7 +102,7 @@ void unregister_created_folders() noexcept {
 
 void remove_temporary_files() noexcept {
   const int saved_errno = errno;
-  for (Slot& slot : slots) {
+  for (Slot& slot : name_slots) {
     if (slot.state == kSlotLive) os::remove_file(slot.path.data());
   }
   // Removes folders in reverse order of creation. The removal is meant to fail for folders that are not empty.

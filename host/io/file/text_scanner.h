@@ -145,12 +145,12 @@ inline std::optional<double> to_double(std::string_view token) {
   const auto [stop, status] = std::from_chars(token.data(), token.data() + token.size(), value);
   if (stop != token.data() + token.size() || token.empty()) return to_non_finite(token);
   if (status == std::errc::result_out_of_range) {
-    const bool negative = token[0] == '-';
+    const bool is_negative = token[0] == '-';
     const std::size_t exponent = token.find_first_of("eE");
     const bool tiny = exponent != token.npos ? token.find('-', exponent) != token.npos
-                                             : token[negative ? 1 : 0] == '0';
+                                             : token[is_negative ? 1 : 0] == '0';
     const double magnitude = tiny ? 0.0 : std::numeric_limits<double>::infinity();
-    return negative ? -magnitude : magnitude;
+    return is_negative ? -magnitude : magnitude;
   }
   if (status != std::errc()) return std::nullopt;
   return value;

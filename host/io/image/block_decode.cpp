@@ -21,7 +21,7 @@ Color color_of_565(std::uint32_t packed) {
           static_cast<float>(packed & 31U) / 31, 1};
 }
 
-Color between(const Color& a, const Color& b, float share) {
+Color interpolate_color(const Color& a, const Color& b, float share) {
   Color result;
   for (std::size_t c = 0; c < 4; ++c) result[c] = a[c] + (b[c] - a[c]) * share;
   return result;
@@ -34,10 +34,10 @@ void decode_colors(const std::uint8_t* block, bool four, BlockTexels& texels) {
   const std::uint32_t indices = word(block + 4, 4);
   std::array<Color, 4> colors{color_of_565(first), color_of_565(second)};
   if (four || first > second) {
-    colors[2] = between(colors[0], colors[1], 1.0F / 3);
-    colors[3] = between(colors[0], colors[1], 2.0F / 3);
+    colors[2] = interpolate_color(colors[0], colors[1], 1.0F / 3);
+    colors[3] = interpolate_color(colors[0], colors[1], 2.0F / 3);
   } else {
-    colors[2] = between(colors[0], colors[1], 0.5F);
+    colors[2] = interpolate_color(colors[0], colors[1], 0.5F);
   }
   for (std::size_t i = 0; i < 16; ++i) texels[i] = colors[indices >> (2 * i) & 3U];
 }
@@ -68,7 +68,7 @@ void decode_signed_channel(const std::uint8_t* block, std::size_t channel, Block
 
 /// A mode of BC7: the number of bits of each part.
 struct Mode {
-  /// Number of subsets; numbers of bits of the other three
+  /// Number of subsets; number of bits of the partition, the rotation and the index selection
   unsigned subsets, partition, rotation, selector;
   /// Bits per channel of an endpoint; alpha 0: opaque
   unsigned color, alpha;
@@ -146,7 +146,7 @@ class Bits {
 };
 
 /// Expands `bits` bits to eight by repeating the highest ones.
-unsigned widened(unsigned value, unsigned bits) {
+unsigned widen_bits(unsigned value, unsigned bits) {
   value <<= 8 - bits;
   return value | value >> bits;
 }
@@ -178,8 +178,8 @@ void decode_bc7(const std::uint8_t* block, BlockTexels& texels) {
   }
   const unsigned extra_bits = has_low_bits ? 1 : 0;
   for (std::size_t e = 0; e < endpoint_count; ++e) {
-    for (std::size_t c = 0; c < 3; ++c) end[e][c] = widened(end[e][c], mode.color + extra_bits);
-    end[e][3] = mode.alpha == 0 ? 255 : widened(end[e][3], mode.alpha + extra_bits);
+    for (std::size_t c = 0; c < 3; ++c) end[e][c] = widen_bits(end[e][c], mode.color + extra_bits);
+    end[e][3] = mode.alpha == 0 ? 255 : widen_bits(end[e][3], mode.alpha + extra_bits);
   }
 
   const auto subset_of = [&](std::size_t i) -> std::size_t {
@@ -204,8 +204,9 @@ void decode_bc7(const std::uint8_t* block, BlockTexels& texels) {
     if (swaps_sets) std::swap(of_color, of_alpha);
     const std::size_t a = 2 * subset_of(i);
     for (std::size_t c = 0; c < 4; ++c) {
-      const unsigned weight = c < 3 ? of_color : of_alpha;
-      const unsigned value = (end[a][c] * (64 - weight) + end[a + 1][c] * weight + 32) >> 6U;
+      const unsigned endpoint_weight = c < 3 ? of_color : of_alpha;
+      const unsigned value =
+          (end[a][c] * (64 - endpoint_weight) + end[a + 1][c] * endpoint_weight + 32) >> 6U;
       texels[i][c] = static_cast<float>(value) / 255;
     }
     if (rotation != 0) std::swap(texels[i][rotation - 1], texels[i][3]);

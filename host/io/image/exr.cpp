@@ -56,14 +56,14 @@ Imf::Slice slice(Imf::PixelType type, T* base, std::int64_t x0, std::int64_t y0,
 
 // The channels to read, in order; empty if they do not form an image.
 std::vector<std::string> choose_channels(const Imf::ChannelList& list) {
-  std::vector<std::string> prefixes = {""};
+  std::vector<std::string> layer_prefixes = {""};
   for (auto it = list.begin(); it != list.end(); ++it) {
     const std::string name = it.name();
     const std::size_t dot = name.rfind('.');
     if (dot == std::string::npos) continue;
     const std::string prefix = name.substr(0, dot + 1);
-    if (std::find(prefixes.begin(), prefixes.end(), prefix) == prefixes.end()) {
-      prefixes.push_back(prefix);
+    if (std::find(layer_prefixes.begin(), layer_prefixes.end(), prefix) == layer_prefixes.end()) {
+      layer_prefixes.push_back(prefix);
     }
   }
   const std::array<std::vector<const char*>, 7> sets = {{{"R", "G", "B", "A"},
@@ -73,7 +73,7 @@ std::vector<std::string> choose_channels(const Imf::ChannelList& list) {
                                                          {"X", "Y", "Z"},
                                                          {"Y", "A"},
                                                          {"Y"}}};
-  for (const std::string& prefix : prefixes) {
+  for (const std::string& prefix : layer_prefixes) {
     for (const auto& set : sets) {
       std::vector<std::string> names;
       for (const char* name : set) {
@@ -93,7 +93,7 @@ std::string list_channels(const Imf::ChannelList& list) {
   return text;
 }
 
-bool inside(const Imath::Box2i& inner, const Imath::Box2i& outer) {
+bool lies_inside(const Imath::Box2i& inner, const Imath::Box2i& outer) {
   return inner.min.x >= outer.min.x && inner.min.y >= outer.min.y && inner.max.x <= outer.max.x &&
          inner.max.y <= outer.max.y;
 }
@@ -123,7 +123,7 @@ Image read_exr(const ByteSource& source, const std::string& name, const FailWith
   const std::vector<std::string> names = checked_channels(file.header().channels(), fail);
   const Imath::Box2i data = file.header().dataWindow();
   const Imath::Box2i display = file.header().displayWindow();
-  const Imath::Box2i window = inside(data, display) ? display : data;
+  const Imath::Box2i window = lies_inside(data, display) ? display : data;
   Image image;
   image.width = static_cast<std::uint32_t>(window.max.x - window.min.x + 1);
   image.height = static_cast<std::uint32_t>(window.max.y - window.min.y + 1);

@@ -21,7 +21,7 @@ constexpr std::uint64_t kTileRowPixels = std::uint64_t{1} << 22;
 // Maximum pixels of a row of tiles. OpenEXR counts them in an int, which could overflow above this.
 constexpr std::uint64_t kMaxTileRowPixels = std::uint64_t{1} << 30;
 
-std::string sides(const ExrBox& box) {
+std::string sides_text(const ExrBox& box) {
   return std::to_string(box.width()) + " x " + std::to_string(box.height()) + " pixels";
 }
 
@@ -36,7 +36,8 @@ void check_windows(const ExrPart& part, const FailWith& fail, const ImageLimits&
   const auto check = [&](const char* field, const ExrBox& box) {
     if (box.pixels() <= limits.pixels) return;
     fail(field,
-         "it says " + sides(box) + ", but at most " + std::to_string(limits.pixels) + " are read",
+         "it says " + sides_text(box) + ", but at most " + std::to_string(limits.pixels) +
+             " are read",
          "Scale the image down.");
   };
   check("dataWindow", part.data);
@@ -45,7 +46,8 @@ void check_windows(const ExrPart& part, const FailWith& fail, const ImageLimits&
   if (part.display.pixels() >
       std::max(kMaxEmptyPixels, kMaxDisplayToDataRatio * part.data.pixels())) {
     fail("displayWindow",
-         "it says " + sides(part.display) + ", but the data window has only " + sides(part.data),
+         "it says " + sides_text(part.display) + ", but the data window has only " +
+             sides_text(part.data),
          "Export the image again, cropped to its data.");
   }
 }
@@ -58,7 +60,7 @@ void check_tiles(const ExrPart& part, const FailWith& fail) {
   if (std::max(part.data.width(), part.tile_width) * part.tile_height > most) {
     fail("tiles",
          "it says " + std::to_string(part.tile_width) + " x " + std::to_string(part.tile_height) +
-             " pixels, but the data window has only " + sides(part.data),
+             " pixels, but the data window has only " + sides_text(part.data),
          "Export the image again with smaller tiles, or without.");
   }
 }
@@ -83,21 +85,21 @@ void check_blocks(const ByteSource& source, const ExrHeaders& headers, const Fai
   for (const ExrPart& each : headers.parts) all += each.blocks_of_all_levels();
   if (all > (source.size() - headers.end) / 8) {
     fail("dataWindow",
-         "it says " + sides(part.data) + ", whose table of " + std::to_string(all) +
+         "it says " + sides_text(part.data) + ", whose table of " + std::to_string(all) +
              " blocks is longer than the file (truncated)",
          kExportAgain);
   }
   const std::uint64_t count = part.blocks();
-  std::vector<unsigned char> table(static_cast<std::size_t>(8 * count));
-  table.resize(source.read_at(headers.end, table.data(), table.size()));
+  std::vector<unsigned char> offset_table(static_cast<std::size_t>(8 * count));
+  offset_table.resize(source.read_at(headers.end, offset_table.data(), offset_table.size()));
   // A block's header consists of the part, the position and the number of bytes.
   const std::uint64_t part_bytes = headers.multi_part ? 4 : 0;
   const std::uint64_t place_bytes = part.tiled ? 16 : 4;
   const std::uint64_t head_bytes = part_bytes + place_bytes + 4;
-  std::uint64_t total = 0;
-  for (std::uint64_t i = 0; 8 * i + 8 <= table.size(); ++i) {
+  std::uint64_t total_bytes = 0;
+  for (std::uint64_t i = 0; 8 * i + 8 <= offset_table.size(); ++i) {
     const std::string place = "block " + std::to_string(i);
-    const std::uint64_t at = little_endian(&table[8 * i], 8);
+    const std::uint64_t at = little_endian(&offset_table[8 * i], 8);
     unsigned char head[24] = {};
     if (at < headers.end || at > source.size() ||
         source.read_at(at, head, static_cast<std::size_t>(head_bytes)) != head_bytes) {
@@ -120,14 +122,14 @@ void check_blocks(const ByteSource& source, const ExrHeaders& headers, const Fai
     const std::uint64_t needed = part.bytes_of(box);
     if (needed > most_unpacked(part.packing, size)) {
       fail("dataWindow",
-           "it says " + sides(part.data) + "; " + place + " of them takes " +
+           "it says " + sides_text(part.data) + "; " + place + " of them takes " +
                std::to_string(needed) + " bytes, but has " + std::to_string(size) +
                ", which by compression " + part.compression + " hold at most " +
                std::to_string(most_unpacked(part.packing, size)),
            kExportAgain);
     }
-    total += size + head_bytes;
-    if (total > source.size()) fail(place, "it overlaps another one", kExportAgain);
+    total_bytes += size + head_bytes;
+    if (total_bytes > source.size()) fail(place, "it overlaps another one", kExportAgain);
   }
 }
 

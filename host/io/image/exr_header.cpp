@@ -12,9 +12,9 @@ namespace {
 constexpr std::size_t kMaxExrHeaderBytes = std::size_t{1} << 20;
 constexpr std::size_t kMaxExrChannels = 1024;
 constexpr std::size_t kMaxExrParts = 1024;
-constexpr std::uint32_t kTiled = 1U << 9;
-constexpr std::uint32_t kDeep = 1U << 11;
-constexpr std::uint32_t kMultiPart = 1U << 12;
+constexpr std::uint32_t kTiledFlag = 1U << 9;
+constexpr std::uint32_t kDeepFlag = 1U << 11;
+constexpr std::uint32_t kMultiPartFlag = 1U << 12;
 
 struct Compression {
   const char* name;
@@ -35,14 +35,14 @@ constexpr std::array<Compression, 10> kCompressions = {{{"none", Packing::none, 
 class Cursor {
  public:
   Cursor(const std::string& bytes, bool whole, const FailWith& fail)
-      : bytes_(bytes), whole_(whole), fail_(fail) {}
+      : bytes_(bytes), is_whole_file_(whole), fail_(fail) {}
 
   [[noreturn]] void fail(const std::string& field, const std::string& what) const {
     fail_(field, what, "Export or copy the file again.");
     throw Error(ErrorCode::internal, "An OpenEXR error was lost.");
   }
   [[noreturn]] void fail_short() const {
-    fail("header", whole_ ? "the file ends inside (truncated)" : "it is longer than 1 MiB");
+    fail("header", is_whole_file_ ? "the file ends inside (truncated)" : "it is longer than 1 MiB");
   }
   std::size_t at() const { return at_; }
   void go_to(std::size_t at) { at_ = at; }
@@ -76,7 +76,7 @@ class Cursor {
 
  private:
   const std::string& bytes_;
-  bool whole_;
+  bool is_whole_file_;
   const FailWith& fail_;
   std::size_t at_ = 0;
 };
@@ -135,34 +135,34 @@ void read_tiles(Cursor& cursor, std::uint32_t largest, ExrPart& part) {
   }
 }
 
-struct Sized {
+struct TypeSize {
   std::string_view type;
   std::uint32_t bytes;
 };
-constexpr std::array<Sized, 24> kSized = {{{"box2f", 16},
-                                           {"box2i", 16},
-                                           {"chromaticities", 32},
-                                           {"compression", 1},
-                                           {"deepImageState", 1},
-                                           {"double", 8},
-                                           {"envmap", 1},
-                                           {"float", 4},
-                                           {"int", 4},
-                                           {"keycode", 28},
-                                           {"lineOrder", 1},
-                                           {"m33d", 72},
-                                           {"m33f", 36},
-                                           {"m44d", 128},
-                                           {"m44f", 64},
-                                           {"rational", 8},
-                                           {"tiledesc", 9},
-                                           {"timecode", 8},
-                                           {"v2d", 16},
-                                           {"v2f", 8},
-                                           {"v2i", 8},
-                                           {"v3d", 24},
-                                           {"v3f", 12},
-                                           {"v3i", 12}}};
+constexpr std::array<TypeSize, 24> kTypeSizes = {{{"box2f", 16},
+                                                  {"box2i", 16},
+                                                  {"chromaticities", 32},
+                                                  {"compression", 1},
+                                                  {"deepImageState", 1},
+                                                  {"double", 8},
+                                                  {"envmap", 1},
+                                                  {"float", 4},
+                                                  {"int", 4},
+                                                  {"keycode", 28},
+                                                  {"lineOrder", 1},
+                                                  {"m33d", 72},
+                                                  {"m33f", 36},
+                                                  {"m44d", 128},
+                                                  {"m44f", 64},
+                                                  {"rational", 8},
+                                                  {"tiledesc", 9},
+                                                  {"timecode", 8},
+                                                  {"v2d", 16},
+                                                  {"v2f", 8},
+                                                  {"v2i", 8},
+                                                  {"v3d", 24},
+                                                  {"v3f", 12},
+                                                  {"v3i", 12}}};
 
 /// The length of an attribute of a known type must match the type: OpenEXR reads the type's size, regardless
 /// of the stored length, and interprets the following bytes as lengths.
@@ -172,7 +172,7 @@ void check_size(Cursor& cursor, const std::string& name, const std::string& type
     if (fits) return;
     cursor.fail(name, "it says " + std::to_string(size) + " bytes, which no " + type + " has");
   };
-  for (const Sized& known : kSized) {
+  for (const TypeSize& known : kTypeSizes) {
     if (known.type == type) check(size == known.bytes);
   }
   if (type == "preview") {
@@ -198,7 +198,7 @@ void check_size(Cursor& cursor, const std::string& name, const std::string& type
   cursor.go_to(begin);
 }
 
-/// Reads one header; false for the empty one that ends a list of headers.
+/// Reads one header. False for the empty header that ends a list of headers.
 bool read_part(Cursor& cursor, std::uint32_t largest, ExrPart& part,
                std::vector<std::uint64_t>& manifests) {
   bool any = false;
@@ -240,7 +240,7 @@ std::uint64_t samples(std::int64_t a, std::int64_t b, std::int64_t step) {
 }
 
 /// Sizes of all levels along one axis, the finest first.
-std::vector<std::uint64_t> levels(std::uint64_t size, std::uint64_t until, bool round_up) {
+std::vector<std::uint64_t> level_sizes(std::uint64_t size, std::uint64_t until, bool round_up) {
   std::vector<std::uint64_t> result;
   for (std::uint64_t span = 1, k = 0;; span *= 2, ++k) {
     const std::uint64_t add = round_up ? span - 1 : 0;
@@ -270,8 +270,8 @@ std::uint64_t ExrPart::blocks_of_all_levels() const {
   if (!tiled || level_mode == 0) return blocks();
   const std::uint64_t larger = std::max(data.width(), data.height());
   const bool mip = level_mode == 1;
-  const auto wide = levels(data.width(), mip ? larger : data.width(), round_up);
-  const auto high = levels(data.height(), mip ? larger : data.height(), round_up);
+  const auto wide = level_sizes(data.width(), mip ? larger : data.width(), round_up);
+  const auto high = level_sizes(data.height(), mip ? larger : data.height(), round_up);
   const auto tiles = [](std::uint64_t size, std::uint64_t tile) {
     return (size + tile - 1) / tile;
   };
@@ -290,7 +290,7 @@ ExrHeaders read_exr_headers(const ByteSource& source, const FailWith& fail, std:
   if (cursor.word() != 20000630) cursor.fail("byte 0", "it is not an OpenEXR file");
   const std::uint32_t version = cursor.word();
   ExrHeaders headers;
-  headers.multi_part = (version & kMultiPart) != 0;
+  headers.multi_part = (version & kMultiPartFlag) != 0;
   for (;;) {
     ExrPart part;
     if (!read_part(cursor, largest, part, headers.manifests)) {
@@ -298,7 +298,7 @@ ExrHeaders read_exr_headers(const ByteSource& source, const FailWith& fail, std:
       break;
     }
     part.tiled = headers.multi_part ? part.type == "tiledimage" || part.type == "deeptile"
-                                    : (version & kTiled) != 0;
+                                    : (version & kTiledFlag) != 0;
     check_complete(cursor, part);
     headers.parts.push_back(std::move(part));
     if (!headers.multi_part) break;
@@ -306,7 +306,7 @@ ExrHeaders read_exr_headers(const ByteSource& source, const FailWith& fail, std:
   }
   const std::string& type = headers.parts.front().type;
   // Parts of a deep type are refused even without the flag, since OpenEXR would read them as deep data.
-  if ((!headers.multi_part && (version & kDeep) != 0) || type.starts_with("deep")) {
+  if ((!headers.multi_part && (version & kDeepFlag) != 0) || type.starts_with("deep")) {
     cursor.fail("type", "it holds deep data; flatten it to one value a pixel");
   }
   headers.end = cursor.at();

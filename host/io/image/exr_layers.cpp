@@ -19,37 +19,38 @@ namespace {
 // OpenEXR limits names of attributes to 255 bytes; the other bytes are for the keyword of a layer's text.
 constexpr std::size_t kMaxLayerNameBytes = 128;
 
-[[noreturn]] void usage(const std::string& text) { throw Error(ErrorCode::usage, text); }
+[[noreturn]] void throw_usage(const std::string& text) { throw Error(ErrorCode::usage, text); }
 
-std::string size_of(const ImageLayer& layer) {
+std::string layer_size_text(const ImageLayer& layer) {
   return layer.name + ": " + std::to_string(layer.image->width) + " x " +
          std::to_string(layer.image->height);
 }
 
 void check(std::span<const ImageLayer> layers, const SaveImageOptions& options) {
   if (options.format != ImageFormat::exr_half && options.format != ImageFormat::exr_float) {
-    usage("PNG holds one image, not layers: use OpenEXR.");
+    throw_usage("PNG holds one image, not layers: use OpenEXR.");
   }
-  if (layers.empty()) usage("There is no layer to write.");
+  if (layers.empty()) throw_usage("There is no layer to write.");
   std::set<std::string> names;
   for (const ImageLayer& layer : layers) {
     if (layer.name.empty() || layer.name.size() > kMaxLayerNameBytes ||
         layer.name.find_first_of(std::string_view(".\0", 2)) != std::string::npos) {
-      usage("'" + layer.name + "' is an invalid name of a layer: use 1 to " +
-            std::to_string(kMaxLayerNameBytes) + " bytes, none of them a dot or 0.");
+      throw_usage("'" + layer.name + "' is an invalid name of a layer: use 1 to " +
+                  std::to_string(kMaxLayerNameBytes) + " bytes, none of them a dot or 0.");
     }
-    if (!names.insert(layer.name).second) usage("Two layers are called '" + layer.name + "'.");
+    if (!names.insert(layer.name).second)
+      throw_usage("Two layers are called '" + layer.name + "'.");
     const Image* image = layer.image;
     if (image == nullptr || image->channels < 1 || image->channels > 4 || image->width == 0 ||
         image->height == 0 ||
         image->pixels.size() != std::size_t{image->width} * image->height * image->channels) {
-      usage("The layer '" + layer.name +
-            "' has no pixels, or their number does not match its size.");
+      throw_usage("The layer '" + layer.name +
+                  "' has no pixels, or their number does not match its size.");
     }
     check_texts(layer.texts);
     if (image->width != layers[0].image->width || image->height != layers[0].image->height) {
-      usage("Layers must be of one size, but there are " + size_of(layers[0]) + " and " +
-            size_of(layer) + ".");
+      throw_usage("Layers must be of one size, but there are " + layer_size_text(layers[0]) +
+                  " and " + layer_size_text(layer) + ".");
     }
   }
 }
@@ -63,19 +64,19 @@ template <typename T>
 void write_layers(std::span<const ImageLayer> layers, Imf::OutputFile& output, Imf::PixelType type,
                   int threads) {
   const std::size_t height = layers[0].image->height;
-  std::vector<std::vector<T>> bands(layers.size());
+  std::vector<std::vector<T>> layer_bands(layers.size());
   for (std::size_t first = 0; first < height; first += kExrBandRows) {
     const std::size_t count = std::min(kExrBandRows, height - first);
     Imf::FrameBuffer buffer;
     for (std::size_t l = 0; l < layers.size(); ++l) {
       const Image& image = *layers[l].image;
-      convert_rows(image, first, count, bands[l], threads);
+      convert_rows(image, first, count, layer_bands[l], threads);
       for (std::size_t c = 0; c < image.channels; ++c) {
         buffer.insert(
             channel_name(layers[l], c),
-            Imf::Slice::Make(type, bands[l].data() + c, Imath::V2i(0, static_cast<int>(first)),
-                             image.width, static_cast<std::int64_t>(count),
-                             image.channels * sizeof(T)));
+            Imf::Slice::Make(type, layer_bands[l].data() + c,
+                             Imath::V2i(0, static_cast<int>(first)), image.width,
+                             static_cast<std::int64_t>(count), image.channels * sizeof(T)));
       }
     }
     output.setFrameBuffer(buffer);

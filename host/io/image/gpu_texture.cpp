@@ -20,12 +20,13 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kSide = 4, kBlock = 8;  // Side of a block in texels; bytes of a block
+constexpr std::size_t kBlockSide = 4,
+                      kBlockBytes = 8;  // Side of a block in texels; bytes of a block
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// The eight shades of a block, from one endpoint to the other. If the first endpoint is not greater than the second,
-/// there are six such shades, and the other two are 0 and 255.
+/// The eight values that a block can represent, its shades, evenly spaced from one endpoint to the other. If the first
+/// endpoint is not greater than the second, there are six such shades, and the other two are 0 and 255.
 std::array<float, 8> shades_of(std::uint8_t first, std::uint8_t second) {
   const float a = first, b = second;
   std::array<float, 8> shades{a, b};
@@ -49,36 +50,39 @@ float error_of(const BlockValues& values, const Endpoints& endpoints, int steps)
   const auto low = static_cast<float>(endpoints.low);
   const auto step = static_cast<float>(endpoints.high - endpoints.low) / static_cast<float>(steps);
   const float scale = step > 0 ? 1 / step : 0;
-  std::array<float, 16> squares{};
+  std::array<float, 16> squared_errors{};
   for (std::size_t i = 0; i < values.size(); ++i) {
     const float value = values[i];
     const float place = std::min(std::max((value - low) * scale, 0.0F), static_cast<float>(steps));
     const auto nearest = static_cast<float>(static_cast<int>(place + 0.5F));
     const float off = value - (low + nearest * step);
-    squares[i] = off * off;
+    squared_errors[i] = off * off;
   }
   if (steps == 5) {
     for (std::size_t i = 0; i < values.size(); ++i) {
       const float squared_from_0 = values[i], above = 255 - squared_from_0;
-      squares[i] = std::min({squares[i], squared_from_0 * squared_from_0, above * above});
+      squared_errors[i] =
+          std::min({squared_errors[i], squared_from_0 * squared_from_0, above * above});
     }
   }
-  for (std::size_t half = squares.size() / 2; half > 0; half /= 2) {
-    for (std::size_t i = 0; i < half; ++i) squares[i] += squares[i + half];
+  for (std::size_t half = squared_errors.size() / 2; half > 0; half /= 2) {
+    for (std::size_t i = 0; i < half; ++i) squared_errors[i] += squared_errors[i + half];
   }
-  return squares[0];
+  return squared_errors[0];
 }
 
 /// Coordinate descent: moves the endpoints while the error decreases; the step is halved repeatedly.
-void descend(const BlockValues& values, int steps, int step, Endpoints& best, float& least) {
+void improve_endpoints(const BlockValues& values, int steps, int step, Endpoints& best,
+                       float& least) {
   for (; step > 0; step /= 2) {
     for (bool is_better = least > 0; is_better;) {
       is_better = false;
       const Endpoints from = best;
-      const int reach = step == 1 ? 2 : 1, side = 2 * reach + 1;
+      const int search_steps = step == 1 ? 2 : 1, side = 2 * search_steps + 1;
       for (int move = 0; move < side * side; ++move) {
-        const Endpoints endpoints{std::clamp(from.low + (move % side - reach) * step, 0, 255),
-                                  std::clamp(from.high + (move / side - reach) * step, 0, 255)};
+        const Endpoints endpoints{
+            std::clamp(from.low + (move % side - search_steps) * step, 0, 255),
+            std::clamp(from.high + (move / side - search_steps) * step, 0, 255)};
         if (endpoints.low > endpoints.high) continue;
         const float error = error_of(values, endpoints, steps);
         if (error >= least) continue;
@@ -101,34 +105,36 @@ float search_endpoints(const BlockValues& values, int steps, Endpoints& best) {
   }
   if (low > high) low = high = 0;
   best = {static_cast<int>(std::floor(low)), static_cast<int>(std::ceil(high))};
-  float least = error_of(values, best, steps);
+  float least_error = error_of(values, best, steps);
   // Moving the endpoints inward from the extremes is useful by at most half a shade.
   const auto range = static_cast<unsigned>(best.high - best.low);
-  descend(values, steps, static_cast<int>(std::bit_floor(std::max(1U, range / 14))), best, least);
-  if (steps == 7) return least;
+  improve_endpoints(values, steps, static_cast<int>(std::bit_floor(std::max(1U, range / 14))), best,
+                    least_error);
+  if (steps == 7) return least_error;
   // Values near 0 and 255 may use those two shades, so the best endpoints of the other values may lie anywhere; a
   // coarse grid of them is tried.
   constexpr int kCoarseStep = 16;
-  Endpoints coarse;
+  Endpoints coarse_endpoints;
   float error = std::numeric_limits<float>::infinity();
   for (int i = kCoarseStep / 2; i < 256; i += kCoarseStep) {
     for (int k = i; k < 256; k += kCoarseStep) {
       const float other = error_of(values, {i, k}, steps);
-      if (other < error) error = other, coarse = {i, k};
+      if (other < error) error = other, coarse_endpoints = {i, k};
     }
   }
-  descend(values, steps, kCoarseStep / 2, coarse, error);
-  if (error < least) least = error, best = coarse;
-  return least;
+  improve_endpoints(values, steps, kCoarseStep / 2, coarse_endpoints, error);
+  if (error < least_error) least_error = error, best = coarse_endpoints;
+  return least_error;
 }
 
-std::size_t blocks_along(std::uint32_t side) { return (side + kSide - 1) / kSide; }
+std::size_t blocks_along(std::uint32_t side) { return (side + kBlockSide - 1) / kBlockSide; }
 
 /// A level's texels in the file's layout.
 Bytes texels_of(const Image& image, const TextureFormat& format) {
   const std::size_t rows = format.in_blocks ? blocks_along(image.height) : image.height;
-  const std::size_t row = format.in_blocks ? blocks_along(image.width) * format.channels * kBlock
-                                           : std::size_t{image.width} * format.channels;
+  const std::size_t row = format.in_blocks
+                              ? blocks_along(image.width) * format.channels * kBlockBytes
+                              : std::size_t{image.width} * format.channels;
   Bytes bytes(rows * row);
   parallel_for(rows, 1, [&](std::size_t begin, std::size_t end) {
     Bytes values(std::size_t{image.width} * image.channels);
@@ -169,7 +175,7 @@ std::vector<std::byte> as_bytes(const Bytes& from) {
 }  // namespace
 
 TextureFormat TextureFormat::of(const Image& image, TextureUse use) {
-  const bool blocks = image.width % kSide == 0 && image.height % kSide == 0;
+  const bool blocks = image.width % kBlockSide == 0 && image.height % kBlockSide == 0;
   const std::uint32_t channels = use == TextureUse::tangent_normal ? 2 : image.channels;
   if (use == TextureUse::color) return {43, 29, 4, true, false};  // R8G8B8A8_SRGB
   if (channels == 1 && blocks) return {139, 80, 1, false, true};  // BC4_UNORM
@@ -186,9 +192,9 @@ std::array<std::uint8_t, 8> encode_bc4(const BlockValues& values) {
   const bool has_ends =
       std::any_of(values.begin(), values.end(), [](float v) { return v < 0.5F || v > 254.5F; });
   if (error > 0 && has_ends) {
-    Endpoints inner;
-    if (search_endpoints(values, 5, inner) < error) {
-      endpoints = inner;
+    Endpoints inner_endpoints;
+    if (search_endpoints(values, 5, inner_endpoints) < error) {
+      endpoints = inner_endpoints;
       greater_first = false;
     }
   }
@@ -220,11 +226,12 @@ void encode_blocks(const Image& image, const TextureFormat& format, std::size_t 
                    std::uint8_t* to) {
   BlockValues values{};
   for (std::size_t block = 0; block < blocks_along(image.width); ++block) {
-    for (std::size_t c = 0; c < format.channels; ++c, to += kBlock) {
+    for (std::size_t c = 0; c < format.channels; ++c, to += kBlockBytes) {
       for (std::size_t i = 0; i < values.size(); ++i) {
         const std::size_t column =
-            std::min<std::size_t>(kSide * block + i % kSide, image.width - 1);
-        const std::size_t row = std::min<std::size_t>(kSide * y + i / kSide, image.height - 1);
+            std::min<std::size_t>(kBlockSide * block + i % kBlockSide, image.width - 1);
+        const std::size_t row =
+            std::min<std::size_t>(kBlockSide * y + i / kBlockSide, image.height - 1);
         const float value = image.at(column, row)[c];
         values[i] = value > 0 ? std::min(value, 1.0F) * 255 : 0;  // NaN becomes 0
       }
@@ -245,14 +252,14 @@ std::vector<std::byte> encode_ktx2(std::span<const Image* const> levels, Texture
   const std::uint32_t bits = format.in_blocks ? 64 : 8, samples = format.channels;
   const std::uint32_t size = 24 + 16 * samples;
   // RGBSDA 1, BC4 131, BC5 132; primaries of sRGB; transfer linear 1 or sRGB 2.
-  const std::uint32_t model = !format.in_blocks ? 1 : samples == 1 ? 131 : 132;
-  const std::uint32_t side = format.in_blocks ? kSide - 1 : 0;
-  put_words(descriptor,
-            {size + 4, 0, 2U | size << 16U, model | 1U << 8U | (format.is_srgb ? 2U : 1U) << 16U,
-             side | side << 8U, samples * bits / 8, 0});
+  const std::uint32_t color_model = !format.in_blocks ? 1 : samples == 1 ? 131 : 132;
+  const std::uint32_t side = format.in_blocks ? kBlockSide - 1 : 0;
+  put_words(descriptor, {size + 4, 0, 2U | size << 16U,
+                         color_model | 1U << 8U | (format.is_srgb ? 2U : 1U) << 16U,
+                         side | side << 8U, samples * bits / 8, 0});
   for (std::uint32_t c = 0; c < samples; ++c) {
     const std::uint32_t channel = c == 3 ? 15 : c;
-    const std::uint32_t linear = c == 3 && format.is_srgb ? 1U << 4U : 0;  // Alpha is not
+    const std::uint32_t linear = c == 3 && format.is_srgb ? 1U << 4U : 0;  // Alpha is always linear
                                                                            // sRGB-encoded
     put_words(descriptor, {c * bits | (bits - 1) << 16U | (channel | linear) << 24U, 0, 0,
                            format.in_blocks ? 0xFFFFFFFFU : 255U});
@@ -281,16 +288,17 @@ std::vector<std::byte> encode_ktx2(std::span<const Image* const> levels, Texture
   file.insert(file.end(), keys.begin(), keys.end());
   for (std::uint32_t k = count; k-- > 0;) {  // The smallest level comes first
     const Bytes texels = texels_of(*levels[k], format);
-    Bytes packed(ZSTD_compressBound(texels.size()));
-    const std::size_t written =
-        ZSTD_compress(packed.data(), packed.size(), texels.data(), texels.size(), kEffort);
+    Bytes packed_level(ZSTD_compressBound(texels.size()));
+    const std::size_t written = ZSTD_compress(packed_level.data(), packed_level.size(),
+                                              texels.data(), texels.size(), kEffort);
     if (ZSTD_isError(written) != 0) throw std::bad_alloc();
-    Bytes entry;
+    Bytes key_entry;
     for (const std::size_t value : {file.size(), written, texels.size()}) {
-      put(entry, static_cast<std::uint64_t>(value));
+      put(key_entry, static_cast<std::uint64_t>(value));
     }
-    std::ranges::copy(entry, file.begin() + kHeader + kLevel * std::ptrdiff_t{k});
-    file.insert(file.end(), packed.begin(), packed.begin() + static_cast<std::ptrdiff_t>(written));
+    std::ranges::copy(key_entry, file.begin() + kHeader + kLevel * std::ptrdiff_t{k});
+    file.insert(file.end(), packed_level.begin(),
+                packed_level.begin() + static_cast<std::ptrdiff_t>(written));
   }
   return as_bytes(file);
 #else

@@ -24,17 +24,17 @@ namespace {
 constexpr std::size_t kSide = 4;  // Side of a block in texels
 const char* const kExportAgain = "Export or copy the file again.";
 
-enum class Number { unorm, snorm, sfloat };
+enum class NumberType { unorm, snorm, sfloat };
 
 /// Texel format: blocks, or consecutive numbers.
-struct Storage {
+struct TexelStorage {
   std::optional<BlockFormat> block = std::nullopt;
   std::uint32_t channels = 0, bytes = 0;  ///< Bytes per number: 1, 2 or 4
-  Number number = Number::unorm;
+  NumberType number = NumberType::unorm;
   bool blue_first = false;
   bool no_alpha = false;  ///< The fourth channel is ignored (X8)
 
-  bool is_float() const { return !block && number == Number::sfloat; }
+  bool is_float() const { return !block && number == NumberType::sfloat; }
   /// Bytes of a level, at most 2^64 - 1 for sides of 32 bits.
   std::uint64_t size(std::uint64_t width, std::uint64_t height) const {
     if (!block) return width * height * channels * bytes;
@@ -42,51 +42,51 @@ struct Storage {
   }
 };
 
-Storage in_blocks(BlockFormat format) { return {format}; }
-Storage plain(std::uint32_t channels, std::uint32_t bytes, Number number = Number::unorm,
-              bool blue_first = false) {
+TexelStorage in_blocks(BlockFormat format) { return {format}; }
+TexelStorage number_storage(std::uint32_t channels, std::uint32_t bytes,
+                            NumberType number = NumberType::unorm, bool blue_first = false) {
   return {std::nullopt, channels, bytes, number, blue_first};
 }
 
 /// A format and its codes in Vulkan (VkFormat) and DXGI (DXGI_FORMAT); 0: the format does not exist there.
 struct FormatRow {
   std::uint32_t vulkan, dxgi;
-  Storage storage;
+  TexelStorage storage;
 };
 const FormatRow kFormats[] = {
-    {9, 61, plain(1, 1)},
-    {10, 63, plain(1, 1, Number::snorm)},
-    {15, 0, plain(1, 1)},
-    {16, 49, plain(2, 1)},
-    {17, 51, plain(2, 1, Number::snorm)},
-    {22, 0, plain(2, 1)},
-    {23, 0, plain(3, 1)},
-    {29, 0, plain(3, 1)},
-    {30, 0, plain(3, 1, Number::unorm, true)},
-    {36, 0, plain(3, 1, Number::unorm, true)},
-    {37, 28, plain(4, 1)},
-    {38, 31, plain(4, 1, Number::snorm)},
-    {43, 29, plain(4, 1)},
-    {0, 27, plain(4, 1)},
-    {44, 87, plain(4, 1, Number::unorm, true)},
-    {50, 91, plain(4, 1, Number::unorm, true)},
-    {0, 88, {{}, 4, 1, Number::unorm, true, true}},
-    {0, 93, {{}, 4, 1, Number::unorm, true, true}},
-    {70, 56, plain(1, 2)},
-    {76, 54, plain(1, 2, Number::sfloat)},
-    {77, 35, plain(2, 2)},
-    {83, 34, plain(2, 2, Number::sfloat)},
-    {84, 0, plain(3, 2)},
-    {90, 0, plain(3, 2, Number::sfloat)},
-    {91, 11, plain(4, 2)},
-    {97, 10, plain(4, 2, Number::sfloat)},
-    {100, 41, plain(1, 4, Number::sfloat)},
-    {103, 16, plain(2, 4, Number::sfloat)},
-    {106, 6, plain(3, 4, Number::sfloat)},
-    {109, 2, plain(4, 4, Number::sfloat)},
+    {9, 61, number_storage(1, 1)},
+    {10, 63, number_storage(1, 1, NumberType::snorm)},
+    {15, 0, number_storage(1, 1)},
+    {16, 49, number_storage(2, 1)},
+    {17, 51, number_storage(2, 1, NumberType::snorm)},
+    {22, 0, number_storage(2, 1)},
+    {23, 0, number_storage(3, 1)},
+    {29, 0, number_storage(3, 1)},
+    {30, 0, number_storage(3, 1, NumberType::unorm, true)},
+    {36, 0, number_storage(3, 1, NumberType::unorm, true)},
+    {37, 28, number_storage(4, 1)},
+    {38, 31, number_storage(4, 1, NumberType::snorm)},
+    {43, 29, number_storage(4, 1)},
+    {0, 27, number_storage(4, 1)},
+    {44, 87, number_storage(4, 1, NumberType::unorm, true)},
+    {50, 91, number_storage(4, 1, NumberType::unorm, true)},
+    {0, 88, {{}, 4, 1, NumberType::unorm, true, true}},
+    {0, 93, {{}, 4, 1, NumberType::unorm, true, true}},
+    {70, 56, number_storage(1, 2)},
+    {76, 54, number_storage(1, 2, NumberType::sfloat)},
+    {77, 35, number_storage(2, 2)},
+    {83, 34, number_storage(2, 2, NumberType::sfloat)},
+    {84, 0, number_storage(3, 2)},
+    {90, 0, number_storage(3, 2, NumberType::sfloat)},
+    {91, 11, number_storage(4, 2)},
+    {97, 10, number_storage(4, 2, NumberType::sfloat)},
+    {100, 41, number_storage(1, 4, NumberType::sfloat)},
+    {103, 16, number_storage(2, 4, NumberType::sfloat)},
+    {106, 6, number_storage(3, 4, NumberType::sfloat)},
+    {109, 2, number_storage(4, 4, NumberType::sfloat)},
     // Vulkan has BC1 with alpha and without; its fourth colour is black in both.
-    {131, 0, {BlockFormat::bc1, 0, 0, Number::unorm, false, true}},
-    {132, 0, {BlockFormat::bc1, 0, 0, Number::unorm, false, true}},
+    {131, 0, {BlockFormat::bc1, 0, 0, NumberType::unorm, false, true}},
+    {132, 0, {BlockFormat::bc1, 0, 0, NumberType::unorm, false, true}},
     {133, 71, in_blocks(BlockFormat::bc1)},
     {134, 72, in_blocks(BlockFormat::bc1)},
     {0, 70, in_blocks(BlockFormat::bc1)},
@@ -102,7 +102,7 @@ const FormatRow kFormats[] = {
     {146, 99, in_blocks(BlockFormat::bc7)},
 };
 
-std::optional<Storage> storage_of(std::uint32_t FormatRow::*number, std::uint32_t format) {
+std::optional<TexelStorage> storage_of(std::uint32_t FormatRow::*number, std::uint32_t format) {
   const auto row = std::find_if(std::begin(kFormats), std::end(kFormats), [&](const FormatRow& r) {
     return format != 0 && r.*number == format;
   });
@@ -119,19 +119,19 @@ std::uint32_t word_at(std::string_view bytes, std::size_t at) {
 std::uint64_t long_at(std::string_view bytes, std::size_t at) {
   return word_at(bytes, at) | std::uint64_t{word_at(bytes, at + 4)} << 32U;
 }
-std::string sized(std::uint64_t width, std::uint64_t height) {
+std::string size_text(std::uint64_t width, std::uint64_t height) {
   return std::to_string(width) + " x " + std::to_string(height);
 }
 
-float number_at(const std::uint8_t* from, const Storage& storage) {
+float number_at(const std::uint8_t* from, const TexelStorage& storage) {
   switch (storage.bytes) {
     case 1:
-      if (storage.number == Number::unorm) return static_cast<float>(*from) / 255;
+      if (storage.number == NumberType::unorm) return static_cast<float>(*from) / 255;
       return static_cast<float>(std::max(-127, *from < 128 ? int{*from} : int{*from} - 256)) / 254 +
              0.5F;
     case 2: {
       const auto value = static_cast<std::uint16_t>(from[0] | from[1] << 8);
-      if (storage.number == Number::unorm) return static_cast<float>(value) / 65535;
+      if (storage.number == NumberType::unorm) return static_cast<float>(value) / 65535;
       half number;
       number.setBits(value);
       return number;
@@ -160,7 +160,7 @@ bool is_opaque(const Image& image) {
 }
 
 /// \param bytes  the level's bytes, Storage::size() of them
-Image decode(const Storage& storage, std::string_view bytes, std::uint32_t width,
+Image decode(const TexelStorage& storage, std::string_view bytes, std::uint32_t width,
              std::uint32_t height, const ImageLimits& limits, const FailWith& fail) {
   const auto* const from = reinterpret_cast<const std::uint8_t*>(bytes.data());
   const std::uint32_t channels = storage.block ? block_channels(*storage.block) : storage.channels;
@@ -234,14 +234,14 @@ void swizzle(Image& image, std::string_view letters) {
       letters.find_first_not_of(kLetters) != std::string_view::npos) {
     return;
   }
-  Image turned{image.width, image.height, 4, {}};
-  turned.pixels.reserve(image.pixels.size() / image.channels * 4);
+  Image flipped_image{image.width, image.height, 4, {}};
+  flipped_image.pixels.reserve(image.pixels.size() / image.channels * 4);
   for (std::size_t i = 0; i < image.pixels.size(); i += image.channels) {
     std::array<float, 6> values{0, 0, 0, 1, 0, 1};
     std::copy_n(&image.pixels[i], image.channels, values.begin());
-    for (const char letter : letters) turned.pixels.push_back(values[kLetters.find(letter)]);
+    for (const char letter : letters) flipped_image.pixels.push_back(values[kLetters.find(letter)]);
   }
-  image = std::move(turned);
+  image = std::move(flipped_image);
   if (letters[3] == '1') drop_ignored_alpha(image);
 }
 
@@ -308,8 +308,8 @@ struct Ktx2Header {
 };
 
 /// The first level's bytes before supercompression.
-std::string unpacked(const ByteSource& source, std::string_view bytes, const Ktx2Header& header,
-                     std::uint64_t size, const FailWith& fail) {
+std::string unpack_level(const ByteSource& source, std::string_view bytes, const Ktx2Header& header,
+                         std::uint64_t size, const FailWith& fail) {
   const std::string_view packed = bytes.substr(header.at, header.packed);
   const auto check = [&](bool enough) {
     if (!enough) {
@@ -355,14 +355,14 @@ std::string unpacked(const ByteSource& source, std::string_view bytes, const Ktx
 }
 
 /// Checks the memory for a level. \throws what `fail` throws
-void check_size(std::uint64_t width, std::uint64_t height, const Storage& storage,
+void check_size(std::uint64_t width, std::uint64_t height, const TexelStorage& storage,
                 const ImageLimits& limits, const FailWith& fail) {
   if (std::min(width, height) < 1 || std::max(width, height) > kLargestImageSide ||
       width * height > limits.pixels) {
     // Throws the error for too many pixels
     empty_image(width, height, 1, 0, "header", limits, fail);
   }
-  require_memory("its " + sized(width, height) + " pixels", storage.size(width, height),
+  require_memory("its " + size_text(width, height) + " pixels", storage.size(width, height),
                  memory_failure(fail, "header"));
 }
 
@@ -381,7 +381,7 @@ std::string why_not_ktx2(std::span<const std::byte> given) {
 bool gpu_texture_holds_floats(const ByteSource& source) {
   constexpr std::size_t kMaxDdsHeaderBytes = 148;
   const std::string head = source.head(kMaxDdsHeaderBytes);
-  std::optional<Storage> storage;
+  std::optional<TexelStorage> storage;
   if (is_ktx2(head) && head.size() >= kKtx2Header) {
     storage = storage_of(&FormatRow::vulkan, word_at(head, 12));
   } else if (is_dds(head) && head.size() == kMaxDdsHeaderBytes && head.substr(84, 4) == "DX10") {
@@ -399,13 +399,13 @@ Image parse_ktx2(const ByteSource& source, const std::string& file, const ImageL
   std::string remedy;
   if (const std::string why = header.refusal_reason(remedy); !why.empty())
     fail("header", why, remedy);
-  const Storage storage = *storage_of(&FormatRow::vulkan, header.format);
+  const TexelStorage storage = *storage_of(&FormatRow::vulkan, header.format);
   check_size(header.width, header.height, storage, limits, fail);
   if (header.at > bytes.size() || header.packed > bytes.size() - header.at) {
     fail("level 0", "it lies beyond the end of the file (truncated)", kExportAgain);
   }
   const std::string level =
-      unpacked(source, bytes, header, storage.size(header.width, header.height), fail);
+      unpack_level(source, bytes, header, storage.size(header.width, header.height), fail);
   Image image = decode(storage, level, header.width, header.height, limits, fail);
   swizzle(image, value_of(header.keys, "KTXswizzle"));
   if ((header.flags & 1U) != 0) divide_by_alpha(image);
@@ -422,7 +422,7 @@ Image parse_ktx2(const ByteSource& source, const std::string& file, const ImageL
 namespace {
 
 /// Bit masks of the channels in a pixel of up to 32 bits.
-struct Masks {
+struct ChannelMasks {
   std::uint32_t bits = 0;
   std::array<std::uint32_t, 4> of{};  ///< Masks of red, green, blue and alpha; 0: no such channel
 
@@ -455,10 +455,10 @@ struct Masks {
 };
 
 /// Format of a DDS file from before Direct3D 10, which has a four-character code or a number of D3DFORMAT.
-std::optional<Storage> storage_of_letters(std::string_view letters, bool& premultiplied) {
+std::optional<TexelStorage> storage_of_letters(std::string_view letters, bool& premultiplied) {
   struct Row {
     std::string_view letters;
-    Storage storage;
+    TexelStorage storage;
     bool premultiplied = false;
   };
   using namespace std::string_view_literals;
@@ -475,13 +475,13 @@ std::optional<Storage> storage_of_letters(std::string_view letters, bool& premul
       {"ATI2", in_blocks(BlockFormat::bc5)},
       {"BC5U", in_blocks(BlockFormat::bc5)},
       {"BC5S", in_blocks(BlockFormat::bc5_signed)},
-      {"\x24\0\0\0"sv, plain(4, 2)},
-      {"\x6F\0\0\0"sv, plain(1, 2, Number::sfloat)},
-      {"\x70\0\0\0"sv, plain(2, 2, Number::sfloat)},
-      {"\x71\0\0\0"sv, plain(4, 2, Number::sfloat)},
-      {"\x72\0\0\0"sv, plain(1, 4, Number::sfloat)},
-      {"\x73\0\0\0"sv, plain(2, 4, Number::sfloat)},
-      {"\x74\0\0\0"sv, plain(4, 4, Number::sfloat)},
+      {"\x24\0\0\0"sv, number_storage(4, 2)},
+      {"\x6F\0\0\0"sv, number_storage(1, 2, NumberType::sfloat)},
+      {"\x70\0\0\0"sv, number_storage(2, 2, NumberType::sfloat)},
+      {"\x71\0\0\0"sv, number_storage(4, 2, NumberType::sfloat)},
+      {"\x72\0\0\0"sv, number_storage(1, 4, NumberType::sfloat)},
+      {"\x73\0\0\0"sv, number_storage(2, 4, NumberType::sfloat)},
+      {"\x74\0\0\0"sv, number_storage(4, 4, NumberType::sfloat)},
   };
   for (const Row& row : rows) {
     if (row.letters != letters) continue;
@@ -504,16 +504,16 @@ Image parse_dds(const ByteSource& source, const std::string& file, const ImageLi
   if (bytes.size() < kHeader) fail("header", "the file is cut short", kExportAgain);
   const std::uint32_t height = word_at(bytes, 12), width = word_at(bytes, 16);
   const std::uint32_t flags = word_at(bytes, 80);
-  const std::string letters = bytes.substr(84, 4);
+  const std::string four_letters = bytes.substr(84, 4);
   const std::string several_pictures = "it holds several pictures (an array, a cube or a volume)";
   if ((word_at(bytes, 112) & kCubeOrVolume) != 0)
     fail("header", several_pictures, "Convert it to PNG.");
   std::size_t at = kHeader;
   bool premultiplied = false;
-  std::optional<Storage> storage;
-  Masks masks;
+  std::optional<TexelStorage> storage;
+  ChannelMasks channel_masks;
   std::string format;
-  if ((flags & kFourCc) != 0 && letters == "DX10") {
+  if ((flags & kFourCc) != 0 && four_letters == "DX10") {
     if (bytes.size() < kDx10Header) fail("header", "the file is cut short", kExportAgain);
     at = kDx10Header;
     constexpr std::uint32_t kPremultiplied = 2;
@@ -525,16 +525,17 @@ Image parse_dds(const ByteSource& source, const std::string& file, const ImageLi
     storage = storage_of(&FormatRow::dxgi, word_at(bytes, 128));
     format = "DXGI_FORMAT " + std::to_string(word_at(bytes, 128));
   } else if ((flags & kFourCc) != 0) {
-    storage = storage_of_letters(letters, premultiplied);
-    format = "\"" + letters + "\"";
+    storage = storage_of_letters(four_letters, premultiplied);
+    format = "\"" + four_letters + "\"";
   } else if ((flags & (kRgb | kLuminance | kAlphaAlone)) != 0) {
-    masks.bits = word_at(bytes, 88);
-    for (std::size_t c = 0; c < 3; ++c) masks.of[c] = word_at(bytes, 92 + 4 * c);
-    if ((flags & (kAlpha | kAlphaAlone)) != 0) masks.of[3] = word_at(bytes, 104);
-    if ((flags & kLuminance) != 0) masks.of[1] = masks.of[2] = 0;
-    format = std::to_string(masks.bits) + " bits a pixel";
-    storage = plain(1, masks.bits / 8);
-    if (masks.bits % 8 != 0 || masks.bits < 8 || masks.bits > 32) storage.reset();
+    channel_masks.bits = word_at(bytes, 88);
+    for (std::size_t c = 0; c < 3; ++c) channel_masks.of[c] = word_at(bytes, 92 + 4 * c);
+    if ((flags & (kAlpha | kAlphaAlone)) != 0) channel_masks.of[3] = word_at(bytes, 104);
+    if ((flags & kLuminance) != 0) channel_masks.of[1] = channel_masks.of[2] = 0;
+    format = std::to_string(channel_masks.bits) + " bits a pixel";
+    storage = number_storage(1, channel_masks.bits / 8);
+    if (channel_masks.bits % 8 != 0 || channel_masks.bits < 8 || channel_masks.bits > 32)
+      storage.reset();
   }
   for (char& letter : format) letter = letter < ' ' || letter > '~' ? '?' : letter;
   if (!storage) {
@@ -551,8 +552,8 @@ Image parse_dds(const ByteSource& source, const std::string& file, const ImageLi
          kExportAgain);
   }
   const std::string_view level = std::string_view(bytes).substr(at, size);
-  Image image = masks.bits != 0 ? masks.decode(level, width, height, limits, fail)
-                                : decode(*storage, level, width, height, limits, fail);
+  Image image = channel_masks.bits != 0 ? channel_masks.decode(level, width, height, limits, fail)
+                                        : decode(*storage, level, width, height, limits, fail);
   if (premultiplied) divide_by_alpha(image);
   return image;
 }

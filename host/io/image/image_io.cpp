@@ -361,26 +361,26 @@ std::vector<std::byte> encode(const Image& image, const SaveImageOptions& option
 
 std::vector<std::byte> encode_picture(const Image& image, const PictureEncoding& encoding) {
   check_image(image);
-  PictureEncoding rounded = encoding;
-  if (encoding.is_lossy()) rounded.dither = Dither::off;
+  PictureEncoding rounded_encoding = encoding;
+  if (encoding.is_lossy()) rounded_encoding.dither = Dither::off;
   switch (encoding.format) {
     case PictureFormat::webp:
 #ifdef KILN_HAS_WEBP
-      return encode_webp(image, rounded);
+      return encode_webp(image, rounded_encoding);
 #else
       fail_without("WebP", "libwebp", "KILN_WEBP");
 #endif
     case PictureFormat::jpeg:
 #ifdef KILN_HAS_JPEG
-      return encode_jpeg(image, rounded);
+      return encode_jpeg(image, rounded_encoding);
 #else
       fail_without("JPEG", "libjpeg", "KILN_JPEG");
 #endif
     case PictureFormat::png:
       break;
   }
-  PngOptions options{.bits = 8, .dither = rounded.dither, .use = rounded.use};
-  options.deflate = rounded.smallest ? Deflate::smallest : Deflate::small;
+  PngOptions options{.bits = 8, .dither = rounded_encoding.dither, .use = rounded_encoding.use};
+  options.deflate = rounded_encoding.smallest ? Deflate::smallest : Deflate::small;
   std::vector<std::byte> bytes;
   write_png(image, options, "memory", [&](std::string_view piece) {
     const auto* const data = reinterpret_cast<const std::byte*>(piece.data());

@@ -20,7 +20,7 @@ constexpr int kMaxScans = 500;
 // libjpeg reports errors through a function that must not return. longjmp() must not cross a frame with
 // destructors, so all owned objects are members of this struct, outside of the functions that call setjmp().
 struct Jpeg {
-  jpeg_error_mgr errors{};  // first member, so that its address is the struct's
+  jpeg_error_mgr errors{};  // must be the first member, so that it has the address of the struct
   jpeg_decompress_struct info{};
   jpeg_progress_mgr progress{};
   std::jmp_buf jump_target{};

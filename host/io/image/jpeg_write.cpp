@@ -17,29 +17,29 @@ namespace {
 constexpr int kDefaultJpegQuality = 90;
 
 // As in jpeg_read.cpp, all owned objects live outside the function that calls setjmp().
-struct Writer {
-  jpeg_error_mgr errors{};  // first member, so that its address is the struct's
+struct JpegWriter {
+  jpeg_error_mgr errors{};  // must be the first member, so that it has the address of the struct
   jpeg_compress_struct info{};
   std::jmp_buf jump_target{};
   unsigned char* bytes = nullptr;
   unsigned long size = 0;
 
-  Writer() = default;
-  Writer(const Writer&) = delete;
-  Writer& operator=(const Writer&) = delete;
-  ~Writer() {
+  JpegWriter() = default;
+  JpegWriter(const JpegWriter&) = delete;
+  JpegWriter& operator=(const JpegWriter&) = delete;
+  ~JpegWriter() {
     jpeg_destroy_compress(&info);
     std::free(bytes);
   }
 };
 
 [[noreturn]] void stop(j_common_ptr info) {
-  std::longjmp(reinterpret_cast<Writer*>(info->err)->jump_target, 1);
+  std::longjmp(reinterpret_cast<JpegWriter*>(info->err)->jump_target, 1);
 }
 
 void ignore_message(j_common_ptr /*info*/) {}
 
-bool write(Writer& jpeg, const std::uint8_t* rows, std::uint32_t width, std::uint32_t height,
+bool write(JpegWriter& jpeg, const std::uint8_t* rows, std::uint32_t width, std::uint32_t height,
            int channels, int quality, bool halves_colours) {
   if (setjmp(jpeg.jump_target)) return false;
   jpeg_create_compress(&jpeg.info);
@@ -53,9 +53,9 @@ bool write(Writer& jpeg, const std::uint8_t* rows, std::uint32_t width, std::uin
   jpeg.info.dct_method = JDCT_ISLOW;  // Gives the same result on every processor
   jpeg.info.optimize_coding = TRUE;
   jpeg_simple_progression(&jpeg.info);
-  const int halves = halves_colours ? 2 : 1;
+  const int chroma_divisor = halves_colours ? 2 : 1;
   jpeg.info.comp_info[0].h_samp_factor = jpeg.info.comp_info[0].v_samp_factor =
-      channels == 1 ? 1 : halves;
+      channels == 1 ? 1 : chroma_divisor;
   jpeg_start_compress(&jpeg.info, TRUE);
   while (jpeg.info.next_scanline < height) {
     JSAMPROW row = const_cast<std::uint8_t*>(rows) + std::size_t{jpeg.info.next_scanline} * width *
@@ -83,7 +83,7 @@ std::vector<std::byte> encode_jpeg(const Image& image, const PictureEncoding& en
       encoding.quality == 0 ? kDefaultJpegQuality : static_cast<int>(encoding.quality);
   // Chroma subsampling is only used for colours, since the channels of other maps are independent.
   const bool halves_colours = encoding.use == TextureUse::color && quality < kDefaultJpegQuality;
-  Writer jpeg;
+  JpegWriter jpeg;
   jpeg_std_error(&jpeg.errors);
   jpeg.errors.error_exit = stop;
   jpeg.errors.output_message = ignore_message;

@@ -32,7 +32,7 @@ constexpr std::uint32_t kMaxSampleSide = 16384 * 16;
 constexpr std::uint32_t kMaxSamplesPerTexelSide = 16;
 
 constexpr const char* kMatchKind = "a saved match";
-constexpr const char* kSamples = "samples";
+constexpr const char* kSamplesAttribute = "samples";
 constexpr const char* kSourceTriangles = "sourceTriangles";
 constexpr const char* kSourceHash = "sourceHash";
 constexpr const char* kLowHash = "lowHash";
@@ -53,10 +53,11 @@ constexpr std::array<ChannelType, 5> kChannels = {{{"distance", Imf::FLOAT},
 }
 
 /// A match's channels in memory, for reading or writing.
-Imf::FrameBuffer frame_buffer(const Match& match, const std::vector<std::uint32_t>& status) {
+Imf::FrameBuffer frame_buffer(const Match& match, const std::vector<std::uint32_t>& status_values) {
   static_assert(sizeof(float) == sizeof(std::uint32_t));
   const std::array<const void*, kChannels.size()> data = {
-      match.distance.data(), status.data(), match.triangle.data(), match.u.data(), match.v.data()};
+      match.distance.data(), status_values.data(), match.triangle.data(), match.u.data(),
+      match.v.data()};
   Imf::FrameBuffer buffer;
   for (std::size_t i = 0; i < kChannels.size(); ++i) {
     buffer.insert(kChannels[i].name,
@@ -79,7 +80,7 @@ std::uint64_t read_number(const Imf::Header& header, const char* name) {
 }
 
 void read_attributes(const Imf::Header& header, const std::string& file, Match& match) {
-  const auto* samples = header.findTypedAttribute<Imf::IntAttribute>(kSamples);
+  const auto* samples = header.findTypedAttribute<Imf::IntAttribute>(kSamplesAttribute);
   const auto* triangles = header.findTypedAttribute<Imf::StringAttribute>(kSourceTriangles);
   if (samples == nullptr || triangles == nullptr) {
     fail(file, "it lacks the attributes samples and sourceTriangles");
@@ -107,8 +108,8 @@ constexpr std::uint64_t kSampleBytes = 4 * sizeof(float) + 1 + sizeof(std::uint3
 
 Match read_match(const ByteSource& source, const std::string& file, const ExrPlan& plan) {
   ExrSource stream(source, file, plan);
-  Imf::InputFile input(stream, plan.threads);
-  const Imf::Header& header = input.header();
+  Imf::InputFile exr_input(stream, plan.threads);
+  const Imf::Header& header = exr_input.header();
   for (const ChannelType& channel : kChannels) {
     const Imf::Channel* found = header.channels().findChannel(channel.name);
     if (found == nullptr || found->type != channel.type || found->xSampling != 1 ||
@@ -132,12 +133,12 @@ Match read_match(const ByteSource& source, const std::string& file, const ExrPla
   match.v.resize(count);
   match.distance.resize(count);
   match.status.resize(count);
-  std::vector<std::uint32_t> status(count);
-  input.setFrameBuffer(frame_buffer(match, status));
-  input.readPixels(0, window.max.y);
-  std::transform(status.begin(), status.end(), match.status.begin(), [](std::uint32_t value) {
-    return static_cast<std::uint8_t>(std::min(value, 255U));
-  });
+  std::vector<std::uint32_t> status_values(count);
+  exr_input.setFrameBuffer(frame_buffer(match, status_values));
+  exr_input.readPixels(0, window.max.y);
+  std::transform(
+      status_values.begin(), status_values.end(), match.status.begin(),
+      [](std::uint32_t value) { return static_cast<std::uint8_t>(std::min(value, 255U)); });
   return match;
 }
 
@@ -152,14 +153,14 @@ void save_match(const Match& match, const std::filesystem::path& path) {
   for (const ChannelType& channel : kChannels) {
     header.channels().insert(channel.name, Imf::Channel(channel.type));
   }
-  header.insert(kSamples, Imf::IntAttribute(static_cast<int>(match.samples)));
+  header.insert(kSamplesAttribute, Imf::IntAttribute(static_cast<int>(match.samples)));
   header.insert(kSourceTriangles, Imf::StringAttribute(std::to_string(match.source_triangles)));
   header.insert(kSourceHash, Imf::StringAttribute(std::to_string(match.source_hash)));
   header.insert(kLowHash, Imf::StringAttribute(std::to_string(match.low_hash)));
-  const std::vector<std::uint32_t> status(match.status.begin(), match.status.end());
+  const std::vector<std::uint32_t> status_values(match.status.begin(), match.status.end());
   write_exr(path, [&](ExrStream& stream) {
     Imf::OutputFile output(stream, header, exr_threads(0));
-    output.setFrameBuffer(frame_buffer(match, status));
+    output.setFrameBuffer(frame_buffer(match, status_values));
     output.writePixels(static_cast<int>(match.height));
   });
 }

@@ -14,22 +14,23 @@ namespace {
 const std::string kExportAgain = "Export or copy the file again.";
 
 /// A small sequential read buffer, since a file may have millions of empty chunks.
-class Window {
+class FileWindow {
  public:
-  explicit Window(const ByteSource& source) : source_(source) {}
+  explicit FileWindow(const ByteSource& source) : source_(source) {}
   /// Pointer to `count` bytes at `offset`; null if the file ends before them.
   const unsigned char* at(std::uint64_t offset, std::size_t count) {
-    if (offset < begin_ || offset + count > begin_ + size_) {
-      begin_ = offset;
+    if (offset < window_begin_ || offset + count > window_begin_ + size_) {
+      window_begin_ = offset;
       size_ = source_.read_at(offset, bytes_.data(), bytes_.size());
     }
-    return offset + count <= begin_ + size_ ? bytes_.data() + (offset - begin_) : nullptr;
+    return offset + count <= window_begin_ + size_ ? bytes_.data() + (offset - window_begin_)
+                                                   : nullptr;
   }
 
  private:
   const ByteSource& source_;
   std::array<unsigned char, 4096> bytes_{};
-  std::uint64_t begin_ = 0;
+  std::uint64_t window_begin_ = 0;
   std::size_t size_ = 0;
 };
 
@@ -43,7 +44,7 @@ struct Header {
   bool interlaced = false;
 };
 
-std::string sides(const Header& header) {
+std::string sides_text(const Header& header) {
   return "it says " + std::to_string(header.width) + " x " + std::to_string(header.height) +
          " pixels";
 }
@@ -56,7 +57,7 @@ Header read_header(const unsigned char* bytes, const FailWith& fail) {
   const unsigned bits = bytes[8], colour = bytes[9];
   if (std::min(header.width, header.height) < 1 ||
       std::max(header.width, header.height) > kLargestImageSide) {
-    fail("IHDR", sides(header) + ", but 1 to 65536 a side are possible", kExportAgain);
+    fail("IHDR", sides_text(header) + ", but 1 to 65536 a side are possible", kExportAgain);
   }
   if (colour >= kChannels.size() || kChannels[colour] == 0 || bits == 0 || bits > 16) {
     fail("IHDR",
@@ -95,29 +96,30 @@ std::uint64_t raw_bytes(const Header& header) {
 }  // namespace
 
 void check_png(const ByteSource& source, const FailWith& fail, const ImageLimits& limits) {
-  Window window(source);
-  const auto cut_short = [&](const std::string& place) {
+  FileWindow file_window(source);
+  const auto fail_cut_short = [&](const std::string& place) {
     fail(place, "the file ends inside (truncated)", kExportAgain);
   };
-  const unsigned char* start = window.at(0, 33);
-  if (start == nullptr) return cut_short("IHDR");
+  const unsigned char* start = file_window.at(0, 33);
+  if (start == nullptr) return fail_cut_short("IHDR");
   if (std::memcmp(start, "\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR", 16) != 0) {
     return fail("byte 8", "its first chunk is not IHDR", kExportAgain);
   }
   const Header header = read_header(start + 16, fail);
   if (header.width * header.height > limits.pixels) {
-    fail("IHDR", sides(header) + ", but at most " + std::to_string(limits.pixels) + " are read",
+    fail("IHDR",
+         sides_text(header) + ", but at most " + std::to_string(limits.pixels) + " are read",
          "Scale the image down.");
   }
   std::uint64_t data = 0;
   for (std::uint64_t at = 8;;) {
-    const unsigned char* chunk = window.at(at, 8);
-    if (chunk == nullptr) return cut_short("byte " + std::to_string(at));
+    const unsigned char* chunk = file_window.at(at, 8);
+    if (chunk == nullptr) return fail_cut_short("byte " + std::to_string(at));
     const std::uint64_t length = big_endian(chunk);
     const bool image = std::memcmp(chunk + 4, "IDAT", 4) == 0;
     const bool end = std::memcmp(chunk + 4, "IEND", 4) == 0;
     if (length + 12 > source.size() - at) {
-      return cut_short("chunk at byte " + std::to_string(at));
+      return fail_cut_short("chunk at byte " + std::to_string(at));
     }
     if (image) data += length;
     if (end) break;
@@ -126,7 +128,7 @@ void check_png(const ByteSource& source, const FailWith& fail, const ImageLimits
   const std::uint64_t most = most_unpacked(Packing::deflate, data);
   if (raw_bytes(header) > most) {
     fail("IHDR",
-         sides(header) + " of " + std::to_string(header.bits_per_pixel) + " bits, " +
+         sides_text(header) + " of " + std::to_string(header.bits_per_pixel) + " bits, " +
              std::to_string(raw_bytes(header)) + " bytes, but the " + std::to_string(data) +
              " bytes of its IDAT chunks hold at most " + std::to_string(most),
          kExportAgain);

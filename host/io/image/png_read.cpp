@@ -18,7 +18,7 @@ namespace {
 
 // libpng reports errors by longjmp(), which must not cross a frame with destructors, so all owned objects are members
 // of this struct, outside of the functions that call setjmp().
-struct Reader {
+struct PngReader {
   png_structp png = nullptr;
   png_infop info = nullptr;
   const ByteSource* source = nullptr;
@@ -29,14 +29,14 @@ struct Reader {
   int channels = 0, bits = 0, passes = 0;
   std::size_t row_bytes = 0;
 
-  Reader() = default;
-  Reader(const Reader&) = delete;
-  Reader& operator=(const Reader&) = delete;
-  ~Reader() { png_destroy_read_struct(&png, &info, nullptr); }
+  PngReader() = default;
+  PngReader(const PngReader&) = delete;
+  PngReader& operator=(const PngReader&) = delete;
+  ~PngReader() { png_destroy_read_struct(&png, &info, nullptr); }
 };
 
 [[noreturn]] void on_error(png_structp png, png_const_charp text) {
-  auto* reader = static_cast<Reader*>(png_get_error_ptr(png));
+  auto* reader = static_cast<PngReader*>(png_get_error_ptr(png));
   std::snprintf(reader->message, sizeof(reader->message), "%s", text);
   png_longjmp(png, 1);
 }
@@ -46,7 +46,7 @@ void on_warning(png_structp, png_const_charp) {}  // Warnings concern colour pro
 
 // Exceptions must not pass through libpng.
 void on_read(png_structp png, png_bytep to, std::size_t count) {
-  auto* reader = static_cast<Reader*>(png_get_io_ptr(png));
+  auto* reader = static_cast<PngReader*>(png_get_io_ptr(png));
   std::size_t got = 0;
   try {
     got = reader->source->read_at(reader->at, to, count);
@@ -57,7 +57,7 @@ void on_read(png_structp png, png_bytep to, std::size_t count) {
   if (got != count) png_error(png, "the file is cut short");
 }
 
-bool read_header(Reader& reader) {
+bool read_header(PngReader& reader) {
   if (setjmp(png_jmpbuf(reader.png))) return false;
   png_set_read_fn(reader.png, &reader, on_read);
   png_set_user_limits(reader.png, kLargestImageSide, kLargestImageSide);
@@ -80,7 +80,7 @@ bool read_header(Reader& reader) {
 }
 
 // Reads the next `count` rows into `rows`.
-bool read_rows(Reader& reader, std::uint8_t* rows, std::size_t count) {
+bool read_rows(PngReader& reader, std::uint8_t* rows, std::size_t count) {
   if (setjmp(png_jmpbuf(reader.png))) return false;
   for (std::size_t y = 0; y < count; ++y) {
     png_read_row(reader.png, rows + y * reader.row_bytes, nullptr);
@@ -88,13 +88,13 @@ bool read_rows(Reader& reader, std::uint8_t* rows, std::size_t count) {
   return true;
 }
 
-bool read_end(Reader& reader) {
+bool read_end(PngReader& reader) {
   if (setjmp(png_jmpbuf(reader.png))) return false;
   png_read_end(reader.png, nullptr);
   return true;
 }
 
-void to_floats(const Reader& reader, const std::uint8_t* row, float* to) {
+void to_floats(const PngReader& reader, const std::uint8_t* row, float* to) {
   const std::size_t count = std::size_t{reader.width} * static_cast<std::size_t>(reader.channels);
   if (reader.bits == 16) {
     for (std::size_t i = 0; i < count; ++i) {
@@ -108,7 +108,7 @@ void to_floats(const Reader& reader, const std::uint8_t* row, float* to) {
 }
 
 // Bytes of memory for the pixels, and for rows before conversion to floats.
-std::uint64_t memory_for(const Reader& reader, std::size_t band) {
+std::uint64_t memory_for(const PngReader& reader, std::size_t band) {
   return std::uint64_t{reader.width} * reader.height * static_cast<unsigned>(reader.channels) *
              sizeof(float) +
          std::uint64_t{band} * reader.row_bytes;
@@ -119,7 +119,7 @@ std::uint64_t memory_for(const Reader& reader, std::size_t band) {
 Image parse_png(const ByteSource& source, const std::string& file, const ImageLimits& limits) {
   const FailWith fail = image_failure(file, "PNG");
   check_png(source, fail, limits);
-  Reader reader;
+  PngReader reader;
   reader.source = &source;
   const auto check = [&](bool good) {
     if (good) return;

@@ -28,18 +28,18 @@ namespace kiln {
 namespace {
 
 /// A file's bytes for stb_image's callbacks. stb_image silently reads zeros past the end, so this records it.
-struct Bytes {
+struct StbBytes {
   const ByteSource& source;
   std::uint64_t at = 0;
   /// Buffer of stb_image, which it fills ahead of use, so that a short read into it is not an error
   const char* buffer = nullptr;
-  bool cut_short = false;
+  bool is_cut_short = false;
   std::exception_ptr error = nullptr;
 };
 
 // Exceptions must not pass through stb_image.
 int on_read(void* user, char* to, int count) {
-  auto& bytes = *static_cast<Bytes*>(user);
+  auto& bytes = *static_cast<StbBytes*>(user);
   if (bytes.buffer == nullptr) bytes.buffer = to;
   const auto wanted = static_cast<std::size_t>(count);
   std::size_t got = 0;
@@ -50,7 +50,7 @@ int on_read(void* user, char* to, int count) {
   }
   bytes.at += got;
   if (got != 0 && (to == bytes.buffer || got == wanted)) return static_cast<int>(got);
-  bytes.cut_short = true;
+  bytes.is_cut_short = true;
   // Line ends are supplied after the end of the file, since stb_image would loop forever with other bytes in Radiance
   // HDR: zeros are runs of length 0, and all other bytes continue a header line.
   std::fill(to + got, to + wanted, '\n');
@@ -58,7 +58,7 @@ int on_read(void* user, char* to, int count) {
 }
 
 void on_skip(void* user, int count) {
-  auto& bytes = *static_cast<Bytes*>(user);
+  auto& bytes = *static_cast<StbBytes*>(user);
   if (count < 0) {
     bytes.at -= std::min(bytes.at, static_cast<std::uint64_t>(-std::int64_t{count}));
   } else {
@@ -67,7 +67,7 @@ void on_skip(void* user, int count) {
 }
 
 int on_end(void* user) {
-  const auto& bytes = *static_cast<Bytes*>(user);
+  const auto& bytes = *static_cast<StbBytes*>(user);
   return bytes.at >= bytes.source.size() ? 1 : 0;
 }
 
@@ -78,7 +78,7 @@ struct Free {
 };
 
 /// stb_image flips rows stored bottom-up, but not columns stored right to left.
-void mirror(Image& image) {
+void mirror_columns(Image& image) {
   for (std::size_t y = 0; y < image.height; ++y) {
     for (std::size_t x = 0; x < image.width / 2; ++x) {
       std::swap_ranges(image.at(x, y), image.at(x, y) + image.channels,
@@ -92,17 +92,17 @@ void mirror(Image& image) {
 Image parse_stb(const ByteSource& source, const std::string& file, const std::string& kind,
                 const ImageLimits& limits) {
   const FailWith fail = image_failure(file, kind);
-  const std::string again = "Export or copy the file again.";
+  const std::string export_again = "Export or copy the file again.";
   const auto reason = [] {
     const char* const text = stbi_failure_reason();
     return std::string(text == nullptr ? "damaged" : text);
   };
-  const bool floats = kind == "Radiance HDR";
+  const bool holds_floats = kind == "Radiance HDR";
   int width = 0, height = 0, channels = 0;
-  Bytes header{.source = source};
+  StbBytes header{.source = source};
   if (stbi_info_from_callbacks(&kCallbacks, &header, &width, &height, &channels) == 0) {
     if (header.error) std::rethrow_exception(header.error);
-    fail("header", header.cut_short ? "the file is cut short (truncated)" : reason(),
+    fail("header", header.is_cut_short ? "the file is cut short (truncated)" : reason(),
          "Export it again, or convert it to PNG or OpenEXR.");
   }
   // BMP: a negative height means rows from the top.
@@ -113,35 +113,36 @@ Image parse_stb(const ByteSource& source, const std::string& file, const std::st
     fail("header",
          "it says " + std::to_string(wide) + " x " + std::to_string(high) + " pixels, but its " +
              std::to_string(source.size()) + " bytes cannot hold them",
-         again);
+         export_again);
   }
-  Bytes bytes{.source = source};
+  StbBytes bytes{.source = source};
   std::unique_ptr<void, Free> pixels;
   // empty_image() checks the size, before stb_image allocates its pixels.
-  Image image = empty_image(wide, high, static_cast<std::uint32_t>(channels),
-                            wide * high * 4 * (floats ? sizeof(float) : 1), "header", limits, fail);
-  if (floats) {
+  Image image =
+      empty_image(wide, high, static_cast<std::uint32_t>(channels),
+                  wide * high * 4 * (holds_floats ? sizeof(float) : 1), "header", limits, fail);
+  if (holds_floats) {
     pixels.reset(stbi_loadf_from_callbacks(&kCallbacks, &bytes, &width, &height, &channels, 0));
   } else {
     pixels.reset(stbi_load_from_callbacks(&kCallbacks, &bytes, &width, &height, &channels, 0));
   }
   if (bytes.error) std::rethrow_exception(bytes.error);
-  if (bytes.cut_short) fail("pixels", "the file is cut short (truncated)", again);
-  if (pixels == nullptr) fail("pixels", reason(), again);
+  if (bytes.is_cut_short) fail("pixels", "the file is cut short (truncated)", export_again);
+  if (pixels == nullptr) fail("pixels", reason(), export_again);
   if (static_cast<std::uint32_t>(width) != image.width ||
       static_cast<std::uint32_t>(height) != image.height) {
-    fail("header", "damaged", again);
+    fail("header", "damaged", export_again);
   }
   image.channels = static_cast<std::uint32_t>(channels);
   image.pixels.resize(std::size_t{image.width} * image.height * image.channels);
-  if (floats) {
+  if (holds_floats) {
     std::copy_n(static_cast<const float*>(pixels.get()), image.pixels.size(), image.pixels.data());
   } else {
     floats_of_bytes({static_cast<const std::uint8_t*>(pixels.get()), image.pixels.size()},
                     image.pixels.data());
   }
   const std::string head = source.head(18);
-  if (kind == "TGA" && (static_cast<unsigned char>(head[17]) & 0x10U) != 0) mirror(image);
+  if (kind == "TGA" && (static_cast<unsigned char>(head[17]) & 0x10U) != 0) mirror_columns(image);
   return image;
 }
 

@@ -32,12 +32,12 @@ class StoredRows {
     const bool texture = is_texture(options.format);
     if (texture) format_ = TextureFormat::of(image, options.use);
     channels_ = texture && format_.in_blocks ? format_.channels : image.channels;
-    values_.resize(std::size_t{image.width} * kBandRows * channels_);
+    decoded_values_.resize(std::size_t{image.width} * kBandRows * channels_);
   }
 
   std::size_t channels() const { return channels_; }
   const float* at(std::size_t x, std::size_t row) const {
-    return &values_[(row * image_.width + x) * channels_];
+    return &decoded_values_[(row * image_.width + x) * channels_];
   }
 
   void read(std::size_t band) {
@@ -49,7 +49,7 @@ class StoredRows {
       for (std::size_t c = 0; c < channels_; ++c, from += 8) {
         const BlockValues block = decode_bc4({from, 8});
         for (std::size_t i = 0; i < block.size(); ++i) {
-          values_[(i / kBandRows * image_.width + x + i % kBandRows) * channels_ + c] =
+          decoded_values_[(i / kBandRows * image_.width + x + i % kBandRows) * channels_ + c] =
               block[i] / 255;
         }
       }
@@ -62,7 +62,7 @@ class StoredRows {
     for (std::size_t k = 0; k < kBandRows && kBandRows * band + k < image_.height; ++k) {
       quantise_row(image_, 8, dither_, kBandRows * band + k, bytes_.data());
       for (std::size_t i = 0; i < row; ++i)
-        values_[k * row + i] = static_cast<float>(bytes_[i]) / 255;
+        decoded_values_[k * row + i] = static_cast<float>(bytes_[i]) / 255;
     }
   }
 
@@ -71,7 +71,8 @@ class StoredRows {
       for (std::size_t x = 0; x < image_.width; ++x) {
         const float* const from = lossy_.at(x, kBandRows * band + k);
         for (std::size_t c = 0; c < channels_; ++c) {  // Opaque alpha is not stored
-          values_[(k * image_.width + x) * channels_ + c] = c < lossy_.channels ? from[c] : 1;
+          decoded_values_[(k * image_.width + x) * channels_ + c] =
+              c < lossy_.channels ? from[c] : 1;
         }
       }
     }
@@ -83,7 +84,7 @@ class StoredRows {
   TextureFormat format_{};
   std::size_t channels_ = 0;
   std::vector<std::uint8_t> bytes_;
-  std::vector<float> values_;
+  std::vector<float> decoded_values_;
 };
 
 /// Squared error, or error angle, of one texel.

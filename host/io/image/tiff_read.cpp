@@ -96,14 +96,14 @@ void open(Tiff& tiff) {
 }
 
 template <typename T>
-T field(TIFF* file, std::uint32_t tag) {
+T tag_value(TIFF* file, std::uint32_t tag) {
   T value{};
   TIFFGetFieldDefaulted(file, tag, &value);
   return value;
 }
 
 /// Tags that describe the pixels.
-struct Layout {
+struct PixelLayout {
   std::uint32_t width = 0, height = 0;
   std::uint16_t samples = 0, bits = 0, format = 0, colours = 0, planes = 0, packing = 0,
                 orientation = 0;
@@ -120,79 +120,83 @@ struct Layout {
   std::uint32_t channels() const { return colour_channels() + (has_alpha ? 1 : 0); }
 };
 
-Layout layout_of(TIFF* file) {
-  Layout layout;
-  layout.width = field<std::uint32_t>(file, TIFFTAG_IMAGEWIDTH);
-  layout.height = field<std::uint32_t>(file, TIFFTAG_IMAGELENGTH);
-  layout.samples = field<std::uint16_t>(file, TIFFTAG_SAMPLESPERPIXEL);
-  layout.bits = field<std::uint16_t>(file, TIFFTAG_BITSPERSAMPLE);
-  layout.format = field<std::uint16_t>(file, TIFFTAG_SAMPLEFORMAT);
-  layout.colours = field<std::uint16_t>(file, TIFFTAG_PHOTOMETRIC);
-  layout.planes = field<std::uint16_t>(file, TIFFTAG_PLANARCONFIG);
-  layout.packing = field<std::uint16_t>(file, TIFFTAG_COMPRESSION);
-  layout.orientation = field<std::uint16_t>(file, TIFFTAG_ORIENTATION);
-  if (layout.format == SAMPLEFORMAT_VOID) layout.format = SAMPLEFORMAT_UINT;
+PixelLayout layout_of(TIFF* file) {
+  PixelLayout pixel_layout;
+  pixel_layout.width = tag_value<std::uint32_t>(file, TIFFTAG_IMAGEWIDTH);
+  pixel_layout.height = tag_value<std::uint32_t>(file, TIFFTAG_IMAGELENGTH);
+  pixel_layout.samples = tag_value<std::uint16_t>(file, TIFFTAG_SAMPLESPERPIXEL);
+  pixel_layout.bits = tag_value<std::uint16_t>(file, TIFFTAG_BITSPERSAMPLE);
+  pixel_layout.format = tag_value<std::uint16_t>(file, TIFFTAG_SAMPLEFORMAT);
+  pixel_layout.colours = tag_value<std::uint16_t>(file, TIFFTAG_PHOTOMETRIC);
+  pixel_layout.planes = tag_value<std::uint16_t>(file, TIFFTAG_PLANARCONFIG);
+  pixel_layout.packing = tag_value<std::uint16_t>(file, TIFFTAG_COMPRESSION);
+  pixel_layout.orientation = tag_value<std::uint16_t>(file, TIFFTAG_ORIENTATION);
+  if (pixel_layout.format == SAMPLEFORMAT_VOID) pixel_layout.format = SAMPLEFORMAT_UINT;
   std::uint16_t count = 0;
   std::uint16_t* kinds = nullptr;
   TIFFGetFieldDefaulted(file, TIFFTAG_EXTRASAMPLES, &count, &kinds);
-  const std::uint32_t stored = layout.colours == PHOTOMETRIC_PALETTE ? 1 : layout.colour_channels();
-  layout.has_alpha = layout.samples == stored + 1;
-  layout.premultiplied = layout.has_alpha && count == 1 && kinds[0] == EXTRASAMPLE_ASSOCALPHA;
-  layout.tiled = TIFFIsTiled(file) != 0;
-  if (layout.tiled) {
-    layout.block_width = field<std::uint32_t>(file, TIFFTAG_TILEWIDTH);
-    layout.block_height = field<std::uint32_t>(file, TIFFTAG_TILELENGTH);
+  const std::uint32_t stored =
+      pixel_layout.colours == PHOTOMETRIC_PALETTE ? 1 : pixel_layout.colour_channels();
+  pixel_layout.has_alpha = pixel_layout.samples == stored + 1;
+  pixel_layout.premultiplied =
+      pixel_layout.has_alpha && count == 1 && kinds[0] == EXTRASAMPLE_ASSOCALPHA;
+  pixel_layout.tiled = TIFFIsTiled(file) != 0;
+  if (pixel_layout.tiled) {
+    pixel_layout.block_width = tag_value<std::uint32_t>(file, TIFFTAG_TILEWIDTH);
+    pixel_layout.block_height = tag_value<std::uint32_t>(file, TIFFTAG_TILELENGTH);
   } else {
-    layout.block_width = layout.width;
-    layout.block_height = std::min(field<std::uint32_t>(file, TIFFTAG_ROWSPERSTRIP), layout.height);
+    pixel_layout.block_width = pixel_layout.width;
+    pixel_layout.block_height =
+        std::min(tag_value<std::uint32_t>(file, TIFFTAG_ROWSPERSTRIP), pixel_layout.height);
   }
-  return layout;
+  return pixel_layout;
 }
 
 /// Refuses pixel formats that would be misread. \param heights  true: accept signed numbers
-void check_kind(const Layout& layout, bool heights, const FailWith& fail) {
-  const std::string convert = "Save it as RGB or grey, or convert it to PNG or OpenEXR.";
-  const std::uint16_t colours = layout.colours;
+void check_kind(const PixelLayout& pixel_layout, bool heights, const FailWith& fail) {
+  const std::string convert_it = "Save it as RGB or grey, or convert it to PNG or OpenEXR.";
+  const std::uint16_t colours = pixel_layout.colours;
   if (colours == PHOTOMETRIC_SEPARATED) {
     fail("PhotometricInterpretation", "its colours are CMYK, for printing", "Convert it to RGB.");
   }
   const bool grey = colours == PHOTOMETRIC_MINISBLACK || colours == PHOTOMETRIC_MINISWHITE;
-  const bool from_jpeg = colours == PHOTOMETRIC_YCBCR && layout.packing == COMPRESSION_JPEG;
+  const bool from_jpeg = colours == PHOTOMETRIC_YCBCR && pixel_layout.packing == COMPRESSION_JPEG;
   if (!grey && !from_jpeg && colours != PHOTOMETRIC_RGB && colours != PHOTOMETRIC_PALETTE) {
     fail("PhotometricInterpretation",
          "its colours are of kind " + std::to_string(colours) + ", which Kiln does not read",
-         convert);
+         convert_it);
   }
-  const std::uint32_t stored = colours == PHOTOMETRIC_PALETTE ? 1 : layout.colour_channels();
-  if (layout.samples != stored && !layout.has_alpha) {
+  const std::uint32_t stored = colours == PHOTOMETRIC_PALETTE ? 1 : pixel_layout.colour_channels();
+  if (pixel_layout.samples != stored && !pixel_layout.has_alpha) {
     fail("SamplesPerPixel",
-         "it has " + std::to_string(layout.samples) + " samples per pixel, and its colour space " +
-             std::to_string(stored) + ": only one more, for alpha, is supported",
-         convert);
+         "it has " + std::to_string(pixel_layout.samples) +
+             " samples per pixel, and its colour space " + std::to_string(stored) +
+             ": only one more, for alpha, is supported",
+         convert_it);
   }
-  const std::uint16_t bits = layout.bits;
+  const std::uint16_t bits = pixel_layout.bits;
   const bool numbers =
-      layout.format == SAMPLEFORMAT_UINT &&
+      pixel_layout.format == SAMPLEFORMAT_UINT &&
       (bits == 1 || bits == 2 || bits == 4 || bits == 8 || bits == 16 || bits == 32);
   const bool floats =
-      layout.format == SAMPLEFORMAT_IEEEFP && (bits == 16 || bits == 32 || bits == 64);
-  const bool is_signed = heights && layout.format == SAMPLEFORMAT_INT &&
+      pixel_layout.format == SAMPLEFORMAT_IEEEFP && (bits == 16 || bits == 32 || bits == 64);
+  const bool is_signed = heights && pixel_layout.format == SAMPLEFORMAT_INT &&
                          (bits == 8 || bits == 16 || bits == 32) && colours != PHOTOMETRIC_PALETTE;
   if ((!numbers && !floats && !is_signed) ||
       (colours == PHOTOMETRIC_PALETTE && (floats || bits > 16))) {
     fail("BitsPerSample",
          "its values are " +
-             std::string(layout.format == SAMPLEFORMAT_IEEEFP ? "floats"
-                         : layout.format == SAMPLEFORMAT_UINT ? "unsigned numbers"
-                         : layout.format == SAMPLEFORMAT_INT  ? "signed numbers"
-                                                              : "numbers of an unknown kind") +
+             std::string(pixel_layout.format == SAMPLEFORMAT_IEEEFP ? "floats"
+                         : pixel_layout.format == SAMPLEFORMAT_UINT ? "unsigned numbers"
+                         : pixel_layout.format == SAMPLEFORMAT_INT  ? "signed numbers"
+                                                                   : "numbers of an unknown kind") +
              " of " + std::to_string(bits) + " bits, which Kiln does not read",
          "Save it with unsigned numbers of 8 or 16 bits, or floats of 32.");
   }
-  if (layout.planes != PLANARCONFIG_CONTIG && layout.planes != PLANARCONFIG_SEPARATE) {
+  if (pixel_layout.planes != PLANARCONFIG_CONTIG && pixel_layout.planes != PLANARCONFIG_SEPARATE) {
     fail("PlanarConfiguration", "damaged", "Export or copy the file again.");
   }
-  if (layout.block_width == 0 || layout.block_height == 0) {
+  if (pixel_layout.block_width == 0 || pixel_layout.block_height == 0) {
     fail("header", "its strips or tiles are empty", "Export or copy the file again.");
   }
 }
@@ -215,24 +219,24 @@ std::uint64_t max_unpack_ratio(std::uint16_t packing) {
 }
 
 /// A value of a row that libtiff has converted to the machine's byte order.
-double value_at(const std::uint8_t* row, std::size_t i, const Layout& layout) {
+double value_at(const std::uint8_t* row, std::size_t i, const PixelLayout& pixel_layout) {
   const auto as = [&]<typename T>(T value) {
     std::memcpy(&value, row + i * sizeof(T), sizeof(T));
     return value;
   };
-  if (layout.format == SAMPLEFORMAT_IEEEFP) {
-    if (layout.bits == 64) return as(double{});
-    if (layout.bits == 32) return double{as(float{})};
+  if (pixel_layout.format == SAMPLEFORMAT_IEEEFP) {
+    if (pixel_layout.bits == 64) return as(double{});
+    if (pixel_layout.bits == 32) return double{as(float{})};
     half value;
     value.setBits(as(std::uint16_t{}));
     return double{static_cast<float>(value)};
   }
-  if (layout.format == SAMPLEFORMAT_INT) {
-    if (layout.bits == 32) return as(std::int32_t{});
-    if (layout.bits == 16) return as(std::int16_t{});
+  if (pixel_layout.format == SAMPLEFORMAT_INT) {
+    if (pixel_layout.bits == 32) return as(std::int32_t{});
+    if (pixel_layout.bits == 16) return as(std::int16_t{});
     return as(std::int8_t{});
   }
-  switch (layout.bits) {
+  switch (pixel_layout.bits) {
     case 32:
       return as(std::uint32_t{});
     case 16:
@@ -240,21 +244,23 @@ double value_at(const std::uint8_t* row, std::size_t i, const Layout& layout) {
     case 8:
       return row[i];
     default: {  // Several values per byte, the first in the highest bits
-      const std::size_t bit = i * layout.bits;
-      return (row[bit / 8] >> (8U - layout.bits - bit % 8)) & ((1U << layout.bits) - 1U);
+      const std::size_t bit = i * pixel_layout.bits;
+      return (row[bit / 8] >> (8U - pixel_layout.bits - bit % 8)) &
+             ((1U << pixel_layout.bits) - 1U);
     }
   }
 }
 
 /// Converts a file's values to an image's.
-class Values {
+class ValueReader {
  public:
   /// \param unscaled  true: integers are not scaled to [0, 1]
-  Values(TIFF* file, const Layout& layout, bool unscaled) : layout_(layout), unscaled_(unscaled) {
-    max_value_ = layout.format == SAMPLEFORMAT_IEEEFP || unscaled
+  ValueReader(TIFF* file, const PixelLayout& pixel_layout, bool unscaled)
+      : layout_(pixel_layout), unscaled_(unscaled) {
+    max_value_ = pixel_layout.format == SAMPLEFORMAT_IEEEFP || unscaled
                      ? 1
-                     : static_cast<double>((std::uint64_t{1} << layout.bits) - 1);
-    if (layout.colours == PHOTOMETRIC_PALETTE) {
+                     : static_cast<double>((std::uint64_t{1} << pixel_layout.bits) - 1);
+    if (pixel_layout.colours == PHOTOMETRIC_PALETTE) {
       has_palette_ =
           TIFFGetField(file, TIFFTAG_COLORMAP, &palette_[0], &palette_[1], &palette_[2]) != 0;
     }
@@ -281,45 +287,48 @@ class Values {
   }
 
  private:
-  const Layout& layout_;
+  const PixelLayout& layout_;
   bool unscaled_;
   double max_value_ = 1;
-  std::uint16_t* palette_[3] = {};  // 2^bits entries each, owned by libtiff
+  std::uint16_t* palette_[3] =
+      {};  // Palettes of red, green and blue with 2^bits entries each; owned by libtiff
   bool has_palette_ = false;
 };
 
 /// Reads strips or tiles into the image. False if libtiff failed.
-bool read_blocks(Tiff& tiff, const Layout& layout, const Values& values, Image& image) {
-  const bool apart = layout.planes == PLANARCONFIG_SEPARATE;
-  const std::uint32_t samples_per_block = apart ? 1 : layout.samples;
-  const tmsize_t most = layout.tiled ? TIFFTileSize(tiff.file) : TIFFStripSize(tiff.file);
-  const tmsize_t row_bytes = layout.tiled ? TIFFTileRowSize(tiff.file)
-                             : apart      ? TIFFScanlineSize(tiff.file)
-                                          : TIFFScanlineSize(tiff.file);
+bool read_blocks(Tiff& tiff, const PixelLayout& pixel_layout, const ValueReader& values,
+                 Image& image) {
+  const bool has_separate_planes = pixel_layout.planes == PLANARCONFIG_SEPARATE;
+  const std::uint32_t samples_per_block = has_separate_planes ? 1 : pixel_layout.samples;
+  const tmsize_t most = pixel_layout.tiled ? TIFFTileSize(tiff.file) : TIFFStripSize(tiff.file);
+  const tmsize_t row_bytes = pixel_layout.tiled    ? TIFFTileRowSize(tiff.file)
+                             : has_separate_planes ? TIFFScanlineSize(tiff.file)
+                                                   : TIFFScanlineSize(tiff.file);
   if (most <= 0 || row_bytes <= 0) return false;
   std::vector<std::uint8_t> block(static_cast<std::size_t>(most));
-  for (std::uint32_t plane = 0; plane < (apart ? layout.samples : 1U); ++plane) {
-    for (std::uint32_t y = 0; y < image.height; y += layout.block_height) {
-      const std::uint32_t rows = std::min(layout.block_height, image.height - y);
-      for (std::uint32_t x = 0; x < image.width; x += layout.block_width) {
+  for (std::uint32_t plane = 0; plane < (has_separate_planes ? pixel_layout.samples : 1U);
+       ++plane) {
+    for (std::uint32_t y = 0; y < image.height; y += pixel_layout.block_height) {
+      const std::uint32_t rows = std::min(pixel_layout.block_height, image.height - y);
+      for (std::uint32_t x = 0; x < image.width; x += pixel_layout.block_width) {
         const auto sample = static_cast<std::uint16_t>(plane);
-        const tmsize_t wanted = layout.tiled ? most : static_cast<tmsize_t>(rows) * row_bytes;
+        const tmsize_t wanted = pixel_layout.tiled ? most : static_cast<tmsize_t>(rows) * row_bytes;
         const tmsize_t got =
-            layout.tiled
+            pixel_layout.tiled
                 ? TIFFReadEncodedTile(tiff.file, TIFFComputeTile(tiff.file, x, y, 0, sample),
                                       block.data(), wanted)
                 : TIFFReadEncodedStrip(tiff.file, TIFFComputeStrip(tiff.file, y, sample),
                                        block.data(), wanted);
         // For some compressions, libtiff replaces missing data and only warns.
         if (got != wanted || !tiff.warning.empty()) return false;
-        const std::uint32_t columns = std::min(layout.block_width, image.width - x);
+        const std::uint32_t columns = std::min(pixel_layout.block_width, image.width - x);
         for (std::uint32_t r = 0; r < rows; ++r) {
           const std::uint8_t* const row = block.data() + static_cast<std::size_t>(row_bytes) * r;
           for (std::uint32_t c = 0; c < columns; ++c) {
             float* const pixel = image.at(x + c, y + r);
             for (std::uint32_t s = 0; s < samples_per_block; ++s) {
-              values.put(value_at(row, std::size_t{c} * samples_per_block + s, layout), plane + s,
-                         pixel);
+              values.put(value_at(row, std::size_t{c} * samples_per_block + s, pixel_layout),
+                         plane + s, pixel);
             }
           }
         }
@@ -348,16 +357,17 @@ Image apply_orientation(Image image, std::uint16_t orientation) {
       orientation == ORIENTATION_BOTLEFT || orientation == ORIENTATION_BOTRIGHT ||
       orientation == ORIENTATION_LEFTBOT || orientation == ORIENTATION_RIGHTBOT;
   if (!transposed && !is_right_to_left && !is_bottom_up) return image;
-  Image oriented = image;
-  if (transposed) std::swap(oriented.width, oriented.height);
-  for (std::size_t y = 0; y < oriented.height; ++y) {
-    for (std::size_t x = 0; x < oriented.width; ++x) {
-      const std::size_t u = is_right_to_left ? oriented.width - 1 - x : x;
-      const std::size_t v = is_bottom_up ? oriented.height - 1 - y : y;
-      std::copy_n(transposed ? image.at(v, u) : image.at(u, v), image.channels, oriented.at(x, y));
+  Image oriented_image = image;
+  if (transposed) std::swap(oriented_image.width, oriented_image.height);
+  for (std::size_t y = 0; y < oriented_image.height; ++y) {
+    for (std::size_t x = 0; x < oriented_image.width; ++x) {
+      const std::size_t u = is_right_to_left ? oriented_image.width - 1 - x : x;
+      const std::size_t v = is_bottom_up ? oriented_image.height - 1 - y : y;
+      std::copy_n(transposed ? image.at(v, u) : image.at(u, v), image.channels,
+                  oriented_image.at(x, y));
     }
   }
-  return oriented;
+  return oriented_image;
 }
 
 }  // namespace
@@ -366,7 +376,7 @@ bool tiff_holds_floats(const ByteSource& source) {
   Tiff tiff(source);
   open(tiff);
   return tiff.file != nullptr &&
-         field<std::uint16_t>(tiff.file, TIFFTAG_SAMPLEFORMAT) == SAMPLEFORMAT_IEEEFP;
+         tag_value<std::uint16_t>(tiff.file, TIFFTAG_SAMPLEFORMAT) == SAMPLEFORMAT_IEEEFP;
 }
 
 namespace {
@@ -438,50 +448,54 @@ bool read_geography(TIFF* file, TiffGeography& geography) {
 Image parse(const ByteSource& source, const std::string& file, const ImageLimits& limits,
             TiffGeography* geography) {
   const FailWith fail = image_failure(file, "TIFF");
-  const std::string again = "Export or copy the file again, or convert it to PNG or OpenEXR.";
+  const std::string export_again =
+      "Export or copy the file again, or convert it to PNG or OpenEXR.";
   Tiff tiff(source);
   const auto give_up = [&](const std::string& place) {
     if (tiff.error) std::rethrow_exception(tiff.error);
     const std::string& said = tiff.message.empty() ? tiff.warning : tiff.message;
-    fail(place, said.empty() ? "damaged or cut short" : said, again);
+    fail(place, said.empty() ? "damaged or cut short" : said, export_again);
   };
   open(tiff);
   if (tiff.file == nullptr) give_up("header");
-  const Layout layout = layout_of(tiff.file);
-  check_kind(layout, geography != nullptr, fail);
+  const PixelLayout pixel_layout = layout_of(tiff.file);
+  check_kind(pixel_layout, geography != nullptr, fail);
   const bool of_ground = geography != nullptr && read_geography(tiff.file, *geography);
-  const Values values(tiff.file, layout,
-                      of_ground || (geography != nullptr && layout.format == SAMPLEFORMAT_INT));
+  const ValueReader values(
+      tiff.file, pixel_layout,
+      of_ground || (geography != nullptr && pixel_layout.format == SAMPLEFORMAT_INT));
   if (geography != nullptr) geography->largest = values.largest();
-  if (values.palette_is_missing()) fail("ColorMap", "it is missing", again);
-  if (layout.packing == COMPRESSION_JPEG) {
+  if (values.palette_is_missing()) fail("ColorMap", "it is missing", export_again);
+  if (pixel_layout.packing == COMPRESSION_JPEG) {
     TIFFSetField(tiff.file, TIFFTAG_JPEGCOLORMODE, JPEGCOLORMODE_RGB);
   }
-  if (TIFFIsCODECConfigured(layout.packing) == 0) {
-    fail("Compression", "libtiff does not read kind " + std::to_string(layout.packing), again);
+  if (TIFFIsCODECConfigured(pixel_layout.packing) == 0) {
+    fail("Compression", "libtiff does not read kind " + std::to_string(pixel_layout.packing),
+         export_again);
   }
-  const std::uint64_t pixels = std::uint64_t{layout.width} * layout.height;
-  const std::uint64_t ratio = max_unpack_ratio(layout.packing);
-  if (ratio != 0 && capped_product(pixels, layout.samples) / 8 * layout.bits >
+  const std::uint64_t pixels = std::uint64_t{pixel_layout.width} * pixel_layout.height;
+  const std::uint64_t ratio = max_unpack_ratio(pixel_layout.packing);
+  if (ratio != 0 && capped_product(pixels, pixel_layout.samples) / 8 * pixel_layout.bits >
                         capped_product(source.size(), ratio)) {
     fail("header",
-         "it says " + std::to_string(layout.width) + " x " + std::to_string(layout.height) +
-             " pixels, but its " + std::to_string(source.size()) + " bytes cannot hold them",
+         "it says " + std::to_string(pixel_layout.width) + " x " +
+             std::to_string(pixel_layout.height) + " pixels, but its " +
+             std::to_string(source.size()) + " bytes cannot hold them",
          "Export or copy the file again.");
   }
   // Working memory: a block, packed and unpacked; and a second image if the orientation must be changed.
-  const auto block = static_cast<std::uint64_t>(
-      std::max<tmsize_t>(0, layout.tiled ? TIFFTileSize(tiff.file) : TIFFStripSize(tiff.file)));
-  const bool changes_orientation = layout.orientation > ORIENTATION_TOPLEFT;
+  const auto block = static_cast<std::uint64_t>(std::max<tmsize_t>(
+      0, pixel_layout.tiled ? TIFFTileSize(tiff.file) : TIFFStripSize(tiff.file)));
+  const bool changes_orientation = pixel_layout.orientation > ORIENTATION_TOPLEFT;
   const std::uint64_t working =
       2 * block +
-      (changes_orientation ? capped_product(pixels, layout.channels() * sizeof(float)) : 0);
-  Image image =
-      empty_image(layout.width, layout.height, layout.channels(), working, "header", limits, fail);
+      (changes_orientation ? capped_product(pixels, pixel_layout.channels() * sizeof(float)) : 0);
+  Image image = empty_image(pixel_layout.width, pixel_layout.height, pixel_layout.channels(),
+                            working, "header", limits, fail);
   tiff.warning.clear();  // Ignores warnings about unknown tags
-  if (!read_blocks(tiff, layout, values, image)) give_up("pixels");
-  if (layout.premultiplied) divide_by_alpha(image);
-  return apply_orientation(std::move(image), layout.orientation);
+  if (!read_blocks(tiff, pixel_layout, values, image)) give_up("pixels");
+  if (pixel_layout.premultiplied) divide_by_alpha(image);
+  return apply_orientation(std::move(image), pixel_layout.orientation);
 }
 
 }  // namespace

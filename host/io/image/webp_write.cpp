@@ -19,7 +19,7 @@ std::vector<std::byte> encode_webp(const Image& image, const PictureEncoding& en
   }
   constexpr int kEffort = 2;  // Effort of lossless compression, 0 to 9
   constexpr int kMethod = 4;  // Effort of lossy compression, 0 to 6
-  const bool lossy = encoding.quality != 0;
+  const bool is_lossy = encoding.quality != 0;
   std::vector<std::uint8_t> bytes = bytes_of(image, encoding.dither, encoding.use);
   const std::size_t texels = std::size_t{image.width} * image.height;
   if (image.channels == 1) {
@@ -27,19 +27,20 @@ std::vector<std::byte> encode_webp(const Image& image, const PictureEncoding& en
     bytes.resize(3 * texels);
     for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = grey[i / 3];
   }
-  WebPConfig config;
+  WebPConfig webp_config;
   WebPPicture picture;
-  if (WebPConfigPreset(&config, WEBP_PRESET_DEFAULT, static_cast<float>(encoding.quality)) == 0 ||
-      (!lossy && WebPConfigLosslessPreset(&config, kEffort) == 0) ||
+  if (WebPConfigPreset(&webp_config, WEBP_PRESET_DEFAULT, static_cast<float>(encoding.quality)) ==
+          0 ||
+      (!is_lossy && WebPConfigLosslessPreset(&webp_config, kEffort) == 0) ||
       WebPPictureInit(&picture) == 0) {
     throw Error(ErrorCode::internal,
                 "Kiln was built against another version of libwebp than the one installed.");
   }
-  config.exact = 1;  // Keeps colours of transparent pixels
-  if (lossy) {
-    config.method = kMethod;
-    config.alpha_quality = 100;  // Alpha is lossless, since alpha tests depend on it
-    config.use_sharp_yuv = encoding.use == TextureUse::color ? 0 : 1;
+  webp_config.exact = 1;  // Keeps colours of transparent pixels
+  if (is_lossy) {
+    webp_config.method = kMethod;
+    webp_config.alpha_quality = 100;  // Alpha is lossless, since alpha tests depend on it
+    webp_config.use_sharp_yuv = encoding.use == TextureUse::color ? 0 : 1;
   }
   picture.use_argb = 1;
   picture.width = static_cast<int>(image.width);
@@ -50,9 +51,9 @@ std::vector<std::byte> encode_webp(const Image& image, const PictureEncoding& en
   picture.custom_ptr = &writer;
   const bool has_alpha = image.channels == 4;
   const int stride = picture.width * (has_alpha ? 4 : 3);
-  const auto import = has_alpha ? WebPPictureImportRGBA : WebPPictureImportRGB;
+  const auto import_pixels = has_alpha ? WebPPictureImportRGBA : WebPPictureImportRGB;
   const bool done =
-      import(&picture, bytes.data(), stride) != 0 && WebPEncode(&config, &picture) != 0;
+      import_pixels(&picture, bytes.data(), stride) != 0 && WebPEncode(&webp_config, &picture) != 0;
   WebPPictureFree(&picture);
   const std::unique_ptr<WebPMemoryWriter, void (*)(WebPMemoryWriter*)> owner(&writer,
                                                                              WebPMemoryWriterClear);

@@ -29,12 +29,12 @@ std::vector<std::string> vector_words(std::string_view text) {
 std::array<double, 3> vector_of(const VolumeInput& input, const HeaderField& field,
                                 const std::string& word) {
   std::array<double, 3> result{};
-  std::string inner = word;
-  bool good = inner.size() >= 2 && inner.front() == '(' && inner.back() == ')';
+  std::string inner_text = word;
+  bool good = inner_text.size() >= 2 && inner_text.front() == '(' && inner_text.back() == ')';
   if (good) {
-    inner = inner.substr(1, inner.size() - 2);
-    for (char& c : inner) c = c == ',' ? ' ' : c;
-    const auto numbers = to_doubles(inner);
+    inner_text = inner_text.substr(1, inner_text.size() - 2);
+    for (char& c : inner_text) c = c == ',' ? ' ' : c;
+    const auto numbers = to_doubles(inner_text);
     good = numbers && numbers->size() == 3;
     for (std::size_t c = 0; good && c < 3; ++c) result[c] = (*numbers)[c];
   }
@@ -88,24 +88,24 @@ std::vector<NrrdAxis> parse_axes(const VolumeInput& input, const HeaderFields& f
       axes[a].node_centered = lower_case(list[a]) == "node";
     }
   }
-  std::uint64_t assumed = 0;
+  std::uint64_t axes_without_direction = 0;
   for (NrrdAxis& axis : axes) {
     if (axis.spacing || !axis.minimum || !axis.maximum) continue;
     if (!axis.node_centered && !axis.cell_centered) {
       axis.cell_centered = true;
-      ++assumed;
+      ++axes_without_direction;
     }
     const std::uint64_t steps = axis.size - (axis.node_centered ? 1 : 0);
     const double spacing = (*axis.maximum - *axis.minimum) / static_cast<double>(steps);
     if (axis.size != 0 && steps != 0 && spacing != 0) axis.spacing = spacing;
   }
-  if (assumed != 0) {
+  if (axes_without_direction != 0) {
     input.warn(
         "assumed-cells",
-        fields.find("axismaxs")->place() + ": " + std::to_string(assumed) +
+        fields.find("axismaxs")->place() + ": " + std::to_string(axes_without_direction) +
             " axes have no \"centers\" to state whether samples are at cells or nodes: cells are "
             "assumed, as in Teem",
-        assumed);
+        axes_without_direction);
   }
   if (const HeaderField* directions = fields.find("spacedirections")) {
     const auto list = vector_words(directions->value);

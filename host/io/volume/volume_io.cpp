@@ -66,7 +66,7 @@ std::string looks_like(std::string_view head) {
   return {};
 }
 
-VolumeInput input_for(const std::filesystem::path& path, std::vector<Warning>* warnings) {
+VolumeInput make_input(const std::filesystem::path& path, std::vector<Warning>* warnings) {
   VolumeInput input;
   input.file = path.string();
   input.warnings = warnings;
@@ -169,7 +169,7 @@ Volume load(VolumeInput input, const std::filesystem::path& path) {
 }  // namespace
 
 Volume load_volume(const std::filesystem::path& path, std::vector<Warning>* warnings) {
-  const VolumeInput input = input_for(path, warnings);
+  const VolumeInput input = make_input(path, warnings);
   try {
     return load(input, path);
   } catch (const std::bad_alloc&) {
@@ -199,7 +199,7 @@ Volume load_raw_volume(const std::filesystem::path& path, const RawVolumeLayout&
     usage("the header to skip has " + std::to_string(layout.header_bytes) +
           " bytes; give 0 or more, or -1 for all that precedes the last voxels.");
   }
-  VolumeInput input = input_for(path, warnings);
+  VolumeInput input = make_input(path, warnings);
   const auto source = open_file(path, input.fail_with());
   input.source = source.get();
   const std::uint64_t voxels = check_size(input, "dimensions", layout.size, layout.type);

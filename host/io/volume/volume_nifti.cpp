@@ -40,14 +40,15 @@ enum : std::int64_t {
 };
 
 /// The fields of the header that Kiln uses, in the machine's byte order.
-struct Fields {
+struct NiftiFields {
   bool is_nifti2 = false;    ///< True for NIfTI-2
   bool is_detached = false;  ///< True if the voxels are in a separate file
   ByteOrder order = ByteOrder::little;
   std::array<std::int64_t, 8> dim{};
   std::int64_t type = 0;
   double offset = 0, slope = 0, intercept = 0;
-  std::array<double, 8> pixdim{};  ///< Item 0: the sign of the third axis; items 1 to 3: spacing
+  std::array<double, 8>
+      pixdim{};  ///< The header's `pixdim`. Item 0: the sign of the third axis; items 1 to 3: spacing
   std::int64_t qform_code = 0, sform_code = 0;
   /// Components b, c, d of the quaternion; offset of the position
   std::array<double, 3> quaternion{}, qoffset{};
@@ -77,7 +78,8 @@ class HeaderBytes {
 /// \param pixdim  offset of the 8 numbers of `pixdim`
 /// \param forms   offset of the quaternion, followed by the offsets and the three rows of the sform
 template <typename T>
-void get_places(const HeaderBytes& header, std::size_t pixdim, std::size_t forms, Fields& fields) {
+void get_places(const HeaderBytes& header, std::size_t pixdim, std::size_t forms,
+                NiftiFields& fields) {
   const auto number = [&](std::size_t first, std::size_t i) {
     return static_cast<double>(header.get<T>(first + i * sizeof(T)));
   };
@@ -87,9 +89,9 @@ void get_places(const HeaderBytes& header, std::size_t pixdim, std::size_t forms
   for (std::size_t i = 0; i < 12; ++i) fields.srow[i / 4][i % 4] = number(forms, 6 + i);
 }
 
-Fields parse_fields(const VolumeInput& input, const std::array<std::byte, kNifti2HeaderBytes>& raw,
-                    std::size_t have) {
-  Fields fields;
+NiftiFields parse_fields(const VolumeInput& input,
+                         const std::array<std::byte, kNifti2HeaderBytes>& raw, std::size_t have) {
+  NiftiFields fields;
   HeaderBytes header(raw);
   bool is_known = false;
   for (const ByteOrder order : {ByteOrder::little, ByteOrder::big}) {
@@ -116,9 +118,9 @@ Fields parse_fields(const VolumeInput& input, const std::array<std::byte, kNifti
   }
   char magic[4] = {};
   std::memcpy(magic, raw.data() + (fields.is_nifti2 ? 4 : 344), 3);
-  const std::string found = magic;
-  fields.is_detached = found == (fields.is_nifti2 ? "ni2" : "ni1");
-  if (!fields.is_detached && found != (fields.is_nifti2 ? "n+2" : "n+1")) {
+  const std::string found_magic = magic;
+  fields.is_detached = found_magic == (fields.is_nifti2 ? "ni2" : "ni1");
+  if (!fields.is_detached && found_magic != (fields.is_nifti2 ? "n+2" : "n+1")) {
     input.fail(
         "magic",
         "it is none of \"n+1\", \"ni1\", \"n+2\" and \"ni2\"; the file may be of Analyze 7.5",
@@ -180,7 +182,7 @@ VoxelType voxel_type(const VolumeInput& input, std::int64_t type) {
 }
 
 /// Checks sizes and the offset of the voxels.
-void check_fields(const VolumeInput& input, const Fields& fields, Volume& volume) {
+void check_fields(const VolumeInput& input, const NiftiFields& fields, Volume& volume) {
   if (fields.dim[0] < 3 || fields.dim[0] > 7) {
     input.fail("dim[0]", "it has " + std::to_string(fields.dim[0]) + " dimensions",
                "Kiln takes volumes of three dimensions, and others where they have size 1.");
@@ -213,7 +215,7 @@ using Matrix = std::array<std::array<double, 4>, 3>;
 
 /// Method 2 of the standard: a rotation as a quaternion without its first component, the spacing, and the
 /// sign of the third axis.
-Matrix qform(const Fields& fields) {
+Matrix qform(const NiftiFields& fields) {
   auto [b, c, d] = fields.quaternion;
   const double squared = b * b + c * c + d * d;
   double a = 1 - squared;
@@ -243,7 +245,7 @@ Matrix qform(const Fields& fields) {
   return matrix;
 }
 
-void place_in_space(const VolumeInput& input, const Fields& fields, Volume& volume) {
+void place_in_space(const VolumeInput& input, const NiftiFields& fields, Volume& volume) {
   const auto set = [&volume](const Matrix& m) {
     for (std::size_t c = 0; c < 3; ++c) {
       for (std::size_t a = 0; a < 3; ++a) volume.axes[a][c] = m[c][a];
@@ -273,7 +275,7 @@ void place_in_space(const VolumeInput& input, const Fields& fields, Volume& volu
   check_geometry(input, "pixdim", volume);
 }
 
-void apply_scale(const VolumeInput& input, const Fields& fields, Volume& volume) {
+void apply_scale(const VolumeInput& input, const NiftiFields& fields, Volume& volume) {
   if (fields.slope == 0 || (fields.slope == 1 && fields.intercept == 0)) return;
   if (!std::isfinite(fields.slope) || !std::isfinite(fields.intercept)) {
     input.warn("ignored-scale",
@@ -282,14 +284,14 @@ void apply_scale(const VolumeInput& input, const Fields& fields, Volume& volume)
   }
   with_voxel_type(volume.type, [&](auto value) {
     const std::size_t count = volume.voxels.size() / sizeof value;
-    std::vector<std::byte> scaled(count * sizeof(float));
+    std::vector<std::byte> scaled_values(count * sizeof(float));
     for (std::size_t i = 0; i < count; ++i) {
       std::memcpy(&value, volume.voxels.data() + i * sizeof value, sizeof value);
       const auto result =
           static_cast<float>(static_cast<double>(value) * fields.slope + fields.intercept);
-      std::memcpy(scaled.data() + i * sizeof(float), &result, sizeof(float));
+      std::memcpy(scaled_values.data() + i * sizeof(float), &result, sizeof(float));
     }
-    volume.voxels = std::move(scaled);
+    volume.voxels = std::move(scaled_values);
   });
   volume.type = VoxelType::f32;
 }
@@ -314,8 +316,8 @@ std::unique_ptr<ByteSource> open_image(const VolumeInput& input) {
     return std::filesystem::path(input.file).parent_path() / (stem + extension);
   };
   for (const char* extension : {".img", ".IMG", ".img.gz"}) {
-    std::error_code ignored;
-    if (std::filesystem::exists(beside(extension), ignored)) {
+    std::error_code ignored_error;
+    if (std::filesystem::exists(beside(extension), ignored_error)) {
       return input.open_beside(stem + extension);
     }
   }
@@ -324,10 +326,10 @@ std::unique_ptr<ByteSource> open_image(const VolumeInput& input) {
 
 /// Skips to the voxels. \param at  current offset of the stream
 void skip_to(ByteStream& stream, std::uint64_t at, std::uint64_t begin) {
-  std::array<std::byte, 4096> skipped{};
+  std::array<std::byte, 4096> skip_buffer{};
   while (at < begin) {
     const std::size_t got = stream.read(
-        skipped.data(), static_cast<std::size_t>(std::min<std::uint64_t>(begin - at, 4096)));
+        skip_buffer.data(), static_cast<std::size_t>(std::min<std::uint64_t>(begin - at, 4096)));
     if (got == 0) break;  // The caller reports missing voxels
     at += got;
   }
@@ -348,7 +350,7 @@ Volume read_nifti(const VolumeInput& input) {
   const bool longer = static_cast<int>(raw[0]) == 0x1c || static_cast<int>(raw[3]) == 0x1c;
   if (longer && have == kNifti1HeaderBytes)
     have += stream->read(raw.data() + kNifti1HeaderBytes, kNifti2HeaderBytes - kNifti1HeaderBytes);
-  const Fields fields = parse_fields(input, raw, have);
+  const NiftiFields fields = parse_fields(input, raw, have);
 
   Volume volume;
   volume.type = voxel_type(input, fields.type);

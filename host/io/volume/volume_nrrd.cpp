@@ -207,12 +207,12 @@ std::vector<std::string> numbered_files(const VolumeInput& input, const HeaderFi
   constexpr std::int64_t kMaxFiles = 1 << 20, kMaxDigits = 20;
   const auto list = words(field.value);
   if (list.size() < 4 || list.size() > 5) fail("has no valid range of file numbers");
-  const std::string pattern(list[0]);
-  const std::size_t percent = pattern.find('%'), end = pattern.find('d', percent);
+  const std::string name_pattern(list[0]);
+  const std::size_t percent = name_pattern.find('%'), end = name_pattern.find('d', percent);
   const std::string format =
-      end == pattern.npos ? "" : pattern.substr(percent + 1, end - percent - 1);
+      end == name_pattern.npos ? "" : name_pattern.substr(percent + 1, end - percent - 1);
   const auto digits = format.empty() ? 0 : to_integer(format);
-  if (end == pattern.npos || !digits || *digits < 0 || *digits > kMaxDigits) {
+  if (end == name_pattern.npos || !digits || *digits < 0 || *digits > kMaxDigits) {
     fail("has no number such as %d or %03d");
   }
   const auto first = to_integer(list[1]), last = to_integer(list[2]), step = to_integer(list[3]);
@@ -227,8 +227,8 @@ std::vector<std::string> numbered_files(const VolumeInput& input, const HeaderFi
     const std::size_t width = static_cast<std::size_t>(*digits) - (n < 0 && *digits > 0 ? 1 : 0);
     if (number.size() < width)
       number.insert(0, width - number.size(), format[0] == '0' ? '0' : ' ');
-    names.push_back(pattern.substr(0, percent) + (n < 0 ? "-" : "") + number +
-                    pattern.substr(end + 1));
+    names.push_back(name_pattern.substr(0, percent) + (n < 0 ? "-" : "") + number +
+                    name_pattern.substr(end + 1));
   }
   return names;
 }
@@ -242,15 +242,15 @@ class JoinedFiles final : public ByteSource {
   JoinedFiles(const VolumeInput& input, const HeaderFields& fields, const HeaderField& field,
               const std::vector<std::string>& names, const VoxelPlace& place, std::uint64_t bytes)
       : input_(input) {
-    const bool packed = place.encoding == VoxelEncoding::packed;
+    const bool is_packed = place.encoding == VoxelEncoding::packed;
     const std::uint64_t share = bytes / names.size();
-    if (!packed && share * names.size() != bytes) {
+    if (!is_packed && share * names.size() != bytes) {
       input.fail(field.place(),
                  std::to_string(bytes) + " bytes of voxels are not spread evenly over " +
                      std::to_string(names.size()) + " files",
                  "Correct the list, or export the volume again.");
     }
-    std::uint64_t trailing = 0;
+    std::uint64_t trailing_bytes = 0;
     for (const std::string& name : names) {
       const auto data = input.open_beside(name);
       VoxelPlace begin = place;
@@ -261,23 +261,24 @@ class JoinedFiles final : public ByteSource {
       }
       if (begin.at_end && data->size() >= share) begin.offset = data->size() - share;
       std::uint64_t length = data->size() - std::min(begin.offset, data->size());
-      if (!packed && length < share) {
+      if (!is_packed && length < share) {
         input.fail("data file " + printable(name),
                    std::to_string(share) + " bytes are its share of the voxels, but it has " +
                        std::to_string(length),
                    place.remedy);
       }
-      if (!packed && length > share) {
-        trailing += length - share;
+      if (!is_packed && length > share) {
+        trailing_bytes += length - share;
         length = share;
       }
-      parts_.push_back({name, begin.offset, size_});
+      file_parts_.push_back({name, begin.offset, size_});
       size_ += length;
     }
-    if (trailing != 0) {
-      input.warn("trailing-bytes",
-                 std::to_string(trailing) + " bytes after the voxels of its files were ignored",
-                 trailing);
+    if (trailing_bytes != 0) {
+      input.warn(
+          "trailing-bytes",
+          std::to_string(trailing_bytes) + " bytes after the voxels of its files were ignored",
+          trailing_bytes);
     }
   }
 
@@ -287,15 +288,17 @@ class JoinedFiles final : public ByteSource {
     while (have < count && offset + have < size_) {
       const std::uint64_t at = offset + have;
       const auto after =
-          std::upper_bound(parts_.begin(), parts_.end(), at,
+          std::upper_bound(file_parts_.begin(), file_parts_.end(), at,
                            [](std::uint64_t place, const Part& part) { return place < part.at; });
-      const auto part = static_cast<std::size_t>(after - parts_.begin()) - 1;
-      const std::uint64_t end = after == parts_.end() ? size_ : after->at;
-      if (!data_ || part != open_) data_ = input_.open_beside(parts_[part].name);
-      open_ = part;
+      const auto part = static_cast<std::size_t>(after - file_parts_.begin()) - 1;
+      const std::uint64_t end = after == file_parts_.end() ? size_ : after->at;
+      if (!open_source_ || part != open_part_)
+        open_source_ = input_.open_beside(file_parts_[part].name);
+      open_part_ = part;
       const auto wanted = static_cast<std::size_t>(std::min<std::uint64_t>(count - have, end - at));
-      const std::size_t got = data_->read_at(parts_[part].offset + (at - parts_[part].at),
-                                             static_cast<char*>(to) + have, wanted);
+      const std::size_t got =
+          open_source_->read_at(file_parts_[part].offset + (at - file_parts_[part].at),
+                                static_cast<char*>(to) + have, wanted);
       have += got;
       if (got < wanted) break;  // Another process has truncated the file
     }
@@ -309,10 +312,10 @@ class JoinedFiles final : public ByteSource {
     std::uint64_t at;      ///< Offset in the concatenation
   };
   const VolumeInput& input_;
-  std::vector<Part> parts_;
+  std::vector<Part> file_parts_;
   std::uint64_t size_ = 0;
-  mutable std::unique_ptr<ByteSource> data_;  // The part that is open
-  mutable std::size_t open_ = 0;
+  mutable std::unique_ptr<ByteSource> open_source_;  // The part that is open
+  mutable std::size_t open_part_ = 0;
 };
 
 }  // namespace

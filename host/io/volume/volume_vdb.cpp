@@ -27,9 +27,9 @@ Volume read_openvdb(const VolumeInput& input, const std::filesystem::path&) {
 
 namespace {
 
-constexpr int margin = 2;  // Empty voxels around the active ones
+constexpr int kEmptyMargin = 2;  // Empty voxels around the active ones
 
-bool scalar(const openvdb::GridBase& grid) {
+bool is_scalar_grid(const openvdb::GridBase& grid) {
   return grid.isType<openvdb::FloatGrid>() || grid.isType<openvdb::DoubleGrid>();
 }
 
@@ -49,7 +49,8 @@ void fill(const VolumeInput& input, const Grid& grid, Volume& volume) {
       input.fail(place, "its active voxels reach the ends of the index space",
                  "Move the grid near its origin and export it again.");
     }
-    size[static_cast<std::size_t>(a)] = static_cast<std::uint64_t>(end - begin + 1 + 2 * margin);
+    size[static_cast<std::size_t>(a)] =
+        static_cast<std::uint64_t>(end - begin + 1 + 2 * kEmptyMargin);
   }
   const std::uint64_t bytes = check_size(input, place, size, VoxelType::f32);
   // Maximum number of dense voxels: a few active voxels far apart would otherwise need more memory than any machine
@@ -67,7 +68,7 @@ void fill(const VolumeInput& input, const Grid& grid, Volume& volume) {
     input.fail(place, "its transform is not linear (a frustum)",
                "Resample the grid with a linear transform.");
   }
-  box.expand(margin);
+  box.expand(kEmptyMargin);
   const auto position = [&grid, &box](int x, int y, int z) {
     return grid.transform().indexToWorld(box.min().asVec3d() + openvdb::Vec3d(x, y, z));
   };
@@ -87,8 +88,8 @@ void fill(const VolumeInput& input, const Grid& grid, Volume& volume) {
   for (std::uint64_t z = 0; z < size[2]; ++z) {
     const int k = box.min().z() + static_cast<int>(z);
     const openvdb::CoordBBox part(box.min().x(), box.min().y(), k, box.max().x(), box.max().y(), k);
-    openvdb::tools::Dense<float, openvdb::tools::LayoutXYZ> dense(part, slice.data());
-    openvdb::tools::copyToDense(grid, dense, /*serial=*/true);
+    openvdb::tools::Dense<float, openvdb::tools::LayoutXYZ> dense_grid(part, slice.data());
+    openvdb::tools::copyToDense(grid, dense_grid, /*serial=*/true);
     std::memcpy(volume.voxels.data() + z * slice.size() * sizeof(float), slice.data(),
                 slice.size() * sizeof(float));
   }
@@ -110,33 +111,33 @@ Volume read_openvdb(const VolumeInput& input, const std::filesystem::path& path)
   try {
     openvdb::io::File file(path.string());
     file.open(/*delayLoad=*/false);
-    openvdb::GridBase::Ptr chosen;
+    openvdb::GridBase::Ptr chosen_grid;
     std::string other_grids;
-    std::uint64_t ignored = 0;
+    std::uint64_t ignored_grids = 0;
     for (auto name = file.beginName(); name != file.endName(); ++name) {
       const openvdb::GridBase::Ptr meta = file.readGridMetadata(name.gridName());
-      if (!chosen && scalar(*meta)) {
-        chosen = file.readGrid(name.gridName());
+      if (!chosen_grid && is_scalar_grid(*meta)) {
+        chosen_grid = file.readGrid(name.gridName());
       } else {
-        other_grids += (ignored++ == 0 ? "\"" : ", \"") + name.gridName() + "\"";
+        other_grids += (ignored_grids++ == 0 ? "\"" : ", \"") + name.gridName() + "\"";
       }
     }
-    if (!chosen) {
+    if (!chosen_grid) {
       input.fail("",
                  "it has no grid of floats or doubles" +
                      (other_grids.empty() ? "" : " (it has " + other_grids + ")"),
                  "Export a scalar grid: a level set or a density.");
     }
-    if (ignored != 0) {
+    if (ignored_grids != 0) {
       input.warn("ignored-grids",
-                 "grid \"" + chosen->getName() + "\" was read; ignored were " + other_grids,
-                 ignored);
+                 "grid \"" + chosen_grid->getName() + "\" was read; ignored were " + other_grids,
+                 ignored_grids);
     }
     Volume volume;
-    if (chosen->isType<openvdb::FloatGrid>()) {
-      fill(input, *openvdb::gridPtrCast<openvdb::FloatGrid>(chosen), volume);
+    if (chosen_grid->isType<openvdb::FloatGrid>()) {
+      fill(input, *openvdb::gridPtrCast<openvdb::FloatGrid>(chosen_grid), volume);
     } else {
-      fill(input, *openvdb::gridPtrCast<openvdb::DoubleGrid>(chosen), volume);
+      fill(input, *openvdb::gridPtrCast<openvdb::DoubleGrid>(chosen_grid), volume);
     }
     count_non_finite(input, volume);
     return volume;

@@ -210,8 +210,8 @@ void read_voxels(const VolumeInput& input, ByteStream& stream, ByteOrder order,
                    sizes_text(volume) + " were read)",
                trailing);
   }
-  const bool little = std::endian::native == std::endian::little;
-  if (little != (order == ByteOrder::little) && size_of(volume.type) > 1) {
+  const bool is_little_endian = std::endian::native == std::endian::little;
+  if (is_little_endian != (order == ByteOrder::little) && size_of(volume.type) > 1) {
     swap_bytes(voxels, size_of(volume.type));
   }
 }
@@ -224,10 +224,10 @@ void read_voxels(const VolumeInput& input, const ByteSource& source, const Voxel
   }
   if (place.encoding == VoxelEncoding::packed) {
     const auto stream = inflating_stream(source, place.offset, input.fail_with());
-    std::vector<std::byte> skipped(1 << 16);
+    std::vector<std::byte> skip_buffer(1 << 16);
     for (std::uint64_t left = place.skip_unpacked; left != 0;) {
-      const auto part = static_cast<std::size_t>(std::min<std::uint64_t>(left, skipped.size()));
-      const std::size_t got = stream->read(skipped.data(), part);
+      const auto part = static_cast<std::size_t>(std::min<std::uint64_t>(left, skip_buffer.size()));
+      const std::size_t got = stream->read(skip_buffer.data(), part);
       if (got == 0) break;  // The caller reports missing voxels
       left -= got;
     }
