@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "base/memory.h"
+#include "base/option.h"
 #include "clean/high_hulls.h"
 #include "job/mesh_files.h"
 #include "kiln/height_field.h"
@@ -123,6 +125,24 @@ HighPolyInput load_high(const std::vector<JobInput>& inputs, const HeightFieldOp
   return input;
 }
 
+/// Checks the memory of a bake from a height field before its mesh is built: a picture of 100 KB may hold 134 million
+/// triangles, which would otherwise fail in a later stage, minutes on.
+void require_field_memory(const std::string& path, const Image& image) {
+  // The mesh, its repair and its BVH: 370 bytes a pixel at 2048 x 2048, 400 at 4096 x 4096.
+  constexpr std::uint64_t kBytesPerPixel = 350;
+  std::uint64_t heights = 0;
+  for (std::size_t i = 0; i < image.pixels.size(); i += image.channels) {
+    heights += std::isfinite(image.pixels[i]) ? 1 : 0;
+  }
+  require_memory("A bake of the height field '" + path + "' of " + std::to_string(image.width) +
+                     " x " + std::to_string(image.height) + " pixels",
+                 kBytesPerPixel * heights, [](const std::string& problem) {
+                   throw Error(ErrorCode::input,
+                               problem + ". Scale the height field down, or raise the " +
+                                   option("memory_limit") + ".");
+                 });
+}
+
 HighPolyInput load_high(const std::string& path, const HeightFieldOptions& heights,
                         std::vector<Warning>& warnings, const LoadMeshOptions& options) {
   if (!is_height_field(path)) {
@@ -139,6 +159,7 @@ HighPolyInput load_high(const std::string& path, const HeightFieldOptions& heigh
                             " channels: only the first is used as heights.",
                         1});
   }
+  require_field_memory(path, *input.heights);
   input.mesh = height_field_mesh(*input.heights, input.field);
   input.mesh.name = std::filesystem::path(path).stem().string();
   return input;

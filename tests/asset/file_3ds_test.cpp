@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <numbers>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -171,6 +172,20 @@ TEST(File3ds, WithoutGroupsItHasNoNormals) {
   ASSERT_EQ(smooth.normals.size(), 2 * kSides);
   for (const Vec3& n : smooth.normals) EXPECT_GT(std::abs(n.y), 0.1F);
   expect_cylinder(read_3ds(file_3ds({prism(10, 1)})));
+}
+
+// Mask 10 in every face of one mesh is a group like others where another mesh of the file has other groups.
+TEST(File3ds, OnlyFilesOfOneMaskAreMeshLabs) {
+  const auto masks_of = [](const std::vector<Object3ds>& objects) {
+    std::vector<std::set<std::uint32_t>> masks;
+    for (const Smoothing3ds& mesh : read_smoothing_3ds(file_3ds(objects))) {
+      masks.emplace_back(mesh.masks.begin(), mesh.masks.end());
+    }
+    return masks;
+  };
+  using Masks = std::vector<std::set<std::uint32_t>>;
+  EXPECT_EQ(masks_of({prism(10, 10), prism(10, 10)}), (Masks{{0}, {0}}));
+  EXPECT_EQ(masks_of({prism(10, 10), prism(1, 2)}), (Masks{{10}, {1, 2}}));
 }
 
 // Assimp splits a mesh by its materials; a face without one may be among those of a material "default".

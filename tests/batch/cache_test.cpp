@@ -205,6 +205,33 @@ TEST(BakeCache, SharesResultsBetweenFolders) {
   EXPECT_EQ(state(other, {"--cache", cache}).substr(0, 5), "baked");
 }
 
+/// Reports, saved matches and cages may lie in folders of their own: each is restored there.
+TEST(BakeCache, RestoresFilesBesideTheMaps) {
+  for (const char* const file : {"json = \"report/a.json\"\n", "save_match = \"match/a.exr\"\n",
+                                 "cage = \"auto\"\nsave_cage = \"cages/a.obj\"\n"}) {
+    SCOPED_TRACE(file);
+    const fs::path folder = make_studio({"a"});
+    write(folder / "job.toml",
+          std::string("[[bake]]\nlow = \"assets/a_low.obj\"\nhigh = \"assets/a_high.obj\"\n") +
+              "size = 16\nmaps = [\"normal\", \"height\"]\nout = \"out\"\n" + file);
+    const auto files = [&] {
+      std::map<std::string, std::string> all;
+      for (const char* const place : {"out", "report", "match", "cages"}) {
+        all.merge(bytes_of(folder / place));
+      }
+      return all;
+    };
+    EXPECT_EQ(state(folder).substr(0, 5), "baked");
+    const std::map<std::string, std::string> made = files();
+    EXPECT_EQ(made.size(), 4U);  // two maps, whose they are, and the file
+    for (const char* const place : {"out", "report", "match", "cages"}) {
+      fs::remove_all(folder / place);
+    }
+    EXPECT_EQ(state(folder).substr(0, 8), "restored");
+    EXPECT_TRUE(files() == made);
+  }
+}
+
 TEST(BakeCache, DoesNotWriteOverWhatIsTheUsers) {
   const fs::path folder = make_studio({"a"});
   write(folder / "job.toml",

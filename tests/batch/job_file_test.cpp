@@ -230,6 +230,30 @@ TEST(JobFile, SidecarsThatServeNothingAreTold) {
   expect_words(message_of([&] { expand(folder, kStudioJob); }), {"a_low.kiln.toml:2", "size"});
 }
 
+/// Whichever of two options names the other in its row, the later layer's wins.
+TEST(JobFile, OptionsReplaceThoseThatExcludeThem) {
+  const fs::path folder = make_studio({"a"});
+  write(folder / "cage.obj", "");
+  write(folder / "match.exr", "");
+  const std::string files =
+      "[[bake]]\nlow = \"assets/{name}_low.obj\"\nhigh = \"assets/{name}_high.obj\"\n"
+      "out = \"out\"\n";
+  const std::pair<std::string, std::string> cages{"cage_mesh = \"cage.obj\"\n", "cage = 0.1\n"};
+  const std::pair<std::string, std::string> matches{"load_match = \"match.exr\"\n",
+                                                    "save_match = \"saved.exr\"\n"};
+  const auto job = [&](const std::string& earlier, const std::string& later) {
+    return expand(folder, "[defaults]\n" + earlier + files + later).assets[0].job;
+  };
+  EXPECT_EQ(job(cages.first, cages.second).cage_mesh, "");
+  EXPECT_TRUE(job(cages.first, cages.second).bake.match.cage);
+  EXPECT_NE(job(cages.second, cages.first).cage_mesh, "");
+  EXPECT_FALSE(job(cages.second, cages.first).bake.match.cage);
+  EXPECT_EQ(job(matches.first, matches.second).load_match, "");
+  EXPECT_NE(job(matches.first, matches.second).save_match, "");
+  EXPECT_NE(job(matches.second, matches.first).load_match, "");
+  EXPECT_EQ(job(matches.second, matches.first).save_match, "");
+}
+
 TEST(JobFile, TellsWhatIsLeftWithoutAPair) {
   const fs::path folder = make_studio({"a", "b"});
   fs::remove(folder / "assets/b_low.obj");
@@ -269,6 +293,16 @@ TEST(JobFile, RefusesOutputsThatMeet) {
                  expand(folder,
                         "[[bake]]\nhigh = \"assets/{name}.obj\"\nfaces = 40\nout = "
                         "\"assets/{name}_game.obj\"\n");
+               }),
+               {"job.toml:2", "matches this pattern"});
+  // Unless that rule skips it; another rule's `skip` does not count.
+  const std::string into_assets =
+      "[[bake]]\nhigh = \"assets/{name}.obj\"\nfaces = 40\nout = \"assets/{name}_game.obj\"\n";
+  const std::string skip = "skip = [\"assets/*_game.obj\"]\n";
+  EXPECT_EQ(message_of([&] { expand(folder, into_assets + skip); }), "");
+  expect_words(message_of([&] {
+                 expand(folder, into_assets + "[[bake]]\nhigh = \"assets/c*.obj\"\nfaces = 40\n" +
+                                    "out = \"out/c_game.obj\"\n" + skip);
                }),
                {"job.toml:2", "matches this pattern"});
   // A link out of the folder is outside.

@@ -74,6 +74,17 @@ TEST(OpenShells, RoomsAreLeftAlone) {
   EXPECT_TRUE(find_open_shells(turned(cut_sphere(0.6))).empty());
 }
 
+/// A small part that faces inwards makes no room of a mesh whose closed parts face outwards.
+TEST(OpenShells, ClosedPartsShowThatAMeshIsNoRoom) {
+  Mesh inward = turned(cut_sphere(0.6)), ball = test::icosphere(4);
+  for (Vec3& p : ball.positions) p = {3 * p.x + 5, 3 * p.y, 3 * p.z};
+  const std::vector<Mesh> meshes = {ball, inward};
+  const std::vector<OpenShells> shells = find_open_shells(join_meshes(meshes));
+  ASSERT_EQ(shells.size(), 1U);
+  EXPECT_GT(shells[0].back, 2 * shells[0].front);
+  EXPECT_TRUE(shells[0].shows_backs());
+}
+
 TEST(OpenShells, BacksThatNobodySeesDoNotCount) {
   Mesh inner = cut_sphere(0);
   for (Vec3& p : inner.positions) p = {p.x / 2, p.y / 2, p.z / 2};

@@ -2,15 +2,20 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <random>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "clean/open_shells.h"
+#include "clean/triangle_list.h"
 #include "cli/call.h"
 #include "cli/command_scene.h"
+#include "job/open_shell_sides.h"
 #include "kiln/asset.h"
 #include "kiln/job.h"
 #include "kiln/kiln.h"
@@ -789,6 +794,42 @@ TEST(Job, IsTheSameAfterJson) {
       ASSERT_EQ(option_values(again, name), option_values(job, name)) << name << "\n" << json;
     }
   }
+}
+
+// The warning counts what views see of all materials that were made double-sided, and of no other.
+TEST(Job, ShellsOfSeveralMaterialsAreCountedTogether) {
+  const auto bowl = [](float x, float size) {
+    Mesh mesh = icosphere(4);
+    std::vector<std::uint8_t> is_upper;
+    for (const Triangle& t : mesh.triangles) {
+      const float sum = mesh.positions[t[0]].y + mesh.positions[t[1]].y + mesh.positions[t[2]].y;
+      is_upper.push_back(sum > 0 ? 1 : 0);
+    }
+    drop_triangles(mesh, is_upper);
+    for (Vec3& p : mesh.positions) p = {size * p.x + x, size * p.y, size * p.z};
+    return mesh;
+  };
+  const std::vector<Mesh> meshes = {bowl(0, 1), bowl(3, 0.8F), bowl(-3, 0.6F)};
+  Mesh mesh = join_meshes(meshes);
+  mesh.material_names = {"one", "two", "stated"};
+  mesh.materials.clear();
+  for (std::uint32_t m = 0; m < meshes.size(); ++m) {
+    mesh.materials.insert(mesh.materials.end(), meshes[m].triangles.size(), m);
+  }
+  const std::vector<OpenShells> shells = find_open_shells(mesh);
+  ASSERT_EQ(shells.size(), 3U);
+  std::vector<AssetMaterial> materials(3);
+  const std::optional<Warning> warning =
+      show_backs_of_shells(mesh, {false, false, true}, materials);
+  ASSERT_TRUE(warning.has_value());
+  EXPECT_EQ(warning->count, shells[0].back + shells[1].back);
+  const double share = 100.0 * static_cast<double>(shells[0].back + shells[1].back) /
+                       static_cast<double>(shells[0].front + shells[1].front + warning->count);
+  EXPECT_NE(warning->message.text().find(std::to_string(std::lround(share)) + "% of what views"),
+            std::string::npos)
+      << warning->message.text();
+  EXPECT_TRUE(materials[0].double_sided && materials[1].double_sided);
+  EXPECT_FALSE(materials[2].double_sided);
 }
 
 TEST(Job, CTakesNullAndSaysWhatIsWrong) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <random>
 #include <span>
 #include <vector>
 
@@ -177,6 +178,38 @@ TEST(AoDenoiser, BlurReachesByDeviationsOfPlainRays) {
   // Both estimates agree: the deviation is no less than 2 of 255.
   EXPECT_EQ(AoDenoiser::blur_reach(0.5 + 4.0 / 255, 0.5, 0), 0U);
   EXPECT_EQ(AoDenoiser::blur_reach(0.5 + 7.0 / 255, 0.5, 0), 2U);
+}
+
+// The variance from which blur is told is that of the noise: of constant shares, that of both estimates' mean, times the
+// share that plain rays have of it.
+TEST(AoDenoiser, MeasuresTheVarianceOfPlainRays) {
+  KILN_REQUIRE_DEVICE();
+  constexpr std::uint32_t kSide = 32;
+  cl::Context& context = context_of(*test::device());
+  const Mesh low = test::ground(1);
+  const LowSurface surface = LowSurface::of(low, Frame::of(low));
+  std::vector<std::uint32_t> place(kSide * kSide), triangle(place.size());
+  std::vector<float> points(6 * place.size()), estimates(2 * place.size());
+  std::mt19937 random(3);
+  const double deviation = 0.05;
+  std::normal_distribution<double> noise(0.5, deviation);
+  for (std::uint32_t i = 0; i < place.size(); ++i) {
+    place[i] = i;
+    points[i] = static_cast<float>(i % kSide);
+    points[i + place.size()] = static_cast<float>(i / kSide);
+    points[i + 5 * place.size()] = 1;
+    for (std::size_t k = 0; k < 2; ++k) estimates[2 * i + k] = static_cast<float>(noise(random));
+  }
+  const cl::Array<float> device_points(context, std::span<const float>(points));
+  AoDenoiser denoiser(context, surface, kSide, kSide);
+  denoiser.prepare({0, kSide, place, triangle, device_points, kSide * kSide});
+  const double share = 0.25;
+  const AoDenoiser::Result result = denoiser.run(estimates, share);
+  ASSERT_EQ(result.plain_variance.size(), place.size());
+  double mean = 0;
+  for (const float variance : result.plain_variance) mean += variance / place.size();
+  // 1,024 squared differences: a relative deviation of sqrt(2 / 1,024), of which this is three.
+  EXPECT_NEAR(mean / (share * deviation * deviation / 2), 1, 0.14);
 }
 
 TEST(AoDenoiser, SpreadsToTheSquareAroundATexel) {

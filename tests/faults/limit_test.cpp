@@ -116,6 +116,27 @@ TEST_F(Limits, OfMemoryAreObeyedByPictures) {
   EXPECT_EQ(render({"--size", "128", "--views", "12"}, "300M").exit_code, 0);
 }
 
+// A picture of a few KB may hold millions of triangles: it is refused before its mesh is built, as an input.
+TEST_F(Limits, OfMemoryAreObeyedByHeightFields) {
+  Image heights{1024, 1024, 1, {}};
+  heights.pixels.assign(std::size_t{1024} * 1024, 0.5F);
+  save_image(heights, folder_ / "field.png", {.format = ImageFormat::png16});
+  const auto bake = [&](const std::string& limit) {
+    return test::run_kiln({"bake", folder_ / "field.png", "--height", "1", "--extent", "4",
+                           "--size", "64", "--quiet", "--memory-limit", limit, "--out",
+                           folder_ / "out"});
+  };
+  const ProcessResult refused = bake("300M");
+  EXPECT_EQ(refused.exit_code, 3) << refused.errors;
+  for (const char* const word :
+       {"field.png", "1024 x 1024", "would take 350 MiB", "Scale the height field down"}) {
+    EXPECT_NE(refused.errors.find(word), std::string::npos) << refused.errors;
+  }
+  EXPECT_FALSE(fs::exists(folder_ / "out"));
+  const ProcessResult enough = bake("1000M");
+  EXPECT_EQ(enough.exit_code, 0) << enough.errors;
+}
+
 // The most that a run holds is its limit and a twentieth, whatever takes the memory: maps, bands, rays, files, meshes.
 // tools/bench/memory_limit.py looks at 40 commands.
 TEST_F(Limits, OfMemoryAreKept) {

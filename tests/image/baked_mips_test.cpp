@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <vector>
 
 #include "image/gutter.h"
 #include "image/mips.h"
+#include "image/stored_values.h"
 #include "image/two_quads.h"
 #include "kiln/kiln.h"
 #include "kiln/unwrap.h"
@@ -277,6 +279,30 @@ TEST(BakedMips, OfTexelsOfOneChartAreASmallerBakeWithAsManySamples) {
     EXPECT_LT(ours.mean_angle_degrees, 0.01);
     EXPECT_GT(box.mean_angle_degrees, 0.2);
   }
+}
+
+/// What integer formats store: colours in sRGB, numbers as shares of their range, the image and all its levels alike.
+TEST(BakedMips, AreStoredAsTheImageIs) {
+  BakedMap map;
+  map.image = {2, 2, 1, {-1, 0, 1, 3}};
+  map.mips = {{1, 1, 1, {1}}};
+  map.ranges = {{-1, 3}};
+  map.info.type = MapType::signed_scalar;
+  BakedMap color = map;
+  to_stored(map, ImageFormat::png16);
+  EXPECT_EQ(map.image.pixels, (std::vector<float>{0, 0.25F, 0.5F, 1}));
+  EXPECT_EQ(map.mips[0].pixels, std::vector<float>{0.5F});
+  EXPECT_TRUE(map.stored);
+  color.info.type = MapType::color;
+  color.ranges = {{0, 1}, {0, 1}, {0, 1}};
+  color.image = {1, 1, 3, {0.5F, 0.0F, 1.0F}};
+  color.mips = {{1, 1, 3, {0.5F, 0.0F, 1.0F}}};
+  to_stored(color, ImageFormat::exr_half);
+  EXPECT_EQ(color.image.pixels[0], 0.5F) << "formats of floats store linear light";
+  EXPECT_FALSE(color.stored);
+  to_stored(color, ImageFormat::png8);
+  EXPECT_NEAR(color.image.pixels[0], 1.055 * std::pow(0.5, 1 / 2.4) - 0.055, 1e-5);
+  EXPECT_EQ(color.mips[0].pixels, color.image.pixels);
 }
 
 }  // namespace

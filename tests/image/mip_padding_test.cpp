@@ -99,6 +99,51 @@ TEST(MipPadding, AllLevelsKeepTheMeanOfTheCharts) {
   }
 }
 
+/// Largest difference as that of largest_bias() from level `first_level` on, where a level's texel is the mean of the
+/// image's texels under it: fewer at the right and lower sides of an image whose sides are no multiple of its side.
+double largest_ragged_bias(const Atlas& atlas, std::uint32_t channel, std::uint32_t first_level) {
+  double mean = 0, all = 0, largest = 0;
+  const auto is_chart = [&](std::size_t i) { return in_chart(atlas.coverage[i]) ? 1.0 : 0.0; };
+  const auto value = [&](std::size_t i) {
+    return double{atlas.image.pixels[i * atlas.image.channels + channel]};
+  };
+  for (std::size_t i = 0; i < atlas.coverage.size(); ++i) {
+    mean += is_chart(i) * value(i);
+    all += is_chart(i);
+  }
+  mean /= all;
+  const std::size_t width = atlas.image.width, height = atlas.image.height;
+  for (std::size_t side = std::size_t{1} << first_level; side / 2 < std::max(width, height);
+       side *= 2) {
+    double weighted = 0;
+    for (std::size_t top = 0; top < height; top += side) {
+      for (std::size_t left = 0; left < width; left += side) {
+        double sum = 0, charts = 0, count = 0;
+        for (std::size_t y = top; y < std::min(top + side, height); ++y) {
+          for (std::size_t x = left; x < std::min(left + side, width); ++x) {
+            sum += value(y * width + x);
+            charts += is_chart(y * width + x);
+            ++count;
+          }
+        }
+        weighted += charts * sum / count;
+      }
+    }
+    largest = std::max(largest, 255 * std::abs(weighted / all - mean));
+  }
+  return largest;
+}
+
+TEST(MipPadding, AllLevelsKeepTheMeanInPicturesOfAnySize) {
+  // Charts also at the sides, where a level's texels cover less of the image.
+  for (const auto& [width, height] : {std::pair{289U, 353U}, std::pair{513U, 300U}}) {
+    Atlas atlas = discs(width, height, 1);
+    ASSERT_GT(largest_ragged_bias(atlas, 0, 1), 20);
+    pad_for_mips(atlas.image, atlas.coverage);
+    EXPECT_LT(largest_ragged_bias(atlas, 0, 1), 0.4) << width << " x " << height;
+  }
+}
+
 /// Cells around random points, of black, white or pure colours with stripes, `gap` texels apart: most of the padding is
 /// copies of charts' borders. \param copies  width of that padding, texels
 Atlas dense_cells(std::uint32_t size, std::size_t cells, double gap, std::int64_t copies) {

@@ -355,6 +355,41 @@ TEST(Streaming, WhatNeedsTheWholeMeshIsRefusedByName) {
   EXPECT_FALSE(streaming_obstacle(options).empty());
 }
 
+TEST(Streaming, ColoursWithoutAlphaAreOpaque) {
+  Mesh mesh = test::tetrahedron();
+  paint(mesh);
+  const fs::path folder = test::scratch_folder();
+  const std::size_t count = mesh.positions.size();
+  std::vector<MeshStream::Color> colors(count);
+  stream_ply(save_ply(mesh, folder))->read_colors(0, colors);
+  EXPECT_EQ(colors, mesh.colors);
+  // With alpha, in another order of the channels.
+  std::string text =
+      "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(count) +
+      "\nproperty uchar alpha\nproperty uchar blue\nproperty float x\nproperty float "
+      "y\nproperty float z\nproperty uchar red\nproperty uchar green\nelement face " +
+      std::to_string(mesh.triangles.size()) +
+      "\nproperty list uchar int vertex_indices\nend_header\n";
+  for (std::size_t v = 0; v < count; ++v) {
+    mesh.colors[v][3] = static_cast<std::uint8_t>(40 * v);
+    const MeshStream::Color& c = mesh.colors[v];
+    text += {static_cast<char>(c[3]), static_cast<char>(c[2])};
+    put(text, mesh.positions[v]);
+    text += {static_cast<char>(c[0]), static_cast<char>(c[1])};
+  }
+  for (const Triangle& t : mesh.triangles) {
+    text.push_back(3);
+    put(text, t);
+  }
+  std::ofstream(folder / "alpha.ply", std::ios::binary) << text;
+  const auto stream = stream_ply(folder / "alpha.ply");
+  stream->read_colors(0, colors);
+  EXPECT_EQ(colors, mesh.colors);
+  std::vector<Vec3> positions(count);
+  stream->read_positions(0, positions);
+  for (std::size_t v = 0; v < count; ++v) EXPECT_EQ(positions[v].z, mesh.positions[v].z);
+}
+
 TEST(Streaming, FilesThatCannotBeReadInPartsSayWhy) {
   const fs::path folder = test::scratch_folder();
   Mesh mesh = test::tetrahedron();
