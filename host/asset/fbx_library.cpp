@@ -1,10 +1,14 @@
 #ifdef KILN_HAS_UFBX
-// Functions have internal linkage. Constants cannot in C++, so they are weak, and another program's
-// definition wins.
+// Functions have internal linkage. Constants cannot in C++, so that one of several equal definitions is taken, which
+// another program's ufbx may have. MinGW's references to weak constants point beside them.
 #define ufbx_abi static
 #define ufbx_abi_data_definition  // the header expects this macro, and otherwise undefines the next \
                                   // one
+#ifdef _WIN32
+#define ufbx_abi_data_def extern __attribute__((selectany))
+#else
 #define ufbx_abi_data_def extern __attribute__((weak))
+#endif
 #define UFBX_NO_STDIO  // input is in memory only
 #include "asset/fbx_library.h"
 

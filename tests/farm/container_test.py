@@ -77,9 +77,12 @@ def make_root(root, base):
         except subprocess.CalledProcessError:
             print("Debian's archive is out of reach")
             sys.exit(75)
-        for unneeded in ("usr/share/doc", "usr/share/man", "usr/share/locale", "var/lib/apt/lists", "var/cache/apt"):
+        for unneeded in ("usr/share/man", "usr/share/locale", "var/lib/apt/lists", "var/cache/apt"):
             shutil.rmtree(part / unneeded, ignore_errors=True)
             (part / unneeded).mkdir(parents=True)
+        for path in (part / "usr/share/doc").rglob("*"):
+            if path.name != "copyright" and not path.is_dir():
+                path.unlink()
         part.rename(base)
     call("cp", "-a", base, root)
     shutil.copy("/etc/resolv.conf", root / "etc/resolv.conf")
