@@ -1,10 +1,15 @@
 #ifdef KILN_HAS_UFBX
 // ufbx's functions have internal linkage here. Its constants cannot have that in C++, so they are weak symbols, which a
-// program's own definitions replace.
+// program's own definitions replace. With MinGW they are not weak, since its references to weak constants point beside
+// them.
 #define ufbx_abi static
 #define ufbx_abi_data_definition  // the header expects this macro, and otherwise undefines the next \
                                   // one
+#ifdef _WIN32
+#define ufbx_abi_data_def extern __attribute__((selectany))
+#else
 #define ufbx_abi_data_def extern __attribute__((weak))
+#endif
 #define UFBX_NO_STDIO  // input is in memory only
 #include "asset/fbx_library.h"
 

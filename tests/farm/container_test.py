@@ -11,6 +11,7 @@ It prints the sizes and times that it measured, and fails if a bake does, or com
 import json
 import os
 import re
+import resource
 import shlex
 import shutil
 import subprocess
@@ -77,9 +78,12 @@ def make_root(root, base):
         except subprocess.CalledProcessError:
             print("Debian's archive is out of reach")
             sys.exit(75)
-        for unneeded in ("usr/share/doc", "usr/share/man", "usr/share/locale", "var/lib/apt/lists", "var/cache/apt"):
+        for unneeded in ("usr/share/man", "usr/share/locale", "var/lib/apt/lists", "var/cache/apt"):
             shutil.rmtree(part / unneeded, ignore_errors=True)
             (part / unneeded).mkdir(parents=True)
+        for path in (part / "usr/share/doc").rglob("*"):
+            if path.name != "copyright" and not path.is_dir():
+                path.unlink()
         part.rename(base)
     call("cp", "-a", base, root)
     shutil.copy("/etc/resolv.conf", root / "etc/resolv.conf")
@@ -127,6 +131,12 @@ def build(folder, package):
     return image
 
 
+def processor_seconds():
+    """Of all steps that have ended."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
+
+
 def write_grid(path, n, height, has_uvs):
     lines = [f"v {i / n} {j / n} {height * ((i + j) % 3)}" for j in range(n + 1) for i in range(n + 1)]
     if has_uvs:
@@ -159,7 +169,7 @@ def main():
     # What the image should have compiled is in the user's copy, and nothing else.
     count = "find /tmp/kiln-* -name '*.so' | wc -l && cat /tmp/r"
     for user in (OTHER_USER, 12345):
-        start = time.monotonic()
+        before = processor_seconds()
         result = image.run(f"{bake} >/dev/null && {count}", user, read_only=True, check=False)
         if result.returncode != 0:
             sys.exit(f"container: a bake as user {user} failed: {result.stderr}")
@@ -167,7 +177,13 @@ def main():
         if int(compiled) != len(kernels):
             sys.exit(f"container: {int(compiled) - len(kernels)} kernels were compiled again")
         seconds = json.loads(report)["seconds"]["total"]
-        print(f"user {user}: first bake {time.monotonic() - start:.1f} s by the clock, the command says {seconds:.1f} s")
+        print(f"user {user}: first bake {processor_seconds() - before:.1f} s of processor, by the clock {seconds:.1f} s")
+    # An empty name of the cache is as none: all kernels are compiled.
+    before = processor_seconds()
+    result = image.run(f"POCL_CACHE_DIR= {bake}", OTHER_USER, read_only=True, check=False)
+    if result.returncode != 0:
+        sys.exit(f"container: a bake without a cache failed: {result.stderr}")
+    print(f"without the image's kernels: {processor_seconds() - before:.1f} s of processor")
     print(f"{len(kernels)} kernels of the image served two users")
 
 

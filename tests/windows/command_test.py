@@ -468,7 +468,80 @@ def a_path_of_300_letters(both):
 
 @case
 def fbx_in(both):
-    both.run(["bake", "none.fbx", "low.obj", "--out", "o"], code=3)  # with ufbx or without it, a missing file is the fault
+    both.run(["bake", "none.fbx", "low.obj", "--out", "o"], code=3)
+    for name in ("high.fbx", "high_z.fbx", "low.glb", "clay.png", "glaze.png"):
+        both.copy(DATA / "twins" / name, f"fbx {UMLAUTS}/{name}")
+    for name in ("packed_7500.fbx", "skin.fbx", "smoothing_groups.fbx"):
+        both.copy(DATA / "fuzz/fbx" / name, f"fbx {UMLAUTS}/{name}")
+    words = ["--size", "64", "--maps", "normal,color,id", "--max-distance", "10%"]
+    for name in ("high", "high_z"):
+        both.run(["bake", f"fbx {UMLAUTS}/{name}.fbx", f"fbx {UMLAUTS}/low.glb", *words, "--out", f"of-fbx/{name}"], out="of-fbx")
+    for name in ("high", "packed_7500", "skin", "smoothing_groups"):
+        both.run(["bake", f"fbx {UMLAUTS}/{name}.fbx", "--faces", "24", "--size", "64", "--out", f"of-fbx/{name}.glb"], out="of-fbx")
+
+
+@case
+def packed_files_in(both):
+    for kind in ("webp", "jpeg"):
+        for packing in ("meshopt", "draco"):
+            name = f"packed/{kind}-{packing}"
+            both.run(["bake", "high.ply", "--faces", "300", "--size", "128", "--format", kind, "--mesh-compression", packing,
+                      "--out", f"{name}.glb"], out="packed")
+            both.run(["bake", f"{name}.glb", "--faces", "100", "--size", "64", "--maps", "normal,color", "--out", f"{name}-again"], out=f"{name}-again")
+    both.copy(DATA / "twins/high_draco.glb", "twins/high_draco.glb")
+    both.copy(DATA / "twins/low.glb", "twins/low.glb")
+    both.run(["bake", "twins/high_draco.glb", "twins/low.glb", "--size", "64", "--maps", "normal,color,id", "--out", "of-draco"], out="of-draco")
+
+
+@case
+def pictures_in(both):
+    # Colours of each format that Kiln writes, by an MTL in a folder of other letters.
+    both.run(BAKE + ["--maps", "normal,color", "--format", "png8", "--out", "colors"], out="colors")
+    for kind, ending in (("png16", "png"), ("exr", "exr"), ("exr32", "exr"), ("tga", "tga"), ("webp", "webp"), ("tiff16", "tif"), ("tiff32", "tif"),
+                         ("ktx2", "ktx2"), ("dds", "dds")):
+        folder = f"{CHINESE} {kind}"
+        both.run(BAKE + ["--maps", "color", "--format", kind, "--out", folder], out=folder)
+        both.write(f"{folder}/high.mtl", f"newmtl m\nmap_Kd low_color.{ending}\n")
+        both.write(f"{folder}/high.obj", "mtllib high.mtl\nusemtl m\n" + (both.linux.folder / "low.obj").read_text())
+        expect((both.linux.folder / folder / f"low_color.{ending}").exists(), f"no {kind}: {sorted(both.linux.files(folder))}")
+        both.run(["bake", f"{folder}/high.obj", "low.obj", "--size", "64", "--maps", "color", "--max-distance", "1%", "--out", f"{folder}/again"],
+                 out=f"{folder}/again")
+        both.run(["diff", f"{folder}/again/low_color.png", "colors/low_color.png"], code=both.linux.run(
+            ["diff", f"{folder}/again/low_color.png", "colors/low_color.png"])[0])
+
+
+@case
+def height_fields_in(both):
+    both.run(["bake", "wood.png", "--height", "1", "--extent", "10", "--faces", "100", "--size", "64", "--out", "terrain"], out="terrain")
+    for kind in ("exr32", "tiff32"):
+        both.run(["bake", "wood.png", "--height", "1", "--extent", "10", "--faces", "100", "--size", "64", "--format", kind, "--maps", "position,height",
+                  "--out", f"terrain-{kind}"], out=f"terrain-{kind}")
+        ending = "exr" if kind == "exr32" else "tif"
+        both.run(["bake", f"terrain-{kind}/wood_low_height.{ending}", "--height", "1", "--extent", "10", "--faces", "50", "--size", "32", "--out", f"again-{kind}"],
+                 out=f"again-{kind}")
+
+
+@case
+def volumes_in(both):
+    for name in ("ramp_gzip.nrrd", "ramp_raw_be_crlf.nrrd", "ramp.nii.gz", "ramp_compressed.mha"):
+        both.copy(DATA / "volume" / name, f"volumes/{name}")
+        both.run(["volume", f"volumes/{name}", "--iso", "15.5", "--error", "0.5", "--size", "32", "--out", f"of-volumes/{name}"], out="of-volumes")
+
+
+@case
+def a_job_file_with_backslashes(both):
+    for name in ("rock", UMLAUTS):
+        both.copy(both.linux.folder / "rock.ply", f"jobs {CHINESE}/scans/{name}.ply")
+    job = "[defaults]\nsize = 32\nfaces = 100\nmaps = ['normal', 'ao', 'id']\nao_rays = 8\n[[bake]]\nhigh = 'scans\\{name}.ply'\nout = 'out\\{name}.glb'\n"
+    both.write(f"jobs {CHINESE}/job.toml", job)
+    both.run_as(["run", f"jobs {CHINESE}/job.toml", "--hashes", f"jobs {CHINESE}/out/hashes.txt"],
+                ["run", f"jobs {CHINESE}\\job.toml", "--hashes", f"jobs {CHINESE}\\out\\hashes.txt"], f"jobs {CHINESE}/out")
+
+
+@case
+def pages_of_view(both):
+    both.run(["bake", "high.ply", "--faces", "100", "--size", "32", "--out", "page/asset.glb"], out="page")
+    both.run(["view", "page/asset.glb", "--reference", "high.ply", "--out", f"page/{UMLAUTS}.html"], out="page")
 
 
 @case

@@ -14,6 +14,7 @@
 #include <optional>
 #include <unordered_map>
 
+#include "base/process.h"
 #include "batch/report.h"
 #include "kiln/error.h"
 #include "kiln/image.h"
@@ -349,19 +350,29 @@ Json materials_json(const ViewedMesh& viewed, PictureList& pictures,
   return list;
 }
 
-/// Reads a file of three.js from the folder in KILN_THREE, or from Debian's libjs-three.
+/// The folder of three.js: the one in KILN_THREE, else the one beside this program in a package (tools/package), else
+/// that of Debian's libjs-three.
+fs::path three_folder() {
+  const char* const chosen = std::getenv("KILN_THREE");
+  if (chosen != nullptr && *chosen != '\0') return chosen;
+  std::array<char, 4096> own_folder{};
+  os::own_folder(own_folder);
+  const fs::path packed = fs::path(own_folder.data()) / "three";
+  std::error_code error;
+  if (own_folder[0] != '\0' && fs::exists(packed, error)) return packed;
+  return "/usr/share/javascript/three";
+}
+
+/// Reads a file of three.js.
 std::string library_text(const fs::path& name) {
-  const char* const three_folder = std::getenv("KILN_THREE");
-  const fs::path folder = three_folder != nullptr && *three_folder != '\0'
-                              ? three_folder
-                              : "/usr/share/javascript/three";
-  std::ifstream file(folder / name, std::ios::binary);
+  const fs::path path = three_folder() / name;
+  std::ifstream file(path, std::ios::binary);
   std::string text{std::istreambuf_iterator<char>(file), {}};
   if (!file || text.empty()) {
     throw Error(ErrorCode::input,
-                "'" + (folder / name).string() +
-                    "' is missing: pages need three.js. Install it with 'apt install libjs-three', "
-                    "or set KILN_THREE to its folder.",
+                "'" + path.string() +
+                    "' is missing: pages need three.js. Install it with 'apt install libjs-three' "
+                    "on Debian, or set KILN_THREE to its folder (r111).",
                 "three-missing");
   }
   return text;
