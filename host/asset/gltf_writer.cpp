@@ -95,6 +95,11 @@ struct Part {
   }
 };
 
+/// True if 16 bits hold every index of so many vertices. The index 65535 restarts primitives, so no vertex has it.
+bool fits_short(std::size_t vertices) {
+  return vertices <= std::numeric_limits<std::uint16_t>::max();
+}
+
 /// The transform from the world to the space of an object, which is not mirrored.
 struct WorldToObject {
   std::array<double, 3> origin{};  // origin of the mesh's positions in the world
@@ -189,9 +194,27 @@ struct PrimitiveKey {
 };
 using Primitives = std::map<PrimitiveKey, Part>;
 
+/// The attributes of a primitive, beside positions and normals.
+struct Attributes {
+  bool has_uvs = false, has_tangents = false;
+  const char* color_name = nullptr;  ///< Name of the vertex colours; null: none
+};
+
+/// True if primitives with a material have tangents: these serve normal maps. A mesh without any picture keeps its
+/// tangents, since it may be read again for a bake.
+bool needs_tangents(const AssetMaterial& material) {
+  const AssetPictures* const pictures = material.pictures.get();
+  return pictures == nullptr || !pictures->normal.empty() ||
+         (pictures->color.empty() && pictures->surface.empty() && pictures->emission.empty());
+}
+
 /// Splits a mesh into primitives. \param locals  transform to local coordinates, per object
+/// \param materials  one for each material of the mesh, one for all, or none
 Primitives primitives_of(const Mesh& low, const std::vector<WorldToObject>& locals,
-                         bool one_material) {
+                         std::span<const AssetMaterial> materials) {
+  const bool one_material = materials.size() <= 1;
+  std::vector<bool> tangents;
+  for (const AssetMaterial& material : materials) tangents.push_back(needs_tangents(material));
   const bool has_layout = !low.uvs.empty();
   Mesh flat;  // a substitute mesh for triangles without UVs, whose UVs and tangents are not written
   if (!has_layout) {
@@ -221,6 +244,9 @@ Primitives primitives_of(const Mesh& low, const std::vector<WorldToObject>& loca
     }
     if (!has_uvs || !has_layout) {
       for (Vertex& corner : corners) std::fill_n(&corner.values[6], 6, 0.0F);
+    } else if (!tangents.empty() && !tangents[material]) {
+      // Vertices that differ in tangents alone are merged.
+      for (Vertex& corner : corners) std::fill_n(&corner.values[6], 4, 0.0F);
     }
     Part& part = primitives[{object, material, !has_uvs}];
     for (const Vertex& corner : corners) part.add(corner);
@@ -274,23 +300,25 @@ class GltfOutput {
   }
 
   /// Adds an uncompressed primitive. \param material  kRoot: none
-  Json add_primitive(const Part& part, std::size_t material, bool has_uvs, const char* color_name) {
+  Json add_primitive(const Part& part, std::size_t material, const Attributes& written) {
     Json attributes = {{"POSITION", add_values(part.vertices, 0, 3, "VEC3", true)},
                        {"NORMAL", add_values(part.vertices, 3, 3, "VEC3", false)}};
-    if (has_uvs) {
+    if (written.has_tangents) {
       attributes["TANGENT"] = add_values(part.vertices, 6, 4, "VEC4", false);
+    }
+    if (written.has_uvs) {
       attributes["TEXCOORD_0"] = add_values(part.vertices, 10, 2, "VEC2", false);
     }
-    if (color_name != nullptr) attributes[color_name] = add_colors(part.vertices);
+    if (written.color_name != nullptr) attributes[written.color_name] = add_colors(part.vertices);
     Json primitive = {{"attributes", std::move(attributes)},
-                      {"indices", add_indices(part.indices)}};
+                      {"indices", add_indices(part.indices, part.vertices.size())}};
     if (material != kRoot) primitive["material"] = material;
     return primitive;
   }
 
   /// Adds a primitive compressed by meshopt. \param grid  quantisation of its positions
-  Json add_meshopt_primitive(const Part& part, const Grid& grid, std::size_t material, bool has_uvs,
-                             const char* color_name) {
+  Json add_meshopt_primitive(const Part& part, const Grid& grid, std::size_t material,
+                             const Attributes& written) {
     use_extension(kMeshopt, true);
     use_extension(kQuantization, true);
     const std::size_t count = part.vertices.size();
@@ -321,26 +349,26 @@ class GltfOutput {
                       {"min", low},
                       {"max", high}});
     attributes["NORMAL"] = add_directions(vertices, 3, 3);
-    if (has_uvs) {
-      attributes["TANGENT"] = add_directions(vertices, 6, 4);
-      attributes["TEXCOORD_0"] = add_packed_uvs(vertices);
-    }
-    if (color_name != nullptr) {
+    if (written.has_tangents) attributes["TANGENT"] = add_directions(vertices, 6, 4);
+    if (written.has_uvs) attributes["TEXCOORD_0"] = add_packed_uvs(vertices);
+    if (written.color_name != nullptr) {
       const std::vector<std::uint16_t> colors = colors_of(vertices);
-      attributes[color_name] = add_accessor({{"bufferView", add_packed(colors, 8, nullptr)},
-                                             {"componentType", kUshort},
-                                             {"normalized", true},
-                                             {"count", count},
-                                             {"type", "VEC4"}});
+      attributes[written.color_name] = add_accessor({{"bufferView", add_packed(colors, 8, nullptr)},
+                                                     {"componentType", kUshort},
+                                                     {"normalized", true},
+                                                     {"count", count},
+                                                     {"type", "VEC4"}});
     }
     std::string packed(meshopt_encodeIndexBufferBound(indices.size(), count), '\0');
     packed.resize(meshopt_encodeIndexBuffer(reinterpret_cast<unsigned char*>(packed.data()),
                                             packed.size(), indices.data(), indices.size()));
-    const std::size_t view = add_packed_view(packed, indices.size(), sizeof(std::uint32_t),
-                                             "TRIANGLES", nullptr, kIndices);
+    const bool is_short = fits_short(count);
+    const std::size_t view = add_packed_view(
+        packed, indices.size(), is_short ? sizeof(std::uint16_t) : sizeof(std::uint32_t),
+        "TRIANGLES", nullptr, kIndices);
     Json primitive = {{"attributes", std::move(attributes)},
                       {"indices", add_accessor({{"bufferView", view},
-                                                {"componentType", kUint},
+                                                {"componentType", is_short ? kUshort : kUint},
                                                 {"count", indices.size()},
                                                 {"type", "SCALAR"}})}};
     if (material != kRoot) primitive["material"] = material;
@@ -348,8 +376,7 @@ class GltfOutput {
   }
 
   /// Adds a primitive compressed by Draco.
-  Json add_draco_primitive(const Part& part, std::size_t material, bool has_uvs,
-                           const char* color_name) {
+  Json add_draco_primitive(const Part& part, std::size_t material, const Attributes& written) {
     use_extension(kDracoExtension, true);
     std::vector<const Vertex*> vertices;
     for (const Vertex& vertex : part.vertices) vertices.push_back(&vertex);
@@ -361,8 +388,10 @@ class GltfOutput {
     std::vector<Attribute> written_attributes = {
         {"POSITION", "VEC3", 0, 3, DracoStream::Use::position},
         {"NORMAL", "VEC3", 3, 3, DracoStream::Use::normal}};
-    if (has_uvs) {
+    if (written.has_tangents) {
       written_attributes.push_back({"TANGENT", "VEC4", 6, 4, DracoStream::Use::other});
+    }
+    if (written.has_uvs) {
       written_attributes.push_back({"TEXCOORD_0", "VEC2", 10, 2, DracoStream::Use::uv});
     }
     std::vector<DracoStream> streams;
@@ -375,7 +404,7 @@ class GltfOutput {
         stream.values.insert(stream.values.end(), source_values, source_values + attribute.width);
       }
     }
-    if (color_name != nullptr) {
+    if (written.color_name != nullptr) {
       DracoStream& stream = streams.emplace_back();
       stream.width = 4;
       stream.shares = colors_of(vertices);
@@ -405,14 +434,15 @@ class GltfOutput {
       }
       add(written_attributes[i].name, i, std::move(accessor));
     }
-    if (color_name != nullptr) {
-      add(color_name, written_attributes.size(),
+    if (written.color_name != nullptr) {
+      add(written.color_name, written_attributes.size(),
           {{"componentType", kUshort}, {"normalized", true}, {"type", "VEC4"}});
     }
     Json primitive = {
         {"attributes", std::move(attributes)},
-        {"indices",
-         add_accessor({{"componentType", kUint}, {"count", packed.indices}, {"type", "SCALAR"}})}};
+        {"indices", add_accessor({{"componentType", fits_short(packed.vertices) ? kUshort : kUint},
+                                  {"count", packed.indices},
+                                  {"type", "SCALAR"}})}};
     primitive["extensions"][kDracoExtension] = std::move(extension);
     if (material != kRoot) primitive["material"] = material;
     return primitive;
@@ -647,11 +677,16 @@ class GltfOutput {
          {"type", "VEC4"}});
   }
 
-  std::size_t add_indices(const std::vector<std::uint32_t>& indices) {
+  /// Adds indices, in 16 bits where they fit. Those of 8 bits are not written, since GPUs convert them.
+  std::size_t add_indices(const std::vector<std::uint32_t>& indices, std::size_t vertices) {
+    const bool is_short = fits_short(vertices);
+    const std::vector<std::uint16_t> shorts(indices.begin(),
+                                            is_short ? indices.end() : indices.begin());
     const std::size_t view =
-        add_view(indices.data(), indices.size() * sizeof(std::uint32_t), kIndices);
+        is_short ? add_view(shorts.data(), shorts.size() * sizeof shorts[0], kIndices)
+                 : add_view(indices.data(), indices.size() * sizeof indices[0], kIndices);
     return add_accessor({{"bufferView", view},
-                         {"componentType", kUint},
+                         {"componentType", is_short ? kUshort : kUint},
                          {"count", indices.size()},
                          {"type", "SCALAR"}});
   }
@@ -933,16 +968,16 @@ class PackedObject {
         node);
   }
   std::size_t node() const { return node_; }
-  Json add(const Part& part, std::size_t material, bool has_uvs, const char* color_name) const {
+  Json add(const Part& part, std::size_t material, const Attributes& written) const {
     switch (compression_) {
       case MeshCompression::meshopt:
-        return file_->add_meshopt_primitive(part, grid_, material, has_uvs, color_name);
+        return file_->add_meshopt_primitive(part, grid_, material, written);
       case MeshCompression::draco:
-        return file_->add_draco_primitive(part, material, has_uvs, color_name);
+        return file_->add_draco_primitive(part, material, written);
       case MeshCompression::none:
         break;
     }
-    return file_->add_primitive(part, material, has_uvs, color_name);
+    return file_->add_primitive(part, material, written);
   }
 
  private:
@@ -961,9 +996,9 @@ void add_hulls(GltfOutput& file, Hierarchy& hierarchy, const SaveAssetOptions& o
   hulls.colors = {};
   const Places places = hierarchy.place(hulls, options.hull_nodes);
   Json& json = file.json();
-  for (const auto& [of, part] : primitives_of(hulls, places.locals, /*one_material=*/true)) {
+  for (const auto& [of, part] : primitives_of(hulls, places.locals, {})) {
     const PackedObject object(file, options.compression, {&part}, places.nodes[of.object]);
-    Json primitive = object.add(part, GltfOutput::kRoot, false, nullptr);
+    Json primitive = object.add(part, GltfOutput::kRoot, {});
     json["nodes"][object.node()]["mesh"] = json["meshes"].size();
     json["meshes"].push_back({{"name", hulls.object_names[of.object]},
                               {"primitives", Json::array({std::move(primitive)})}});
@@ -1191,10 +1226,9 @@ void add_mesh(GltfOutput& file, Hierarchy& hierarchy, const Mesh& low,
               std::span<const AssetMaterial> materials,
               const std::vector<std::uint32_t>& object_nodes, const SaveAssetOptions& options,
               bool is_coarser) {
-  const bool one_material = materials.size() == 1;
   Json& json = file.json();
   const Places places = hierarchy.place(low, object_nodes);
-  const Primitives primitives = primitives_of(low, places.locals, one_material);
+  const Primitives primitives = primitives_of(low, places.locals, materials);
   if (primitives.empty()) {
     throw Error(ErrorCode::input,
                 "Mesh '" + low.name +
@@ -1236,10 +1270,11 @@ void add_mesh(GltfOutput& file, Hierarchy& hierarchy, const Mesh& low,
     }
     const bool painted = material.pictures && material.pictures->has_color;
     // The primitive is created first, since adding keys to the file's JSON moves its members.
-    Json primitive = packed.add(part, number, !low.uvs.empty() && !of.lacks_uvs,
-                                low.colors.empty() ? nullptr
-                                : painted          ? "_COLOR_0"
-                                                   : "COLOR_0");
+    Attributes written;
+    written.has_uvs = !low.uvs.empty() && !of.lacks_uvs;
+    written.has_tangents = written.has_uvs && needs_tangents(material);
+    if (!low.colors.empty()) written.color_name = painted ? "_COLOR_0" : "COLOR_0";
+    Json primitive = packed.add(part, number, written);
     json["meshes"].back()["primitives"].push_back(std::move(primitive));
   }
 }

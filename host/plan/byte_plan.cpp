@@ -195,6 +195,7 @@ class BytePlanner {
     is_smooth_ = true;
     build_trial(hard.level, hard.trial.baked, /*all_maps=*/false, 0);
     is_smooth_ = error_of(low_polys_[1]) < error_of(low_polys_[0]);
+    if (is_smooth_) evaluator_.smooth_mapped_normals();
     // Both have one level; predictions follow from the better one.
     const std::size_t worse = is_smooth_ ? 0 : 1;
     dropped_trials_.push_back(low_polys_[worse].trial);

@@ -144,13 +144,21 @@ void LevelEvaluator::evaluate(std::size_t level, bool mapped) {
     drafts = set_->draft_meshes.emplace(level, levels().draft_meshes(level)).first;
   }
   const Stopwatch measure_watch;
-  const NormalProbe probe(impl_of(source_), with_placeholder_uvs(drafts->second[mapped ? 1 : 0]),
-                          coarse_view_);
+  const bool is_smoothed = mapped && has_smooth_mapped_normals_;
+  Mesh low = with_placeholder_uvs(drafts->second[mapped ? 1 : 0]);
+  if (is_smoothed) low = kiln::fit_normals(low, high_);
+  const NormalProbe probe(impl_of(source_), low, coarse_view_);
   const NormalError error = probe.without_map();
   nodes_[mapped ? 1 : 0][level] =
       mapped ? mapped_errors(probe) : LevelErrors{error.mean_degrees, 0, error.one_sided_share};
   plan_.seconds_measure += measure_watch.total();
   plan_.seconds_simplify += watch.total() - measure_watch.total();
+}
+
+void LevelEvaluator::smooth_mapped_normals() {
+  has_smooth_mapped_normals_ = true;
+  nodes_[1].clear();
+  measured_levels_[1].clear();
 }
 
 LevelErrors LevelEvaluator::mapped_errors(const NormalProbe& probe) const {

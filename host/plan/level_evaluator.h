@@ -92,6 +92,8 @@ class LevelEvaluator {
   std::vector<std::size_t> evaluated_levels(bool mapped) const;
   /// Replaces a level's predicted errors by those measured on its final mesh.
   void record_measured(std::size_t level, bool mapped, const LevelErrors& measured);
+  /// From now on, meshes with a map have smooth normals in place of hard edges. Predictions of these start anew.
+  void smooth_mapped_normals();
   /// Errors of a mesh without a map, and with a map of infinite resolution.
   LevelErrors mapped_errors(const NormalProbe& probe) const;
 
@@ -122,6 +124,7 @@ class LevelEvaluator {
   LevelSet* set_ = nullptr;
   std::uint32_t finest_faces_ = 0;  ///< Faces of the finest level
   bool is_frozen_ = false;
+  bool has_smooth_mapped_normals_ = false;
   HighPolyView fine_view_, coarse_view_;
   /// Errors of draft meshes by level; [0] without a map, [1] with a map
   std::array<std::map<std::size_t, LevelErrors>, 2> nodes_;

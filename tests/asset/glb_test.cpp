@@ -44,6 +44,17 @@ struct Parsed {
     EXPECT_EQ(head["buffers"][0]["byteLength"], bytes.size());
   }
 
+  /// A primitive's indices, which have 16 bits for fewer than 65,536 vertices.
+  std::vector<std::uint32_t> indices(const json& primitive) const {
+    const std::size_t accessor = primitive["indices"];
+    const std::size_t positions = primitive["attributes"]["POSITION"];
+    const bool is_short = head["accessors"].at(positions)["count"] < 65536;
+    EXPECT_EQ(head["accessors"].at(accessor)["componentType"], is_short ? 5123 : 5125);
+    if (!is_short) return values<std::uint32_t>(accessor, 1);
+    const std::vector<std::uint16_t> shorts = values<std::uint16_t>(accessor, 1);
+    return {shorts.begin(), shorts.end()};
+  }
+
   /// An accessor's numbers, checked against its view.
   template <typename T>
   std::vector<T> values(std::size_t accessor, std::size_t width) const {
@@ -67,11 +78,13 @@ void expect_valid(const Parsed& glb) {
       const json& of = primitive["attributes"];
       const auto positions = glb.values<float>(of["POSITION"], 3);
       const auto normals = glb.values<float>(of["NORMAL"], 3);
-      const auto tangents = glb.values<float>(of["TANGENT"], 4);
+      const bool has_tangents = of.contains("TANGENT");
+      const auto tangents =
+          has_tangents ? glb.values<float>(of["TANGENT"], 4) : std::vector<float>();
       const auto uvs = glb.values<float>(of["TEXCOORD_0"], 2);
       const std::size_t count = positions.size() / 3;
       ASSERT_EQ(normals.size(), 3 * count);
-      ASSERT_EQ(tangents.size(), 4 * count);
+      ASSERT_EQ(tangents.size(), has_tangents ? 4 * count : 0);
       ASSERT_EQ(uvs.size(), 2 * count);
       const json& bounds = glb.head["accessors"].at(of["POSITION"].get<std::size_t>());
       for (std::size_t k = 0; k < 3; ++k) {
@@ -86,10 +99,11 @@ void expect_valid(const Parsed& glb) {
       for (std::size_t i = 0; i < count; ++i) {
         const auto length = [](const float* v) { return std::hypot(v[0], v[1], v[2]); };
         ASSERT_NEAR(length(&normals[3 * i]), 1, 1e-5);
+        if (!has_tangents) continue;
         ASSERT_NEAR(length(&tangents[4 * i]), 1, 1e-5);
         ASSERT_EQ(std::abs(tangents[4 * i + 3]), 1);
       }
-      for (const std::uint32_t index : glb.values<std::uint32_t>(primitive["indices"], 1)) {
+      for (const std::uint32_t index : glb.indices(primitive)) {
         ASSERT_LT(index, count);
       }
     }
@@ -122,6 +136,90 @@ TEST(SaveGlb, IsValidAndComesBack) {
   EXPECT_EQ(back.triangles.size(), low.triangles.size());
   EXPECT_EQ(back.object_names, low.object_names);
   EXPECT_EQ(back.tangents.size(), 3 * low.triangles.size());
+}
+
+/// A square of n x n vertices, slightly curved, with UVs.
+Mesh square_of(std::size_t columns, std::size_t rows) {
+  Mesh mesh;
+  for (std::size_t y = 0; y < rows; ++y) {
+    for (std::size_t x = 0; x < columns; ++x) {
+      const float u = static_cast<float>(x) / static_cast<float>(columns - 1),
+                  v = static_cast<float>(y) / static_cast<float>(rows - 1);
+      mesh.positions.push_back({u, v, u * v});
+      mesh.uvs.push_back({u, v});
+    }
+  }
+  for (std::size_t y = 0; y + 1 < rows; ++y) {
+    for (std::size_t x = 0; x + 1 < columns; ++x) {
+      const auto a = static_cast<std::uint32_t>(y * columns + x),
+                 b = static_cast<std::uint32_t>(a + columns);
+      mesh.triangles.push_back({a, a + 1, b});
+      mesh.triangles.push_back({a + 1, b + 1, b});
+    }
+  }
+  mesh.uv_triangles = mesh.triangles;
+  return mesh;
+}
+
+/// Indices have 16 bits up to the index 65534, since 65535 restarts primitives, and 32 bits beyond; both come back.
+TEST(SaveGlb, IndicesHave16BitsWhereTheyFit) {
+  const fs::path path = test::scratch_folder() / "a.glb";
+  for (const auto [columns, rows, type] :
+       {std::array<std::size_t, 3>{255, 257, 5123}, std::array<std::size_t, 3>{256, 256, 5125},
+        std::array<std::size_t, 3>{3, 3, 5123}}) {
+    const Mesh low = square_of(columns, rows);
+    AssetMaterial material;
+    for (const MeshCompression compression :
+         {MeshCompression::none, MeshCompression::meshopt, MeshCompression::draco}) {
+      save_asset(low, std::span(&material, 1), path, {.compression = compression});
+      const Parsed glb(path);
+      const json& primitive = glb.head["meshes"][0]["primitives"][0];
+      const json& indices = glb.head["accessors"].at(primitive["indices"].get<std::size_t>());
+      EXPECT_EQ(indices["componentType"], type) << columns;
+      EXPECT_EQ(indices["count"], 3 * low.triangles.size());
+      if (compression == MeshCompression::none) {
+        const json& view = glb.head["bufferViews"].at(indices["bufferView"].get<std::size_t>());
+        EXPECT_EQ(view["byteLength"], 3 * low.triangles.size() * (type == 5123 ? 2 : 4));
+        const std::vector<std::uint32_t> all = glb.indices(primitive);
+        EXPECT_EQ(*std::max_element(all.begin(), all.end()), columns * rows - 1);
+      }
+      const Mesh back = load_mesh(path);
+      EXPECT_EQ(back.triangles.size(), low.triangles.size());
+      EXPECT_EQ(back.positions.size(), low.positions.size());
+    }
+  }
+}
+
+/// Tangents serve a normal map: without one, a primitive with pictures has none, and its vertices are not split by them.
+TEST(SaveGlb, TangentsAreLeftOutWithoutANormalMap) {
+  const fs::path path = test::scratch_folder() / "a.glb";
+  Mesh low = square_of(9, 9);
+  low.tangents.assign(3 * low.triangles.size(), Tangent{{1, 0, 0}, 1});
+  low.tangents[1].direction = {0, 1, 0};  // one corner of a vertex of three triangles
+  const Image grey{4, 4, 3, std::vector<float>(48, 0.5F)};
+  const auto attributes_with = [&](const AssetMaps& maps, MeshCompression compression) {
+    AssetMaterial material;
+    material.pictures = std::make_shared<const AssetPictures>(encode_maps(maps));
+    save_asset(low, std::span(&material, 1), path, {.compression = compression});
+    const Parsed glb(path);
+    const json primitive = glb.head["meshes"][0]["primitives"][0];
+    const std::size_t positions = primitive["attributes"]["POSITION"];
+    return std::pair(primitive["attributes"].contains("TANGENT"),
+                     glb.head["accessors"].at(positions)["count"].get<std::size_t>());
+  };
+  AssetMaps color, normal;
+  color.color = &grey;
+  normal.normal = normal.color = &grey;
+  for (const MeshCompression compression :
+       {MeshCompression::none, MeshCompression::meshopt, MeshCompression::draco}) {
+    const auto [has_tangents, vertices] = attributes_with(color, compression);
+    EXPECT_FALSE(has_tangents);
+    EXPECT_EQ(vertices, 81);
+    EXPECT_EQ(load_mesh(path).tangents.size(), 0);
+    EXPECT_TRUE(attributes_with(normal, compression).first);
+    EXPECT_TRUE(attributes_with({}, compression).first);  // the mesh may be read again for a bake
+  }
+  EXPECT_EQ(attributes_with(normal, MeshCompression::none).second, 82);
 }
 
 /// A mesh far away keeps its shape, by the root's translation.
@@ -495,7 +593,7 @@ TEST(SaveGlb, CurvedMeshesAreRightInAllEightOrientations) {
   const json& of = primitive["attributes"];
   const auto p = glb.values<float>(of["POSITION"], 3), n = glb.values<float>(of["NORMAL"], 3),
              t = glb.values<float>(of["TANGENT"], 4), uv = glb.values<float>(of["TEXCOORD_0"], 2);
-  const auto indices = glb.values<std::uint32_t>(primitive["indices"], 1);
+  const auto indices = glb.indices(primitive);
   const json& view =
       glb.head["bufferViews"].at(glb.head["images"][0]["bufferView"].get<std::size_t>());
   const std::string png = glb.bytes.substr(view["byteOffset"], view["byteLength"]);

@@ -90,7 +90,7 @@ class Glb:
 
     @property
     def tangents(self) -> np.ndarray:
-        """(V, 4) float32: along u, and the bitangent's sign."""
+        """(V, 4) float32: along u, and the bitangent's sign. (0, 4) without a normal map, which alone needs them."""
         return self._part("tangents")
 
 
@@ -122,7 +122,8 @@ def arrays_of(data: bytes) -> dict[str, np.ndarray]:
         attributes = primitive["attributes"]
         if "TEXCOORD_0" not in attributes:  # a primitive without UVs is a collision hull
             return
-        positions, normals, tangents = (values(attributes[name]) for name in ("POSITION", "NORMAL", "TANGENT"))
+        positions, normals = values(attributes["POSITION"]), values(attributes["NORMAL"])
+        tangents = values(attributes["TANGENT"]) if "TANGENT" in attributes else np.zeros((0, 4), np.float32)
         faces = values(primitive["indices"]).reshape(-1, 3) + np.uint32(count)
         if (world != np.eye(4)).any():
             linear = world[:3, :3]
