@@ -246,6 +246,7 @@ void Pipeline::over_bands(const Pass& pass) {
     report.seconds_detail += watch_.lap();
     record(band, pass);
   }
+  layers_.extend_images();
 }
 
 /// Matches a band's samples.
