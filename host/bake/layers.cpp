@@ -5,6 +5,7 @@
 #include "bake/report.h"
 #include "base/memory.h"
 #include "base/parallel.h"
+#include "base/system_memory.h"
 #include "image/gutter.h"
 
 namespace kiln {
@@ -131,18 +132,39 @@ Layers::Layers(const Source::Impl& source, const LowSurface& surface, const Bake
   };
   for (const MapKind kind : options.maps) add(map_row(kind));
   for (const MapRow& row : own_rows_) add(row);
-  // The operating system clears pages at their first use; several threads share this cost.
-  parallel_for(layers_.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      Image& image = layers_[i].image;
-      image.pixels.resize(coverage_.size() * image.channels);
-    }
+  for (Layer& layer : layers_) {
+    const std::size_t values = coverage_.size() * layer.image.channels;
+    layer.image.pixels.reserve(values);
+    untouched_bytes_ += values * sizeof(float);
+  }
+  count_untouched(static_cast<std::int64_t>(untouched_bytes_));
+}
+
+Layers::~Layers() { count_untouched(-static_cast<std::int64_t>(untouched_bytes_)); }
+
+void Layers::extend(Image& image, std::size_t texels) {
+  std::vector<float>& pixels = image.pixels;
+  const std::size_t old_size = pixels.size(), new_size = texels * image.channels;
+  if (new_size <= old_size) return;
+  const std::size_t bytes = (new_size - old_size) * sizeof(float);
+  auto* const first = reinterpret_cast<std::byte*>(pixels.data() + old_size);
+  constexpr std::size_t kBytesPerTask = std::size_t{1} << 20;
+  parallel_for(bytes, kBytesPerTask, [&](std::size_t begin, std::size_t end) {
+    os::populate_pages(first + begin, end - begin);
   });
+  pixels.resize(new_size);
+  untouched_bytes_ -= bytes;
+  count_untouched(-static_cast<std::int64_t>(bytes));
+}
+
+void Layers::extend_images() {
+  for (Layer& layer : layers_) extend(layer.image, coverage_.size());
 }
 
 BandPixels Layers::pixels(Layer& layer, const TexelBand& band) {
   const std::size_t width = layer.image.width;
   const std::size_t offset = band.first_row * width, count = band.row_count * width;
+  extend(layer.image, offset + count);
   const std::size_t channels = layer.image.channels;
   return {std::span(layer.image.pixels).subspan(offset * channels, count * channels),
           std::span(coverage_).subspan(offset, count)};

@@ -28,12 +28,20 @@ class Layers {
   Layers(const Source::Impl& source, const LowSurface& surface, const BakeOptions& options,
          bool with_images = true, std::uint32_t finer = 1, bool checks = false);
 
+  ~Layers();
+  Layers(const Layers&) = delete;
+  Layers& operator=(const Layers&) = delete;
+
   /// Invalidates cached results of the last band or match.
   void next_band() { shared_results_.next_band(); }
   /// Invalidates cached results of the high poly.
   void next_source() { shared_results_.next_source(); }
   /// Computes a band's texels in all maps and sets their coverage.
   void run(const TexelBand& band, const DeviceCorrespondence& match);
+  /// Extends the images to their full size, also where no band was computed. Bands extend them only to their own end:
+  /// so a band's pages are in the cache when its texels are written, where clearing whole images would pass twice
+  /// through all of memory.
+  void extend_images();
   void run_blended(const TexelBand& band, const DeviceCorrespondence& match,
                    const DeviceCorrespondence& other, const cl::Array<float>& shares);
 
@@ -83,6 +91,7 @@ class Layers {
 
  private:
   BandPixels pixels(Layer& layer, const TexelBand& band);
+  void extend(Image& image, std::size_t texels);
   std::vector<std::size_t> pad_with(cl::Context& context, const BakeOptions& options,
                                     std::size_t first, std::vector<Image>& images,
                                     std::vector<std::uint8_t>& coverage,
@@ -93,6 +102,7 @@ class Layers {
   std::vector<MapRow> own_rows_;  // Registry rows of transfers, variants and custom maps
   std::vector<Layer> layers_;
   std::vector<std::uint8_t> coverage_;
+  std::size_t untouched_bytes_ = 0;  // of reserved images; see count_untouched()
 };
 
 }  // namespace kiln

@@ -248,6 +248,7 @@ void Pipeline::run_over_bands(const Pass& pass) {
     report.seconds_detail += stopwatch_.lap();
     record_samples(band, pass);
   }
+  layers_.extend_images();
 }
 
 /// Matches a band's samples.

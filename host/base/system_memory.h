@@ -27,5 +27,8 @@ void return_pages(void* first, std::size_t bytes) noexcept;
 /// Returns the memory of those pages of take_pages() that lie within a range. Their contents are lost; the addresses
 /// stay valid.
 void discard_pages(void* first, std::size_t bytes) noexcept;
+/// Gives memory to the pages within a range that is allocated but not yet written, so that threads can share the
+/// system's clearing of these pages. Contents stay. Where the system cannot do that, the first writes do it.
+void populate_pages(void* first, std::size_t bytes) noexcept;
 
 }  // namespace kiln::os

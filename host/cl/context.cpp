@@ -9,6 +9,7 @@
 
 #include "base/memory.h"
 #include "base/option.h"
+#include "base/parallel.h"
 #include "base/progress_guard.h"
 #include "cl/binary_cache.h"
 #include "cl/driver.h"
@@ -275,19 +276,29 @@ bool Context::finish_within(double seconds) {
   return false;
 }
 
-void Context::fill_bytes(const Buffer& buffer, const void* value, std::size_t value_bytes,
-                         std::size_t bytes) {
-  ++commands_;
-  if (bytes == 0) return;
-  buffer.touch();
-  check(driver([&] {
-          return clEnqueueFillBuffer(queue_, buffer.get(), value, value_bytes, 0, bytes, 0, nullptr,
-                                     nullptr);
-        }),
-        "clEnqueueFillBuffer");
+namespace {
+
+// Blocks of a CPU's buffers from this size on are copied and filled by all threads, in the memory that the device
+// shares with the host: drivers do it on one thread, while the others wait.
+constexpr std::size_t kMinSharedBytes = std::size_t{1} << 20;
+constexpr std::size_t kSharedBytesPerTask = std::size_t{1} << 18;  // a multiple of any value's size
+// Copies of a value that repeat() copies at once: they stay in the first cache.
+constexpr std::size_t kMaxRepeatedBytes = std::size_t{1} << 13;
+
+bool is_shared(const DeviceInfo& info, std::size_t bytes) {
+  return !info.is_gpu && bytes >= kMinSharedBytes;
 }
 
-namespace {
+/// Fills memory with copies of a value, doubling what it copies at once up to kMaxRepeatedBytes.
+void repeat(const void* value, std::size_t value_bytes, char* to, std::size_t bytes) {
+  std::size_t done = std::min(value_bytes, bytes);
+  std::memcpy(to, value, done);
+  while (done < bytes) {
+    const std::size_t more = std::min({done, bytes - done, kMaxRepeatedBytes});
+    std::memcpy(to + done, to, more);
+    done += more;
+  }
+}
 
 /// Calls copy(offset, bytes) for the whole range; with a progress callback, in pieces, polling before each.
 template <typename Copy>
@@ -303,6 +314,30 @@ void in_pieces(std::size_t bytes, const Copy& copy) {
 }
 
 }  // namespace
+
+void Context::fill_bytes(const Buffer& buffer, const void* value, std::size_t value_bytes,
+                         std::size_t bytes) {
+  if (is_shared(info_, bytes)) {
+    void* const data = map_bytes(buffer, bytes);
+    try {
+      parallel_for(bytes, kSharedBytesPerTask, [&](std::size_t begin, std::size_t end) {
+        repeat(value, value_bytes, static_cast<char*>(data) + begin, end - begin);
+      });
+    } catch (...) {
+      unmap(buffer, data);
+      throw;
+    }
+    return unmap(buffer, data);
+  }
+  ++commands_;
+  if (bytes == 0) return;
+  buffer.touch();
+  check(driver([&] {
+          return clEnqueueFillBuffer(queue_, buffer.get(), value, value_bytes, 0, bytes, 0, nullptr,
+                                     nullptr);
+        }),
+        "clEnqueueFillBuffer");
+}
 
 // A blocking copy waits for all earlier commands, which may include compiling.
 void Context::write_bytes(const Buffer& buffer, std::size_t offset, const void* data,
@@ -344,6 +379,26 @@ void Context::unmap(const Buffer& buffer, void* data) {
 void Context::read_bytes(const Buffer& buffer, std::size_t offset, void* data, std::size_t bytes) {
   ++commands_;
   wait();
+  if (is_shared(info_, bytes)) {
+    cl_int status = CL_SUCCESS;
+    void* mapped = nullptr;
+    check(driver([&] {
+            mapped = clEnqueueMapBuffer(queue_, buffer.get(), CL_TRUE, CL_MAP_READ, offset, bytes,
+                                        0, nullptr, nullptr, &status);
+            return status;
+          }),
+          "clEnqueueMapBuffer");
+    try {
+      parallel_for(bytes, kSharedBytesPerTask, [&](std::size_t begin, std::size_t end) {
+        std::memcpy(static_cast<char*>(data) + begin, static_cast<const char*>(mapped) + begin,
+                    end - begin);
+      });
+    } catch (...) {
+      unmap(buffer, mapped);
+      throw;
+    }
+    return unmap(buffer, mapped);
+  }
   in_pieces(bytes, [&](std::size_t at, std::size_t piece) {
     check(driver([&] {
             return clEnqueueReadBuffer(queue_, buffer.get(), CL_TRUE, offset + at, piece,

@@ -21,8 +21,7 @@ constexpr std::size_t kKeysPerBand = std::size_t{1} << 22;
 // earlier bands is no source.
 void make_mask(const Image& image, const std::vector<std::uint8_t>& coverage, std::uint32_t first,
                std::uint32_t count, std::uint32_t stride, bool missed_is_source,
-               std::vector<std::uint8_t>& mask) {
-  mask.assign(std::size_t{stride} * count, 0);
+               std::span<std::uint8_t> mask) {
   parallel_for(count, 64, [&](std::size_t begin, std::size_t end) {
     for (std::size_t y = begin; y < end; ++y) {
       const std::uint8_t* from = &coverage[(first + y) * image.width];
@@ -32,6 +31,7 @@ void make_mask(const Image& image, const std::vector<std::uint8_t>& coverage, st
             from[x] == kCoverageBaked || (missed_is_source && from[x] == kCoverageMissed);
         to[x] = source ? 1 : 0;
       }
+      std::fill(to + image.width, to + stride, std::uint8_t{0});
     }
   });
 }
@@ -110,7 +110,6 @@ std::uint64_t fill_nearest(cl::Context& context, std::span<const GutterImage> im
   const std::uint32_t masked =
       rows + 2 * radius < image.height / 2 ? rows + 2 * radius : image.height;
   cl::Array<std::uint8_t> mask(context, std::size_t{band.stride} * masked);
-  std::vector<std::uint8_t> sources;
   cl::Array<Key> keys(context, key_stride * rows);
   cl::Array<Offset> offsets(context, std::size_t{band.stride} * rows);
   context.fill(keys, static_cast<Key>(0x7F7F7F7F7F7F7F7FULL));
@@ -124,8 +123,10 @@ std::uint64_t fill_nearest(cl::Context& context, std::span<const GutterImage> im
     const std::uint32_t top = masked < image.height && first > radius ? first - radius : 0;
     if (masked < image.height || first == 0) {
       band.height = std::min(masked, image.height - top);
-      make_mask(image, coverage, top, band.height, band.stride, missed_is_source, sources);
-      mask.write(context, sources);
+      mask.write_by(
+          context, std::size_t{band.stride} * band.height, [&](std::span<std::uint8_t> sources) {
+            make_mask(image, coverage, top, band.height, band.stride, missed_is_source, sources);
+          });
     }
     band.first_row = first - top;
     const std::size_t groups = band.stride / 8;

@@ -72,11 +72,29 @@ void* take_pages(std::size_t bytes) noexcept {
 
 void return_pages(void* first, std::size_t bytes) noexcept { munmap(first, bytes); }
 
-void discard_pages(void* first, std::size_t bytes) noexcept {
+namespace {
+
+/// Calls `advise` with the whole pages of a range, if there are any.
+template <typename Advise>
+void for_whole_pages(void* first, std::size_t bytes, const Advise& advise) {
   const auto page = static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE));
   const auto at = reinterpret_cast<std::uintptr_t>(first);
   const std::uintptr_t begin = (at + page - 1) / page * page, end = (at + bytes) / page * page;
-  if (begin < end) madvise(reinterpret_cast<void*>(begin), end - begin, MADV_DONTNEED);
+  if (begin < end) advise(reinterpret_cast<void*>(begin), end - begin);
+}
+
+}  // namespace
+
+void discard_pages(void* first, std::size_t bytes) noexcept {
+  for_whole_pages(first, bytes,
+                  [](void* begin, std::size_t size) { madvise(begin, size, MADV_DONTNEED); });
+}
+
+void populate_pages([[maybe_unused]] void* first, [[maybe_unused]] std::size_t bytes) noexcept {
+#ifdef MADV_POPULATE_WRITE  // kernels before 5.14 refuse it
+  for_whole_pages(first, bytes,
+                  [](void* begin, std::size_t size) { madvise(begin, size, MADV_POPULATE_WRITE); });
+#endif
 }
 
 }  // namespace kiln::os

@@ -51,4 +51,6 @@ void discard_pages(void* first, std::size_t bytes) noexcept {
   VirtualAlloc(pages, end - begin, MEM_COMMIT, PAGE_READWRITE);
 }
 
+void populate_pages(void* /*first*/, std::size_t /*bytes*/) noexcept {}
+
 }  // namespace kiln::os

@@ -39,10 +39,29 @@ constexpr std::uint8_t kFilterUp = 2;
 using Bytes = std::vector<std::uint8_t>;
 
 // Bytes of a band of rows: small enough to keep all threads busy, large enough that the five bytes
-// of each joint are negligible.
+// of each joint are negligible. A band also converts the row above it, so wide images have bands of
+// at least kMinBandRows rows.
 constexpr std::size_t kBandBytes = std::size_t{1} << 18;
+constexpr std::size_t kMinBandRows = 8;
 // Bytes of pixels below which file size matters more than time.
 constexpr std::size_t kSmallImageBytes = std::size_t{1} << 21;
+
+#ifdef KILN_HAS_DEFLATE
+// libdeflate's checksums use vector instructions, zlib's of Debian 12 do not.
+std::uint32_t crc_of(std::span<const std::uint8_t> bytes) {
+  return libdeflate_crc32(0, bytes.data(), bytes.size());
+}
+std::uint32_t adler_of(std::span<const std::uint8_t> bytes) {
+  return libdeflate_adler32(1, bytes.data(), bytes.size());
+}
+#else
+std::uint32_t crc_of(std::span<const std::uint8_t> bytes) {
+  return static_cast<std::uint32_t>(crc32_z(0, bytes.data(), bytes.size()));
+}
+std::uint32_t adler_of(std::span<const std::uint8_t> bytes) {
+  return static_cast<std::uint32_t>(adler32_z(1, bytes.data(), bytes.size()));
+}
+#endif
 
 void put_big_endian(Bytes& to, std::uint32_t value) {
   for (const int shift : {24, 16, 8, 0}) to.push_back(static_cast<std::uint8_t>(value >> shift));
@@ -59,8 +78,7 @@ Bytes open_chunk(const char* type) {
 void close_chunk(Bytes& bytes) {
   const auto length = static_cast<std::uint32_t>(bytes.size() - 8);
   for (int i = 0; i < 4; ++i) bytes[i] = static_cast<std::uint8_t>(length >> (24 - 8 * i));
-  put_big_endian(
-      bytes, static_cast<std::uint32_t>(crc32(0, bytes.data() + 4, static_cast<uInt>(length + 4))));
+  put_big_endian(bytes, crc_of(std::span(bytes).subspan(4)));
 }
 
 Bytes chunk(const char* type, const Bytes& data) {
@@ -231,7 +249,7 @@ void encode_band(const Layout& layout, std::size_t first, std::size_t last, cons
     run_deflate(raw, is_last, band.chunk);
   }
   close_chunk(band.chunk);
-  band.adler = adler32(adler32(0, nullptr, 0), raw.data(), static_cast<uInt>(raw.size()));
+  band.adler = adler_of(raw);
   band.raw_bytes = raw.size();
 }
 
@@ -434,7 +452,7 @@ void write_png(const Image& image, const PngOptions& options, const std::string&
   }
   put(chunk("IDAT", {0x78, 0x01}));  // zlib: deflate, 32 KiB window, fastest
 
-  const std::size_t rows = std::max<std::size_t>(1, kBandBytes / (layout.row_bytes() + 1));
+  const std::size_t rows = std::max(kMinBandRows, kBandBytes / (layout.row_bytes() + 1));
   const std::size_t band_count = (image.height + rows - 1) / rows;
   InOrder sent(band_count, send);
   parallel_for(

@@ -6,8 +6,6 @@
 #include <cstddef>
 #include <cstring>
 #include <memory>
-#include <queue>
-#include <utility>
 
 namespace kiln {
 namespace {
@@ -16,7 +14,7 @@ namespace {
 constexpr std::size_t kSymbols = 286, kEnd = 256, kFirstLength = 257;
 constexpr std::size_t kMinRun = 3, kMaxRun = 258;
 constexpr int kMaxCodeBits = 15;
-// Number of bytes of a block, which share Huffman codes. Half or double this number changes file sizes by 0.1%.
+// Typical number of bytes of a block, which share Huffman codes. Half or double this number changes file sizes by 0.1%.
 constexpr std::size_t kBlock = std::size_t{1} << 16;
 // The token of a run of n bytes is kFirstRunToken + n; the token of a literal is its byte.
 constexpr std::size_t kFirstRunToken = 256, kTokens = kFirstRunToken + kMaxRun + 1;
@@ -115,33 +113,46 @@ std::size_t tokens_of(std::span<const std::uint8_t> raw, std::uint16_t* tokens, 
 }
 
 /// Computes lengths of Huffman codes without a limit.
+///
+/// Symbols are sorted by count once; nodes are made with increasing counts, so that the next two to join are at the
+/// front of either list. Of equal counts, symbols come before nodes, and lower symbols and older nodes before others.
 /// \returns the longest length
 int huffman(const Counts& counts, Lengths& lengths) {
-  // Count and symbol; of equal counts, the lower
-  using Node = std::pair<std::uint64_t, std::uint32_t>;
-  // symbol
-  std::priority_queue<Node, std::vector<Node>, std::greater<>> open;
-  std::vector<std::uint32_t> parent(2 * kSymbols);
-  std::uint32_t next = kSymbols;
+  constexpr unsigned kSymbolBits = 16;
+  std::array<std::uint64_t, kSymbols> sorted;  // count and symbol
+  std::size_t used = 0;
   for (std::uint32_t i = 0; i < kSymbols; ++i) {
-    if (counts[i] != 0) open.emplace(counts[i], i);
+    if (counts[i] != 0) sorted[used++] = std::uint64_t{counts[i]} << kSymbolBits | i;
   }
-  while (open.size() > 1) {
-    const Node a = open.top();
-    open.pop();
-    const Node b = open.top();
-    open.pop();
-    parent[a.second] = parent[b.second] = next;
-    open.emplace(a.first + b.first, next++);
+  lengths.fill(0);
+  if (used == 0) return 0;
+  std::sort(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(used));
+  // The first `used` places are the sorted symbols, the nodes follow.
+  std::array<std::uint16_t, 2 * kSymbols> parent{};
+  std::array<std::uint64_t, 2 * kSymbols> weight;
+  for (std::size_t i = 0; i < used; ++i) weight[i] = sorted[i] >> kSymbolBits;
+  const std::size_t root = 2 * used - 2;
+  std::size_t symbol = 0, joined = used;
+  for (std::size_t node = used; node <= root; ++node) {
+    const auto take = [&] {
+      const bool takes_symbol =
+          symbol < used && (joined == node || weight[symbol] <= weight[joined]);
+      const std::size_t taken = takes_symbol ? symbol++ : joined++;
+      parent[taken] = static_cast<std::uint16_t>(node);
+      return weight[taken];
+    };
+    const std::uint64_t first = take();
+    weight[node] = first + take();
   }
+  std::array<std::uint16_t, 2 * kSymbols> depth;
+  depth[root] = 0;
   int longest = 0;
-  for (std::uint32_t i = 0; i < kSymbols; ++i) {
-    lengths[i] = 0;
-    if (counts[i] == 0) continue;
-    int length = 0;
-    for (std::uint32_t node = i; node != next - 1; node = parent[node]) ++length;
-    lengths[i] = static_cast<std::uint8_t>(std::min(length, 255));
-    longest = std::max(longest, length);
+  for (std::size_t i = root; i-- > 0;) {
+    depth[i] = static_cast<std::uint16_t>(depth[parent[i]] + 1);
+    if (i >= used) continue;
+    lengths[sorted[i] & ((1U << kSymbolBits) - 1)] =
+        static_cast<std::uint8_t>(std::min<int>(depth[i], 255));
+    longest = std::max(longest, int{depth[i]});
   }
   return longest;
 }
@@ -298,10 +309,13 @@ void put_block(std::span<const std::uint8_t> raw, bool last, std::uint16_t* room
 }  // namespace
 
 void run_deflate(std::span<const std::uint8_t> raw, bool last, std::vector<std::uint8_t>& to) {
-  const auto tokens = std::make_unique_for_overwrite<std::uint16_t[]>(std::min(raw.size(), kBlock));
+  // Blocks of equal size: a short one at the end would hardly pay for its header.
+  const std::size_t blocks = std::max<std::size_t>(1, (raw.size() + kBlock / 2) / kBlock);
+  const std::size_t block_bytes = (raw.size() + blocks - 1) / blocks;
+  const auto tokens = std::make_unique_for_overwrite<std::uint16_t[]>(block_bytes);
   BitWriter writer(to);
   do {
-    const auto block = raw.first(std::min(raw.size(), kBlock));
+    const auto block = raw.first(std::min(raw.size(), block_bytes));
     raw = raw.subspan(block.size());
     put_block(block, last && raw.empty(), tokens.get(), writer);
   } while (!raw.empty());
