@@ -75,6 +75,13 @@ TEST(Checks, GoldenMapsHoldWithinLimits) {
   EXPECT_EQ(run(folder).exit_code, 0);
   job("limits = { mean = 0.0038 }\n");
   EXPECT_EQ(run(folder).exit_code, 1);
+  // Outliers without a maximum are of maps whose mean has no limit.
+  job("limits = { height.mean = 0.0040, outliers = \"0.1%\" }\n");
+  EXPECT_EQ(run(folder).exit_code, 0);
+  job("limits = { outliers = \"1.5%\" }\n");
+  EXPECT_EQ(run(folder).exit_code, 1);
+  job("limits = { outliers = \"1.6%\" }\n");
+  EXPECT_EQ(run(folder).exit_code, 0);
   // What came from the cache, or was left alone, is held, too.
   job("");
   expect_exit(run(folder), 1, {"kiln: a: "});

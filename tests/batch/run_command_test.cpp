@@ -171,6 +171,7 @@ TEST(RunCommand, RunsHooksWithTheAsset) {
   EXPECT_EQ(json::parse(read(folder / "before.json"))["asset"], "a");
   EXPECT_EQ(json::parse(read(folder / "after.json"))["state"], "baked");
   EXPECT_EQ(json::parse(read(folder / "after.json"))["files"].size(), 2U);
+  EXPECT_GT(json::parse(read(folder / "after.json"))["seconds"], 0.0);
   fs::remove_all(folder / "out");
   write(folder / "job.toml", std::string(kStudioJob) + "before = \"echo not today; exit 7\"\n");
   const ProcessResult result = run_job(folder, {"--allow-hooks"});
@@ -186,6 +187,8 @@ TEST(RunCommand, ListsChecksAndExplains) {
   ProcessResult result = run_job(folder, {"--explain", "a", "--profile", "ci"});
   EXPECT_NE(result.output.find("size = 8"), std::string::npos) << result.output;
   EXPECT_NE(result.output.find("profile.ci"), std::string::npos) << result.output;
+  result = run_job(folder, {"--explain", "?"});
+  EXPECT_NE(result.output.find("b_high.obj"), std::string::npos) << result.output;
   EXPECT_NE(run_job(folder, {"--list"}).output.find("2 assets"), std::string::npos);
   expect_exit(run_job(folder, {"--explain", "x"}), 2, {"--list"});
   EXPECT_FALSE(fs::exists(folder / "out"));
