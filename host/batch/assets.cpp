@@ -262,7 +262,8 @@ class Expander {
     };
     for (const std::string& mesh : meshes) {
       const std::string folder = fs::path(mesh).parent_path().string();
-      sidecar_folders_.insert(folder);
+      // Beside meshes that are named one by one lie those of other job files.
+      if (!captures.empty()) sidecar_folders_.insert(folder);
       find_sidecar(folder, fs::path(mesh).stem().string());
       if (const auto name = captures.find("name"); name != captures.end())
         find_sidecar(folder, name->second);

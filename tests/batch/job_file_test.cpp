@@ -228,6 +228,10 @@ TEST(JobFile, SidecarsThatServeNothingAreTold) {
   const Batch batch = expand(folder, kStudioJob);
   ASSERT_EQ(batch.warnings.size(), 1U);
   EXPECT_EQ(batch.warnings[0].code, "unused-sidecar");
+  // A file without patterns is of one asset, and says nothing about others.
+  const char* const one =
+      "[[bake]]\nlow = \"assets/a_low.obj\"\nhigh = \"assets/a_high.obj\"\nout = \"out\"\n";
+  EXPECT_TRUE(expand(folder, one).warnings.empty());
   write(folder / "assets/a.kiln.toml", "size = 4\n");
   EXPECT_EQ(expand(folder, kStudioJob).assets[0].job.bake.width, 4U);
   write(folder / "assets/a_low.kiln.toml", "size = 5\n");

@@ -148,6 +148,7 @@ TEST(RunCommand, RefusesMapsOfOneNameFromTwoAssets) {
   write(folder / "job.toml", R"([defaults]
 size = 8
 out = "out"
+retries = 2
 [[bake]]
 low = "assets/a_low.obj"
 high = "assets/a_high.obj"
@@ -157,8 +158,10 @@ low = "assets/a_low_b.obj"
 high = "assets/a_high.obj"
 maps = ["normal"]
 )");
-  const ProcessResult result = run_job(folder, {"--at-once", "1"});
+  const ProcessResult result = run_job(folder, {"--at-once", "1", "--json", "-"});
   expect_exit(result, 1, {"a_low_b_normal.png", "was already written by another bake of this run"});
+  // What is wrong with the job is not tried again.
+  for (const json& line : lines_of(result.output)) EXPECT_EQ(line["attempts"], 1) << line;
 }
 
 TEST(RunCommand, RunsHooksWithTheAsset) {
