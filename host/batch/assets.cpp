@@ -262,7 +262,8 @@ class Expander {
     };
     for (const std::string& mesh : meshes) {
       const std::string folder = fs::path(mesh).parent_path().string();
-      sidecar_folders_.insert(folder);
+      // Beside meshes that are named one by one lie those of other job files.
+      if (!captures.empty()) sidecar_folders_.insert(folder);
       find_sidecar(folder, fs::path(mesh).stem().string());
       if (const auto name = captures.find("name"); name != captures.end())
         find_sidecar(folder, name->second);
@@ -566,8 +567,10 @@ class Expander {
         const Setting* const out = setting_of(asset, "out");
         throw Error(ErrorCode::usage,
                     (out == nullptr ? file_.path.string() : out->origin.place()) + ": out: '" +
-                        entry->second->name + "' and '" + asset.name + "' would both write '" +
-                        output + "': give each a separate path, such as out/{dir}/{name}.");
+                        entry->second->name + "'" + rule_place(*entry->second, asset) + " and '" +
+                        asset.name + "'" + rule_place(asset, *entry->second) +
+                        " would both write '" + output +
+                        "': give each a separate path, such as out/{dir}/{name}.");
       }
     }
     // Rejects a file that one bake writes and another reads, since the result would depend on their order.
@@ -586,6 +589,12 @@ class Expander {
                                           "': write to another folder, or add it to skip.");
       }
     }
+  }
+
+  /// Place of an asset's [[bake]] in parentheses; empty if another asset is of the same one.
+  std::string rule_place(const BatchAsset& asset, const BatchAsset& other) const {
+    if (asset.rule == other.rule) return {};
+    return " (" + file_.bakes[asset.rule].find("high")->origin.place() + ")";
   }
 
   static const Setting* setting_of(const BatchAsset& asset, std::string_view key) {
@@ -638,7 +647,7 @@ class Expander {
     for (const PathPattern& only : only_) {
       bool any_match = false;
       for (std::size_t i = 0; i < names.size(); ++i) {
-        if (!only.covers(names[i])) continue;
+        if (!only.selects(names[i])) continue;
         any_match = is_selected[i] = true;
       }
       if (any_match) continue;

@@ -68,7 +68,8 @@ std::string compare_with_golden(const CheckRules& rules, const fs::path& output,
     return formatted("it has %u x %u texels of %u channels, '", ours.width, ours.height,
                      ours.channels) +
            golden.string() +
-           formatted("' %u x %u of %u", theirs.width, theirs.height, theirs.channels);
+           formatted("' %u x %u of %u: restore the size, or accept the new one by --accept",
+                     theirs.width, theirs.height, theirs.channels);
   }
   const MapInfo* const info = map_of(output);
   const bool angles = info != nullptr && info->type == MapType::unit_vector && ours.channels >= 3;
@@ -79,10 +80,9 @@ std::string compare_with_golden(const CheckRules& rules, const fs::path& output,
   const CheckLimit* const max = limit_of(rules, map, "max");
   const CheckLimit* const mean = limit_of(rules, map, "mean");
   const CheckLimit* const outliers = limit_of(rules, map, "outliers");
-  // Without limits, all texels must be equal. If only the mean has a limit, single texels are unlimited.
-  const double max_difference = max != nullptr                           ? max->value
-                                : mean != nullptr && outliers == nullptr ? HUGE_VAL
-                                                                         : 0;
+  // Without limits, all texels must be equal. If the mean has a limit and the maximum has none, single texels are
+  // unlimited, also where `outliers` has a limit for maps with a maximum.
+  const double max_difference = max != nullptr ? max->value : mean != nullptr ? HUGE_VAL : 0;
   double sum = 0, greatest = 0;
   std::uint64_t count = 0, beyond_count = 0;
   for (const float value : differences.pixels) {

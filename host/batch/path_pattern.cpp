@@ -232,6 +232,13 @@ bool PathPattern::covers(std::string_view path) const {
   return false;
 }
 
+bool PathPattern::selects(std::string_view name) const {
+  if (covers(name)) return true;
+  Captures no_captures;
+  return text_.find_first_of("/\\") == std::string::npos &&
+         matches(name.substr(name.rfind('/') + 1), {}, no_captures);
+}
+
 std::string PathPattern::path(const Captures& captures) const {
   const PathPattern filled = with(captures);
   if (!filled.is_plain()) {

@@ -36,6 +36,9 @@ class PathPattern {
   bool matches(std::string_view path, const Captures& known, Captures& captured) const;
   /// True if the pattern matches the path, or a folder that contains the path.
   bool covers(std::string_view path) const;
+  /// True if the pattern selects an asset by its name: it covers the name, or it has no `/` and matches what follows
+  /// the name's last `/`, as patterns of .gitignore do.
+  bool selects(std::string_view name) const;
   /// The path that results from the values of all captures. \throws Error(usage) if a capture or wildcard remains
   std::string path(const Captures& captures) const;
   /// The pattern with known captures substituted. Other captures and wildcards remain.

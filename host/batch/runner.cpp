@@ -261,6 +261,7 @@ class BatchRun {
   void bake(std::size_t i, AssetResult& result) {
     using Clock = std::chrono::steady_clock;
     const BatchAsset& asset = assets_[i];
+    const Stopwatch watch;
     // Write-protected outputs are an error only if the asset must be baked; it may be unchanged.
     const std::string unwritable = unwritable_output(asset.job);
     const bool may_be_unchanged =
@@ -276,7 +277,7 @@ class BatchRun {
       const InputLog& log;
       ~Discard() { discard_outputs(log); }
     } const discard{log};
-    if (options_.cache != nullptr && take_from_cache(asset, log, unwritable, result)) return;
+    if (options_.cache != nullptr && take_from_cache(asset, log, unwritable, watch, result)) return;
     const Clock::time_point start = Clock::now();
     bool is_timed_out = false;
     const auto progress = [&](double share, std::string_view stage) {
@@ -326,14 +327,14 @@ class BatchRun {
       result.error_id = "limit";
       result.error_code = 1;
     }
-    finish(asset, result);
+    finish(asset, watch, result);
   }
 
   /// Takes the asset's outputs from the cache, if possible.
   /// \param unwritable  the reason why outputs cannot be written; empty if they can
   /// \returns true if the asset need not be baked
   bool take_from_cache(const BatchAsset& asset, const InputLog& log, const std::string& unwritable,
-                       AssetResult& result) {
+                       const Stopwatch& watch, AssetResult& result) {
     device();  // the device must be open, since its class is part of the cache's keys
     if (options_.rebake) {
       result.reason = "--rebake was given";
@@ -353,12 +354,14 @@ class BatchRun {
     result.missed = decision.missed;
     const bool unchanged = decision.kind == CacheDecision::Kind::unchanged;
     result.state = unchanged ? AssetState::unchanged : AssetState::restored;
-    if (!unchanged) finish(asset, result);
+    if (!unchanged) finish(asset, watch, result);
     return true;
   }
 
   /// Runs the `after` hook and records the outputs, after they were placed.
-  void finish(const BatchAsset& asset, const AssetResult& result) {
+  /// \param watch  started with the bake: hooks read its seconds
+  void finish(const BatchAsset& asset, const Stopwatch& watch, AssetResult& result) {
+    result.seconds = watch.total();
     if (!asset.after.empty()) run_hook(asset, asset.after, "after", result);
     if (options_.cache != nullptr) options_.cache->note_outputs(asset, !asset.after.empty());
   }
@@ -382,11 +385,13 @@ class BatchRun {
   void run_hook(const BatchAsset& asset, const std::string& command, const char* name,
                 const AssetResult& result) {
     std::string command_output;
+    const auto is_space = [](char c) { return c == '\n' || c == '\r' || c == ' '; };
     const int status =
         options_.run_command
             ? options_.run_command(command, to_json(asset, result).dump() + "\n", command_output)
             : -1;
     if (status == 0) return;
+    while (!command_output.empty() && is_space(command_output.back())) command_output.pop_back();
     throw Error(ErrorCode::input,
                 std::string("the command in ") + name + " failed with exit code " +
                     std::to_string(status) + ": " + command +

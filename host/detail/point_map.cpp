@@ -3,8 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <span>
+#include <utility>
+#include <vector>
 
 #include "base/parallel.h"
 #include "detail/uv_facet.h"
@@ -118,6 +122,7 @@ class PointMap : public MapMaker {
       other_match.emplace(*reads_, *other, band.sample_count);
       share = reads_->read(*shares, band.sample_count);
     }
+    ScratchPool scratches(*function_);
     parallel_for(band.texel_count, 1 << 12, [&](std::size_t begin, std::size_t end) {
       // For a texel of one sample the value is written in place: vector loads of values that were just stored element
       // by element would stall.
@@ -126,7 +131,7 @@ class PointMap : public MapMaker {
       Average average(info_, has_weights);
       UvFacet facet;
       HighPoint point;
-      const std::unique_ptr<PointScratch> scratch = function_->scratch();
+      std::unique_ptr<PointScratch> scratch = scratches.take();
       point.scratch = scratch.get();
       for (std::size_t t = begin; t < end; ++t) {
         std::uint8_t& coverage = out.coverage[samples.index[t]];
@@ -167,8 +172,36 @@ class PointMap : public MapMaker {
         }
         average.store(to);
       }
+      scratches.give_back(std::move(scratch));
     });
   }
+
+  /// Scratch memory of a band's blocks. Blocks take over what earlier ones cached, about as many as there are threads.
+  class ScratchPool {
+   public:
+    explicit ScratchPool(const PointFunction& function) : function_(function) {}
+
+    std::unique_ptr<PointScratch> take() {
+      {
+        const std::lock_guard lock(mutex_);
+        if (!free_.empty()) {
+          std::unique_ptr<PointScratch> scratch = std::move(free_.back());
+          free_.pop_back();
+          return scratch;
+        }
+      }
+      return function_.scratch();
+    }
+    void give_back(std::unique_ptr<PointScratch> scratch) {
+      const std::lock_guard lock(mutex_);
+      free_.push_back(std::move(scratch));
+    }
+
+   private:
+    const PointFunction& function_;
+    std::mutex mutex_;
+    std::vector<std::unique_ptr<PointScratch>> free_;
+  };
 
   /// Averages a texel's samples.
   class Average {

@@ -45,10 +45,16 @@ class RegularFile {
   std::uint64_t size() const { return size_; }
   /// Reads up to `count` bytes: fewer at the end of the file, or after an I/O error, which sets problem().
   std::string read(std::size_t count) {
-    std::string bytes(count, '\0');
+    // Memory for the size that the file reports, or for what has come so far, rather than for all of `count`.
+    constexpr std::size_t kMinBytes = std::size_t{1} << 16;
+    std::string bytes;
     std::size_t have = 0;
     while (problem_.empty() && have < count) {
-      const std::ptrdiff_t got = os::read_at(file_, have, bytes.data() + have, count - have);
+      if (have == bytes.size()) {
+        bytes.resize(std::min<std::uint64_t>(
+            count, std::max<std::uint64_t>({2 * have, kMinBytes, size_ + 1})));
+      }
+      const std::ptrdiff_t got = os::read_at(file_, have, bytes.data() + have, bytes.size() - have);
       if (got < 0 && errno == EINTR) continue;
       if (got < 0) problem_ = std::strerror(errno);
       if (got <= 0) break;

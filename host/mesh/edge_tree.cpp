@@ -26,7 +26,7 @@ constexpr std::size_t kMaxCutLeaves = 8192;
 // Maximum number of boxes opened per level when sampling
 constexpr std::size_t kMaxBoxesPerLevel = 64;
 constexpr std::size_t kMaxCellPieces = 256;  // Maximum number of pieces that a cell lists singly
-constexpr std::size_t kCachedCells = 64;     // Cells cached per thread
+constexpr std::size_t kCachedCells = 128;    // Cells cached per thread
 // Mean number of balls (around points in the mesh's box) that touch a piece's box; below it, pieces need no cutting.
 constexpr double kMaxTouchingBalls = 8;
 // Maximum mean number of pieces per triangle after cutting
@@ -37,6 +37,11 @@ constexpr double kMinReachFactor = 8;
 constexpr std::uint32_t kMaxHalvings = 60;
 // Bound on the rounding error of a piece's clipped area, as a share of the squared radius.
 constexpr double kRoundedArea = 1e-9;
+// Share of the radius within which a piece counts as inside of a ball without a look at its corners; the rest exceeds
+// the rounding error of their distances.
+constexpr double kInsideShare = 1 - 1e-6;
+// Bounding box of no normals
+constexpr CoarseNormal kNormalsLow{127, 127, 127}, kNormalsHigh{-127, -127, -127};
 constexpr std::size_t kMaxSampledLeaves = 2048;  // Maximum number of leaves that represent a sheet
 
 /// Squared distance from the origin to a box.
@@ -201,6 +206,7 @@ const EdgeTree::Cell& EdgeTree::cell_of(const Vec3d& centre, Scratch& scratch) c
 bool EdgeTree::collect_pieces(const Vec3d& low, const Vec3d& high, Cell& cell,
                               std::uint64_t& steps) const {
   cell.pieces.clear();
+  cell.normal_low = kNormalsLow, cell.normal_high = kNormalsHigh;
   if (count_ == 0) return true;
   std::array<std::size_t, 66> stack{};  // Depth first: at most one node per tree level waits
   std::size_t height = 1;
@@ -224,12 +230,20 @@ bool EdgeTree::collect_pieces(const Vec3d& low, const Vec3d& high, Cell& cell,
       if (squared_nearest_distance(to_double(box.low) - high, to_double(box.high) - low) >=
           squared_)
         continue;
-      const Vec3d centre = box.center();
-      double bounding_radius = 0;
-      for (const Vec3& p : pieces_[i].corner) {
-        bounding_radius = std::max(bounding_radius, length(to_double(p) - centre));
+      Near& near = cell.pieces.emplace_back();
+      near.piece = pieces_[i];
+      near.centre = box.center();
+      double farthest = 0;
+      for (std::size_t k = 0; k < 3; ++k) {
+        near.corner[k] = to_double(pieces_[i].corner[k]);
+        farthest = std::max(farthest, length(near.corner[k] - near.centre));
+        cell.normal_low[k] = std::min(cell.normal_low[k], near.piece.normal[k]);
+        cell.normal_high[k] = std::max(cell.normal_high[k], near.piece.normal[k]);
       }
-      cell.pieces.push_back({pieces_[i], centre, bounding_radius});
+      const double reach = radius_ + farthest;
+      const double inside = std::max(0.0, radius_ * kInsideShare - farthest);
+      near.squared_reach = reach * reach;
+      near.squared_inside = inside * inside;
     }
     if (cell.pieces.size() > kMaxCellPieces) return false;
   }
@@ -263,8 +277,11 @@ void EdgeTree::find_start_boxes(const Vec3d& low, const Vec3d& high, Cell& cell,
   }
 }
 
-/// True if a normal in the node's box may be opposed to the sheet.
-bool EdgeTree::Node::may_be_opposed(const Sheet& sheet) const {
+namespace {
+
+/// True if a normal in a box of normals may be opposed to the sheet.
+bool may_be_opposed(const CoarseNormal& normal_low, const CoarseNormal& normal_high,
+                    const Sheet& sheet) {
   const auto least = [](double along, std::int8_t from, std::int8_t to) {
     return along * (along > 0 ? from : to);
   };
@@ -274,6 +291,8 @@ bool EdgeTree::Node::may_be_opposed(const Sheet& sheet) const {
          Sheet::kMaxOpposedCosine * 127;
 }
 
+}  // namespace
+
 bool EdgeTree::may_hold_opposed(const Vec3d& centre, const Sheet& sheet, Scratch& scratch) const {
   const auto reaches = [&](const BendPiece& piece) {
     const Box<Vec3> box = box_of(piece);
@@ -282,6 +301,7 @@ bool EdgeTree::may_hold_opposed(const Vec3d& centre, const Sheet& sheet, Scratch
   };
   const Cell& cell = cell_of(centre, scratch);
   if (cell.few) {
+    if (!may_be_opposed(cell.normal_low, cell.normal_high, sheet)) return false;
     scratch.steps += cell.pieces.size();
     return std::any_of(cell.pieces.begin(), cell.pieces.end(), [&](const Near& near) {
       return sheet.is_opposed(near.piece.normal) && reaches(near.piece);
@@ -293,7 +313,7 @@ bool EdgeTree::may_hold_opposed(const Vec3d& centre, const Sheet& sheet, Scratch
     const std::size_t at = height != 0 ? stack[--height] : cell.boxes[box++];
     const Node& node = nodes_[at];
     ++scratch.steps;
-    if (!node.may_be_opposed(sheet) ||
+    if (!may_be_opposed(node.normal_low, node.normal_high, sheet) ||
         squared_nearest_distance(to_double(node.low) - centre, to_double(node.high) - centre) >=
             squared_) {
       continue;
@@ -330,7 +350,8 @@ BendSums EdgeTree::within(const Vec3d& centre, const Sheet& sheet, Scratch& scra
     if (squared_nearest_distance(to_double(node.low) - centre, to_double(node.high) - centre) >=
         squared_)
       continue;
-    if (!node.may_be_opposed(sheet) && try_add_unopened(node, centre, /*coarse=*/false, sums))
+    if (!may_be_opposed(node.normal_low, node.normal_high, sheet) &&
+        try_add_unopened(node, centre, /*coarse=*/false, sums))
       continue;
     if (at < first_node_of_level(levels_)) {
       stack[height++] = 2 * at + 2;
@@ -372,7 +393,8 @@ BendSums EdgeTree::sum_by_leaves(const Sheet& sheet, const Vec3d& centre, Scratc
     if (squared_nearest_distance(to_double(node.low) - centre, to_double(node.high) - centre) >=
         squared_)
       return true;
-    return !node.may_be_opposed(sheet) && try_add_unopened(node, centre, /*coarse=*/true, sums);
+    return !may_be_opposed(node.normal_low, node.normal_high, sheet) &&
+           try_add_unopened(node, centre, /*coarse=*/true, sums);
   });
   for (const std::size_t at : scratch.next) {
     const std::size_t levels_below = levels_ - level;
@@ -405,11 +427,16 @@ BendSums EdgeTree::sum_by_pieces(const Cell& cell, const Vec3d& centre, Scratch&
   BendSums sums;
   for (const Near& near : cell.pieces) {
     const Vec3d offset = near.centre - centre;
-    const double contact_distance = radius_ + near.radius;
-    if (dot(offset, offset) >= contact_distance * contact_distance || !belongs(near.piece))
+    const double squared = dot(offset, offset);
+    if (squared >= near.squared_reach || !belongs(near.piece)) continue;
+    if (squared < near.squared_inside) {
+      sums += {near.piece.area, near.piece.bend};
       continue;
-    bool is_cut_by_ball = false;
-    sums += clipped(near.piece, centre, is_cut_by_ball);
+    }
+    bool is_cut = false;
+    const std::array<Vec3d, 3> corner = {near.corner[0] - centre, near.corner[1] - centre,
+                                         near.corner[2] - centre};
+    sums += clipped(near.piece, corner, is_cut);
   }
   scratch.steps += cell.pieces.size();
   return sums;
@@ -536,7 +563,7 @@ void EdgeTree::split_node(std::vector<Item>& order, std::uint32_t level, std::si
 void EdgeTree::fill_leaf(std::size_t leaf) {
   Box<Vec3> box;
   BendSums all;
-  CoarseNormal low{127, 127, 127}, high{-127, -127, -127};
+  CoarseNormal low = kNormalsLow, high = kNormalsHigh;
   for (std::size_t i = first_piece_of(levels_, leaf); i < first_piece_of(levels_, leaf + 1); ++i) {
     BendPiece& piece = pieces_[i];
     std::array<Vec3d, 3> p{};
@@ -583,15 +610,16 @@ std::array<Vec3d, 3> corners(const BendPiece& piece, const Vec3d& from) {
 /// Sums of a piece within a ball.
 /// \param cut  set to true if the ball's boundary may cross the piece
 BendSums EdgeTree::clipped(const BendPiece& piece, const Vec3d& centre, bool& cut) const {
-  const std::array<Vec3d, 3> p = corners(piece, centre);
-  const auto is_inside_ball = [&](const Vec3d& c) { return dot(c, c) <= squared_; };
-  if (is_inside_ball(p[0]) && is_inside_ball(p[1]) && is_inside_ball(p[2]))
-    return {piece.area, piece.bend};
-  const auto [x_low, x_high] = std::minmax({p[0].x, p[1].x, p[2].x});
-  const auto [y_low, y_high] = std::minmax({p[0].y, p[1].y, p[2].y});
-  const auto [z_low, z_high] = std::minmax({p[0].z, p[1].z, p[2].z});
-  if (squared_nearest_distance({x_low, y_low, z_low}, {x_high, y_high, z_high}) >= squared_)
-    return {};
+  return clipped(piece, corners(piece, centre), cut);
+}
+
+/// The same with corners \p p relative to the ball's centre.
+BendSums EdgeTree::clipped(const BendPiece& piece, const std::array<Vec3d, 3>& p, bool& cut) const {
+  const auto inside = [&](const Vec3d& c) { return dot(c, c) <= squared_; };
+  if (inside(p[0]) && inside(p[1]) && inside(p[2])) return {piece.area, piece.bend};
+  Box<Vec3d> box;
+  for (const Vec3d& corner : p) box.add(corner);
+  if (squared_nearest_distance(box.low, box.high) >= squared_) return {};
   cut = true;
   const BallClip clip = clip_by_ball(p, squared_);
   BendSums sums{clip.area, 0};

@@ -110,11 +110,15 @@ struct Sheet {
 /// query thus takes a few thousand steps at most.
 class EdgeTree {
  public:
-  /// A piece near a cell, with its bounding sphere.
+  /// A piece near a cell, with what each ball needs of it.
   struct Near {
     BendPiece piece;
-    Vec3d centre{};
-    double radius = 0;
+    std::array<Vec3d, 3> corner{};  ///< The piece's corners, in double precision
+    Vec3d centre{};                 ///< Centre of its bounding sphere
+    /// Squared distance of the ball's centre from which on the sphere lies outside of the ball
+    double squared_reach = 0;
+    /// Squared distance below which the sphere lies inside of the ball; 0: nowhere
+    double squared_inside = 0;
   };
   /// Space is divided into cubes with sides of one radius; a cell caches candidates for balls around points in its
   /// cube.
@@ -122,8 +126,9 @@ class EdgeTree {
     std::array<std::int64_t, 3> at{};
     bool is_filled = false;
     bool few = false;  ///< True if `pieces` holds all candidates; if not, searches start at `boxes`
-    std::vector<Near> pieces;        ///< Candidate pieces, in tree order
-    std::vector<std::size_t> boxes;  ///< Nodes at which searches start, in tree order
+    std::vector<Near> pieces;                  ///< Candidate pieces, in tree order
+    CoarseNormal normal_low{}, normal_high{};  ///< Bounding box of the candidates' normals
+    std::vector<std::size_t> boxes;            ///< Nodes at which searches start, in tree order
   };
   /// Reusable scratch memory and step counter; one per thread and tree.
   struct Scratch {
@@ -156,8 +161,6 @@ class EdgeTree {
     Vec3 low, high;
     BendSums sums;
     CoarseNormal normal_low{}, normal_high{};  ///< Bounding box of the pieces' normals
-
-    bool may_be_opposed(const Sheet& sheet) const;
   };
   struct Item {
     std::array<float, 3> centre;
@@ -190,6 +193,7 @@ class EdgeTree {
                     bool& left_out) const;
   BendSums sum_by_leaves(const Sheet& sheet, const Vec3d& centre, Scratch& scratch) const;
   BendSums clipped(const BendPiece& piece, const Vec3d& centre, bool& cut) const;
+  BendSums clipped(const BendPiece& piece, const std::array<Vec3d, 3>& corner, bool& cut) const;
   BallShares shares_in_ball(const BendPiece& piece, const Vec3d& centre) const;
   bool try_add_unopened(const Node& node, const Vec3d& centre, bool coarse, BendSums& sums) const;
   bool sum_by_boxes(const Cell& cell, const Vec3d& centre, bool coarse, Scratch& scratch,

@@ -427,6 +427,9 @@ TEST(BakeCache, PlansAndWritesDepfiles) {
     EXPECT_NE(text.find((folder / file).string()), std::string::npos) << file << "\n" << text;
   }
   EXPECT_NE(text.find("odd\\ $$name\\#_low.obj"), std::string::npos) << text;
+  states(folder, {"--depfile", depfile, "--depfile-target", "my stamp"});
+  EXPECT_EQ(read(depfile), "my\\ stamp" + text.substr(text.find(": ")));
+  EXPECT_EQ(call_kiln({"run", job, "--depfile-target", "x"}).exit_code, 2);
   write(folder / "assets/a_low.obj", read(folder / "assets/a_low.obj") + "#\n");
   result = call_kiln({"run", job, "--plan"});
   EXPECT_NE(result.output.find("a: bake: assets/a_low.obj changed"), std::string::npos)

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -75,6 +76,13 @@ TEST(Checks, GoldenMapsHoldWithinLimits) {
   EXPECT_EQ(run(folder).exit_code, 0);
   job("limits = { mean = 0.0038 }\n");
   EXPECT_EQ(run(folder).exit_code, 1);
+  // Outliers without a maximum are of maps whose mean has no limit.
+  job("limits = { height.mean = 0.0040, outliers = \"0.1%\" }\n");
+  EXPECT_EQ(run(folder).exit_code, 0);
+  job("limits = { outliers = \"1.5%\" }\n");
+  EXPECT_EQ(run(folder).exit_code, 1);
+  job("limits = { outliers = \"1.6%\" }\n");
+  EXPECT_EQ(run(folder).exit_code, 0);
   // What came from the cache, or was left alone, is held, too.
   job("");
   expect_exit(run(folder), 1, {"kiln: a: "});
@@ -109,6 +117,18 @@ TEST(Checks, TheMaskSaysWhichTexelsOfGoldenMapsCount) {
     save_image(changed, golden, {ImageFormat::png16});
     EXPECT_EQ(run(folder).exit_code, code);
   }
+  // The mean is of the mask's texels, too: each differs by a quarter, and nothing outside does.
+  Image changed = heights;
+  for (std::size_t i = 0; i < changed.pixels.size(); ++i) {
+    if (mask.pixels[i * mask.channels] == 0) continue;
+    changed.pixels[i] += changed.pixels[i] > 0.5F ? -0.25F : 0.25F;
+  }
+  save_image(changed, golden, {ImageFormat::png16});
+  const std::string job = read(folder / "job.toml");
+  for (const auto& [limit, code] : {std::pair{"0.249", 1}, std::pair{"0.251", 0}}) {
+    write(folder / "job.toml", job + "limits = { height.mean = " + limit + " }\n");
+    EXPECT_EQ(run(folder).exit_code, code) << limit;
+  }
 }
 
 TEST(Checks, MissedSamplesAreHeldEachTime) {
@@ -116,7 +136,16 @@ TEST(Checks, MissedSamplesAreHeldEachTime) {
   write(folder / "job.toml", kMask +
                                  "maps = \"normal\"\nmax_distance = \"0.05%\"\n[check]\nlimits = { "
                                  "missed = \"0.001%\" }\n");
-  for (int i = 0; i < 2; ++i) expect_exit(run(folder), 1, {"of the samples were missed"});
+  // Baked, unchanged, and restored, each with the same warnings.
+  std::set<std::string> warnings;
+  for (int i = 0; i < 3; ++i) {
+    if (i == 2) fs::remove_all(folder / "out");
+    const ProcessResult result = run(folder, {"--json", "-"});
+    expect_exit(result, 1, {"of the samples were missed"});
+    warnings.insert(json::parse(result.output)["warnings"].dump());
+  }
+  EXPECT_EQ(warnings.size(), 1U);
+  EXPECT_NE(*warnings.begin(), "[]");
   write(
       folder / "job.toml",
       kMask +
@@ -141,6 +170,13 @@ TEST(Checks, HashesAreOfPixels) {
   EXPECT_EQ(pixel_hash(folder / "again.png"), hash);
   disturb(folder / "again.png", 1, 1.0F / 65535);
   EXPECT_NE(pixel_hash(folder / "again.png"), hash);
+  const std::vector<float> pixels(4);
+  std::set<std::string> hashes;
+  for (const Image& image : {Image{4, 1, 1, pixels}, Image{1, 4, 1, pixels}, Image{2, 2, 1, pixels},
+                             Image{2, 1, 2, pixels}}) {
+    hashes.insert(pixel_hash(image));
+  }
+  EXPECT_EQ(hashes.size(), 4U);
   ProcessResult result = run(folder, {"--check-hashes", list, "--size", "8"});
   expect_exit(result, 1, {"a_low_height.png", "has different pixels"});
   write(list, text + std::string(32, '0') + "  out/c_low_height.png\n");
@@ -149,6 +185,22 @@ TEST(Checks, HashesAreOfPixels) {
   expect_exit(run(folder, {"--check-hashes", list}), 1, {"is not in the list"});
   write(list, "no hash\n");
   expect_exit(run(folder, {"--check-hashes", list}), 3, {"hashes.txt':1"});
+}
+
+// The bytes of 60 bakes are those of tests/data/small_bakes.txt, on each machine. KILN_GOLDEN_WRITE=1 writes the table.
+TEST(Checks, TheTableOfSmallBakesHolds) {
+  const fs::path folder = make_studio({"a", "b", "c", "d"});
+  fs::copy_file(test_data("small_bakes.toml"), folder / "job.toml");
+  const std::string table = test_data("small_bakes.txt").string();
+  const bool writes = std::getenv("KILN_GOLDEN_WRITE") != nullptr;
+  const ProcessResult result =
+      run(folder, {writes ? "--hashes" : "--check-hashes", table, "--json", "-", "--quiet"});
+  ASSERT_EQ(result.exit_code, 0) << result.errors;
+  std::size_t assets = 0;
+  std::istringstream lines(result.output);
+  for (std::string line; std::getline(lines, line);)
+    assets += json::parse(line)["state"] == "baked";
+  EXPECT_EQ(assets, 60U);
 }
 
 TEST(Checks, JUnitHasACaseAnAsset) {

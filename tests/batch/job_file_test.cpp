@@ -12,6 +12,7 @@
 #include "batch/batch_scene.h"
 #include "batch/schema_check.h"
 #include "cli/call.h"
+#include "job/files.h"
 #include "job/job_options.h"
 #include "kiln/error.h"
 #include "kiln/options.h"
@@ -139,6 +140,12 @@ TEST(JobFile, RefusesFilesThatAreTooLong) {
     EXPECT_EQ(error.code(), ErrorCode::input);
     expect_words(error.what(), {"longer than 16 MiB"});
   }
+  // Memory is taken for the file's size, not for the limit.
+  {
+    std::ofstream file(path);
+    file << kGood;
+  }
+  EXPECT_EQ(read_small_file(path, std::size_t{1} << 46, "It"), kGood);
 }
 
 TEST(JobFile, PairsFilesByCaptures) {
@@ -221,6 +228,10 @@ TEST(JobFile, SidecarsThatServeNothingAreTold) {
   const Batch batch = expand(folder, kStudioJob);
   ASSERT_EQ(batch.warnings.size(), 1U);
   EXPECT_EQ(batch.warnings[0].code, "unused-sidecar");
+  // A file without patterns is of one asset, and says nothing about others.
+  const char* const one =
+      "[[bake]]\nlow = \"assets/a_low.obj\"\nhigh = \"assets/a_high.obj\"\nout = \"out\"\n";
+  EXPECT_TRUE(expand(folder, one).warnings.empty());
   write(folder / "assets/a.kiln.toml", "size = 4\n");
   EXPECT_EQ(expand(folder, kStudioJob).assets[0].job.bake.width, 4U);
   write(folder / "assets/a_low.kiln.toml", "size = 5\n");
@@ -279,6 +290,10 @@ TEST(JobFile, RefusesOutputsThatMeet) {
   expect_words(bake("out = \"game.glb\"\n"), {"job.toml:4", "'a' and 'b'", "both write"});
   // Stems tell files of one folder apart.
   EXPECT_EQ(bake("out = \"maps\"\n"), "");
+  const std::string second =
+      "[[bake]]\nlow = \"assets/{name}_low.obj\"\nhigh = \"assets/{name}_high.obj\"\n";
+  expect_words(bake("out = \"o/{name}\"\n" + second + "out = \"o/{name}\"\n"),
+               {"job.toml:3)", "job.toml:7)", "both write"});
   expect_words(bake(""), {"job.toml:3", "no output"});
   expect_words(bake("out = \"../out\"\n"), {"job.toml:4", "outside", "--allow-outside"});
   expect_words(bake("out = \"/tmp/{name}\"\n"), {"job.toml:4", "outside"});
@@ -405,6 +420,14 @@ TEST(JobFile, OnlyKeepsNames) {
   EXPECT_EQ(expand(folder, kStudioJob, "", options).assets.size(), 2U);
   options.only = {"props"};
   EXPECT_EQ(expand(folder, kStudioJob, "", options).assets.size(), 2U);
+  // Without a slash, also the last part of a name.
+  for (const auto& [only, count] :
+       {std::pair{"a", 1U}, std::pair{"{a,c}", 2U}, std::pair{"?", 3U}}) {
+    options.only = {only};
+    EXPECT_EQ(expand(folder, kStudioJob, "", options).assets.size(), count) << only;
+  }
+  options.only = {"x/a"};
+  EXPECT_NE(message_of([&] { expand(folder, kStudioJob, "", options); }), "");
   options.only = {"prosp/a"};
   expect_words(message_of([&] { expand(folder, kStudioJob, "", options); }),
                {"prosp/a", "did you mean props/a?"});

@@ -123,6 +123,12 @@ TEST(Baseline, SaysWhatChangedAndHowMuchWorseItIs) {
   EXPECT_EQ(found["warns"]["what"][0], "it warns now: new-code");
   EXPECT_LT(found["better"]["worse"].get<double>(), 0);
   EXPECT_EQ(json::parse(now.at("gone").dump()), json::array({"gone"}));
+  // What was not baked at all is a failure, too.
+  for (const char* const state : {"cancelled", "not run"}) {
+    Json stopped = small_report({asset("same", 1, state)});
+    add_baseline(stopped, former);
+    EXPECT_EQ(json::parse(stopped.dump())["assets"][0]["baseline"]["worse"], 1000) << state;
+  }
 }
 
 TEST(Merge, JoinsAllPartsOnce) {

@@ -148,6 +148,7 @@ TEST(RunCommand, RefusesMapsOfOneNameFromTwoAssets) {
   write(folder / "job.toml", R"([defaults]
 size = 8
 out = "out"
+retries = 2
 [[bake]]
 low = "assets/a_low.obj"
 high = "assets/a_high.obj"
@@ -157,8 +158,10 @@ low = "assets/a_low_b.obj"
 high = "assets/a_high.obj"
 maps = ["normal"]
 )");
-  const ProcessResult result = run_job(folder, {"--at-once", "1"});
+  const ProcessResult result = run_job(folder, {"--at-once", "1", "--json", "-"});
   expect_exit(result, 1, {"a_low_b_normal.png", "was already written by another bake of this run"});
+  // What is wrong with the job is not tried again.
+  for (const json& line : lines_of(result.output)) EXPECT_EQ(line["attempts"], 1) << line;
 }
 
 TEST(RunCommand, RunsHooksWithTheAsset) {
@@ -171,6 +174,7 @@ TEST(RunCommand, RunsHooksWithTheAsset) {
   EXPECT_EQ(json::parse(read(folder / "before.json"))["asset"], "a");
   EXPECT_EQ(json::parse(read(folder / "after.json"))["state"], "baked");
   EXPECT_EQ(json::parse(read(folder / "after.json"))["files"].size(), 2U);
+  EXPECT_GT(json::parse(read(folder / "after.json"))["seconds"], 0.0);
   fs::remove_all(folder / "out");
   write(folder / "job.toml", std::string(kStudioJob) + "before = \"echo not today; exit 7\"\n");
   const ProcessResult result = run_job(folder, {"--allow-hooks"});
@@ -186,6 +190,8 @@ TEST(RunCommand, ListsChecksAndExplains) {
   ProcessResult result = run_job(folder, {"--explain", "a", "--profile", "ci"});
   EXPECT_NE(result.output.find("size = 8"), std::string::npos) << result.output;
   EXPECT_NE(result.output.find("profile.ci"), std::string::npos) << result.output;
+  result = run_job(folder, {"--explain", "?"});
+  EXPECT_NE(result.output.find("b_high.obj"), std::string::npos) << result.output;
   EXPECT_NE(run_job(folder, {"--list"}).output.find("2 assets"), std::string::npos);
   expect_exit(run_job(folder, {"--explain", "x"}), 2, {"--list"});
   EXPECT_FALSE(fs::exists(folder / "out"));

@@ -41,7 +41,8 @@ namespace {
 
 struct RunArguments {
   std::string file, profile, explain, device, json, cache,
-      cache_limit = "10G", depfile, junit, hashes, check_hashes, shard, report, baseline;
+      cache_limit = "10G", depfile, depfile_target, junit, hashes, check_hashes, shard, report,
+      baseline;
   std::vector<std::string> accept, merge;
   std::vector<std::string> only;
   std::uint32_t at_once = 0;
@@ -58,11 +59,12 @@ std::string words_text(const OptionWords& words) {
 }
 
 int explain(const Batch& batch, const std::string& name) {
+  const PathPattern pattern(name);
   std::vector<std::string> names;
   bool found = false;
   for (const BatchAsset& asset : batch.assets) {
     names.push_back(asset.name);
-    if (asset.name != name) continue;
+    if (asset.name != name && !pattern.selects(asset.name)) continue;
     found = true;
     print_line(stdout, asset.name);
     std::size_t widest = 0;
@@ -278,6 +280,7 @@ void save_depfile(const RunArguments& arguments, const Batch& batch,
         inputs.insert(os::absolute_normal(setting.origin.file).string());
     }
   }
+  if (!arguments.depfile_target.empty()) text = make_path(arguments.depfile_target);
   text += ":";
   for (const std::string& input : inputs) text += " \\\n  " + make_path(input);
   save_text(arguments.depfile, text + "\n");
@@ -331,7 +334,7 @@ class ResultChecks {
     }
     const bool accepted =
         std::any_of(accept_.begin(), accept_.end(),
-                    [&](const PathPattern& pattern) { return pattern.covers(asset.name); });
+                    [&](const PathPattern& pattern) { return pattern.selects(asset.name); });
     if (!accepted) return check_asset(file_, result);
     const std::lock_guard lock(mutex_);
     for (std::string& golden : accept_asset(file_, result)) golden_.push_back(std::move(golden));
@@ -458,6 +461,8 @@ int run_job_file(const RunArguments& arguments) {
   const std::unique_ptr<BakeCache> cache = open_cache(arguments, file, late);
   refuse_if(cache == nullptr && (arguments.plan || arguments.rebake || !arguments.depfile.empty()),
             "--plan, --rebake and --depfile need the cache: leave --no-cache out.");
+  refuse_if(arguments.depfile.empty() && !arguments.depfile_target.empty(),
+            "--depfile-target needs --depfile FILE.");
   const std::uint64_t limit = parse_memory("--cache-limit", arguments.cache_limit);
   if (arguments.plan) {
     const int code = plan(batch, *cache, arguments.device);
@@ -607,7 +612,8 @@ Run add_run(Command& app) {
        .help = "Print the assets with the expected seconds of each, without baking"},
       {.flag = "--explain",
        .value = text(AT(explain), "NAME"),
-       .help = "Print the options of an asset, and the origin of each"},
+       .help =
+           "Print the options of an asset, or of all that match a pattern, and the origin of each"},
       {.flag = "--plan",
        .value = toggle(AT(plan)),
        .help = "Print the assets that would be baked and why, without baking"},
@@ -632,6 +638,10 @@ Run add_run(Command& app) {
       {.flag = "--depfile",
        .value = text(AT(depfile), "FILE"),
        .help = "Write the dependencies of all outputs as a depfile for Make and Ninja"},
+      {.flag = "--depfile-target",
+       .value = text(AT(depfile_target), "TARGET"),
+       .help = "Target of --depfile, such as a file that the rule touches after the run (default: "
+               "all outputs)"},
       {.flag = "--accept",
        .value = texts(AT(accept)),
        .help = "Copy the outputs of assets whose names match the pattern to the golden maps of "
