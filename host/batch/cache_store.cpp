@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kSealBytes = 32;
-constexpr std::chrono::hours kLeftoverAge(
+constexpr std::chrono::hours kMinLeftoverAge(
     24);  // Age after which a temporary file counts as abandoned by its writer
 
 }  // namespace
@@ -83,7 +83,7 @@ void FolderStore::prune(std::uint64_t max_bytes) {
     const std::uintmax_t size = entry->file_size(ignored_error);
     if (ignored_error) continue;
     const bool unfinished = entry->path().filename().string().find(".tmp-") != std::string::npos;
-    if (unfinished && current_time - time < kLeftoverAge) continue;
+    if (unfinished && current_time - time < kMinLeftoverAge) continue;
     entries.emplace_back(unfinished ? fs::file_time_type::min() : time, size, entry->path());
     bytes += size;
   }

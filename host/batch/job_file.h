@@ -86,7 +86,7 @@ OptionLayer read_sidecar(const std::filesystem::path& path, const std::string& f
 
 /// True for keys that control the run instead of the job: retries, timeout, before, after, skip, name.
 bool is_run_key(std::string_view key);
-/// The row of an option by its key, "max_distance"; null if there is none.
+/// The row of the option with a key such as "max_distance"; null if there is none.
 const OptionRow* find_option_row(std::string_view key);
 /// The key of a row: "max_distance".
 std::string option_key(const OptionRow& row);
@@ -98,7 +98,7 @@ enum class PathOption : std::uint8_t {
   output,  ///< The files are written
 };
 PathOption path_option(const OptionRow& row);
-/// A word with its path replaced; words without a path are unchanged.
+/// Returns a word of an option's value with its path replaced; words without a path are unchanged.
 /// \param change  function that returns the new path for an old one
 std::string with_path(const OptionRow& row, const std::string& word,
                       const std::function<std::string(const std::string&)>& change);

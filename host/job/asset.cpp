@@ -36,7 +36,8 @@ class MaterialNames {
  public:
   explicit MaterialNames(const std::vector<Material>& materials) {
     for (const Material& m : materials) {
-      if (!m.place.empty()) by_name_.emplace(m.name, &m);  // the first of a name
+      if (!m.place.empty())
+        by_name_.emplace(m.name, &m);  // of several materials with one name, the first counts
     }
   }
   /// \returns null if there is none
@@ -54,8 +55,8 @@ struct AssetMesh {
   Mesh mesh;
   std::vector<AssetMaterial> materials;
   std::vector<std::size_t> sets;  ///< Index of each material's texture set
-  /// True for materials of glTF files, which state whether back faces are shown
-  std::vector<bool> states_sidedness;
+  /// Per material: true if a glTF file states whether its back faces are shown
+  std::vector<bool> sidedness_is_stated;
 };
 
 /// The alpha mode that applies to all materials; nullopt if each material keeps the mode of its source.
@@ -63,7 +64,7 @@ std::optional<AlphaMode> common_alpha_mode(const BakeScene& scene, const AssetPa
   if (scene.run.job.alpha) return scene.run.job.alpha;
   const std::vector<Material>& high = scene.high.input.beside.materials;
   const bool any_transparent = std::any_of(high.begin(), high.end(), is_transparent);
-  if (!asset.has_opacity || (any_transparent && !asset.own_opacity)) return std::nullopt;
+  if (!asset.has_opacity || (any_transparent && !asset.opacity_is_sampled)) return std::nullopt;
   const bool blends = std::any_of(high.begin(), high.end(), [](const Material& m) {
     return is_transparent(m) && m.alpha_mode == AlphaMode::blend;
   });
@@ -80,7 +81,7 @@ void copy_surface_properties(const BakeScene& scene, const AssetParts& asset,
   if (of_high != nullptr && is_transparent(*of_high)) {
     material.alpha_mode = common.value_or(of_high->alpha_mode);
     const bool cuts = of_high->alpha_mode == material.alpha_mode;
-    if (cuts && !asset.own_opacity) material.alpha_cutoff = of_high->alpha_cutoff;
+    if (cuts && !asset.opacity_is_sampled) material.alpha_cutoff = of_high->alpha_cutoff;
   }
   if (source_material != nullptr) {
     material.double_sided =
@@ -101,20 +102,22 @@ AssetMesh make_asset_mesh(const BakeScene& scene, const Mesh& low_poly, const As
   const std::optional<AlphaMode> common = common_alpha_mode(scene, asset);
   const std::string default_name = mesh.name.empty() ? "mesh" : mesh.name;
   const bool by_material = scene.run.job.sets == SetsBy::material;
-  if (!sets.empty()) mesh.tangents = tangents_of(mesh);  // MikkTSpace must see the UVs of the tiles
-  std::vector<std::size_t> set_of(mesh.triangles.size(), 0);
+  if (!sets.empty())
+    mesh.tangents =
+        tangents_of(mesh);  // MikkTSpace needs the UVs before they move to the unit square
+  std::vector<std::size_t> set_of_triangle(mesh.triangles.size(), 0);
   for (std::size_t s = 0; s < sets.size(); ++s) {
-    for (const std::uint32_t t : sets[s].set.members) set_of[t] = s;
+    for (const std::uint32_t t : sets[s].set.members) set_of_triangle[t] = s;
   }
   if (std::any_of(sets.begin(), sets.end(),
                   [](const BakedSet& set) { return set.set.tile_u > 0 || set.set.tile_v > 0; })) {
     move_uvs(
-        set_of,
+        set_of_triangle,
         [&](std::size_t s, const Vec2& uv) {
           const TextureSet& set = sets[s].set;
           return Vec2{uv.x - static_cast<float>(set.tile_u), uv.y - static_cast<float>(set.tile_v)};
         },
-        mesh);  // UVs of each tile move to the unit square
+        mesh);  // moves the UVs of each UDIM tile to the unit square
   }
   struct Key {
     std::size_t set;
@@ -130,7 +133,7 @@ AssetMesh make_asset_mesh(const BakeScene& scene, const Mesh& low_poly, const As
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const std::string& own_name = names.empty() ? default_name : names[material_of[t]];
     const Material* of_high = high_names.find(own_name);
-    Key key{set_of[t], material_of[t], AssetParts::kNoMaterial};
+    Key key{set_of_triangle[t], material_of[t], AssetParts::kNoMaterial};
     if (of_high == nullptr && !asset.materials_hit.empty()) key.hit = asset.materials_hit[t];
     const auto [entry, added] =
         material_of_key.emplace(key, static_cast<std::uint32_t>(mesh.material_names.size()));
@@ -153,8 +156,8 @@ AssetMesh make_asset_mesh(const BakeScene& scene, const Mesh& low_poly, const As
     result.sets.push_back(key.set);
     const Material* const of_low = low_names.find(own_name);
     copy_surface_properties(scene, asset, common, of_high, of_low, material);
-    result.states_sidedness.push_back((of_high != nullptr && of_high->multiplies) ||
-                                      (of_low != nullptr && of_low->multiplies));
+    result.sidedness_is_stated.push_back((of_high != nullptr && of_high->multiplies) ||
+                                         (of_low != nullptr && of_low->multiplies));
     mesh.material_names.push_back(material.name);
   }
   return result;
@@ -164,11 +167,12 @@ AssetMesh make_asset_mesh(const BakeScene& scene, const Mesh& low_poly, const As
 std::vector<std::uint32_t> object_nodes(const Asset& beside, const Mesh& mesh) {
   std::vector<std::uint32_t> nodes;
   const std::vector<std::string>& names = beside.mesh.object_names;
-  std::unordered_map<std::string_view, std::uint32_t> by_name;
-  for (std::size_t i = 0; i < names.size(); ++i) by_name.emplace(names[i], beside.object_nodes[i]);
+  std::unordered_map<std::string_view, std::uint32_t> node_by_name;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    node_by_name.emplace(names[i], beside.object_nodes[i]);
   for (const std::string& object : mesh.object_names) {
-    const auto found = by_name.find(object);
-    nodes.push_back(found == by_name.end() ? AssetNode::kNone : found->second);
+    const auto found = node_by_name.find(object);
+    nodes.push_back(found == node_by_name.end() ? AssetNode::kNone : found->second);
   }
   if (mesh.objects.empty()) nodes.assign(1, AssetNode::kNone);
   return nodes;
@@ -197,13 +201,13 @@ Json hash_inputs(const std::vector<JobInput>& inputs) {
 
 }  // namespace
 
-Mesh with_hulls(const Mesh& low, const Mesh& hulls) {
+Mesh join_collision_hulls(const Mesh& low, const Mesh& hulls) {
   if (hulls.triangles.empty()) return low;
   const Mesh parts[] = {low, hulls};
-  Mesh joined = join_meshes(parts);
-  joined.name = low.name;
-  joined.material_files = low.material_files;
-  return joined;
+  Mesh joined_mesh = join_meshes(parts);
+  joined_mesh.name = low.name;
+  joined_mesh.material_files = low.material_files;
+  return joined_mesh;
 }
 
 void find_materials_hit(const BakeScene& scene, const BakeResult& result, AssetParts& asset) {
@@ -281,7 +285,7 @@ void encode_asset_maps(const BakeScene& scene, const Source& source, const Plann
   std::string left_out_maps;
   AssetMaps maps = asset_maps(
       baked.result.maps,
-      [&](BakedMap& map, const std::string& name) { store(scene, map, name, baked); },
+      [&](BakedMap& map, const std::string& name) { convert_to_stored(scene, map, name, baked); },
       &left_out_maps);
   if (!left_out_maps.empty() && asset.pictures.empty()) {
     log.warnings.push_back({"maps-left-out",
@@ -293,14 +297,14 @@ void encode_asset_maps(const BakeScene& scene, const Source& source, const Plann
   for (BakedMap& map : baked.result.maps) {
     if (pads) pad_for_mips(map, baked.result.coverage, keeps_copies);
   }
-  for (auto& [name, image] : baked.own_images) {
+  for (auto& [name, image] : baked.sampled_images) {
     const Image** const slot = slot_of(maps, name);
     if (slot == nullptr) continue;
     if (pads) pad_for_mips(image, baked.result.coverage, keeps_copies);
     *slot = &image;
     if (slot == &maps.emission) maps.emission_strength = 1;
   }
-  asset.own_opacity |= baked.own_images.contains("opacity");
+  asset.opacity_is_sampled |= baked.sampled_images.contains("opacity");
   asset.has_opacity |= maps.opacity != nullptr;
   maps.coverage = baked.result.coverage;
   find_materials_hit(scene, baked.result, asset);
@@ -389,13 +393,13 @@ std::uint64_t bytes_without_pictures(const BakeScene& scene, const Mesh& low) {
 
 namespace {
 
-/// LOW as it is written, with the sides of open shells decided.
-AssetMesh finished_mesh(const BakeScene& scene, const AssetParts& asset) {
+/// Makes LOW as the asset gets it: with materials, which are double-sided where open shells show their backs.
+AssetMesh make_final_asset_mesh(const BakeScene& scene, const AssetParts& asset) {
   const Job& job = scene.run.job;
   AssetMesh written = make_asset_mesh(scene, scene.low.mesh, asset);
   if (!job.double_sided && writes_gltf(job) && !scene.high.is_height_field()) {
     std::optional<Warning> warning =
-        show_backs_of_shells(written.mesh, written.states_sidedness, written.materials);
+        show_backs_of_shells(written.mesh, written.sidedness_is_stated, written.materials);
     if (warning) scene.run.log.warnings.push_back(std::move(*warning));
   }
   return written;
@@ -404,7 +408,7 @@ AssetMesh finished_mesh(const BakeScene& scene, const AssetParts& asset) {
 }  // namespace
 
 AssetLevel make_asset_level(const BakeScene& scene, const AssetParts& asset, std::size_t number) {
-  AssetMesh written = finished_mesh(scene, asset);
+  AssetMesh written = make_final_asset_mesh(scene, asset);
   AssetLevel level;
   level.object_nodes = asset_options(scene, written.mesh).object_nodes;
   level.low = std::move(written.mesh);
@@ -416,7 +420,7 @@ AssetLevel make_asset_level(const BakeScene& scene, const AssetParts& asset, std
 void write_asset(const BakeScene& scene, const std::string& file, const std::string& extras,
                  AssetParts& asset, JobOutputs& outputs, std::vector<AssetLevel> levels) {
   const Job& job = scene.run.job;
-  AssetMesh written = finished_mesh(scene, asset);
+  AssetMesh written = make_final_asset_mesh(scene, asset);
   SaveAssetOptions options = asset_options(scene, written.mesh);
   options.kiln_extras = extras;
   options.levels = std::move(levels);
@@ -482,7 +486,7 @@ void write_obj_with_mtl(const BakeScene& scene, const AssetParts& asset, JobOutp
   register_output(scene.run, path.parent_path() / mtl, outputs);
   save_text(path.parent_path() / mtl, text);
   register_output(scene.run, path, outputs);
-  save_obj(with_hulls(written.mesh, scene.low.hulls), path);
+  save_obj(join_collision_hulls(written.mesh, scene.low.hulls), path);
 }
 
 }  // namespace kiln

@@ -23,7 +23,7 @@ namespace {
 /// digits.
 constexpr std::uint64_t kMaxJsonGrowthBytes = 512;
 /// Share of Job::max_bytes that a plan reserves for images of RunHooks::sample, whose size is unknown at that time.
-constexpr double kOwnPicturesShare = 1.0 / 3;
+constexpr double kSampledImagesShare = 1.0 / 3;
 
 PictureFitOptions fit_options(const Job& job) {
   PictureFitOptions fit;
@@ -33,7 +33,7 @@ PictureFitOptions fit_options(const Job& job) {
   return fit;
 }
 
-/// Bytes by which the extras may grow if the same asset is written with a larger Job::max_bytes, which they state.
+/// Number of bytes by which the extras grow if Job::max_bytes, which they state, gets its largest number of digits.
 std::uint64_t max_extras_growth(const Job& job) {
   constexpr std::uint64_t kMaxDigits = 10;
   return kMaxDigits - std::min<std::uint64_t>(kMaxDigits, std::to_string(job.max_bytes).size());
@@ -44,7 +44,7 @@ std::uint32_t screen_pixels(const Job& job) {
   return screen.empty() ? 0 : parse_pixels(option("screen"), screen);
 }
 
-double area_of(const Mesh& low, std::size_t triangle) {
+double triangle_area(const Mesh& low, std::size_t triangle) {
   const std::vector<Vec3>& positions = low.positions;
   const Triangle& corners = low.triangles[triangle];
   return triangle_shape(positions[corners[0]], positions[corners[1]], positions[corners[2]]).area;
@@ -57,10 +57,10 @@ double surface_share(const BakeScene& scene, FittedPictures& fitted) {
   std::optional<double>& total_area = fitted.surface;
   if (!total_area) {
     total_area = 0;
-    for (std::size_t t = 0; t < low.triangles.size(); ++t) *total_area += area_of(low, t);
+    for (std::size_t t = 0; t < low.triangles.size(); ++t) *total_area += triangle_area(low, t);
   }
   double set_area = 0;
-  for (const std::uint32_t t : scene.set->set.members) set_area += area_of(low, t);
+  for (const std::uint32_t t : scene.set->set.members) set_area += triangle_area(low, t);
   return *total_area > 0 ? set_area / *total_area : 1;
 }
 
@@ -98,7 +98,7 @@ std::string describe_pictures(const std::vector<TrialPicture>& pictures) {
 
 void apply_picture_fit(const PictureFit& fit, AssetParts& asset) {
   FittedPictures& fitted = *asset.fitted;
-  std::vector<AssetPictures> sets = fitted.described;
+  std::vector<AssetPictures> sets = fitted.unencoded_pictures;
   for (std::size_t i = 0; i < fitted.ladders.size(); ++i) {
     const PictureLadder& ladder = fitted.ladders[i];
     AssetPictures& set_pictures = sets[fitted.sets[i]];
@@ -123,7 +123,7 @@ PlannedLow make_byte_plan(const BakeScene& scene, const Source& source, const Ba
   options.max_bytes = job.max_bytes;
   if (scene.run.hooks.sample) {
     options.max_bytes = static_cast<std::uint64_t>(static_cast<double>(options.max_bytes) *
-                                                   (1 - kOwnPicturesShare));
+                                                   (1 - kSampledImagesShare));
   }
   options.pictures = fit_options(job);
   options.maps_of = [&](std::vector<BakedMap>& maps, std::span<const std::uint8_t> coverage) {
@@ -159,7 +159,7 @@ PlannedLow make_byte_plan(const BakeScene& scene, const Source& source, const Ba
              formatted(" asks for %.3g. Allow more bytes, or accept more.", plan.wanted),
          1});
   } else if (!plan.reached) {
-    warnings.push_back(plan_not_reached(plan));
+    warnings.push_back(plan_bound_warning(plan));
   }
   warn_of_outline(plan, {}, warnings);
   return planned;
@@ -173,22 +173,23 @@ void fit_asset_maps(const BakeScene& scene, const Source& source, const AssetMap
   options.all_qualities = true;
   std::optional<NormalProbe> probe;
   if (scene.sets.empty() && maps.normal != nullptr) {
-    if (!fitted.shown) {
-      fitted.shown = std::make_shared<const HighPolyView>(
+    if (!fitted.high_views) {
+      fitted.high_views = std::make_shared<const HighPolyView>(
           shown_from(impl_of(source), screen_pixels(scene.run.job), plan_directions()));
     }
-    probe.emplace(impl_of(source), scene.low.mesh, *fitted.shown);
+    probe.emplace(impl_of(source), scene.low.mesh, *fitted.high_views);
     options.normal_error = [&](const Image& picture) {
       const NormalError error = probe->with_map(picture, bake);
       return PictureError{error.mean_8bit, error.mean_degrees};
     };
   }
-  std::vector<std::pair<PictureSlot, double>> coarseness;
-  if (planned != nullptr && planned->within_bytes) coarseness = planned->within_bytes->coarseness;
+  std::vector<std::pair<PictureSlot, double>> picture_coarseness;
+  if (planned != nullptr && planned->within_bytes)
+    picture_coarseness = planned->within_bytes->coarseness;
   const double weight = surface_share(scene, fitted);
   for (PictureLadder& ladder : picture_ladders(maps, options)) {
     ladder.weight = weight;
-    for (const auto& [picture, steps] : coarseness) {
+    for (const auto& [picture, steps] : picture_coarseness) {
       if (picture != ladder.picture) continue;
       // The resolution error of the bake and the encoding error are independent, so their squares add.
       for (PictureChoice& choice : ladder.choices) {
@@ -196,10 +197,10 @@ void fit_asset_maps(const BakeScene& scene, const Source& source, const AssetMap
       }
     }
     fitted.ladders.push_back(std::move(ladder));
-    fitted.sets.push_back(fitted.described.size());
+    fitted.sets.push_back(fitted.unencoded_pictures.size());
   }
-  fitted.described.push_back(described_pictures(maps));
-  asset.pictures.push_back(std::make_shared<const AssetPictures>(fitted.described.back()));
+  fitted.unencoded_pictures.push_back(described_pictures(maps));
+  asset.pictures.push_back(std::make_shared<const AssetPictures>(fitted.unencoded_pictures.back()));
 }
 
 void fit_pictures(const Job& job, const std::function<std::uint64_t()>& file_bytes,
@@ -218,7 +219,8 @@ void fit_pictures(const Job& job, const std::function<std::uint64_t()>& file_byt
                option("mesh_compression") + ".");
   }
   const std::uint64_t other_bytes = fitted.bytes - std::min(fitted.bytes, smallest.bytes);
-  // The JSON states the lengths of the pictures, so a choice may exceed the limit by a few digits. Retry with less.
+  // The JSON of a GLB states the lengths of its pictures, so the file may exceed the limit by a few digits. The loop
+  // retries with fewer bytes for pictures.
   for (std::uint64_t bytes_left = max_bytes - std::min(max_bytes, other_bytes);;) {
     const std::optional<PictureFit> fit = least_error(fitted.ladders, bytes_left);
     apply_picture_fit(fit ? *fit : smallest, asset);
@@ -231,7 +233,7 @@ void fit_pictures(const Job& job, const std::function<std::uint64_t()>& file_byt
 namespace {
 
 /// The plan within Job::max_bytes; null if the low poly was not planned.
-const BytePlan* plan_of(const RunOutcome& outcome) {
+const BytePlan* byte_plan_of(const RunOutcome& outcome) {
   const PlannedLow* const planned = outcome.planned;
   return planned != nullptr && planned->within_bytes ? &*planned->within_bytes : nullptr;
 }
@@ -244,7 +246,7 @@ Json bytes_json(const RunOutcome& outcome) {
                {"file", fitted.bytes},
                {"error_steps", fitted.error},
                {"pictures", pictures_json(fitted.pictures)}};
-  const BytePlan* const plan = plan_of(outcome);
+  const BytePlan* const plan = byte_plan_of(outcome);
   if (plan == nullptr) return json;
   Json trials = Json::array();
   for (const ByteTrial& trial : plan->trials) {
@@ -265,12 +267,12 @@ Json bytes_json(const RunOutcome& outcome) {
 }
 
 std::vector<std::string> bytes_table(const RunOutcome& outcome) {
-  std::vector<std::string> lines;
+  std::vector<std::string> table_lines;
   const FittedPictures& fitted = *outcome.asset.fitted;
-  if (const BytePlan* const plan = plan_of(outcome)) {
+  if (const BytePlan* const plan = byte_plan_of(outcome)) {
     for (const ByteTrial& trial : plan->trials) {
       const bool chosen = &trial == &plan->trials[plan->chosen];
-      lines.push_back(formatted(
+      table_lines.push_back(formatted(
           "tried %s faces: %s", with_commas(trial.faces).c_str(),
           trial.fits
               ? formatted("%.3g degrees, error %.3g of 255; %s%s", trial.degrees, trial.error,
@@ -279,11 +281,11 @@ std::vector<std::string> bytes_table(const RunOutcome& outcome) {
               : "nothing fits"));
     }
   }
-  lines.push_back(formatted("%s of %s bytes: %s; error %.3g of 255",
-                            with_commas(fitted.bytes).c_str(),
-                            with_commas(outcome.scene.run.job.max_bytes).c_str(),
-                            describe_pictures(fitted.pictures).c_str(), fitted.error));
-  return lines;
+  table_lines.push_back(formatted("%s of %s bytes: %s; error %.3g of 255",
+                                  with_commas(fitted.bytes).c_str(),
+                                  with_commas(outcome.scene.run.job.max_bytes).c_str(),
+                                  describe_pictures(fitted.pictures).c_str(), fitted.error));
+  return table_lines;
 }
 
 }  // namespace kiln

@@ -11,9 +11,9 @@
 namespace kiln {
 
 bool unwraps_sets(const Job& a) {
-  const bool by_names = a.sets == SetsBy::material || a.sets == SetsBy::object;
-  return by_names && (a.low.given.empty() || a.unwrap) && !has_heights(a) && !plans_low_poly(a) &&
-         !match_obeys(a, "match.uv");
+  const bool splits_by_name = a.sets == SetsBy::material || a.sets == SetsBy::object;
+  return splits_by_name && (a.low.given.empty() || a.unwrap) && !has_heights(a) &&
+         !plans_low_poly(a) && !match_uses_option(a, "match.uv");
 }
 
 std::string explain_single_set(const Job& a) {
@@ -33,8 +33,8 @@ std::optional<CleanOptions> clean_options(const Job& a) {
   const std::vector<MapKind> maps = requested_map_kinds(a);
   const bool keep_inner =
       a.keep_inner || a.alpha_test > 0 || std::any_of(maps.begin(), maps.end(), shows_inside);
-  return clean_options(a.clean, a.low.given.empty() && !match_obeys(a, "match.uv"), keep_inner,
-                       a.fill_holes, a.low.make.keep_parts);
+  return clean_options(a.clean, a.low.given.empty() && !match_uses_option(a, "match.uv"),
+                       keep_inner, a.fill_holes, a.low.make.keep_parts);
 }
 
 void resolve_asset_output(Job& a) {
@@ -42,8 +42,8 @@ void resolve_asset_output(Job& a) {
   // The prefix makes a name such as ".glb", which is only an extension, count as an asset. A trailing slash means a
   // folder.
   const std::string ending = lower_extension("x" + out.filename().string());
-  std::error_code ignored;
-  const bool is_folder = std::filesystem::is_directory(out, ignored);
+  std::error_code ignored_error;
+  const bool is_folder = std::filesystem::is_directory(out, ignored_error);
   if (ending != ".glb" && ending != ".gltf" && ending != ".obj") {
     if (is_folder) return;
     // A name with an extension of another file format is a mistake: a folder of that name is hardly ever meant.
@@ -77,18 +77,18 @@ void resolve_asset_output(Job& a) {
     EncodeMapsOptions& pictures = a.pictures;
     if (format == ImageFormat::webp) pictures.format = PictureFormat::webp;
     if (a.image.dither) pictures.dither = Dither::on;
-    const bool can_lose = pictures.format != PictureFormat::png;
+    const bool is_lossy = pictures.format != PictureFormat::png;
     const bool is_jpeg = pictures.format == PictureFormat::jpeg;
     refuse_if(a.given.contains("--format") && format == ImageFormat::ktx2,
               "KTX 2 in a glTF holds Basis Universal, which Kiln does not encode: give " +
                   option("format", "webp") +
                   ", or convert the file (gltf-transform etc1s or uastc).");
     refuse_if(
-        a.given.contains("--format") && format != ImageFormat::png8 && !can_lose,
+        a.given.contains("--format") && format != ImageFormat::png8 && !is_lossy,
         "The pictures in '" + a.out + "' can be " + option("format", "png8") + ", webp or jpeg.");
     for (const char* const name : {"quality", "normal_error"}) {
       refuse_if(
-          a.given.contains(option_as_flag(name, {})) && !can_lose,
+          a.given.contains(option_as_flag(name, {})) && !is_lossy,
           option(name) + " is for " + option("format", "webp") + " and jpeg: add one of them.");
     }
     refuse_if(pictures.dither == Dither::on && (is_jpeg || pictures.quality != 0),
@@ -126,7 +126,7 @@ void check_memory(const Job& a) {
   const auto refuse = [](bool is, const char* flag) {
     refuse_if(is, option_of(flag) + " is a file, but a job in memory writes none: leave it out.");
   };
-  refuse_if(a.low.make.lods != 0 && !joins_lods(a),
+  refuse_if(a.low.make.lods != 0 && !writes_lods_into_one_file(a),
             option("lod") + " makes several files, but a job in memory returns one: add " +
                 option("lod_files", "one") + ", or leave it out.");
   refuse(!a.packs.empty(), "--pack");
@@ -147,7 +147,7 @@ namespace {
 
 // ---- Flags without effect ---------------------------------------------------------------------------
 
-std::string joined(const std::vector<std::string>& names) {
+std::string join_names(const std::vector<std::string>& names) {
   std::string text;
   for (std::size_t i = 0; i < names.size(); ++i) {
     text += (i == 0 ? "" : i + 1 == names.size() ? " or " : ", ") + names[i];
@@ -157,12 +157,13 @@ std::string joined(const std::vector<std::string>& names) {
 
 bool applies_to_match(const OptionRow& row, const Job& a) {
   if (!row.is_match_option()) return true;
-  if (a.match_auto && row.beside_auto) return true;
-  const auto served = [&](const MatchInfo& match) {
-    const bool first = !a.match_auto && a.bake.match.method == match.method;
-    return row.applies_to(match) && (first || (row.in_fallback && matches_by(a, match.method)));
+  if (a.match_auto && row.allowed_with_auto) return true;
+  const auto applicable = [&](const MatchInfo& match) {
+    const bool is_main_match = !a.match_auto && a.bake.match.method == match.method;
+    return row.applies_to(match) &&
+           (is_main_match || (row.applies_to_fallback && requests_match(a, match.method)));
   };
-  return std::any_of(matches().begin(), matches().end(), served);
+  return std::any_of(matches().begin(), matches().end(), applicable);
 }
 
 /// A stand-in row for the user's own maps, to test which options apply to them.
@@ -183,24 +184,25 @@ bool applies_to_maps(const OptionRow& row, const Job& a) {
 }
 
 Message explain_wrong_match(const OptionRow& row, const Job& a) {
-  std::vector<std::string> served, following;
+  std::vector<std::string> applicable, fallback_names;
   for (const MatchInfo& match : matches()) {
     if (!row.applies_to(match)) continue;
-    served.emplace_back(match.method.name);
-    if (!obeys(match, "match.uv") && row.in_fallback) following.emplace_back(match.method.name);
+    applicable.emplace_back(match.method.name);
+    if (!obeys(match, "match.uv") && row.applies_to_fallback)
+      fallback_names.emplace_back(match.method.name);
   }
-  return option_of(row.flag) + " is for " + option("match") + " " + joined(served) +
-         (following.empty() ? Message(": leave it out.")
-                            : ": with " + option("match", match_name(a)) + " it needs " +
-                                  option("fallback") + " " + joined(following) + ".");
+  return option_of(row.flag) + " is for " + option("match") + " " + join_names(applicable) +
+         (fallback_names.empty() ? Message(": leave it out.")
+                                 : ": with " + option("match", match_name(a)) + " it needs " +
+                                       option("fallback") + " " + join_names(fallback_names) + ".");
 }
 
 Message explain_wrong_maps(const OptionRow& row) {
-  std::vector<std::string> served;
+  std::vector<std::string> applicable;
   for (const MapInfo& map : maps()) {
-    if (row.applies_to(map)) served.emplace_back(map.kind.name);
+    if (row.applies_to(map)) applicable.emplace_back(map.kind.name);
   }
-  return option_of(row.flag) + " is for " + option("maps") + " " + joined(served) +
+  return option_of(row.flag) + " is for " + option("maps") + " " + join_names(applicable) +
          ": add such a map, or leave it out.";
 }
 
@@ -266,9 +268,9 @@ void check_low_poly_plan(const Job& a) {
                           option("faces") + ".");
   }
   if (!plans) {
-    refuse_if(!a.match_auto && bounds_maps(a), option("max_error", "normal=DEGREES") + " needs " +
-                                                   option("match", "auto") + " where LOW or " +
-                                                   option("faces") + " is given.");
+    refuse_if(!a.match_auto && bounds_map_errors(a),
+              option("max_error", "normal=DEGREES") + " needs " + option("match", "auto") +
+                  " where LOW or " + option("faces") + " is given.");
     return;
   }
   refuse_if(std::min(a.bake.width, a.bake.height) < kSmallestMap,
@@ -285,7 +287,7 @@ void check_low_poly_plan(const Job& a) {
                 option("match_by", "name") + " need a LOW, yours or with " + option("faces", "N") +
                 ": Kiln "
                 "plans its own here.");
-  const bool by_uvs = match_obeys(a, "match.uv") && !has_heights(a);
+  const bool by_uvs = match_uses_option(a, "match.uv") && !has_heights(a);
   refuse_if(by_uvs || (!a.match_auto && needs_direction(find_match(a.bake.match.method.name))),
             option("match", match_name(a)) +
                 " needs LOW before the bake: leave it out, or give LOW or " + option("faces") +
@@ -321,7 +323,7 @@ void check_texels(const Job& a) {
   refuse_if(given && a.low.given.empty() && has_heights(a),
             option("density") +
                 " is not for a low poly of a height field, which lies over the image as it is.");
-  refuse_if(given && a.low.given.empty() && match_obeys(a, "match.uv"),
+  refuse_if(given && a.low.given.empty() && match_uses_option(a, "match.uv"),
             option("density") + " applies to new UV charts, but " + option("match", match_name(a)) +
                 " keeps the charts of HIGH: leave one out.");
   check_density(given, a.unwrap_method);
@@ -348,7 +350,7 @@ void check_low(const Job& a) {
                 " and leave LOW out, or "
                 "leave " +
                 option("keep_parts") + " out.");
-  refuse_if(a.low.make.keep_parts && (has_heights(a) || match_obeys(a, "match.uv")),
+  refuse_if(a.low.make.keep_parts && (has_heights(a) || match_uses_option(a, "match.uv")),
             option("keep_parts") + " is not for height fields or " + option("match") +
                 " uv, which keep all parts.");
   const std::optional<CleanOptions> clean = clean_options(a);
@@ -464,7 +466,7 @@ void check_visibility(const Job& a) {
 
 /// Checks maps of values that only some matches compute.
 void check_maps(const Job& a) {
-  const bool by_visibility = !has_saved_match(a) && match_obeys(a, "match.visibility");
+  const bool by_visibility = !has_saved_match(a) && match_uses_option(a, "match.visibility");
   for (const MapKind map : requested_map_kinds(a)) {
     if (!obeys(find_map(map.name), "match.visibility") || by_visibility) continue;
     fail_usage(option("maps", std::string(map.name)) +
@@ -555,7 +557,7 @@ void check_height_field(const Job& a) {
   }
   const bool has_search_distance =
       a.bake.match.max_distance || a.cage_auto || a.bake.match.cage || has_cage_mesh(a);
-  refuse_if(bakes_onto_plane(a) && !match_obeys(a, "match.uv") && !a.match_auto &&
+  refuse_if(bakes_onto_plane(a) && !match_uses_option(a, "match.uv") && !a.match_auto &&
                 !has_saved_match(a) && !has_search_distance,
             "Without LOW and " + option("faces") +
                 " a height field is baked onto a plane at height 0, and from there " +
@@ -592,7 +594,7 @@ void check_resolved_job(const Job& a) {
   check_low(a);
   check_applicable(a);
   for (const MatchInfo& match : matches()) {
-    if (!needs_direction(match) || !matches_by(a, match.method) ||
+    if (!needs_direction(match) || !requests_match(a, match.method) ||
         a.bake.match.views.directions.size() == 1)
       continue;
     fail_usage(option("match", std::string(match.method.name)) +
@@ -662,7 +664,7 @@ Job resolve_job(const Job& given) {
   if (has_heights(job) && !job.given.contains("--match")) {
     job.bake.match.method = first_match("match.uv");
   }
-  const bool plans = bounds_maps(job) || (job.max_bytes != 0 && plans_low_poly(job));
+  const bool plans = bounds_map_errors(job) || (job.max_bytes != 0 && plans_low_poly(job));
   if (plans && !job.given.contains("--match")) job.match_auto = true;
   resolve_asset_output(job);
   set_default_asset_maps(job);

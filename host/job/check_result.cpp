@@ -31,23 +31,23 @@ std::string explain_no_uv_overlap(const UvReport& uv, std::size_t triangles) {
 /// they are, or if no swap helps.
 std::string swapped_axes(const std::array<double, 3>& high, const std::array<double, 3>& low,
                          double scale) {
-  struct Order {
+  struct AxisOrder {
     std::array<std::size_t, 3> axes;
-    const char* words;
+    const char* swapped_axes_text;
   };
-  constexpr std::array<Order, 6> kOrders = {{{{0, 1, 2}, ""},
-                                             {{0, 2, 1}, "Y and Z"},
-                                             {{1, 0, 2}, "X and Y"},
-                                             {{2, 1, 0}, "X and Z"},
-                                             {{1, 2, 0}, "X, Y and Z cyclically"},
-                                             {{2, 0, 1}, "X, Y and Z cyclically"}}};
+  constexpr std::array<AxisOrder, 6> kAxisOrders = {{{{0, 1, 2}, ""},
+                                                     {{0, 2, 1}, "Y and Z"},
+                                                     {{1, 0, 2}, "X and Y"},
+                                                     {{2, 1, 0}, "X and Z"},
+                                                     {{1, 2, 0}, "X, Y and Z cyclically"},
+                                                     {{2, 0, 1}, "X, Y and Z cyclically"}}};
   const double slack = 0.1 * std::hypot(high[0], high[1], high[2]);
-  for (const Order& order : kOrders) {
+  for (const AxisOrder& order : kAxisOrders) {
     bool fits = true;
     for (std::size_t k = 0; k < 3; ++k) {
       fits = fits && std::abs(high[k] - low[order.axes[k]] / scale) < slack;
     }
-    if (fits) return order.words;
+    if (fits) return order.swapped_axes_text;
   }
   return {};
 }
@@ -164,29 +164,30 @@ void check_has_uvs(const Mesh& low, const std::string& path, const std::string& 
 
 namespace {
 
-// BakeResult::coverage of a texel without any matched sample
+// value of BakeResult::coverage for a texel none of whose samples found a point
 constexpr std::uint8_t kMissedTexel = 2;
 
 /// Barycentric coordinates of a UV in a UV triangle; nullopt if the triangle has no area.
-std::optional<std::array<double, 3>> weights_at(const std::array<Vec2, 3>& corner, const Vec2& uv) {
+std::optional<std::array<double, 3>> barycentric_at(const std::array<Vec2, 3>& uv_corners,
+                                                    const Vec2& uv) {
   const auto doubled_area = [](const Vec2& a, const Vec2& b, const Vec2& c) {
     return (double{b.x} - a.x) * (double{c.y} - a.y) - (double{b.y} - a.y) * (double{c.x} - a.x);
   };
-  const double area = doubled_area(corner[0], corner[1], corner[2]);
+  const double area = doubled_area(uv_corners[0], uv_corners[1], uv_corners[2]);
   if (area == 0 || !std::isfinite(area)) return std::nullopt;
-  return std::array<double, 3>{doubled_area(uv, corner[1], corner[2]) / area,
-                               doubled_area(corner[0], uv, corner[2]) / area,
-                               doubled_area(corner[0], corner[1], uv) / area};
+  return std::array<double, 3>{doubled_area(uv, uv_corners[1], uv_corners[2]) / area,
+                               doubled_area(uv_corners[0], uv, uv_corners[2]) / area,
+                               doubled_area(uv_corners[0], uv_corners[1], uv) / area};
 }
 
 /// The point of the mesh at a UV: in the first triangle that contains the UV, else in the triangle nearest to it.
-std::array<double, 3> position_at(const Mesh& low, const Vec2& uv) {
+std::array<double, 3> surface_point_at(const Mesh& low, const Vec2& uv) {
   double max_min_weight = -std::numeric_limits<double>::infinity();
   std::array<double, 3> position{};
   for (std::size_t t = 0; t < low.uv_triangles.size() && max_min_weight < 0; ++t) {
-    std::array<Vec2, 3> corner;
-    for (std::size_t k = 0; k < 3; ++k) corner[k] = low.uvs[low.uv_triangles[t][k]];
-    const auto weights = weights_at(corner, uv);
+    std::array<Vec2, 3> uv_corners;
+    for (std::size_t k = 0; k < 3; ++k) uv_corners[k] = low.uvs[low.uv_triangles[t][k]];
+    const auto weights = barycentric_at(uv_corners, uv);
     if (!weights) continue;
     const double min_weight = *std::min_element(weights->begin(), weights->end());
     if (!(min_weight > max_min_weight)) continue;
@@ -205,14 +206,14 @@ std::array<double, 3> position_at(const Mesh& low, const Vec2& uv) {
   return position;
 }
 
-/// Returns the connected patch that contains the texel `start`, and clears its texels in `open`.
+/// Returns the connected patch that contains the texel `start`, and clears its texels in `unvisited`.
 std::vector<std::size_t> extract_patch(std::size_t start, std::size_t width,
-                                       std::vector<bool>& open) {
+                                       std::vector<bool>& unvisited) {
   std::vector<std::size_t> patch = {start};
-  open[start] = false;
+  unvisited[start] = false;
   const auto visit = [&](std::size_t texel) {
-    if (!open[texel]) return;
-    open[texel] = false;
+    if (!unvisited[texel]) return;
+    unvisited[texel] = false;
     patch.push_back(texel);
   };
   for (std::size_t i = 0; i < patch.size(); ++i) {
@@ -220,7 +221,7 @@ std::vector<std::size_t> extract_patch(std::size_t start, std::size_t width,
     if (texel % width != 0) visit(texel - 1);
     if (texel % width + 1 != width) visit(texel + 1);
     if (texel >= width) visit(texel - width);
-    if (texel + width < open.size()) visit(texel + width);
+    if (texel + width < unvisited.size()) visit(texel + width);
   }
   return patch;
 }
@@ -240,12 +241,13 @@ std::size_t texel_nearest_mean(std::vector<std::size_t> patch, std::size_t width
   }
   x /= static_cast<double>(patch.size());
   y /= static_cast<double>(patch.size());
-  const auto squared = [&](std::size_t texel) {
+  const auto squared_distance = [&](std::size_t texel) {
     const auto [column, row] = grid_position(texel);
     return (column - x) * (column - x) + (row - y) * (row - y);
   };
-  return *std::min_element(patch.begin(), patch.end(),
-                           [&](std::size_t a, std::size_t b) { return squared(a) < squared(b); });
+  return *std::min_element(patch.begin(), patch.end(), [&](std::size_t a, std::size_t b) {
+    return squared_distance(a) < squared_distance(b);
+  });
 }
 
 }  // namespace
@@ -253,23 +255,23 @@ std::size_t texel_nearest_mean(std::vector<std::size_t> patch, std::size_t width
 std::optional<MissedPatch> largest_missed_patch(std::span<const std::uint8_t> coverage,
                                                 std::uint32_t width, std::uint32_t height,
                                                 const Mesh& low) {
-  std::vector<bool> open(coverage.size());
-  for (std::size_t i = 0; i < coverage.size(); ++i) open[i] = coverage[i] == kMissedTexel;
-  std::vector<std::size_t> largest;
-  for (std::size_t i = 0; i < open.size(); ++i) {
-    if (!open[i]) continue;
-    std::vector<std::size_t> patch = extract_patch(i, width, open);
-    if (patch.size() > largest.size()) largest = std::move(patch);
+  std::vector<bool> unvisited(coverage.size());
+  for (std::size_t i = 0; i < coverage.size(); ++i) unvisited[i] = coverage[i] == kMissedTexel;
+  std::vector<std::size_t> largest_patch;
+  for (std::size_t i = 0; i < unvisited.size(); ++i) {
+    if (!unvisited[i]) continue;
+    std::vector<std::size_t> patch = extract_patch(i, width, unvisited);
+    if (patch.size() > largest_patch.size()) largest_patch = std::move(patch);
   }
-  if (largest.empty()) return std::nullopt;
+  if (largest_patch.empty()) return std::nullopt;
   MissedPatch result;
-  result.texels = largest.size();
-  const std::size_t texel = texel_nearest_mean(std::move(largest), width);
+  result.texels = largest_patch.size();
+  const std::size_t texel = texel_nearest_mean(std::move(largest_patch), width);
   result.column = static_cast<std::uint32_t>(texel % width);
   result.row = static_cast<std::uint32_t>(texel / width);
   result.uv = {static_cast<float>((result.column + 0.5) / width),
                static_cast<float>(1 - (result.row + 0.5) / height)};
-  result.position = position_at(low, result.uv);
+  result.position = surface_point_at(low, result.uv);
   return result;
 }
 

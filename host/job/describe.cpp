@@ -206,8 +206,9 @@ Json describe_texels(const BakeReport& report) {
           {"passed_over", report.passed_over}};
 }
 
-void add_ending(Json& report, Json seconds, const Stopwatch& watch,
-                const std::vector<std::string>& outputs, const std::vector<Warning>& warnings) {
+void add_closing_keys(Json& report, Json seconds, const Stopwatch& watch,
+                      const std::vector<std::string>& outputs,
+                      const std::vector<Warning>& warnings) {
   seconds["total"] = watch.total();
   report["seconds"] = std::move(seconds);
   report["memory"] = {{"peak_resident_bytes", peak_resident_bytes()}};
@@ -223,7 +224,7 @@ Json describe_flaws(const ExtractReport& report) {
           {"repeated", report.repeated}};
 }
 
-std::vector<std::string> lines_of_flaws(const ExtractReport& report) {
+std::vector<std::string> flaw_lines(const ExtractReport& report) {
   std::vector<std::string> lines;
   if (report.mended != 0) {
     lines.push_back("repaired " + plural(report.mended, "triangle") +

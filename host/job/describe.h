@@ -43,13 +43,14 @@ Json describe_texels(const BakeReport& report);
 
 /// Adds the keys that end every report: seconds by stage and in total, memory, written files, warnings.
 /// \param seconds  by stage; "total" is added
-void add_ending(Json& report, Json seconds, const Stopwatch& watch,
-                const std::vector<std::string>& outputs, const std::vector<Warning>& warnings);
+void add_closing_keys(Json& report, Json seconds, const Stopwatch& watch,
+                      const std::vector<std::string>& outputs,
+                      const std::vector<Warning>& warnings);
 
 /// Flaws of a mesh extracted from a volume, repaired and remaining.
 Json describe_flaws(const ExtractReport& report);
 /// Summary lines about repairs of an extracted mesh; empty if there were none.
-std::vector<std::string> lines_of_flaws(const ExtractReport& report);
+std::vector<std::string> flaw_lines(const ExtractReport& report);
 
 /// Warns if a low poly that Kiln made deviates by more than 5% of the diagonal from the high poly.
 /// \param remedy  a sentence that ends the message, such as "Ask for more faces."

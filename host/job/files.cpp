@@ -117,7 +117,7 @@ bool is_file(const fs::path& path) { return !path.empty() && path != "-"; }
 namespace {
 
 /// A key that is equal for all paths of one file: device and inode of an existing file, else its canonical path.
-std::string identity_of(const fs::path& path) {
+std::string file_key(const fs::path& path) {
   if (const std::optional<os::FileFacts> facts = os::facts_of(path)) {
     return std::to_string(facts->id.device) + ":" + std::to_string(facts->id.file);
   }
@@ -128,13 +128,13 @@ std::string identity_of(const fs::path& path) {
 
 }  // namespace
 
-bool is_one_file(const fs::path& a, const fs::path& b) { return identity_of(a) == identity_of(b); }
+bool is_same_file(const fs::path& a, const fs::path& b) { return file_key(a) == file_key(b); }
 
 void check_paths(const std::vector<fs::path>& inputs, const std::vector<fs::path>& outputs) {
   for (const fs::path& input : inputs) {
     if (is_file(input)) OutputSet::protect(input);
   }
-  std::unordered_set<std::string> used_files;
+  std::unordered_set<std::string> used_file_keys;
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     if (!is_file(outputs[i])) continue;
     std::error_code error;
@@ -155,19 +155,19 @@ void check_paths(const std::vector<fs::path>& inputs, const std::vector<fs::path
                       "' is a name that Windows reserves for a device: choose another.");
     }
     OutputSet::check(outputs[i]);
-    if (!used_files.insert(identity_of(outputs[i])).second) {
+    if (!used_file_keys.insert(file_key(outputs[i])).second) {
       fail_usage("Two outputs have the same name, '" + outputs[i].string() +
                  "': choose another for one of them.");
     }
   }
 }
 
-bool is_own_obj(const fs::path& obj) {
+bool is_obj_by_kiln(const fs::path& obj) {
   return is_readable_file(obj) && head_of_file(obj, 6) == "# Kiln";
 }
 
 void check_not_foreign(const fs::path& obj, bool force) {
-  if (force || !is_readable_file(obj) || is_own_obj(obj)) return;
+  if (force || !is_readable_file(obj) || is_obj_by_kiln(obj)) return;
   throw OptionError("'" + obj.string() +
                         "' exists and was not written by Kiln: choose another folder, or add " +
                         option("force") + " to overwrite it.",
@@ -182,23 +182,23 @@ void prepare_parent(const fs::path& file) {
 
 namespace {
 
-constexpr std::size_t kMaxRecordBytes = 1 << 16;
+constexpr std::size_t kMaxLowRecordBytes = 1 << 16;
 
 fs::path record_path(const fs::path& folder, const std::string& stem) {
   return folder / ("." + stem + ".kiln.json");
 }
 
-/// The mesh that a record names; empty if there is no record, or another program wrote it.
+/// The mesh that the record in a folder of maps names; empty if there is no record that Kiln wrote.
 fs::path recorded_source(const fs::path& folder, const std::string& stem) {
   const fs::path path = record_path(folder, stem);
   if (!is_readable_file(path)) return {};
-  Json json = Json::parse(head_of_file(path, kMaxRecordBytes));
+  Json json = Json::parse(head_of_file(path, kMaxLowRecordBytes));
   if (!json.is_object() || !json["low"].is_string()) return {};
   return folder / unescape_bytes(json["low"].text());
 }
 
 /// The first map in a folder by name, of any format or UDIM tile; empty if there is none.
-fs::path map_of(const fs::path& folder, const std::string& stem) {
+fs::path first_map_in(const fs::path& folder, const std::string& stem) {
   std::string first;
   std::error_code ignored;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
@@ -220,10 +220,10 @@ void check_low_record(const fs::path& folder, const std::string& stem, const fs:
   if (recorded.empty() || !fs::exists(recorded, ignored)) return;
   // The maps may belong to the low poly that Kiln wrote into the same folder.
   const fs::path written_mesh = folder / (stem + ".obj");
-  if (is_one_file(recorded, source) || is_one_file(recorded, written_mesh) ||
-      is_one_file(source, written_mesh))
+  if (is_same_file(recorded, source) || is_same_file(recorded, written_mesh) ||
+      is_same_file(source, written_mesh))
     return;
-  const fs::path map = map_of(folder, stem);  // checked last, since it lists the folder
+  const fs::path map = first_map_in(folder, stem);  // checked last, since it lists the folder
   if (map.empty()) return;
   fail_usage("'" + map.string() + "' is a map of '" + os::normal(recorded).string() +
              "', and would be overwritten by a map of '" + source.string() + "'. Choose another " +

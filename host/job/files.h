@@ -23,7 +23,7 @@ std::string head_of_file(const std::filesystem::path& path, std::size_t count);
 bool is_readable_file(const std::filesystem::path& path);
 
 /// True if two paths name the same file, which need not exist.
-bool is_one_file(const std::filesystem::path& a, const std::filesystem::path& b);
+bool is_same_file(const std::filesystem::path& a, const std::filesystem::path& b);
 
 /// Rejects outputs that equal an input or another output, before any work. Empty paths and "-" are ignored. Files that
 /// inputs refer to are checked when they are read. \throws Error(usage)
@@ -33,7 +33,7 @@ void check_paths(const std::vector<std::filesystem::path>& inputs,
 /// Rejects an existing OBJ that Kiln did not write, unless `force` is set. \throws Error(output)
 void check_not_foreign(const std::filesystem::path& obj, bool force);
 /// True if Kiln wrote an OBJ, and no other program has overwritten it.
-bool is_own_obj(const std::filesystem::path& obj);
+bool is_obj_by_kiln(const std::filesystem::path& obj);
 
 /// Creates the folder of a file if it is missing, and checks that it is writable. Streams such as /dev/stdout are
 /// skipped.

@@ -18,14 +18,14 @@ namespace {
 /// An upper bound for the distance between a height field and the mesh under it, as a share of the diagonal.
 double max_height_share(const Mesh& field) {
   const Bounds box = Bounds::of(field);
-  double squared = 0;
-  for (std::size_t k = 0; k < 3; ++k) squared += std::pow(box.high[k] - box.low[k], 2);
+  double squared_diagonal = 0;
+  for (std::size_t k = 0; k < 3; ++k) squared_diagonal += std::pow(box.high[k] - box.low[k], 2);
   const double reach =
       std::max({std::abs(box.low[2]), std::abs(box.high[2]), box.high[2] - box.low[2]});
-  return squared > 0 ? reach / std::sqrt(squared) : 0;
+  return squared_diagonal > 0 ? reach / std::sqrt(squared_diagonal) : 0;
 }
 
-/// Returns the options, with the file's pixel spacing as extent if none was given.
+/// Returns the options of a height field. If they give no extent, the file's pixel spacing does.
 HeightFieldOptions with_file_extent(const Heights& read, HeightFieldOptions options) {
   if (options.width != 0 || options.depth != 0 || read.spacing[0] == 0) return options;
   options.width = (read.image.width - 1.0) * read.spacing[0];
@@ -35,35 +35,36 @@ HeightFieldOptions with_file_extent(const Heights& read, HeightFieldOptions opti
 
 void warn_of_no_data(const std::string& path, const NoData& found, const Image& image,
                      const HeightFieldOptions& options, std::vector<Warning>& warnings) {
-  const std::string field = "The height field '" + path + "'";
+  const std::string field_label = "The height field '" + path + "'";
   const std::uint64_t all = std::uint64_t{image.width} * image.height;
   if (found.pixels != 0) {
-    std::string numbers;
+    std::string invalid_values;
     for (const double value : found.values) {
-      numbers += (numbers.empty() ? "" : ", ") + formatted("%.9g", value);
+      invalid_values += (invalid_values.empty() ? "" : ", ") + formatted("%.9g", value);
     }
-    warnings.push_back({"no-data",
-                        field + " has no valid height in " + with_commas(found.pixels) + " of " +
-                            plural(all, "pixel") + " (" +
-                            (numbers.empty() ? "not finite" : numbers + " or not finite") +
-                            "): these pixels become holes. Fill them first, or, if " +
-                            (numbers.empty() ? "a number stands for missing heights, give it by " +
-                                                   option("no_data", "VALUE") + "."
-                                             : "these values are real heights, add " +
-                                                   option("no_data", "none") + "."),
-                        found.pixels});
+    warnings.push_back(
+        {"no-data",
+         field_label + " has no valid height in " + with_commas(found.pixels) + " of " +
+             plural(all, "pixel") + " (" +
+             (invalid_values.empty() ? "not finite" : invalid_values + " or not finite") +
+             "): these pixels become holes. Fill them first, or, if " +
+             (invalid_values.empty()
+                  ? "a number stands for missing heights, give it by " +
+                        option("no_data", "VALUE") + "."
+                  : "these values are real heights, add " + option("no_data", "none") + "."),
+         found.pixels});
   } else if (options.no_data) {
     warnings.push_back({"no-data-idle",
-                        field + " contains no pixel of " + formatted("%.9g", *options.no_data) +
-                            ", the value of " + option("no_data") +
-                            ": give the number exactly as the file stores it.",
+                        field_label + " contains no pixel of " +
+                            formatted("%.9g", *options.no_data) + ", the value of " +
+                            option("no_data") + ": give the number exactly as the file stores it.",
                         1});
   }
   if (found.doubtful) {
     const std::string value = formatted("%.9g", *found.doubtful);
     warnings.push_back(
         {"no-data-doubtful",
-         field + " has heights of " + value +
+         field_label + " has heights of " + value +
              ", far from all others: if this value stands for missing heights, add " +
              option("no_data", value) + ".",
          1});
@@ -80,13 +81,15 @@ HeightFieldOptions prepare_heights(const std::string& path, Heights& read,
   return with_file_extent(read, options);
 }
 
-std::string mesh_kinds() {
+std::string mesh_format_list() {
   std::string text;
   for (const std::string& name : mesh_formats()) text += (text.empty() ? "" : ", ") + name;
   return text;
 }
 
-std::string high_poly_kinds() { return mesh_kinds() + "; or a height field: PNG, EXR, TIFF"; }
+std::string high_poly_formats() {
+  return mesh_format_list() + "; or a height field: PNG, EXR, TIFF";
+}
 
 bool is_height_field(const std::string& path) {
   const std::string ending = lower_extension(path);
@@ -198,8 +201,8 @@ ShadingReport shade(const ShadingOptions& options, Mesh& high, std::vector<Warni
 }
 
 Message shading_line(const ShadingReport& shading, const ShadingOptions& options) {
-  const bool automatic = options.rule == ShadingRule::automatic;
-  if (automatic && shading.missing == 0) return {};
+  const bool is_automatic = options.rule == ShadingRule::automatic;
+  if (is_automatic && shading.missing == 0) return {};
   const Message rule = " (" + option("high_normals", shading_rule_name(options)) + ")";
   const std::string reason = shading.given == 0
                                  ? "the file has none"
@@ -207,10 +210,10 @@ Message shading_line(const ShadingReport& shading, const ShadingOptions& options
   switch (shading.chosen) {
     case ShadingRule::smooth:
       return "HIGH's normals: smooth" +
-             (automatic ? "; " + reason +
-                              (shading.parts == 0 ? ", and no edge bends by 20 degrees"
-                                                  : ", and its edges bend like those of a scan")
-                        : "") +
+             (is_automatic ? "; " + reason +
+                                 (shading.parts == 0 ? ", and no edge bends by 20 degrees"
+                                                     : ", and its edges bend like those of a scan")
+                           : "") +
              rule;
     case ShadingRule::flat:
       return "HIGH's normals: flat" + rule;
@@ -223,7 +226,7 @@ Message shading_line(const ShadingReport& shading, const ShadingOptions& options
         text +=
             "; " + plural(shading.split_parts, "part") + " follow the split vertices of the file";
       }
-      return text + (automatic ? "; " + reason : "") + rule;
+      return text + (is_automatic ? "; " + reason : "") + rule;
     }
     default:
       return "HIGH's normals: " + std::string(shading.given == 0 ? "smooth" : "the file's") + rule;
@@ -258,21 +261,21 @@ void correct_normals(const std::string& which, Trusted trust, Mesh& mesh,
       " To avoid this, recalculate the normals in the program that made the mesh, or export it "
       "again.";
   if (corrected_count != 0) {
-    Message corrections;
+    Message correction_text;
     if (found.faces != 0) {
-      corrections = plural(found.faces, "triangle") + (found.faces == 1 ? " was" : " were") +
-                    " flipped to agree with their normals";
+      correction_text = plural(found.faces, "triangle") + (found.faces == 1 ? " was" : " were") +
+                        " flipped to agree with their normals";
     }
     if (found.normals != 0) {
-      corrections += (corrections.empty() ? "" : "; ") +
-                     ("the normals of " + plural(found.normals, "triangle")) +
-                     " were flipped to agree with their faces";
+      correction_text += (correction_text.empty() ? "" : "; ") +
+                         ("the normals of " + plural(found.normals, "triangle")) +
+                         " were flipped to agree with their faces";
     }
     if (found.mirrored != 0) {
-      corrections += "; those of " + with_commas(found.mirrored) + " came from mirroring";
+      correction_text += "; those of " + with_commas(found.mirrored) + " came from mirroring";
     }
     if (found.unclear != 0) {
-      corrections +=
+      correction_text +=
           ". For " + plural(found.unclear, "triangle") +
           " of open parts it is unknown whether the face or the normal was wrong: check the "
           "map, or add " +
@@ -281,7 +284,7 @@ void correct_normals(const std::string& which, Trusted trust, Mesh& mesh,
     warnings.push_back({"turned-normals",
                         which + " '" + mesh.name + "': normals of " + with_commas(corrected_count) +
                             total_text + " point against their faces" + place_text + "; " +
-                            corrections + "." + remedy,
+                            correction_text + "." + remedy,
                         corrected_count});
   }
   if (found.strange != 0) {
@@ -312,10 +315,10 @@ Message explain_inside_out(const Mesh& high, const Mesh& low) {
 }
 
 UvOptions uv_options(const HighPolyInput& high, UvOptions options) {
-  return high.heights ? uv_options_over(high.mesh, options) : options;
+  return high.heights ? height_field_uv_options(high.mesh, options) : options;
 }
 
-UvOptions uv_options_over(const Mesh& field, UvOptions options) {
+UvOptions height_field_uv_options(const Mesh& field, UvOptions options) {
   const double max_height = max_height_share(field);
   options.warn_distance += max_height;
   options.max_distance += max_height;

@@ -24,9 +24,9 @@ inline bool has_height_field_options(const HeightFieldOptions& heights) {
 bool is_height_field(const std::string& path);
 
 /// File formats of meshes, as a list for help texts: "PLY, OBJ, ...".
-std::string mesh_kinds();
+std::string mesh_format_list();
 /// File formats of the high poly, as a list for help texts.
-std::string high_poly_kinds();
+std::string high_poly_formats();
 
 /// A high poly, with its heights if it is a height field.
 struct HighPolyInput {
@@ -86,6 +86,6 @@ Message explain_inside_out(const Mesh& high, const Mesh& low);
 /// heights, so the heights are added to the tolerances.
 UvOptions uv_options(const HighPolyInput& high, UvOptions options = {});
 /// uv_options() of a height field that is given as a mesh.
-UvOptions uv_options_over(const Mesh& field, UvOptions options = {});
+UvOptions height_field_uv_options(const Mesh& field, UvOptions options = {});
 
 }  // namespace kiln

@@ -48,7 +48,7 @@ BakeOptions options_of(const Job& job) {
     visibility.likelihoods = load_likelihoods(job.view_weights);
   }
   options.report.keep_match |= !job.save_match.empty() || job.reasons;
-  if (holds_mips(job.image) && !is_exr(job.image)) options.encoding.mips = true;
+  if (stores_mips_in_one_file(job.image) && !is_exr(job.image)) options.encoding.mips = true;
   return options;
 }
 
@@ -62,10 +62,10 @@ Json describe(const Job& job, const BakeReport& report) {
   };
   if (has_saved_match(job)) json["match"] = "loaded";
   only_if(!has_saved_match(job), {"fallback"});
-  only_if(chain_obeys(job, "match.views.count"), {"views"});
+  only_if(any_match_uses_option(job, "match.views.count"), {"views"});
   only_if(report.views.has_value(), {"view_size", "view_criterion", "view_refine"});
   if (report.views) json["view_size"] = report.views->size;
-  only_if(!has_saved_match(job) && chain_obeys(job, "match.visibility"),
+  only_if(!has_saved_match(job) && any_match_uses_option(job, "match.visibility"),
           {"visibility_at", "directions", "visibility_size", "visibility_smooth",
            "visibility_clusters", "visibility_deviation", "view_weight"});
   json["visibility_test"] =
@@ -83,8 +83,8 @@ Json describe(const Job& job, const BakeReport& report) {
       report.occlusion ? Json(name_of(Words(kOcclusionBy), report.occlusion->by)) : Json();
   json["ao_views"] =
       report.occlusion && report.occlusion->views > 0 ? Json(report.occlusion->views) : Json();
-  only_if(maps_obey(job, "occlusion.rays"), {"ao_rays", "ao_occluders", "ao_back_faces"});
-  only_if(maps_obey(job, "occlusion.falloff"), {"ao_falloff"});
+  only_if(any_map_uses_option(job, "occlusion.rays"), {"ao_rays", "ao_occluders", "ao_back_faces"});
+  only_if(any_map_uses_option(job, "occlusion.falloff"), {"ao_falloff"});
   if (!writes_gltf(job)) {
     json["dither"] = job.image.dither;
     only_if(false, {"quality", "normal_error", "fallback_textures", "mesh_compression"});
@@ -107,12 +107,12 @@ bool is_asset(const std::filesystem::path& out) {
   return ending == ".glb" || ending == ".gltf" || ending == ".obj";
 }
 
-const std::string& first_name(const std::vector<JobInput>& inputs) {
+const std::string& first_input_name(const std::vector<JobInput>& inputs) {
   static const std::string none;
   return inputs.empty() ? none : inputs.front().name;
 }
 
-std::vector<std::string> names_of(const std::vector<JobInput>& inputs) {
+std::vector<std::string> input_names(const std::vector<JobInput>& inputs) {
   std::vector<std::string> names;
   for (const JobInput& input : inputs) names.push_back(input.name);
   return names;
@@ -128,22 +128,22 @@ std::string out_folder(const Job& job) {
   return out.has_parent_path() ? out.parent_path().string() : ".";
 }
 
-const std::string& high_name(const Job& job) { return first_name(job.high); }
-const std::string& low_name(const Job& job) { return first_name(job.low.given); }
-void set_first(std::vector<JobInput>& inputs, const std::string& name) {
+const std::string& high_name(const Job& job) { return first_input_name(job.high); }
+const std::string& low_name(const Job& job) { return first_input_name(job.low.given); }
+void set_first_input(std::vector<JobInput>& inputs, const std::string& name) {
   if (inputs.empty()) inputs.emplace_back(name);
   inputs.front() = JobInput(name);
 }
-std::vector<std::string> more_names(const std::vector<JobInput>& inputs) {
-  std::vector<std::string> names = names_of(inputs);
+std::vector<std::string> further_input_names(const std::vector<JobInput>& inputs) {
+  std::vector<std::string> names = input_names(inputs);
   if (!names.empty()) names.erase(names.begin());
   return names;
 }
 bool has_heights(const Job& job) {
   return !job.high.empty() && !job.high.front().asset && is_height_field(job.high.front().name);
 }
-std::vector<std::string> high_files(const Job& job) { return names_of(job.high); }
-std::vector<std::string> low_files(const Job& job) { return names_of(job.low.given); }
+std::vector<std::string> high_files(const Job& job) { return input_names(job.high); }
+std::vector<std::string> low_files(const Job& job) { return input_names(job.low.given); }
 bool has_more_files(const Job& job) { return job.high.size() > 1 || job.low.given.size() > 1; }
 
 bool has_saved_match(const Job& job) {
@@ -161,7 +161,7 @@ std::vector<std::string> match_names() {
   return names;
 }
 
-std::vector<std::string> surface_matches(const char* first) {
+std::vector<std::string> surface_match_names(const char* first) {
   std::vector<std::string> names = {first};
   for (const MatchInfo& match : matches()) {
     const bool more =
@@ -177,7 +177,7 @@ MatchMethod first_match(std::string_view option) {
       ->method;
 }
 
-MatchMethod nearest_match() {
+MatchMethod distance_match() {
   return std::find_if(matches().begin(), matches().end(),
                       [](const MatchInfo& match) {
                         return obeys(match, "match.max_distance") && !obeys(match, "match.ray") &&
@@ -190,23 +190,23 @@ std::string match_name(const Job& job) {
   return job.match_auto ? kAutomatic : std::string(job.bake.match.method.name);
 }
 
-bool matches_by(const Job& job, MatchMethod method) {
+bool requests_match(const Job& job, MatchMethod method) {
   const MatchOptions& match = job.bake.match;
   return (!job.match_auto && match.method == method) ||
          std::find(match.fallback.begin(), match.fallback.end(), method) != match.fallback.end();
 }
 
-bool match_obeys(const Job& job, std::string_view option) {
+bool match_uses_option(const Job& job, std::string_view option) {
   return !job.match_auto && obeys(find_match(job.bake.match.method.name), option);
 }
 
-bool chain_obeys(const Job& job, std::string_view option) {
+bool any_match_uses_option(const Job& job, std::string_view option) {
   return std::any_of(matches().begin(), matches().end(), [&](const MatchInfo& match) {
-    return obeys(match, option) && matches_by(job, match.method);
+    return obeys(match, option) && requests_match(job, match.method);
   });
 }
 
-bool maps_obey(const Job& job, std::string_view option) {
+bool any_map_uses_option(const Job& job, std::string_view option) {
   const std::vector<MapKind> kinds = requested_map_kinds(job);
   return std::any_of(kinds.begin(), kinds.end(),
                      [&](MapKind map) { return obeys(find_map(map.name), option); });
@@ -226,16 +226,18 @@ bool bakes_shading_map(const Job& job) {
   return std::find(maps.begin(), maps.end(), shading_map()) != maps.end();
 }
 
-bool bounds_maps(const Job& job) { return job.low.make.max_error.find('=') != std::string::npos; }
+bool bounds_map_errors(const Job& job) {
+  return job.low.make.max_error.find('=') != std::string::npos;
+}
 
 std::string angle_bound(const Job& job) {
-  if (bounds_maps(job)) return normal_bound(job.low.make.max_error);
+  if (bounds_map_errors(job)) return normal_error_bound(job.low.make.max_error);
   return job.low.make.max_angle.empty() && job.match_auto ? job.low.make.max_error
                                                           : job.low.make.max_angle;
 }
 
 std::string deviation_bound(const Job& job) {
-  if (bounds_maps(job)) return "";
+  if (bounds_map_errors(job)) return "";
   return job.low.make.max_angle.empty() && job.match_auto ? "" : job.low.make.max_error;
 }
 
@@ -245,7 +247,9 @@ bool plans_low_poly(const Job& job) {
   return own && !has_saved_match(job) && (by_bytes || !angle_bound(job).empty());
 }
 
-bool joins_lods(const Job& job) { return job.low.make.lods > 0 && job.low.make.lods_in_one_file; }
+bool writes_lods_into_one_file(const Job& job) {
+  return job.low.make.lods > 0 && job.low.make.lods_in_one_file;
+}
 
 bool shares_uvs(const Job& job) { return job.low.make.lods > 0 && job.low.make.lods_share_uvs; }
 
@@ -260,12 +264,12 @@ bool is_exr(const SaveImageOptions& options) {
 
 bool holds_floats(const SaveImageOptions& options) { return holds_floats(options.format); }
 
-bool holds_mips(const SaveImageOptions& options) {
+bool stores_mips_in_one_file(const SaveImageOptions& options) {
   return is_exr(options) || options.format == ImageFormat::ktx2 ||
          options.format == ImageFormat::dds;
 }
 
-bool holds_bytes(const SaveImageOptions& options) {
+bool stores_8_bits(const SaveImageOptions& options) {
   return !holds_floats(options) && options.format != ImageFormat::png16 &&
          options.format != ImageFormat::tiff16;
 }
@@ -282,7 +286,7 @@ std::string extension(const SaveImageOptions& options) {
   return std::string(extension_of(options.format));
 }
 
-std::filesystem::path level_file(const std::filesystem::path& path, std::size_t level) {
+std::filesystem::path mip_level_file(const std::filesystem::path& path, std::size_t level) {
   if (level == 0) return path;
   const std::string number = (level < 10 ? "0" : "") + std::to_string(level);
   std::filesystem::path file = path;
@@ -294,15 +298,16 @@ std::vector<std::filesystem::path> map_files(const std::filesystem::path& folder
                                              const std::string& name, std::size_t mips,
                                              const SaveImageOptions& options) {
   std::vector<std::filesystem::path> files;
-  for (std::size_t level = 0; level <= (holds_mips(options) ? 0 : mips); ++level) {
-    files.push_back(level_file(folder / (name + extension(options)), level));
+  for (std::size_t level = 0; level <= (stores_mips_in_one_file(options) ? 0 : mips); ++level) {
+    files.push_back(mip_level_file(folder / (name + extension(options)), level));
   }
   return files;
 }
 
 std::string lod_stem(const Job& job, std::size_t level) {
-  const std::filesystem::path named = asset_file(job).empty() ? high_name(job) : asset_file(job);
-  return named.stem().string() + "_lod" + std::to_string(level);
+  const std::filesystem::path naming_file =
+      asset_file(job).empty() ? high_name(job) : asset_file(job);
+  return naming_file.stem().string() + "_lod" + std::to_string(level);
 }
 
 std::string low_stem(const Job& job) {

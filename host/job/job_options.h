@@ -31,10 +31,11 @@ std::span<const OptionRow> bake_rows();
 /// before it. Null if there is none. --high and --low have no names of their own.
 const OptionRow* find_option(std::string_view name);
 
-/// Completes a job by what its options and inputs imply, and records all given options. \throws Error(usage) if options
-/// contradict each other
+/// Completes a job with the values that its options and inputs imply, and records all given options.
+/// \throws Error(usage) if options contradict each other
 Job resolve_job(const Job& job);
-/// Checks a job of resolve_job(), or the options of another command, for contradictions. \throws Error(usage)
+/// Checks a job that resolve_job() returned, or the options of another command, for contradictions.
+/// \throws Error(usage)
 void check_resolved_job(const Job& job);
 /// Rejects options that were given but affect none of the requested matches and maps. \throws Error(usage)
 void check_applicable(const Job& job);
@@ -63,9 +64,9 @@ const std::string& low_source(const Job& job);
 const std::string& high_name(const Job& job);
 const std::string& low_name(const Job& job);
 /// Sets the first input of a side; further inputs stay.
-void set_first(std::vector<JobInput>& inputs, const std::string& name);
+void set_first_input(std::vector<JobInput>& inputs, const std::string& name);
 /// Names of all inputs of a side but the first.
-std::vector<std::string> more_names(const std::vector<JobInput>& inputs);
+std::vector<std::string> further_input_names(const std::vector<JobInput>& inputs);
 /// True if the high poly is a height field, that is, an image.
 bool has_heights(const Job& job);
 /// Names of all inputs of a side, the positional one first; empty for a LOW that Kiln makes.
@@ -83,26 +84,26 @@ bool has_cage_mesh(const Job& job);
 inline std::string default_match() { return std::string(MatchOptions().method.name); }
 /// Names of the matches that work without a direction.
 std::vector<std::string> match_names();
-/// Names of the matches that only need HIGH's surface, after `first`.
-std::vector<std::string> surface_matches(const char* first);
+/// Names of the matches that need nothing but HIGH's surface. `first` heads the list.
+std::vector<std::string> surface_match_names(const char* first);
 /// The first match of the registry that uses an option, such as "match.views.count". At least one must.
 MatchMethod first_match(std::string_view option);
 /// The match that searches only by distance, so that it finds a point wherever HIGH is near.
-MatchMethod nearest_match();
+MatchMethod distance_match();
 
 /// The names of parts to pair, with the file of --match-list read. \throws Error(input) if that file cannot be read
 PartNames part_names(const Job& job);
 
 /// The name of the match, or "auto".
 std::string match_name(const Job& job);
-/// True if a match is the requested one, or one of its fallbacks.
-bool matches_by(const Job& job, MatchMethod method);
+/// True if the job requests a match, as its match or as one of the fallbacks.
+bool requests_match(const Job& job, MatchMethod method);
 /// True if the requested match uses an option, such as "match.uv"; false for auto.
-bool match_obeys(const Job& job, std::string_view option);
+bool match_uses_option(const Job& job, std::string_view option);
 /// True if the requested match or one of its fallbacks uses an option.
-bool chain_obeys(const Job& job, std::string_view option);
+bool any_match_uses_option(const Job& job, std::string_view option);
 /// True if a requested map uses an option.
-bool maps_obey(const Job& job, std::string_view option);
+bool any_map_uses_option(const Job& job, std::string_view option);
 
 /// The maps in Job::bake.maps; if the job has no maps of any kind, the default ones.
 std::vector<MapKind> maps_or_default(const Job& job);
@@ -118,7 +119,7 @@ std::string angle_bound(const Job& job);
 std::string deviation_bound(const Job& job);
 
 /// True if --max-error bounds maps, as in "normal=DEGREES", instead of the low poly's deviation.
-bool bounds_maps(const Job& job);
+bool bounds_map_errors(const Job& job);
 /// True if the job plans faces, map size and match together: LOW and --faces are not given, but a bound for the error
 /// is.
 bool plans_low_poly(const Job& job);
@@ -136,7 +137,7 @@ bool writes_gltf(const Job& job);
 /// smoothed, has less error on most meshes than all rays without smoothing, in less than half the time.
 void enable_occlusion_smoothing(Job& job);
 /// True if one GLB or glTF holds all levels of detail.
-bool joins_lods(const Job& job);
+bool writes_lods_into_one_file(const Job& job);
 /// True if all levels of detail share the first one's layout and maps.
 bool shares_uvs(const Job& job);
 /// Options of HIGH's repairs; nullopt: no repairs.
@@ -145,10 +146,10 @@ std::optional<CleanOptions> clean_options(const Job& job);
 bool bakes_onto_plane(const Job& job);
 
 bool is_exr(const SaveImageOptions& options);
-/// True if a file of the format also holds the mip levels.
-bool holds_mips(const SaveImageOptions& options);
+/// True if the format stores a map and all of its mip levels in one file.
+bool stores_mips_in_one_file(const SaveImageOptions& options);
 /// True if a file of the format has at most 8 bits per channel.
-bool holds_bytes(const SaveImageOptions& options);
+bool stores_8_bits(const SaveImageOptions& options);
 /// What a map's values represent, which decides how a file format encodes them.
 TextureUse texture_use(const BakedMap& map, const BakeOptions& options);
 /// True if a file of the format holds floats: EXR, and TIFF of floats.
@@ -156,7 +157,7 @@ bool holds_floats(const SaveImageOptions& options);
 std::string extension(const SaveImageOptions& options);
 
 /// Path of a mip level that has a file of its own: NAME.mip01.png and so on.
-std::filesystem::path level_file(const std::filesystem::path& path, std::size_t level);
+std::filesystem::path mip_level_file(const std::filesystem::path& path, std::size_t level);
 /// Paths of a map and its mip levels. PNG has one file per level: FOLDER/NAME.png, FOLDER/NAME.mip01.png and so on. EXR
 /// has one file for all.
 /// \param mips  number of levels below the first

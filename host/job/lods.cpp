@@ -86,7 +86,7 @@ CoarserLevel take_level(const Job& job, LodLevel& level, std::size_t number,
   if (plan.result) taken.baked.result = std::move(*plan.result);
   if (!level.own_maps) taken.asset.pictures = first_asset.pictures;
   taken.asset.has_opacity = first_asset.has_opacity;
-  taken.asset.own_opacity = first_asset.own_opacity;
+  taken.asset.opacity_is_sampled = first_asset.opacity_is_sampled;
   return taken;
 }
 
@@ -101,11 +101,11 @@ void save_joined_levels(const BakeScene& scene, const Source& source, PlannedLow
   const std::vector<double> coverages = lod_coverages(chain);
   for (std::size_t k = 1; k < chain.levels.size(); ++k) {
     CoarserLevel level = take_level(job, chain.levels[k], k, first, asset);
-    const BakeScene own{scene.run, scene.high, level.low};
+    const BakeScene level_scene{scene.run, scene.high, level.low};
     if (level.asset.pictures.empty()) {
-      encode_asset_maps(own, source, &planned, level.baked, level.asset);
+      encode_asset_maps(level_scene, source, &planned, level.baked, level.asset);
     }
-    levels.push_back(make_asset_level(own, level.asset, k));
+    levels.push_back(make_asset_level(level_scene, level.asset, k));
     levels.back().coverage = coverages[k];
     // All levels use one name, so that levels with the same pictures share a material.
     for (AssetMaterial& material : levels.back().materials) {
@@ -163,7 +163,7 @@ PlannedLow make_lods(const BakeScene& scene, const Source& source, const BakeOpt
   for (const LodLevel& level : chain.levels) {
     const LowPolyPlan& plan = level.plan;
     const std::string place_text = " at " + std::to_string(level.screen) + " pixels";
-    if (!plan.reached) log.warnings.push_back(plan_not_reached(plan, place_text));
+    if (!plan.reached) log.warnings.push_back(plan_bound_warning(plan, place_text));
     warn_of_outline(plan, place_text, log.warnings);
     // the caller reports the warnings of the first level
     if (&level == &chain.levels.front()) continue;
@@ -179,7 +179,7 @@ void save_lods(const BakeScene& scene, const Source& source, PlannedLow& planned
                BakedLayout& first, AssetParts& asset, JobOutputs& outputs) {
   const Job& job = scene.run.job;
   LodChain& chain = *planned.lods;
-  if (joins_lods(job)) {
+  if (writes_lods_into_one_file(job)) {
     save_joined_levels(scene, source, planned, first, asset, outputs);
     if (job.in_memory) return;
   } else {

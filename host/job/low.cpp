@@ -52,7 +52,7 @@ void detect_soft_seams(const Job& job, LowMesh& low) {
                   [](const JobInput& input) { return input.simplified != nullptr; })) {
     return;
   }
-  if (std::all_of(files.begin(), files.end(), is_own_obj)) return;
+  if (std::all_of(files.begin(), files.end(), is_obj_by_kiln)) return;
   const auto world_coordinate = [&](double origin, float value) { return origin + double{value}; };
   const std::string text = formatted(
       " has %s with smooth normals between flat faces, for example at (%.5g, %.5g, "
@@ -72,16 +72,18 @@ void detect_soft_seams(const Job& job, LowMesh& low) {
 /// Unwraps each material or object into a unit square of its own.
 Mesh unwrap_sets(const Job& job, Mesh mesh, const UnwrapOptions& layout, UnwrapReport& report) {
   const bool by_material = job.sets == SetsBy::material;
-  const auto& set_of = by_material ? mesh.materials : mesh.objects;
+  const auto& set_of_triangle = by_material ? mesh.materials : mesh.objects;
   const auto& names = by_material ? mesh.material_names : mesh.object_names;
   mesh.uvs.clear();
   mesh.tangents.clear();
   mesh.uv_triangles.assign(mesh.triangles.size(), {});
   std::size_t sets = 0;
   for (std::uint32_t set = 0; set < std::max<std::size_t>(names.size(), 1); ++set) {
-    const auto is_in_set = [&](std::size_t t) { return set_of.empty() || set_of[t] == set; };
+    const auto is_in_set = [&](std::size_t t) {
+      return set_of_triangle.empty() || set_of_triangle[t] == set;
+    };
     Mesh set_mesh;
-    set_mesh.name = set_of.empty() ? mesh.name : names[set];
+    set_mesh.name = set_of_triangle.empty() ? mesh.name : names[set];
     set_mesh.origin = mesh.origin;
     set_mesh.positions = mesh.positions;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -165,8 +167,9 @@ LowMesh prepare_low(const Job& job, const LoadedHigh& loaded, RunLog& log) {
     options.keep_parts = job.low.make.keep_parts;
     options.height_field = input.heights.has_value();
     // A match by UVs needs the high poly's layout on the low poly.
-    options.keep_uvs = match_obeys(job, "match.uv") && !input.heights && !high.uv_triangles.empty();
-    // else normals are fitted once there are seams
+    options.keep_uvs =
+        match_uses_option(job, "match.uv") && !input.heights && !high.uv_triangles.empty();
+    // otherwise normals are fitted after the unwrap, which makes the seams
     options.fit_normals = input.heights || options.keep_uvs;
     if (const std::string bound = deviation_bound(job); !bound.empty()) {
       options.max_error = parse_error_bound(bound);

@@ -14,7 +14,8 @@
 namespace kiln {
 namespace {
 
-// Half precision can turn an encoded 0 into a small negative value; only values below this mean components in [-1, 1].
+// Half precision can turn an encoded 0 into a small negative value. Only lower values show that an image stores
+// components in [-1, 1].
 constexpr float kMinEncodedZero = -1e-3F;
 
 bool is_match(const std::filesystem::path& path) {
@@ -37,18 +38,18 @@ Image load_normal_map(const std::filesystem::path& path) {
   const std::size_t texels = std::size_t{image.width} * image.height;
   const auto texel = [&](std::size_t i) { return &image.pixels[i * image.channels]; };
   bool has_negative = false;
-  bool is_two_component = texels != 0;
+  bool has_two_components = texels != 0;
   for (std::size_t i = 0; i < texels; ++i) {
     const float* p = texel(i);
     has_negative =
         has_negative || p[0] < kMinEncodedZero || p[1] < kMinEncodedZero || p[2] < kMinEncodedZero;
-    is_two_component = is_two_component && p[2] == 0;
+    has_two_components = has_two_components && p[2] == 0;
   }
-  if (!has_negative && !is_two_component) return image;
+  if (!has_negative && !has_two_components) return image;
   for (std::size_t i = 0; i < texels; ++i) {
     float* p = texel(i);
     for (int c = 0; c < 3 && has_negative; ++c) p[c] = p[c] * 0.5F + 0.5F;
-    if (is_two_component) {
+    if (has_two_components) {
       const float x = 2 * p[0] - 1;
       const float y = 2 * p[1] - 1;
       p[2] = std::sqrt(std::max(0.0F, 1 - x * x - y * y)) * 0.5F + 0.5F;
@@ -78,14 +79,14 @@ Image load_curvature(const std::filesystem::path& path) {
   for (const float value : bend.pixels) {
     if (std::abs(value) > 1.01F / 255 * max_magnitude) magnitudes.push_back(std::abs(value));
   }
-  float normalizer = 1;
+  float percentile = 1;
   if (!magnitudes.empty()) {
     const auto percentile_95 =
         magnitudes.begin() + static_cast<std::ptrdiff_t>((magnitudes.size() * 95 + 99) / 100 - 1);
     std::nth_element(magnitudes.begin(), percentile_95, magnitudes.end());
-    normalizer = *percentile_95;
+    percentile = *percentile_95;
   }
-  for (float& value : bend.pixels) value = std::clamp(value / normalizer, -1.0F, 1.0F) / 2 + 0.5F;
+  for (float& value : bend.pixels) value = std::clamp(value / percentile, -1.0F, 1.0F) / 2 + 0.5F;
   return bend;
 }
 
@@ -106,19 +107,19 @@ Image load_mask(const std::filesystem::path& path) {
 namespace {
 
 /// The shortest decimal text that reads back as this value.
-std::string text_of(float value) {
+std::string shortest_decimal(float value) {
   std::array<char, 32> text{};
   return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
 }
 
 }  // namespace
 
-std::vector<ImageText> texts_of(const SaveImageOptions& options,
-                                const std::vector<ValueRange>& ranges, const std::string& unit) {
+std::vector<ImageText> value_texts(const SaveImageOptions& options,
+                                   const std::vector<ValueRange>& ranges, const std::string& unit) {
   std::vector<ImageText> texts;
   std::string text;
   for (const auto [low, high] : ranges) {
-    text += (text.empty() ? "" : " ") + text_of(low) + " " + text_of(high);
+    text += (text.empty() ? "" : " ") + shortest_decimal(low) + " " + shortest_decimal(high);
   }
   if (!text.empty()) texts.push_back({"Range", text});
   if (!unit.empty()) texts.push_back({is_exr(options) ? "unit" : "Unit", unit});
@@ -138,7 +139,7 @@ std::vector<std::filesystem::path> save_image(const BakedMap& map,
   }
   options.origin = map.origin;
   for (ImageText& text :
-       texts_of(options, stored_ranges(map, options.format), std::string(map.unit))) {
+       value_texts(options, stored_ranges(map, options.format), std::string(map.unit))) {
     options.texts.push_back(std::move(text));
   }
   BakedMap copy;
@@ -148,13 +149,13 @@ std::vector<std::filesystem::path> save_image(const BakedMap& map,
     to_stored(copy, options.format);
   }
   const BakedMap& stored = converts ? copy : map;
-  if (!map.mips.empty() && holds_mips(options)) {
+  if (!map.mips.empty() && stores_mips_in_one_file(options)) {
     save_mipmapped(stored.image, stored.mips, path, options);
     return {path};
   }
   std::vector<std::filesystem::path> files;
   for (std::size_t level = 0; level <= map.mips.size(); ++level) {
-    files.push_back(level_file(path, level));
+    files.push_back(mip_level_file(path, level));
     save_image(level == 0 ? stored.image : stored.mips[level - 1], files.back(), options);
   }
   return files;

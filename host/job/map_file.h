@@ -29,7 +29,7 @@ Image load_mask(const std::filesystem::path& path);
 
 /// Text entries of an image file that describe its values. \param ranges  the values at 0 and 1, per channel; empty:
 /// the values are stored unscaled
-std::vector<ImageText> texts_of(const SaveImageOptions& options,
-                                const std::vector<ValueRange>& ranges, const std::string& unit);
+std::vector<ImageText> value_texts(const SaveImageOptions& options,
+                                   const std::vector<ValueRange>& ranges, const std::string& unit);
 
 }  // namespace kiln

@@ -94,10 +94,12 @@ MapVariant parse_variant(const Job& job, const std::string& word) {
     // separate the items of --maps.
     const bool is_setting = row != nullptr && row->is_map_option() && row->applies_to(info) &&
                             row->value.type != "list";
-    const std::string member = is_setting ? row->value.member : "";
-    const auto is_of = [&](std::string_view path) { return member.starts_with(path); };
-    const bool is_known = is_of("bake.occlusion") || is_of("bake.light") ||
-                          is_of("bake.curvature_radius") || is_of("bake.id_by");
+    const std::string option_member = is_setting ? row->value.member : "";
+    const auto is_in_member = [&](std::string_view path) {
+      return option_member.starts_with(path);
+    };
+    const bool is_known = is_in_member("bake.occlusion") || is_in_member("bake.light") ||
+                          is_in_member("bake.curvature_radius") || is_in_member("bake.id_by");
     refuse_if(
         !is_known,
         option("maps") + " '" + word + "': '" + part + "' cannot be set for the map " +
@@ -114,10 +116,11 @@ MapVariant parse_variant(const Job& job, const std::string& word) {
     } catch (const Error& error) {
       fail_usage(option("maps") + " '" + word + "': " + error.message());
     }
-    if (is_of("bake.occlusion")) map.occlusion = parsed_job.bake.occlusion;
-    if (is_of("bake.light")) map.light = parsed_job.bake.light;
-    if (is_of("bake.curvature_radius")) map.curvature_radius = parsed_job.bake.curvature_radius;
-    if (is_of("bake.id_by")) map.id_by = parsed_job.bake.id_by;
+    if (is_in_member("bake.occlusion")) map.occlusion = parsed_job.bake.occlusion;
+    if (is_in_member("bake.light")) map.light = parsed_job.bake.light;
+    if (is_in_member("bake.curvature_radius"))
+      map.curvature_radius = parsed_job.bake.curvature_radius;
+    if (is_in_member("bake.id_by")) map.id_by = parsed_job.bake.id_by;
   }
   return map;
 }
@@ -133,29 +136,30 @@ void share_occluders(BakeOptions& options) {
 
 namespace {
 
-[[noreturn]] void bad(const Job& a, const Message& what) {
+[[noreturn]] void fail_max_error(const Job& a, const Message& what) {
   fail_usage(option("max_error") + " is '" + a.low.make.max_error + "': " + what);
 }
 
-std::vector<std::string_view> items_of(std::string_view list) {
-  std::vector<std::string_view> items;
+std::vector<std::string_view> split_items(std::string_view list) {
+  std::vector<std::string_view> bound_items;
   for (;;) {
     const std::size_t comma = list.find(',');
-    items.push_back(list.substr(0, comma));
-    if (comma == std::string_view::npos) return items;
+    bound_items.push_back(list.substr(0, comma));
+    if (comma == std::string_view::npos) return bound_items;
     list.remove_prefix(comma + 1);
   }
 }
 
 }  // namespace
 
-std::string normal_bound(const std::string& max_error) {
-  for (const std::string_view item : items_of(max_error)) {
-    const std::size_t sign = item.find('=');
-    if (sign != std::string_view::npos && item.substr(0, sign) == shading_map().name) {
-      refuse_if(sign + 1 == item.size(), option("max_error") + " is '" + max_error +
-                                             "': give degrees after normal=, such as normal=1.5.");
-      return std::string(item.substr(sign + 1));
+std::string normal_error_bound(const std::string& max_error) {
+  for (const std::string_view bound_item : split_items(max_error)) {
+    const std::size_t sign = bound_item.find('=');
+    if (sign != std::string_view::npos && bound_item.substr(0, sign) == shading_map().name) {
+      refuse_if(sign + 1 == bound_item.size(),
+                option("max_error") + " is '" + max_error +
+                    "': give degrees after normal=, such as normal=1.5.");
+      return std::string(bound_item.substr(sign + 1));
     }
   }
   return "";
@@ -163,35 +167,37 @@ std::string normal_bound(const std::string& max_error) {
 
 std::vector<MapBound> map_bounds(const Job& a) {
   std::vector<MapBound> bounds;
-  if (!bounds_maps(a)) return bounds;
+  if (!bounds_map_errors(a)) return bounds;
   std::vector<std::string_view> named;
   const std::vector<std::string> own_names = own_map_names(a);
-  for (const std::string_view item : items_of(a.low.make.max_error)) {
-    const std::size_t sign = item.find('=');
+  for (const std::string_view bound_item : split_items(a.low.make.max_error)) {
+    const std::size_t sign = bound_item.find('=');
     if (sign == std::string_view::npos) {
-      bad(a, "'" + std::string(item) + "' has no map: give MAP=ERROR, such as ao=2/255.");
+      fail_max_error(
+          a, "'" + std::string(bound_item) + "' has no map: give MAP=ERROR, such as ao=2/255.");
     }
-    const std::string_view name = item.substr(0, sign);
+    const std::string_view name = bound_item.substr(0, sign);
     if (std::find(named.begin(), named.end(), name) != named.end()) {
-      bad(a, std::string(name) + " is given two errors: leave one of them out.");
+      fail_max_error(a, std::string(name) + " is given two errors: leave one of them out.");
     }
     named.push_back(name);
     if (name == shading_map().name) continue;
     const std::vector<MapKind> maps = requested_maps(a);
     if (std::find(maps.begin(), maps.end(), MapKind{name}) == maps.end() &&
         std::find(own_names.begin(), own_names.end(), name) == own_names.end()) {
-      bad(a, "the map '" + std::string(name) + "' is not baked: add it to " + option("maps") +
-                 ", or leave it out.");
+      fail_max_error(a, "the map '" + std::string(name) + "' is not baked: add it to " +
+                            option("maps") + ", or leave it out.");
     }
-    const double error = fraction(item.substr(sign + 1)).value_or(0);
+    const double error = fraction(bound_item.substr(sign + 1)).value_or(0);
     if (error == 0) {
-      bad(a, "the error of " + std::string(name) +
-                 " must be a number or a fraction above 0, such as 2/255.");
+      fail_max_error(a, "the error of " + std::string(name) +
+                            " must be a number or a fraction above 0, such as 2/255.");
     }
     bounds.push_back({MapKind{name}, error});
   }
   if (std::find(named.begin(), named.end(), shading_map().name) == named.end()) {
-    bad(a, "add normal=DEGREES, since the error of normals decides the match and the faces.");
+    fail_max_error(
+        a, "add normal=DEGREES, since the error of normals decides the match and the faces.");
   }
   return bounds;
 }
@@ -201,7 +207,7 @@ void enable_occlusion_smoothing(Job& a) {
   if (std::any_of(std::begin(kGatherFlags), std::end(kGatherFlags),
                   [&](const char* flag) { return a.given.contains(flag); }))
     return;
-  for (const std::string_view bound : items_of(a.low.make.max_error)) {
+  for (const std::string_view bound : split_items(a.low.make.max_error)) {
     const std::string_view name = bound.substr(0, bound.find('='));
     if (std::any_of(maps().begin(), maps().end(), [&](const MapInfo& map) {
           return map.kind.name == name && obeys(map, "occlusion.max_error");
@@ -284,7 +290,7 @@ PackChannel parse_channel(const Job& a, const std::string& text, const std::stri
 }  // namespace
 
 std::vector<Pack> parse_packs(const Job& a) {
-  std::vector<Pack> packs;
+  std::vector<Pack> packed_images;
   for (const std::string& text : a.packs) {
     const std::size_t equals = text.find('=');
     Pack pack;
@@ -295,7 +301,7 @@ std::vector<Pack> parse_packs(const Job& a) {
       fail(text, "write NAME=MAP,MAP,MAP, such as orm=ao,roughness,metallic.");
     }
     if (channels_of(a, pack.name) != 0 || pack.name == "layers" ||
-        std::any_of(packs.begin(), packs.end(),
+        std::any_of(packed_images.begin(), packed_images.end(),
                     [&](const Pack& other) { return other.name == pack.name; })) {
       fail(text, "'" + pack.name +
                      "' is already the name of another file of this bake: choose another name.");
@@ -311,9 +317,9 @@ std::vector<Pack> parse_packs(const Job& a) {
                     [](const PackChannel& channel) { return channel.map.empty(); })) {
       fail(text, "at least one channel must be a map, not a number.");
     }
-    packs.push_back(std::move(pack));
+    packed_images.push_back(std::move(pack));
   }
-  return packs;
+  return packed_images;
 }
 
 }  // namespace kiln

@@ -45,7 +45,7 @@ std::vector<MapBound> map_bounds(const Job& arguments);
 
 /// The text after "normal=" in --max-error; empty if there is no such item.
 /// \throws Error(usage) if the value is missing
-std::string normal_bound(const std::string& max_error);
+std::string normal_error_bound(const std::string& max_error);
 
 /// States the error that a map reached: "ao: 0.0052 off, 0.00784 wanted (root mean square at 2,003 points of the
 /// surface)".
@@ -71,7 +71,7 @@ std::vector<Pack> parse_packs(const Job& arguments);
 /// Packs the channels of one mip level into an image.
 /// \param image_of  returns the image of a map at that level by name, encoded as in its file
 template <typename ImageOf>
-Image packed(const Pack& pack, const ImageOf& image_of) {
+Image pack_channels(const Pack& pack, const ImageOf& image_of) {
   Image image;
   for (const PackChannel& channel : pack.channels) {
     if (channel.map.empty()) continue;

@@ -14,9 +14,9 @@
 namespace kiln {
 namespace {
 
-Warning bound_not_reached(const PlannedBake& planned) {
+Warning mean_error_warning(const PlannedBake& planned) {
   if (planned.chosen.error.mean_degrees <= planned.wanted) {
-    return bounds_not_reached(planned.bounds, planned.chosen.width);
+    return map_bounds_warning(planned.bounds, planned.chosen.width);
   }
   const std::string wanted_text = formatted(
       "No match is expected to reach a mean error of %.3g degrees with this low poly and the "
@@ -30,7 +30,7 @@ Warning bound_not_reached(const PlannedBake& planned) {
 }
 
 /// The warning about misses of a low poly that Kiln made. Both meshes coincide then, so deviation is the only cause.
-Message misses_of_made(const BakeReport& report, double deviation) {
+Message explain_misses_of_made_low(const BakeReport& report, double deviation) {
   const std::string text = formatted(
       "%s of the samples found no point of the high poly within the search distance: the low poly "
       "deviates by up to %.1f%% of the diagonal. Use more faces, or raise ",
@@ -40,18 +40,18 @@ Message misses_of_made(const BakeReport& report, double deviation) {
 }
 
 /// Completes the library's warning about misses: the file, the place, and remedies among the job's options.
-void name_place_of_misses(const BakeScene& scene, BakeResult& result) {
+void complete_miss_warning(const BakeScene& scene, BakeResult& result) {
   const Mesh& low = scene.low.mesh;
   const bool is_made_by_kiln = scene.low.simplified && !result.report.uv && !result.report.views;
-  const bool most_missed = result.report.missed * 2 > result.report.samples;
+  const bool misses_over_half = result.report.missed * 2 > result.report.samples;
   for (Warning& warning : result.report.warnings) {
     if (warning.code != "many-misses") continue;
-    const Message description = is_made_by_kiln
-                                    ? misses_of_made(result.report, scene.low.simplified->error)
-                                    : warning.message;
+    const Message description =
+        is_made_by_kiln ? explain_misses_of_made_low(result.report, scene.low.simplified->error)
+                        : warning.message;
     warning.message =
         "'" + scene.low.path + "': " + description + " " + describe_missed_place(result, low) +
-        (is_made_by_kiln ? "" : bounds_mismatch_hint(scene.high.mesh(), low, most_missed));
+        (is_made_by_kiln ? "" : bounds_mismatch_hint(scene.high.mesh(), low, misses_over_half));
   }
 }
 
@@ -59,7 +59,7 @@ void name_place_of_misses(const BakeScene& scene, BakeResult& result) {
 void check_baked_layout(const BakeScene& scene, const Source& source, BakedLayout& baked) {
   if (baked.result.cancelled) throw Cancelled{};
   check_result(baked.result.report, scene.high.mesh(), scene.low.mesh);
-  name_place_of_misses(scene, baked.result);
+  complete_miss_warning(scene, baked.result);
   if (scene.run.job.reasons) {
     baked.reasons = explain(*baked.result.match, source, scene.low.mesh, baked.options);
   }
@@ -71,9 +71,9 @@ void sample_images(const BakeScene& scene, const Source& source, BakeOptions opt
   options.progress = {};  // the bake reports its own progress
   const MatchResult found = match(source, scene.low.mesh, options);
   if (found.cancelled) throw Cancelled{};
-  baked.own_images = scene.run.hooks.sample(found.match, scene.high.mesh());
+  baked.sampled_images = scene.run.hooks.sample(found.match, scene.high.mesh());
   const auto is_own = [&](std::string_view name) {
-    return baked.own_images.contains(std::string(name));
+    return baked.sampled_images.contains(std::string(name));
   };
   std::erase_if(baked.options.maps, [&](MapKind map) { return is_own(map.name); });
   std::erase_if(baked.options.transfers,
@@ -82,12 +82,12 @@ void sample_images(const BakeScene& scene, const Source& source, BakeOptions opt
 
 /// True if images of RunHooks::sample replace all maps to bake. Transfers alone still need the bake of one map, so the
 /// shading map is added, and not written.
-bool has_own_images_alone(BakedLayout& baked) {
+bool sampled_images_replace_all_maps(BakedLayout& baked) {
   BakeOptions& options = baked.options;
   if (!options.maps.empty() || !options.own_maps.empty() || !options.variants.empty()) return false;
   if (options.transfers.empty()) return true;
   options.maps = {shading_map()};
-  baked.own_images_alone = true;
+  baked.sampled_images_alone = true;
   return false;
 }
 
@@ -112,7 +112,7 @@ PlannedBake bake_by_best_match(const BakeScene& scene, const Source& source,
   }
   PlannedBake planned = bake_planned(source, scene.low.mesh, plan);
   if (planned.result.cancelled) throw Cancelled{};
-  if (!planned.reached) scene.run.log.warnings.push_back(bound_not_reached(planned));
+  if (!planned.reached) scene.run.log.warnings.push_back(mean_error_warning(planned));
   return planned;
 }
 
@@ -132,7 +132,7 @@ BakeOptions options_of_plan(const BakeOptions& asked, const LowPolyPlan& plan,
 
 }  // namespace
 
-BakeResult bake_from(const HighPolyInput& high, const Source& source, const Mesh& low,
+BakeResult bake_high(const HighPolyInput& high, const Source& source, const Mesh& low,
                      const BakeOptions& options) {
   try {
     return bake(source, low, options);
@@ -153,13 +153,13 @@ BakedLayout bake_layout(const BakeScene& scene, const Source& source, BakeOption
   load_saved_match(scene, baked);
   if (scene.run.hooks.sample) {
     sample_images(scene, source, baked.options, baked);
-    if (has_own_images_alone(baked)) return baked;
+    if (sampled_images_replace_all_maps(baked)) return baked;
   }
   if (scene.run.job.match_auto) {
     baked.planned = bake_by_best_match(scene, source, baked.options);
     baked.result = std::move(baked.planned->result);
   } else {
-    baked.result = bake_from(scene.high.input, source, scene.low.mesh, baked.options);
+    baked.result = bake_high(scene.high.input, source, scene.low.mesh, baked.options);
   }
   check_baked_layout(scene, source, baked);
   return baked;
@@ -185,7 +185,7 @@ BakedLayout bake_planned_low(const BakeScene& scene, const Source& source, BakeO
     sample_images(scene, source, options_of_plan(baked.options, planned.plan, baked.result.report),
                   baked);
     std::erase_if(baked.result.maps, [&](const BakedMap& map) {
-      return baked.own_images.contains(std::string(map.kind.name));
+      return baked.sampled_images.contains(std::string(map.kind.name));
     });
   }
   warn_of_heavy_low(low.mesh, scene.high.mesh(), log.warnings);

@@ -20,13 +20,14 @@ void check_cage_directions(const Job& arguments, const Mesh& low, const Mesh& ca
   if (cage.triangles.size() != low.triangles.size()) return;
   // A vertex of LOW that corresponds to two different points means that the cage is an independent hull, which only
   // happens to have as many triangles.
-  std::vector<std::optional<std::uint32_t>> partner(low.positions.size());
+  std::vector<std::optional<std::uint32_t>> cage_vertex_of(low.positions.size());
   for (std::size_t t = 0; t < low.triangles.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t cage_vertex = cage.triangles[t][k];
-      const std::uint32_t first_cage_vertex = partner.at(low.triangles[t][k]).value_or(cage_vertex);
+      const std::uint32_t first_cage_vertex =
+          cage_vertex_of.at(low.triangles[t][k]).value_or(cage_vertex);
       if (cage.positions.at(first_cage_vertex) != cage.positions.at(cage_vertex)) return;
-      partner[low.triangles[t][k]] = first_cage_vertex;
+      cage_vertex_of[low.triangles[t][k]] = first_cage_vertex;
     }
   }
   for (const char* flag : {"--direction", "--edge-width"}) {
@@ -85,7 +86,7 @@ void MatchInputs::find_cage(const Job& job, const Device& device, const Mesh& hi
 
 void MatchInputs::apply_cage(BakeOptions& options) const {
   if (cage_mesh_) options.match.cage_mesh = &*cage_mesh_;
-  // the distance was the limit of the search for the cage, not of the rays
+  // the search distance limited the search for the cage; rays end at the cage itself
   if (found_cage_) options.match.max_distance.reset();
 }
 
@@ -103,7 +104,7 @@ void MatchInputs::apply(BakeOptions& options) const {
 
 namespace {
 
-/// Removes collision hulls, and counts each file's triangles without them.
+/// Removes collision hulls, and corrects the index of each file's first triangle.
 void remove_collision_hulls(MeshFiles& files, std::vector<Warning>& warnings) {
   const std::vector<std::uint8_t> is_hull = collision_hulls(files.mesh);
   files.hulls = take_collision_hulls(files.mesh, &warnings);
@@ -145,9 +146,9 @@ namespace {
 constexpr std::size_t kMaxCageColumns = 4096;
 constexpr float kNoVertex = -1;
 
-bool is_image(const std::filesystem::path& path) { return lower_extension(path) == ".exr"; }
+bool is_image_file(const std::filesystem::path& path) { return lower_extension(path) == ".exr"; }
 
-std::array<double, 3> offset(const Vec3& from, const Vec3& to) {
+std::array<double, 3> offset_between(const Vec3& from, const Vec3& to) {
   return {double{to.x} - from.x, double{to.y} - from.y, double{to.z} - from.z};
 }
 
@@ -171,7 +172,7 @@ struct CageGrid {
                     ErrorCode::input);
 }
 
-Image image_of(const Mesh& cage, const Mesh& low) {
+Image cage_image(const Mesh& cage, const Mesh& low) {
   const std::size_t count = low.positions.size();
   const CageGrid grid(count);
   Image image;
@@ -186,7 +187,7 @@ Image image_of(const Mesh& cage, const Mesh& low) {
       }
       const Vec3 &vertex = low.positions[v], &outer = cage.positions[v],
                  &inner = cage.positions[count + v];
-      std::array<double, 3> direction = offset(inner, outer);
+      std::array<double, 3> direction = offset_between(inner, outer);
       const double size = std::sqrt(dot(direction, direction));
       std::array<float, 3> unit{};
       for (std::size_t k = 0; k < 3 && size > 0; ++k) {
@@ -194,7 +195,7 @@ Image image_of(const Mesh& cage, const Mesh& low) {
         direction[k] = double{unit[k]};
       }
       const std::array<double, 3> vertex_offset =
-          shell == 0 ? offset(vertex, outer) : offset(inner, vertex);
+          shell == 0 ? offset_between(vertex, outer) : offset_between(inner, vertex);
       const double distance =
           size > 0 ? dot(vertex_offset, direction) / dot(direction, direction) : 0;
       image.pixels.insert(image.pixels.end(),
@@ -207,14 +208,14 @@ Image image_of(const Mesh& cage, const Mesh& low) {
 }  // namespace
 
 void save_cage(const Mesh& cage, const Mesh& low, const std::filesystem::path& path) {
-  if (is_image(path)) {
-    save_image(image_of(cage, low), path, {ImageFormat::exr_float});
+  if (is_image_file(path)) {
+    save_image(cage_image(cage, low), path, {ImageFormat::exr_float});
   } else {
     save_obj(cage, path);
   }
 }
 
-Mesh cage_of(const Image& image, const std::filesystem::path& path, const Mesh& low) {
+Mesh cage_from_image(const Image& image, const std::filesystem::path& path, const Mesh& low) {
   const std::size_t count = low.positions.size();
   const CageGrid grid(count);
   if (image.channels != 4) {
@@ -272,7 +273,7 @@ Mesh cage_of(const Image& image, const std::filesystem::path& path, const Mesh& 
 
 Mesh load_cage(const std::filesystem::path& path, const Mesh& low, const LoadMeshOptions& options,
                std::vector<Warning>* warnings) {
-  if (is_image(path)) return cage_of(load_image(path), path, low);
+  if (is_image_file(path)) return cage_from_image(load_image(path), path, low);
   Mesh cage = load_mesh(path, options, warnings);
   // The cage may be a copy of LOW's whole file, including its collision hulls.
   if (cage.triangles.size() > low.triangles.size()) take_collision_hulls(cage);

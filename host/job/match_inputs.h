@@ -76,6 +76,6 @@ Mesh load_cage(const std::filesystem::path& path, const Mesh& low, const LoadMes
                std::vector<Warning>* warnings);
 
 /// Decodes the cage from an image. \param path  the image's file, for messages
-Mesh cage_of(const Image& image, const std::filesystem::path& path, const Mesh& low);
+Mesh cage_from_image(const Image& image, const std::filesystem::path& path, const Mesh& low);
 
 }  // namespace kiln

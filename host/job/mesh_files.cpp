@@ -22,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uint32_t kGridCells = 512;  // cells along a side of the grid over the UV square
-constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+constexpr std::uint32_t kNoTriangle = 0xFFFFFFFFU;
 
 std::array<Vec2, 3> uvs_of(const Mesh& mesh, std::uint32_t t) {
   const auto& [a, b, c] = mesh.uv_triangles[t];
@@ -79,11 +79,11 @@ void for_each_cell_inside(const std::array<Vec2, 3>& uvs, const Use& use) {
   for (std::uint32_t y = y0; y < y1; ++y) {
     for (std::uint32_t x = x0; x < x1; ++x) {
       const double u = (x + 0.5) / kGridCells, v = (y + 0.5) / kGridCells;
-      bool inside = true;
+      bool is_inside = true;
       for (std::size_t k = 0; k < 3; ++k) {
-        inside = inside && edge(uvs[k], uvs[(k + 1) % 3], u, v) * area > 0;
+        is_inside = is_inside && edge(uvs[k], uvs[(k + 1) % 3], u, v) * area > 0;
       }
-      if (inside) use(x, y);
+      if (is_inside) use(x, y);
     }
   }
 }
@@ -132,9 +132,9 @@ void add_beside(const Asset& file, Asset& all) {
   if (all.scene.empty()) all.scene = file.scene;
 }
 
-/// The materials in the order of the joined mesh's names; default ones for names without a material.
-std::vector<Material> order_by_name(const std::vector<Material>& materials,
-                                    const std::vector<std::string>& names) {
+/// Returns materials in the order of the joined mesh's material names; a name without a material gets a default one.
+std::vector<Material> sort_by_material_names(const std::vector<Material>& materials,
+                                             const std::vector<std::string>& names) {
   std::vector<Material> result;
   for (const std::string& name : names) {
     const auto found =
@@ -154,7 +154,7 @@ std::vector<Material> order_by_name(const std::vector<Material>& materials,
 void move_uvs(const std::vector<std::size_t>& group_of,
               const std::function<Vec2(std::size_t, const Vec2&)>& move, Mesh& mesh) {
   std::vector<Vec2> new_uvs;
-  // new index of each pair of group and UV
+  // Key: group and old UV index. Value: index of the group's own copy of that UV.
   std::map<std::pair<std::size_t, std::uint32_t>, std::uint32_t> new_index;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     for (std::uint32_t& uv : mesh.uv_triangles[t]) {
@@ -217,7 +217,7 @@ MeshFiles load_meshes(const std::vector<JobInput>& inputs, const LoadMeshOptions
 
 void keep_named_materials(MeshFiles& files) {
   std::vector<Material>& materials = files.beside.materials;
-  if (!materials.empty()) materials = order_by_name(materials, files.mesh.material_names);
+  if (!materials.empty()) materials = sort_by_material_names(materials, files.mesh.material_names);
 }
 
 std::string quote_files(const std::vector<std::string>& files) {
@@ -235,37 +235,37 @@ std::string quote_files(const std::vector<std::string>& files) {
 
 void warn_of_shared_texels(const MeshFiles& low, std::vector<Warning>& warnings) {
   if (low.files.size() < 2 || low.mesh.uv_triangles.empty()) return;
-  std::vector<std::uint32_t> owner(std::size_t{kGridCells} * kGridCells, kNone);
-  std::vector<const std::string*> last_overlapping(
-      owner.size(),
-      nullptr);  // the last file that overlaps each cell
-  std::map<std::pair<std::string, std::string>, UvOverlap> pairs;
+  std::vector<std::uint32_t> first_triangle_in(std::size_t{kGridCells} * kGridCells, kNoTriangle);
+  std::vector<const std::string*> last_overlapping_file(
+      first_triangle_in.size(),
+      nullptr);  // per cell: the last file of which a triangle overlaps another file's
+  std::map<std::pair<std::string, std::string>, UvOverlap> overlaps;
   for (std::uint32_t t = 0; t < low.mesh.triangles.size(); ++t) {
     for_each_cell_inside(uvs_of(low.mesh, t), [&](std::uint32_t x, std::uint32_t y) {
-      std::uint32_t& cell_owner = owner[std::size_t{y} * kGridCells + x];
-      if (cell_owner == kNone) cell_owner = t;
-      const std::string &a = low.file_of(cell_owner), &b = low.file_of(t);
-      const std::string*& last = last_overlapping[std::size_t{y} * kGridCells + x];
-      if (&a == &b || last == &b || has_same_uvs(low.mesh, cell_owner, t)) return;
+      std::uint32_t& first_triangle = first_triangle_in[std::size_t{y} * kGridCells + x];
+      if (first_triangle == kNoTriangle) first_triangle = t;
+      const std::string &a = low.file_of(first_triangle), &b = low.file_of(t);
+      const std::string*& last = last_overlapping_file[std::size_t{y} * kGridCells + x];
+      if (&a == &b || last == &b || has_same_uvs(low.mesh, first_triangle, t)) return;
       last = &b;
-      UvOverlap& shared = pairs[{a, b}];
-      if (shared.cells++ == 0) {
-        shared.u = (x + 0.5) / kGridCells;
-        shared.v = (y + 0.5) / kGridCells;
+      UvOverlap& overlap = overlaps[{a, b}];
+      if (overlap.cells++ == 0) {
+        overlap.u = (x + 0.5) / kGridCells;
+        overlap.v = (y + 0.5) / kGridCells;
       }
     });
   }
-  for (const auto& [files, shared] : pairs) {
+  for (const auto& [files, overlap] : overlaps) {
     const std::string text = formatted(
         " overlap on %s of the unit square, at UV (%.4g, %.4g) ",
-        percent(static_cast<double>(shared.cells) / (double{kGridCells} * kGridCells), 2).c_str(),
-        shared.u, shared.v);
+        percent(static_cast<double>(overlap.cells) / (double{kGridCells} * kGridCells), 2).c_str(),
+        overlap.u, overlap.v);
     warnings.push_back(
         {"files-overlap",
          "UVs of '" + files.first + "' and '" + files.second + "'" + text +
              "for example, but all LOW files share one map: place the layouts side by side, add " +
              option("unwrap") + ", or bake them separately.",
-         shared.cells});
+         overlap.cells});
   }
 }
 
@@ -316,8 +316,8 @@ struct SideValues {
     }
   }
   const std::optional<std::string>& value_of_side(MeshSide side) const {
-    static const std::optional<std::string> no_value;
-    return side == MeshSide::high ? high : side == MeshSide::low ? low : no_value;
+    static const std::optional<std::string> unset_value;
+    return side == MeshSide::high ? high : side == MeshSide::low ? low : unset_value;
   }
 };
 
@@ -344,18 +344,19 @@ void check_mesh_frame(const MeshFrameArguments& arguments, const std::vector<std
     refuse_if(
         values.low && low.empty(),
         option_of(flag.name) + " low= needs a given LOW: name one, or leave this option out.");
-    const auto needs = [&](const std::string& file) {
+    const auto depends_on_option = [&](const std::string& file) {
       return !is_height_field(file) && !has_extension(file, flag.stating_formats);
     };
-    const auto any_file_needs = [&](const std::vector<std::string>& files) {
-      return std::any_of(files.begin(), files.end(), needs);
+    const auto any_file_depends_on_option = [&](const std::vector<std::string>& files) {
+      return std::any_of(files.begin(), files.end(), depends_on_option);
     };
     refuse_if(values.high && high.empty(),
               option_of(flag.name) + " high= needs a HIGH: name one, or leave this option out.");
     refuse_if(values.high && std::all_of(high.begin(), high.end(), is_height_field),
               option_of(flag.name) +
                   " high= applies to meshes, but HIGH is a height field: leave it out.");
-    if (values.both && !any_file_needs(high) && !any_file_needs(low) && !any_file_needs(others)) {
+    if (values.both && !any_file_depends_on_option(high) && !any_file_depends_on_option(low) &&
+        !any_file_depends_on_option(others)) {
       fail_usage(option_of(flag.name, *values.both) +
                  " applies to files that do not state this themselves, but all given files do: "
                  "leave it out, or write " +

@@ -14,7 +14,7 @@ namespace kiln {
 namespace {
 
 /// The name of an option in Python and JSON, such as "max_distance".
-std::string key_of(const OptionRow& row) {
+std::string option_key(const OptionRow& row) {
   std::string name = lower_case(row.flag.substr(row.flag.find_first_not_of('-')));
   std::replace(name.begin(), name.end(), '-', '_');
   return name;
@@ -22,12 +22,13 @@ std::string key_of(const OptionRow& row) {
 
 bool is_positional(const OptionRow& row) { return !row.flag.starts_with('-'); }
 /// True for the rows of --high and --low. JSON lists their files together with the first input of the side.
-bool is_further_files_row(const OptionRow& row) {
+bool adds_further_files(const OptionRow& row) {
   return row.flag == "--high" || row.flag == "--low";
 }
 
-/// True if a row's members, such as "bake.width, bake.height", include a name, with or without "bake." before it.
-bool has_member(const OptionRow& row, std::string_view name) {
+/// True if the members that a row sets, such as "bake.width, bake.height", include `name`, with or
+/// without "bake." before it.
+bool row_has_member(const OptionRow& row, std::string_view name) {
   std::string_view rest = row.value.member;
   for (;;) {
     const std::size_t comma = rest.find(", ");
@@ -47,23 +48,23 @@ std::string key_of_name(std::string_view name) {
 
 const OptionRow& require_option(std::string_view name) {
   if (const OptionRow* const row = find_option(name)) return *row;
-  std::vector<std::string> known_names;
+  std::vector<std::string> option_names;
   for (const OptionRow& row : bake_rows()) {
-    if (!is_further_files_row(row)) known_names.push_back(key_of(row));
+    if (!adds_further_files(row)) option_names.push_back(option_key(row));
   }
-  const std::string suggestion = nearest_word(key_of_name(name), known_names);
+  const std::string suggestion = nearest_word(key_of_name(name), option_names);
   fail_usage(
       "A job has no option '" + std::string(name) + "'" +
       (suggestion.empty() ? ": options_json() lists them." : "; did you mean " + suggestion + "?"));
 }
 
-void set_row(Job& job, const OptionRow& row, const OptionWords& words) {
+void set_row_value(Job& job, const OptionRow& row, const OptionWords& words) {
   if (is_positional(row) && row.flag != "--out") {
     std::vector<JobInput>& inputs = row.flag == "HIGH" ? job.high : job.low.given;
     inputs.assign(words.begin(), words.end());
     return;
   }
-  const std::string name = key_of(row);
+  const std::string name = option_key(row);
   refuse_if(words.empty(), option(name) + " has no value: give one, or leave the option out.");
   refuse_if(words.size() > 1 && !row.value.repeats,
             option(name) + " was given " + std::to_string(words.size()) + " values: give it one.");
@@ -114,7 +115,7 @@ OptionWords words_from_json(const OptionRow& row, const Json& value) {
         continue;
       }
       refuse_if(element.is_array() || element.is_object() || element.is_null(),
-                option(key_of(row)) + ": one element of the list is " + element.dump() +
+                option(option_key(row)) + ": one element of the list is " + element.dump() +
                     ": use only texts and numbers.");
       words.push_back(written(element));
     }
@@ -140,7 +141,7 @@ Json json_from_word(const OptionRow& row, const std::string& word) {
   return !is_number || value.is_null() || value.dump() != word ? Json(word) : value;
 }
 
-Json names_json(const std::vector<JobInput>& inputs) {
+Json input_names_json(const std::vector<JobInput>& inputs) {
   Json names = Json::array();
   for (const JobInput& input : inputs) {
     refuse_if(input.asset != nullptr,
@@ -152,8 +153,8 @@ Json names_json(const std::vector<JobInput>& inputs) {
 }
 
 bool differs_from_default(const OptionRow& row, const Job& job) {
-  static const Job defaults;
-  return row.value.write(&job) != row.value.write(&defaults);
+  static const Job default_job;
+  return row.value.write(&job) != row.value.write(&default_job);
 }
 
 }  // namespace
@@ -161,21 +162,21 @@ bool differs_from_default(const OptionRow& row, const Job& job) {
 const OptionRow* find_option(std::string_view name) {
   const std::string key = key_of_name(name);
   for (const OptionRow& row : bake_rows()) {
-    if (!is_further_files_row(row) && key_of(row) == key) return &row;
+    if (!adds_further_files(row) && option_key(row) == key) return &row;
   }
   for (const OptionRow& row : bake_rows()) {
-    if (has_member(row, name)) return &row;
+    if (row_has_member(row, name)) return &row;
   }
   return nullptr;
 }
 
 void set_option(Job& job, std::string_view name, std::string_view value) {
   const OptionRow& row = require_option(name);
-  set_row(job, row, split(row, value));
+  set_row_value(job, row, split(row, value));
 }
 
 void set_option(Job& job, std::string_view name, const std::vector<std::string>& values) {
-  set_row(job, require_option(name), values);
+  set_row_value(job, require_option(name), values);
 }
 
 std::vector<std::string> option_values(const Job& job, std::string_view name) {
@@ -207,16 +208,16 @@ std::string to_json(const Job& job) {
       "A cage, a match or an occluder is in memory, but JSON can only name files: save it, and use "
       "its path.");
   Json json = Json::object();
-  if (!job.high.empty()) json["high"] = names_json(job.high);
-  if (!job.low.given.empty()) json["low"] = names_json(job.low.given);
+  if (!job.high.empty()) json["high"] = input_names_json(job.high);
+  if (!job.low.given.empty()) json["low"] = input_names_json(job.low.given);
   const std::set<std::string> given = options_given(job);
   for (const OptionRow& row : bake_rows()) {
-    if (is_positional(row) || is_further_files_row(row) || !given.contains(row.flag)) continue;
+    if (is_positional(row) || adds_further_files(row) || !given.contains(row.flag)) continue;
     const OptionWords words = row.value.write(&job);
     if (words.empty()) continue;
     Json value = Json::array();
     for (const std::string& word : words) value.push_back(json_from_word(row, word));
-    json[key_of(row)] = row.value.repeats ? value : value[0];
+    json[option_key(row)] = row.value.repeats ? value : value[0];
   }
   return json.dump(1);
 }
@@ -228,7 +229,7 @@ void set_options(Job& job, std::string_view text) {
   for (const std::string& key : json.keys()) {
     const OptionRow& row = require_option(key);
     const Json& value = json.at(key);
-    if (!value.is_null()) set_row(job, row, words_from_json(row, value));
+    if (!value.is_null()) set_row_value(job, row, words_from_json(row, value));
   }
 }
 
@@ -239,15 +240,15 @@ Job job_from_json(std::string_view text) {
 }
 
 std::string options_json() {
-  const Job defaults;
-  return rows_json(bake_rows(), &defaults).dump(1);
+  const Job default_job;
+  return rows_json(bake_rows(), &default_job).dump(1);
 }
 
 std::string job_schema() {
   Json properties = Json::object();
   Json required = Json::array();
   for (const OptionRow& row : bake_rows()) {
-    if (is_further_files_row(row)) continue;
+    if (adds_further_files(row)) continue;
     const OptionValue& value = row.value;
     Json property = Json::object();
     const bool is_number = value.type == "whole" || value.type == "number";
@@ -272,8 +273,8 @@ std::string job_schema() {
     }
     property["anyOf"] = alternatives;
     property["description"] = row.help;
-    properties[key_of(row)] = property;
-    if (row.required) required.push_back(key_of(row));
+    properties[option_key(row)] = property;
+    if (row.required) required.push_back(option_key(row));
   }
   const Json schema = {{"$schema", "https://json-schema.org/draft/2020-12/schema"},
                        {"title", "A job of Kiln"},

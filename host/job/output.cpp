@@ -93,10 +93,10 @@ void StoredMaps::add_common(const StoredMaps& other) {
   if (other.origin) origin = other.origin;
 }
 
-void drop_unwritten(const RunHooks& hooks, BakedLayout& baked) {
+void drop_unwritten_maps(const RunHooks& hooks, BakedLayout& baked) {
   std::erase_if(baked.result.maps, [&](const BakedMap& map) {
     return hooks.not_written.contains(std::string(map.kind.name)) ||
-           (baked.own_images_alone && map.kind == shading_map());
+           (baked.sampled_images_alone && map.kind == shading_map());
   });
 }
 
@@ -178,7 +178,7 @@ void warn_of_format(const BakeScene& scene, const BakeResult& result, const Bake
     precision_step = 0;
     for (const auto [low, high] : ranges) {
       precision_step =
-          std::max(precision_step, (double{high} - low) / (holds_bytes(image) ? 255 : 65535));
+          std::max(precision_step, (double{high} - low) / (stores_8_bits(image) ? 255 : 65535));
     }
   }
   const double texel_size = texel_side(scene.low.mesh, result.report);
@@ -199,7 +199,8 @@ bool pads_for_mips(const Job& job) {
   return writes_gltf(job) || (!chooses_padding(job) && (job.low.given.empty() || job.unwrap));
 }
 
-void store(const BakeScene& scene, BakedMap& map, const std::string& name, BakedLayout& baked) {
+void convert_to_stored(const BakeScene& scene, BakedMap& map, const std::string& name,
+                       BakedLayout& baked) {
   const SaveImageOptions& options = scene.run.job.image;
   StoredMaps& stored = baked.stored;
   warn_of_clamped(scene.run, map, name, baked.result.coverage);
@@ -216,7 +217,7 @@ void store(const BakeScene& scene, BakedMap& map, const std::string& name, Baked
   if (!writes_gltf(scene.run.job) && pads_for_mips(scene.run.job)) {
     pad_for_mips(map, baked.result.coverage, chooses_padding(scene.run.job));
   }
-  if (!holds_bytes(options) || writes_gltf(scene.run.job)) return;
+  if (!stores_8_bits(options) || writes_gltf(scene.run.job)) return;
   SaveImageOptions file_options = options;
   file_options.use = texture_use(map, baked.options);
   stored.errors[name] = describe(
@@ -239,7 +240,7 @@ void save_with_mips(const BakeScene& scene, const BakedMap& map, const std::stri
       out_folder(scene.run.job), names.stem + "_" + name + names.tile, map.mips.size(), options);
   for (std::size_t level = 0; level < files.size(); ++level) {
     register_output(scene.run, files[level], outputs);
-    if (!map.mips.empty() && holds_mips(options)) {
+    if (!map.mips.empty() && stores_mips_in_one_file(options)) {
       save_mipmapped(map.image, map.mips, files[level], options);
     } else {
       save_image(level == 0 ? map.image : map.mips[level - 1], files[level], options);
@@ -258,12 +259,12 @@ void save_packs(const BakeScene& scene, BakedLayout& baked, JobOutputs& outputs)
           [&](const BakedMap& map) { return map.kind.name == name && map.cluster == 0; });
     };
     BakedMap joined;
-    joined.image =
-        packed(pack, [&](const std::string& map) -> const Image& { return map_of(map).image; });
+    joined.image = pack_channels(
+        pack, [&](const std::string& map) -> const Image& { return map_of(map).image; });
     std::size_t levels = 64;  // more than any image has
     std::vector<ValueRange> ranges;
     std::string units;
-    bool scaled = false;
+    bool has_units = false;
     for (const PackChannel& channel : pack.channels) {
       ranges.push_back({0, 1});
       if (&channel != pack.channels.data()) units += ", ";
@@ -274,18 +275,19 @@ void save_packs(const BakeScene& scene, BakedLayout& baked, JobOutputs& outputs)
       const BakedMap& map = map_of(channel.map);
       const std::vector<ValueRange> range = stored_ranges(map, image.format);
       if (!range.empty()) ranges.back() = range[channel.channel];
-      scaled = scaled || !map.unit.empty();
+      has_units = has_units || !map.unit.empty();
       units += map.unit.empty() ? "1" : map.unit;
       levels = std::min(levels, map.mips.size());
       // all maps of positions have the same origin
       if (obeys(map.info, "encoding.origin")) joined.origin = map.origin;
     }
     for (std::size_t level = 0; level < levels; ++level) {
-      joined.mips.push_back(packed(
+      joined.mips.push_back(pack_channels(
           pack, [&](const std::string& map) -> const Image& { return map_of(map).mips[level]; }));
     }
-    if (holds_floats(image) || !scaled) ranges.clear();
-    const std::vector<ImageText> texts = texts_of(image, ranges, scaled ? units : std::string());
+    if (holds_floats(image) || !has_units) ranges.clear();
+    const std::vector<ImageText> texts =
+        value_texts(image, ranges, has_units ? units : std::string());
     const bool is_color =
         std::any_of(pack.channels.begin(), pack.channels.end(), [&](const PackChannel& channel) {
           return !channel.map.empty() && map_of(channel.map).info.type == MapType::color;
@@ -301,9 +303,9 @@ void save_maps(const BakeScene& scene, BakedLayout& baked, JobOutputs& outputs) 
   std::vector<ImageLayer> layers;
   for (BakedMap& map : baked.result.maps) {
     const std::string name = cluster_name(std::string(map.kind.name), map.cluster);
-    store(scene, map, name, baked);
+    convert_to_stored(scene, map, name, baked);
     const std::vector<ImageText> texts =
-        texts_of(job.image, stored_ranges(map, job.image.format), std::string(map.unit));
+        value_texts(job.image, stored_ranges(map, job.image.format), std::string(map.unit));
     if (job.layers) {
       layers.push_back({name, &map.image, map.origin, texts});
     } else {
@@ -368,9 +370,9 @@ void check_outputs(const Job& job, std::span<const BakedSet> sets, const RunHook
                 "': a cage is an OBJ or an EXR, so the name must end in .obj or .exr.");
   const bool makes_low = writes_low(job);
   const std::string stem = low_stem(job);
-  std::vector<std::string> stems = {stem};
-  const std::uint32_t files_of_lods = joins_lods(job) ? 1 : job.low.make.lods;
-  for (std::uint32_t k = 1; k < files_of_lods; ++k) stems.push_back(lod_stem(job, k));
+  std::vector<std::string> file_stems = {stem};
+  const std::uint32_t files_of_lods = writes_lods_into_one_file(job) ? 1 : job.low.make.lods;
+  for (std::uint32_t k = 1; k < files_of_lods; ++k) file_stems.push_back(lod_stem(job, k));
   std::vector<fs::path> outputs = {job.json, job.save_cage};
   if (writes_gltf(job)) {
     std::vector<fs::path> files = {asset_file(job)};
@@ -379,12 +381,12 @@ void check_outputs(const Job& job, std::span<const BakedSet> sets, const RunHook
       outputs.push_back(file);
       outputs.push_back(file.replace_extension(".bin"));
     }
-    stems.clear();
+    file_stems.clear();
   } else if (!asset_file(job).empty()) {
     outputs.push_back(fs::path(asset_file(job)).replace_extension(".mtl"));
     check_not_foreign(outputs.back(), job.force);
   }
-  for (const std::string& name : stems) {
+  for (const std::string& name : file_stems) {
     if (makes_low) outputs.push_back(folder / (name + ".obj"));
     if (sets.empty() && (name == stem || !shares_uvs(job))) {
       add_map_outputs(job, {name, "", ""}, outputs);
@@ -414,7 +416,7 @@ void check_outputs(const Job& job, std::span<const BakedSet> sets, const RunHook
     for (const std::string& file : hooks.plan_files(stem)) outputs.push_back(folder / file);
   }
   check_paths(inputs, outputs);
-  for (const std::string& name : stems) {
+  for (const std::string& name : file_stems) {
     if (makes_low) check_not_foreign(folder / (name + ".obj"), job.force);
     if (!job.force) check_low_record(folder, name, low_source(job));
   }
@@ -449,7 +451,7 @@ void save_low_and_maps(const BakeScene& scene, const Source& source, const std::
   if (job.in_memory && !writes_gltf(job)) {
     for (BakedMap& map : baked.result.maps) {
       const std::string name = cluster_name(std::string(map.kind.name), map.cluster);
-      store(scene, map, name, baked);
+      convert_to_stored(scene, map, name, baked);
       const TextureSet set = scene.set != nullptr ? scene.set->set : TextureSet();
       outputs.maps.push_back({name, set.name, set.tile, std::move(map)});
     }
@@ -471,7 +473,7 @@ void save_low_and_maps(const BakeScene& scene, const Source& source, const std::
   } else if (low.made) {
     const fs::path path = folder / (low.stem + ".obj");
     register_output(run, path, outputs);
-    Mesh written = with_hulls(low.mesh, low.hulls);
+    Mesh written = join_collision_hulls(low.mesh, low.hulls);
     move_material_files(written, fs::path(low_source(job)).parent_path(), folder);
     save_obj(written, path);
   }

@@ -29,7 +29,7 @@ LowPolyPlanOptions low_poly_options(const BakeScene& scene, const BakeOptions& b
   options.choose_match = job.match_auto;
   options.choose_samples = !job.given.contains("--samples");
   if (job.given.contains("--format")) {
-    const bool bytes = holds_bytes(job.image);
+    const bool bytes = stores_8_bits(job.image);
     options.bits = bytes ? 8 : 16;
   }
   options.bake = bake;
@@ -88,10 +88,10 @@ Json trials_json(const std::vector<Candidate>& trials) {
 
 }  // namespace
 
-Warning plan_not_reached(const LowPolyPlan& plan, const std::string& place) {
+Warning plan_bound_warning(const LowPolyPlan& plan, const std::string& place) {
   if (plan.chosen.measured <= plan.wanted) {
     if (!(plan.max_outline > 0 && plan.chosen.silhouette_mismatch > plan.max_outline))
-      return bounds_not_reached(plan.bounds, plan.chosen.size);
+      return map_bounds_warning(plan.bounds, plan.chosen.size);
     const std::string mismatch = formatted(
         "Outlines differ by %.2g%% of the pixels that either mesh covers%s, more than the %.2g%% "
         "of ",
@@ -111,7 +111,7 @@ Warning plan_not_reached(const LowPolyPlan& plan, const std::string& place) {
           1};
 }
 
-Warning bounds_not_reached(const std::vector<MapReached>& bounds, std::uint32_t size) {
+Warning map_bounds_warning(const std::vector<MapReached>& bounds, std::uint32_t size) {
   Message text = "With maps of " + format_size(size) +
                  " texels, these maps exceed the errors that " + option("max_error") + " allows:";
   for (const MapReached& map : bounds) {
@@ -155,7 +155,7 @@ PlannedLow make_plan(const BakeScene& scene, const Source& source, const BakeOpt
   planned.plan = plan_low_poly(source, scene.high.mesh(), options);
   if (planned.plan.cancelled) throw Cancelled{};
   std::vector<Warning>& warnings = scene.run.log.warnings;
-  if (!planned.plan.reached) warnings.push_back(plan_not_reached(planned.plan));
+  if (!planned.plan.reached) warnings.push_back(plan_bound_warning(planned.plan));
   warn_of_outline(planned.plan, {}, warnings);
   return planned;
 }

@@ -9,12 +9,12 @@ namespace {
 
 struct CausedBy {
   std::string_view code;
-  std::string_view cause;
-  bool in_high = false;  // true: the cause is a warning about the high poly's file
+  std::string_view causing_code;
+  bool of_high_file = false;  // true: the causing warning is about the high poly's file
 };
 
 constexpr std::array kCauses = {
-    // warnings of the high poly, caused by others of its file
+    // warnings about the high poly whose cause is another warning about its file
     CausedBy{"source-skipped", "degenerate-triangles", true},
     CausedBy{"source-skipped", "non-finite-vertices", true},
     CausedBy{"source-rounded", "rounded-triangles", true},
@@ -48,20 +48,20 @@ constexpr std::array kCauses = {
 }  // namespace
 
 std::vector<Warning> root_causes(const std::vector<Warning>& warnings, std::size_t of_high) {
-  const auto has = [&](std::string_view code, bool in_high) {
+  const auto has = [&](std::string_view code, bool of_high_file) {
     for (std::size_t i = 0; i < warnings.size(); ++i) {
-      if ((i < of_high) == in_high && warnings[i].code == code) return true;
+      if ((i < of_high) == of_high_file && warnings[i].code == code) return true;
     }
     return false;
   };
-  std::vector<Warning> roots;
+  std::vector<Warning> root_warnings;
   for (const Warning& warning : warnings) {
-    const bool follows = std::any_of(kCauses.begin(), kCauses.end(), [&](const CausedBy& row) {
-      return warning.code == row.code && has(row.cause, row.in_high);
+    const bool has_cause = std::any_of(kCauses.begin(), kCauses.end(), [&](const CausedBy& row) {
+      return warning.code == row.code && has(row.causing_code, row.of_high_file);
     });
-    if (!follows) roots.push_back(warning);
+    if (!has_cause) root_warnings.push_back(warning);
   }
-  return roots;
+  return root_warnings;
 }
 
 }  // namespace kiln

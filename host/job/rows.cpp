@@ -48,7 +48,7 @@ template <typename Inputs>
 OptionValue first_input_value(const char* member, Inputs inputs) {
   return value_of<Job>(
       member, "text", "FILE",
-      [=](Job& job, OptionName, ValueWords words) { set_first(inputs(job), words.back()); },
+      [=](Job& job, OptionName, ValueWords words) { set_first_input(inputs(job), words.back()); },
       [=](Job& job) { return inputs(job).empty() ? Json() : Json(inputs(job).front().name); });
 }
 
@@ -64,7 +64,7 @@ OptionValue more_inputs_value(const char* member, Inputs inputs) {
         side_inputs.erase(side_inputs.begin() + 1, side_inputs.end());
         side_inputs.insert(side_inputs.end(), words.begin(), words.end());
       },
-      [=](Job& job) { return Json(more_names(inputs(job))); });
+      [=](Job& job) { return Json(further_input_names(inputs(job))); });
   value.repeats = true;
   return value;
 }
@@ -482,7 +482,7 @@ std::vector<OptionRow> make_rows() {
       {.flag = "HIGH",
        .value = first_input_value(
            "high", [](Job & job) -> auto& { return job.high; }),
-       .help = "The high poly (" + high_poly_kinds() + ")",
+       .help = "The high poly (" + high_poly_formats() + ")",
        .key = "-",
        .required = true},
       {.flag = "LOW",
@@ -762,7 +762,7 @@ std::vector<OptionRow> make_rows() {
        .help =
            "How the point of HIGH for a texel is found. " + list_matches() +
            "auto: the cheapest match and the smallest map (up to --size) that reach --max-angle",
-       .beside_auto = true},
+       .allowed_with_auto = true},
       {.flag = "--max-angle",
        .group = kMatchGroup,
        .value = text(JOB_MEMBER(low.make.max_angle), "DEGREES", check_degrees).in("degrees"),
@@ -774,20 +774,20 @@ std::vector<OptionRow> make_rows() {
        .help = "Matches for samples that the match misses, in order, such as ray,closest. The list "
                "may end with a fill for the rest: low (LOW's normal), fill (interpolated from "
                "neighbours) or mark (magenta)",
-       .beside_auto = true},
+       .allowed_with_auto = true},
       {.flag = "--fallback-blend",
        .group = kMatchGroup,
        .value = whole(JOB_MEMBER(bake.match.fallback_blend), 0, 256).in("texels"),
        .help = "Width in texels over which the match's normals blend into those of the fallback, "
                "so that the map has no step",
-       .beside_auto = true},
+       .allowed_with_auto = true},
       {.flag = "--max-distance",
        .group = kMatchGroup,
        .value = length(JOB_MEMBER(bake.match.max_distance)),
        .help = "Search distance in both directions: world units, or P% of HIGH's diagonal (default "
                "2%). With a cage: length of the inward ray (default: twice the cage). With --cage "
                "auto: how far above LOW a part of HIGH may begin (default 4%)",
-       .beside_auto = true},
+       .allowed_with_auto = true},
       {.flag = "--near-distance",
        .group = kMatchGroup,
        .value = length(JOB_MEMBER(bake.match.near_distance)),
@@ -795,14 +795,14 @@ std::vector<OptionRow> make_rows() {
            "Without a cage: search first within this distance, and up to --max-distance only if "
            "nothing is found, so that surfaces nearby are not mistaken for the matching one. "
            "Default: off; for a LOW that Kiln makes, 4 times its mean deviation, at least 0.25%",
-       .beside_auto = true},
+       .allowed_with_auto = true},
       {.flag = "--cage",
        .group = kMatchGroup,
        .value = cage_value(),
        .help = "Start rays at this distance outside LOW, cast them inward, and use the first hit: "
                "a length, or P% of HIGH's diagonal; or auto, a distance found for each vertex. For "
                "parts that float above LOW, intersect it or lie on it",
-       .beside_auto = true},
+       .allowed_with_auto = true},
       {.flag = "--cage-mesh",
        .group = kMatchGroup,
        .value = text(JOB_MEMBER(cage_mesh), "FILE"),
@@ -810,20 +810,20 @@ std::vector<OptionRow> make_rows() {
                "closed hull around LOW",
        .excludes = "--cage",
        .option = "match.cage_mesh",
-       .beside_auto = true},
+       .allowed_with_auto = true},
       {.flag = "--save-cage",
        .group = kMatchGroup,
        .value = text(JOB_MEMBER(save_cage), "FILE"),
        .help = "With --cage auto: also write the cage, as OBJ with two shells, or as EXR with "
                "distances and directions. Its vertices can be edited for --cage-mesh",
        .option = "match.cage_mesh",
-       .beside_auto = true},
+       .allowed_with_auto = true},
       {.flag = "--ray",
        .group = kMatchGroup,
        .value = choice(JOB_MEMBER(bake.match.ray.rule), Words(kRayRules)),
        .help = "Which hit of a ray counts: outermost, the face that a viewer sees, limited to "
                "LOW's own folds and parts; or nearest, with outward hits preferred",
-       .beside_auto = true},
+       .allowed_with_auto = true},
       {.flag = "--direction",
        .group = kMatchGroup,
        .value = choice(JOB_MEMBER(bake.match.ray.direction), Words(kRayDirections)),
@@ -831,16 +831,16 @@ std::vector<OptionRow> make_rows() {
            "Direction of rays: auto, LOW's normal, blended into the averaged normal at hard edges; "
            "averaged; face, only LOW's own normal, which leaves gaps at edges; or painted by LOW's "
            "vertex colours: red for its own normal, black for the averaged one",
-       .in_fallback = false,
-       .beside_auto = true},
+       .applies_to_fallback = false,
+       .allowed_with_auto = true},
       {.flag = "--edge-width",
        .group = kMatchGroup,
        .value = length(JOB_MEMBER(bake.match.ray.edge_width)),
        .help = "With --direction auto: distance to a hard edge within which rays bend, as a length "
                "or P% of HIGH's diagonal (default: for each edge two fifths of the width of HIGH's "
                "bevel there)",
-       .in_fallback = false,
-       .beside_auto = true},
+       .applies_to_fallback = false,
+       .allowed_with_auto = true},
       {.flag = "--match-by",
        .group = kMatchGroup,
        .value = choice(JOB_MEMBER(parts_by), Words(kPartsByWords)),
@@ -849,27 +849,27 @@ std::vector<OptionRow> make_rows() {
                "X_hp, and X_lo matches X_hi. group, object, material: the one with the same name. "
                "list: the pairs in --match-list",
        .option = "match.parts",
-       .in_fallback = false},
+       .applies_to_fallback = false},
       {.flag = "--low-names",
        .group = kMatchGroup,
        .value = texts(JOB_MEMBER(part_names.low), ','),
        .help = "With --match-by name: patterns of LOW's names; the first * is the name of the part",
        .option = "match.parts",
-       .in_fallback = false},
+       .applies_to_fallback = false},
       {.flag = "--high-names",
        .group = kMatchGroup,
        .value = texts(JOB_MEMBER(part_names.high), ','),
        .help =
            "With --match-by name: patterns of HIGH's names; the first * is the name of the part",
        .option = "match.parts",
-       .in_fallback = false},
+       .applies_to_fallback = false},
       {.flag = "--match-list",
        .group = kMatchGroup,
        .value = text(JOB_MEMBER(match_list), "FILE"),
        .help = "With --match-by list: a file of lines LOW = HIGH, HIGH with names of groups or "
                "objects; * matches any text",
        .option = "match.parts",
-       .in_fallback = false},
+       .applies_to_fallback = false},
       {.flag = "--uv-copies",
        .group = kMatchGroup,
        .value = choice(JOB_MEMBER(bake.match.uv_copies), Words(kUvCopies)),
@@ -891,15 +891,15 @@ std::vector<OptionRow> make_rows() {
        .value = whole(JOB_MEMBER(bake.report.recall), 0, 1U << 20),
        .help = "Number of places of HIGH at which Kiln checks whether a texel represents them; 0: "
                "no check",
-       .in_fallback = false,
-       .beside_auto = true},
+       .applies_to_fallback = false,
+       .allowed_with_auto = true},
       {.flag = "--reasons",
        .group = kMatchGroup,
        .value = toggle(JOB_MEMBER(reasons)),
        .help = "Also write NAME_reasons.png, which shows why each texel found its point or none, "
                "and print the number and an example of each reason",
        .option = "match.ray.rule",
-       .in_fallback = false},
+       .applies_to_fallback = false},
       {.flag = "--two-sided",
        .group = kMatchGroup,
        .value = toggle(JOB_MEMBER(bake.match.two_sided)),
@@ -923,7 +923,7 @@ std::vector<OptionRow> make_rows() {
        .value = force_uv_value(),
        .help = "With --match uv: bake even if many of HIGH's UV triangles overlap, or if the "
                "layouts disagree",
-       .in_fallback = false},
+       .applies_to_fallback = false},
 
       {.flag = "--views",
        .group = kViewsGroup,
@@ -987,13 +987,13 @@ std::vector<OptionRow> make_rows() {
                "directions that see a texel scatter, each cluster of them has its own map. "
                "NAME_clusters.exr holds the directions of the clusters: render with the map whose "
                "direction is nearest to the view",
-       .in_fallback = false},
+       .applies_to_fallback = false},
       {.flag = "--visibility-deviation",
        .group = kVisibilityGroup,
        .value = number(JOB_MEMBER(bake.match.visibility.cluster_deviation), 0, 1),
        .help = "Standard deviation of directions, 0 to 1, above which they are split into "
                "clusters; an open plane has 0.745",
-       .in_fallback = false},
+       .applies_to_fallback = false},
 
       height_row<Job>(kHeightsGroup),
       extent_row<Job>(kHeightsGroup),

@@ -58,7 +58,7 @@ void adopt_texture_sets_of_high(Job& job, const LoadedHigh& high, RunLog& log) {
 }
 
 /// The report of the simplified low poly, made by this run or by the caller; null if there is none.
-const SimplifyReport* simplified_of(const Job& job, const LowMesh& low) {
+const SimplifyReport* simplify_report_of(const Job& job, const LowMesh& low) {
   if (low.simplified) return &*low.simplified;
   return job.low.given.size() == 1 ? job.low.given.front().simplified.get() : nullptr;
 }
@@ -66,14 +66,14 @@ const SimplifyReport* simplified_of(const Job& job, const LowMesh& low) {
 /// Searches as far as the simplified low poly deviates. The job gets the distance, too, since the report states it.
 void apply_search_distance(Job& job, const LoadedHigh& high, const LowMesh& low,
                            BakeOptions& options) {
-  const SimplifyReport* const simplify_report = simplified_of(job, low);
+  const SimplifyReport* const simplify_report = simplify_report_of(job, low);
   if (simplify_report == nullptr || high.is_height_field() || job.cage_auto || has_cage_mesh(job))
     return;
   look_as_far(*simplify_report, options.match);
   job.bake.match.near_distance = options.match.near_distance;
 }
 
-/// Prepares LOW before the bake. A planned low poly only has a name at this time.
+/// Reads or makes LOW before the bake. A low poly that is planned during the bake gets only its file name here.
 LowMesh prepare_low_unless_planned(const Job& job, const LoadedHigh& high, RunLog& log) {
   LowMesh low;
   if (plans_low_poly(job)) {
@@ -120,16 +120,16 @@ Message too_many_missed(const Job& job, const BakeResult& result, const LowMesh&
   if (!job.load_match.empty()) {
     return message + " Save the match again with a longer " + option("max_distance") + ".";
   }
-  const MatchMethod nearest = nearest_match();
+  const MatchMethod nearest = distance_match();
   const Message fallback = "add " + option("fallback", nearest.name) + ".";
-  const bool uses_distance = job.match_auto || chain_obeys(job, "match.max_distance");
+  const bool uses_distance = job.match_auto || any_match_uses_option(job, "match.max_distance");
   if (!uses_distance) return message + " To find them, " + fallback;
   return message + " Raise " + option("max_distance") +
-         (matches_by(job, nearest) ? "." : ", or " + fallback);
+         (requests_match(job, nearest) ? "." : ", or " + fallback);
 }
 
 /// The failure message if the result exceeds a limit of the job; empty if it does not.
-Message failure_of(const Job& job, const RunOutcome& outcome) {
+Message explain_exceeded_limit(const Job& job, const RunOutcome& outcome) {
   const BakeReport& report = outcome.baked.result.report;
   const LowMesh& low = outcome.scene.low;
   const double missed = 100.0 * static_cast<double>(report.missed) /
@@ -168,7 +168,7 @@ void collect_warnings(const RunOutcome& outcome, const Source& source, RunLog& l
 
 JobResult run_stages(const std::function<Device()>& open_device, const Job& given,
                      const RunHooks& hooks, RunLog& log) {
-  Stopwatch watch;
+  Stopwatch stopwatch;
   StageSeconds seconds;
   Job job = resolve_job(given);
   const RunContext run{job, hooks, log};
@@ -180,7 +180,7 @@ JobResult run_stages(const std::function<Device()>& open_device, const Job& give
   // Stage: the high poly
   LoadedHigh high;
   high.prepared = hooks.high;
-  high.streamed = stream_high(job, options, hooks, log);
+  high.streamed = open_streamed_high(job, options, hooks, log);
   if (high.streamed != nullptr) {
     high.input.mesh = sample_of(*high.streamed);
     high.input.shading = shading_of(*high.streamed);
@@ -193,11 +193,11 @@ JobResult run_stages(const std::function<Device()>& open_device, const Job& give
     if (!job.given.contains("--match")) {
       job.bake.match.method = options.match.method = first_match("match.uv");
     }
-    options.match.uv = uv_options_over(high.mesh(), options.match.uv);
+    options.match.uv = height_field_uv_options(high.mesh(), options.match.uv);
   }
   if (high.streamed == nullptr) read_textures(job, high, options, log);
   const std::size_t warnings_of_high = log.warnings.size();
-  seconds.load = watch.lap();
+  seconds.load = stopwatch.lap();
   warn_about_weights(job, options.match.visibility, log.warnings);
 
   // Stage: the low poly, and the inputs of the match
@@ -205,38 +205,38 @@ JobResult run_stages(const std::function<Device()>& open_device, const Job& give
   LowMesh low = prepare_low_unless_planned(job, high, log);
   if (!plans_low_poly(job)) apply_search_distance(job, high, low, options);
   warn_of_mesh_mismatch(job, high, low, options.match, log);
-  (job.low.given.empty() ? seconds.low : seconds.load) += watch.lap();
+  (job.low.given.empty() ? seconds.low : seconds.load) += stopwatch.lap();
   MatchInputs match_inputs;
   match_inputs.read(job, high.mesh(), low.mesh, log.warnings);
   if (options.match.cage_mesh != nullptr) {
     check_cage_directions(job, low.mesh, *options.match.cage_mesh);
   }
   match_inputs.apply(options);
-  seconds.load += watch.lap();
+  seconds.load += stopwatch.lap();
 
-  std::optional<Source> built;
+  std::optional<Source> built_source;
   if (high.prepared == nullptr) {
     log.progress(kProgressAtSource, "preparing the high poly");
     if (high.streamed != nullptr) {
-      built = make_streamed_source(device, job, high, log);
+      built_source = make_streamed_source(device, job, high, log);
     } else if (hooks.make_source) {
-      built = hooks.make_source(device, high.input.mesh, job.traversal);
+      built_source = hooks.make_source(device, high.input.mesh, job.traversal);
     } else {
-      built.emplace(device, high.input.mesh, job.traversal);
+      built_source.emplace(device, high.input.mesh, job.traversal);
     }
   }
-  const Source& source = high.prepared != nullptr ? high.prepared->source : *built;
-  seconds.build = watch.lap();
+  const Source& source = high.prepared != nullptr ? high.prepared->source : *built_source;
+  seconds.build = stopwatch.lap();
 
   FoundSets found = find_sets({run, high, low}, source, options);
   job.sets = found.by;
   const BakeScene scene{run, high, low, found.sets};
   choose_seam_normals(scene, source, options, low);
-  seconds.low += watch.lap();
+  seconds.low += stopwatch.lap();
   if (job.cage_auto) {
     match_inputs.find_cage(source, low.mesh, options, log.warnings);
     match_inputs.apply_cage(options);
-    seconds.cage = watch.lap();
+    seconds.cage = stopwatch.lap();
   }
   options.report.keep_match = options.report.keep_match || needs_asset_match(scene);
 
@@ -258,7 +258,7 @@ JobResult run_stages(const std::function<Device()>& open_device, const Job& give
   if (planned && !job.given.contains("--format")) {
     job.image.format = plan.plan.chosen.bits == 8 ? ImageFormat::png8 : ImageFormat::png16;
   }
-  const double bake_seconds = watch.lap();
+  const double bake_seconds = stopwatch.lap();
   if (planned || job.match_auto) seconds.plan = planning_seconds(baked.result.report, bake_seconds);
 
   // Stage: the files
@@ -267,7 +267,7 @@ JobResult run_stages(const std::function<Device()>& open_device, const Job& give
                     low.simplified ? &*low.simplified : nullptr};
     hooks.on_baked(result);
   }
-  drop_unwritten(hooks, baked);
+  drop_unwritten_maps(hooks, baked);
   if (!found.sets.empty()) {
     write_asset_of_sets(scene, baked, set_reports, asset, outputs);
     save_found_cage(scene, match_inputs, outputs);
@@ -284,10 +284,10 @@ JobResult run_stages(const std::function<Device()>& open_device, const Job& give
       !hooks.draw_plan(plan.plan, out_folder(job), low.stem, outputs.files, log.warnings)) {
     throw Cancelled{};
   }
-  seconds.save = watch.lap();
+  seconds.save = stopwatch.lap();
 
-  const RunOutcome outcome{scene,       match_inputs, baked,   plan_made,    asset,
-                           set_reports, outputs,      seconds, watch.total()};
+  const RunOutcome outcome{scene,       match_inputs, baked,   plan_made,        asset,
+                           set_reports, outputs,      seconds, stopwatch.total()};
   collect_warnings(outcome, source, log);
   JobResult result;
   result.report = to_text(report_json(outcome, device, source));
@@ -295,7 +295,7 @@ JobResult run_stages(const std::function<Device()>& open_device, const Job& give
   if (!job.json.empty() && job.json != "-") save_text(job.json, result.report);
   log.report_progress(1, "done");
   result.causes = root_causes(log.warnings, warnings_of_high);
-  result.failure = failure_of(job, outcome);
+  result.failure = explain_exceeded_limit(job, outcome);
   result.files = std::move(outputs.files);
   result.glb = std::move(outputs.glb);
   result.maps = std::move(outputs.maps);

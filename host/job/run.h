@@ -92,7 +92,7 @@ struct RunHooks {
   /// Names of maps that are baked, but not written into the asset
   std::set<std::string> not_written;
   bool needs_uvs = false;  ///< Unwraps the low poly even if its plan needs no map
-  bool writes = true;      ///< False if on_baked takes the maps, so that no file is written
+  bool writes = true;      ///< False if on_baked takes the maps; the run then writes no file
   std::function<void(BakedJob&)>
       on_baked;  ///< Called before anything is written, and only for a LOW of one texture set
 };

@@ -13,14 +13,14 @@ namespace {
 std::optional<double> rendered_error(const BakeScene& scene, const Source& source, const Mesh& low,
                                      const BakeOptions& bake_options,
                                      const ScreenPictures& pictures) {
-  constexpr std::uint32_t kMaxSize = 256;  // texels per side
-  const BakeOptions defaults;
+  constexpr std::uint32_t kTrialMapSize = 256;  // texels per side
+  const BakeOptions default_options;
   BakeOptions options = bake_options;
-  options.width = std::min(options.width, kMaxSize);
-  options.height = std::min(options.height, kMaxSize);
-  options.maps = defaults.maps;
-  options.encoding.space = defaults.encoding.space;
-  options.encoding.bitangent = defaults.encoding.bitangent;
+  options.width = std::min(options.width, kTrialMapSize);
+  options.height = std::min(options.height, kTrialMapSize);
+  options.maps = default_options.maps;
+  options.encoding.space = default_options.encoding.space;
+  options.encoding.bitangent = default_options.encoding.bitangent;
   options.encoding.flip_y = options.encoding.two_component = options.encoding.raw =
       options.encoding.mips = false;
   options.report = {.recall = 0};
@@ -29,7 +29,7 @@ std::optional<double> rendered_error(const BakeScene& scene, const Source& sourc
   options.own_maps = {};
   options.variants = {};
   options.progress = {};
-  const BakeResult result = bake_from(scene.high.input, source, low, options);
+  const BakeResult result = bake_high(scene.high.input, source, low, options);
   if (result.cancelled || result.report.missed == result.report.samples) return std::nullopt;
   return pictures.degrees(low, result.maps[0].image, options);
 }
@@ -40,7 +40,7 @@ void choose_seam_normals(const BakeScene& scene, const Source& source, const Bak
                          LowMesh& low) {
   // A warning requires that split seams reduce the error at least to this share.
   constexpr double kMaxErrorRatio = 0.98;
-  constexpr std::uint32_t kPictureSize = 64;  // pixels per side
+  constexpr std::uint32_t kTrialPictureSize = 64;  // pixels per side
   if (!low.unsplit && !low.seam_warning) return;
   std::vector<Warning>& warnings = scene.run.log.warnings;
   // No trial is possible here: a saved match is valid only for one map size and an unchanged LOW, and a single trial
@@ -49,7 +49,7 @@ void choose_seam_normals(const BakeScene& scene, const Source& source, const Bak
     if (low.seam_warning) warnings.push_back(*low.seam_warning);
     return;
   }
-  const ScreenPictures pictures(source, kPictureSize);
+  const ScreenPictures pictures(source, kTrialPictureSize);
   const Mesh other = low.unsplit ? std::move(*low.unsplit) : split_at_seams(low.mesh);
   const Mesh &unsplit_mesh = low.unsplit ? other : low.mesh,
              &split_mesh = low.unsplit ? low.mesh : other;

@@ -40,12 +40,12 @@ std::string set_label(const TextureSet& set) {
 
 /// Replaces characters that file systems, MTL files or shells do not accept in file names.
 std::string safe_file_name(const std::string& name) {
-  constexpr std::string_view kForbidden = "/\\:*?\"'`<>|#%&$;!";
+  constexpr std::string_view kForbiddenCharacters = "/\\:*?\"'`<>|#%&$;!";
   std::string word;
   for (const char c : name) {
     const auto byte = static_cast<unsigned char>(c);
     const bool is_allowed =
-        byte > 0x20 && byte != 0x7F && kForbidden.find(c) == std::string_view::npos;
+        byte > 0x20 && byte != 0x7F && kForbiddenCharacters.find(c) == std::string_view::npos;
     word += is_allowed ? c : '_';
   }
   word = truncate_name(word);
@@ -55,9 +55,9 @@ std::string safe_file_name(const std::string& name) {
 /// Gives each set a name for its files. Names differ in more than case, and no combination of set and map occurs twice,
 /// as would "bent_normal" of `wood` and "normal" of `wood_bent`.
 void assign_file_names(const Job& job, std::vector<BakedSet>& sets) {
-  std::vector<std::string> endings = {""};
-  for (const std::string& map : all_map_names(job)) endings.push_back("_" + map);
-  for (const Pack& pack : parse_packs(job)) endings.push_back("_" + pack.name);
+  std::vector<std::string> file_name_endings = {""};
+  for (const std::string& map : all_map_names(job)) file_name_endings.push_back("_" + map);
+  for (const Pack& pack : parse_packs(job)) file_name_endings.push_back("_" + pack.name);
   std::set<std::string> used_names;
   const BakedSet* last = nullptr;
   for (BakedSet& set : sets) {
@@ -72,10 +72,12 @@ void assign_file_names(const Job& job, std::vector<BakedSet>& sets) {
       return !used_names.contains(lower_case(set.word + ending));
     };
     std::size_t k = 1;
-    for (set.word = safe_name; !std::all_of(endings.begin(), endings.end(), is_free);) {
+    for (set.word = safe_name;
+         !std::all_of(file_name_endings.begin(), file_name_endings.end(), is_free);) {
       set.word = safe_name + "_" + std::to_string(++k);
     }
-    for (const std::string& ending : endings) used_names.insert(lower_case(set.word + ending));
+    for (const std::string& ending : file_name_endings)
+      used_names.insert(lower_case(set.word + ending));
   }
 }
 
@@ -131,18 +133,18 @@ void warn_of_left_out(const Mesh& low, const FoundSets& found, RunLog& log) {
 class SetWarnings {
  public:
   void add(const std::string& set, const Warning& warning) {
-    const auto [same, is_new] =
-        index_.emplace(std::pair(warning.code, warning.message.text()), list_.size());
+    const auto [same, is_new] = index_by_text_.emplace(
+        std::pair(warning.code, warning.message.text()), set_warnings_.size());
     if (is_new) {
-      list_.push_back({set, warning, 0});
-    } else if (Entry& entry = list_[same->second]; entry.set != set) {
+      set_warnings_.push_back({set, warning, 0});
+    } else if (Entry& entry = set_warnings_[same->second]; entry.set != set) {
       ++entry.more;
     }
   }
 
   std::vector<Warning> joined() const {
     std::vector<Warning> result;
-    for (const auto& [set, warning, more] : list_) {
+    for (const auto& [set, warning, more] : set_warnings_) {
       const std::string others_text = more == 0 ? "" : " and " + std::to_string(more) + " more";
       result.push_back({warning.code, set + others_text + ": " + warning.message, warning.count});
     }
@@ -155,12 +157,12 @@ class SetWarnings {
     Warning warning;
     std::size_t more = 0;  ///< Number of further sets with the warning
   };
-  std::vector<Entry> list_;
+  std::vector<Entry> set_warnings_;
   std::map<std::pair<std::string, std::string>, std::size_t>
-      index_;  ///< Index in list_, by code and message
+      index_by_text_;  ///< Index in set_warnings_, by code and message
 };
 
-/// Adds the coverage report of a set to the sum. Reports are weighted, since each covers only the surface near its set.
+/// Adds a set's report of the high poly's coverage to the sum. Shares are weighted by the surface that a report covers.
 void accumulate(std::optional<HighCoverageReport>& sum,
                 const std::optional<HighCoverageReport>& set) {
   if (!set) return;
@@ -253,7 +255,7 @@ FoundSets make_sets(const BakeScene& scene, const BakeOptions& options, SetsBy b
     found.sets.emplace_back().set = std::move(set);
   }
   const auto is_moved = [](const BakedSet& set) { return set.set.tile_u + set.set.tile_v > 0; };
-  refuse_if(chain_obeys(job, "match.uv") &&
+  refuse_if(any_match_uses_option(job, "match.uv") &&
                 (by == SetsBy::udim || std::any_of(found.sets.begin(), found.sets.end(), is_moved)),
             option("match", match_name(job)) +
                 " finds points at the same UV of the unit square, but LOW's UVs lie on several "
@@ -274,12 +276,12 @@ FoundSets make_sets(const BakeScene& scene, const BakeOptions& options, SetsBy b
 
 /// Makes a mesh for a trial bake: a few thousand triangles of a large LOW keep their UVs, and so do all triangles whose
 /// UVs coincide with theirs in any tile. Its tangents are placeholders, since MikkTSpace is slow.
-Mesh thin_uvs(Mesh low) {
-  constexpr double kTriangles = 8192;
+Mesh keep_trial_uvs(Mesh low) {
+  constexpr double kTrialTriangles = 8192;
   // Grid cells along a side of the unit square. A hash selects the cells whose triangles keep their UVs.
-  constexpr double kCells = 1024;
+  constexpr double kTrialGridCells = 1024;
   constexpr std::uint32_t kHashValues = 1U << 16U;
-  const double detail_ratio = kTriangles / static_cast<double>(low.triangles.size());
+  const double detail_ratio = kTrialTriangles / static_cast<double>(low.triangles.size());
   const auto nan_uv = static_cast<std::uint32_t>(low.uvs.size());
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
   low.uvs.push_back({kNaN, kNaN});
@@ -291,8 +293,8 @@ Mesh thin_uvs(Mesh low) {
       v += double{low.uvs[corner].y} / 3;
     }
     if (!std::isfinite(u) || !std::isfinite(v)) continue;
-    const auto column = static_cast<std::uint32_t>((u - std::floor(u)) * kCells);
-    const auto row = static_cast<std::uint32_t>((v - std::floor(v)) * kCells);
+    const auto column = static_cast<std::uint32_t>((u - std::floor(u)) * kTrialGridCells);
+    const auto row = static_cast<std::uint32_t>((v - std::floor(v)) * kTrialGridCells);
     const std::uint32_t hash = (column * 0x9E3779B1U ^ row * 0x85EBCA77U) * 0xC2B2AE3DU >> 16U;
     if (hash >= detail_ratio * kHashValues) corners = {nan_uv, nan_uv, nan_uv};
   }
@@ -304,25 +306,25 @@ bool tiles_show_different_surfaces(const Mesh& low, const Source& source,
                                    const MatchOptions& match) {
   constexpr double kMaxCopyDifference =
       0.05;  // largest share of the copies' area that may differ; with more, one map would lose visible detail
-  constexpr std::uint32_t kTrialSize = 16;
+  constexpr std::uint32_t kTrialMapSize = 16;
   try {
     if (find_texture_sets(low, SetsBy::udim).size() < 2) return false;
     // The trial uses plain rays, since the meaning of LOW's layout does not depend on the bake's options.
     BakeOptions options;
-    options.width = options.height = kTrialSize;
+    options.width = options.height = kTrialMapSize;
     options.match.max_distance = match.max_distance;
     options.match.parts = match.parts;
     options.match.two_sided = match.two_sided;
     options.match.uv_copies = match.uv_copies;
     options.report.recall = 0;
-    return bake(source, thin_uvs(low), options).report.uv_copies_differ > kMaxCopyDifference;
+    return bake(source, keep_trial_uvs(low), options).report.uv_copies_differ > kMaxCopyDifference;
   } catch (const Error&) {
     return false;  // the bake itself reports the error
   }
 }
 
 /// True if a saved match exists for each tile.
-bool has_tile_matches(const Mesh& low, const std::string& path) {
+bool has_saved_match_per_tile(const Mesh& low, const std::string& path) {
   std::error_code ignored;
   if (std::filesystem::exists(path, ignored)) return false;
   try {
@@ -342,10 +344,11 @@ FoundSets find_sets(const BakeScene& scene, const Source& source, const BakeOpti
   SetsBy criterion = SetsBy::none;
   if (explain_single_set(job).empty() && !low.uv_triangles.empty()) {
     criterion = chosen ? *job.sets : choose_texture_sets(low);
-    const bool by_uvs = chain_obeys(job, "match.uv");  // a match by UVs only knows the unit square
+    const bool by_uvs = any_match_uses_option(
+        job, "match.uv");  // a match by UVs finds points in the unit square alone
     if (!chosen && criterion == SetsBy::none && !by_uvs &&
         (job.load_match.empty() ? tiles_show_different_surfaces(low, source, options.match)
-                                : has_tile_matches(low, job.load_match))) {
+                                : has_saved_match_per_tile(low, job.load_match))) {
       criterion = SetsBy::udim;
     }
   }
@@ -404,7 +407,7 @@ BakedLayout bake_sets(const RunContext& run, const LoadedHigh& high, const LowMe
     const std::size_t first_file = outputs.files.size();
     const auto former_warnings = static_cast<std::ptrdiff_t>(run.log.warnings.size());
     BakedLayout baked = bake_set(scene, source, options_of_set);
-    drop_unwritten(run.hooks, baked);
+    drop_unwritten_maps(run.hooks, baked);
     set.planned = std::move(baked.planned);
     if (set.planned) {
       set.width = set.planned->chosen.width;

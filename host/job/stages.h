@@ -128,7 +128,8 @@ struct StoredMaps {
   Json errors = Json::object();  ///< Rounding errors of formats of 8 bits and of lossy pictures
   std::optional<std::array<double, 3>> origin;  ///< The origin of position maps
 
-  /// Adds those properties of another layout's maps that hold for all layouts.
+  /// Copies from `other`, the maps of another layout of the same bake, the origin and the legends of ids, which all
+  /// layouts share.
   void add_common(const StoredMaps& other);
 };
 
@@ -138,9 +139,11 @@ struct BakedLayout {
   /// The match that options.match.saved points to; null if none was loaded
   std::shared_ptr<const Match> saved_match;
   BakeResult result;
-  std::map<std::string, Image> own_images;  ///< Images of RunHooks::sample, by the name of a map
-  /// True if `own_images` replace all maps; `result` then has a map for transfers alone, which is not written
-  bool own_images_alone = false;
+  std::map<std::string, Image>
+      sampled_images;  ///< Images of RunHooks::sample, by the name of a map
+  /// True if `sampled_images` replace all maps. `result` may then contain one map that exists only because transfers
+  /// need the bake of a map; it is not written.
+  bool sampled_images_alone = false;
   std::optional<PlannedBake> planned;  ///< The plan of --match auto, without its maps
   std::optional<Reasons> reasons;      ///< The reasons of --reasons
   StoredMaps stored;
@@ -159,13 +162,14 @@ struct HighPolyView;
 
 /// The encoding of a GLB's pictures within Job::max_bytes: the candidates and the choice.
 struct FittedPictures {
-  std::vector<PictureLadder> ladders;    ///< Candidates of each picture of all sets
-  std::vector<std::size_t> sets;         ///< Index of each ladder's texture set
-  std::vector<AssetPictures> described;  ///< Pictures of each set, without their data
-  std::optional<double> surface;         ///< Surface area of LOW; computed when a set needs it
+  std::vector<PictureLadder>
+      ladders;  ///< Per picture of each set: its encodings of all sizes and qualities
+  std::vector<std::size_t> sets;  ///< Per element of `ladders`: the index of its texture set
+  std::vector<AssetPictures> unencoded_pictures;  ///< Pictures of each set, without their data
+  std::optional<double> surface;  ///< Surface area of LOW; computed when a set needs it
   /// Views of the high poly, to measure errors of rendered normals
-  std::shared_ptr<const HighPolyView> shown;
-  std::vector<TrialPicture> pictures;  ///< The chosen encoding of each ladder
+  std::shared_ptr<const HighPolyView> high_views;
+  std::vector<TrialPicture> pictures;  ///< Per element of `ladders`: the chosen encoding
   std::uint64_t bytes = 0;             ///< Size of the GLB
   double error = 0;                    ///< Error of the chosen pictures, in steps of 1/255
 };
@@ -173,12 +177,12 @@ struct FittedPictures {
 /// Parts of an asset, collected from its texture sets.
 struct AssetParts {
   std::vector<std::shared_ptr<const AssetPictures>> pictures;  ///< Encoded pictures of each set
-  /// Per triangle of LOW, the transparent or double-sided material of HIGH that its texels match, else kNoMaterial.
+  /// Per triangle of LOW: the transparent or double-sided material of HIGH that its texels match, else kNoMaterial.
   /// Empty: unknown.
   std::vector<std::uint32_t> materials_hit;
   static constexpr std::uint32_t kNoMaterial = 0xFFFFFFFFU;
-  bool has_opacity = false;  ///< True if the pictures have opacity
-  bool own_opacity = false;  ///< True if an image of RunHooks::sample is the opacity
+  bool has_opacity = false;         ///< True if the pictures have opacity
+  bool opacity_is_sampled = false;  ///< True if an image of RunHooks::sample is the opacity
   /// Candidates and choice of encodings within Job::max_bytes
   std::optional<FittedPictures> fitted;
 };
@@ -214,7 +218,7 @@ inline Progress bake_progress(const RunLog& log, double done = 0, double share =
 }
 
 /// Removes maps that only served to bake other maps.
-void drop_unwritten(const RunHooks& hooks, BakedLayout& baked);
+void drop_unwritten_maps(const RunHooks& hooks, BakedLayout& baked);
 
 // ---- high.cpp ----
 
@@ -227,12 +231,13 @@ void read_textures(const Job& job, LoadedHigh& high, BakeOptions& options, RunLo
 
 // ---- streaming.cpp ----
 
-/// Opens a HIGH that is larger than memory; null: it fits, or the job can only try. \throws OptionError
-std::shared_ptr<const MeshStream> stream_high(const Job& job, const BakeOptions& options,
-                                              const RunHooks& hooks, RunLog& log);
-/// The normals that it is baked with: the file's, or smooth ones.
+/// Opens a HIGH that is larger than memory. Null if HIGH fits into memory, or may fit and the job needs it whole.
+/// \throws OptionError
+std::shared_ptr<const MeshStream> open_streamed_high(const Job& job, const BakeOptions& options,
+                                                     const RunHooks& hooks, RunLog& log);
+/// States which normals a streamed HIGH is baked with: those of its file, or smooth ones.
 ShadingReport shading_of(const MeshStream& streamed);
-/// Sorts it into chunks, or finds those of an earlier run.
+/// Sorts the triangles of a streamed HIGH into chunks, or finds the chunks of an earlier run.
 Source make_streamed_source(const Device& device, const Job& job, const LoadedHigh& high,
                             RunLog& log);
 
@@ -255,7 +260,7 @@ void choose_seam_normals(const BakeScene& scene, const Source& source, const Bak
 /// Bakes the maps of a layout, and checks them. \param options  including size and progress
 BakedLayout bake_layout(const BakeScene& scene, const Source& source, BakeOptions options);
 /// Calls bake(). If the layouts of LOW and a height field disagree, the error states the likely reason.
-BakeResult bake_from(const HighPolyInput& high, const Source& source, const Mesh& low,
+BakeResult bake_high(const HighPolyInput& high, const Source& source, const Mesh& low,
                      const BakeOptions& options);
 /// Plans the low poly together with its maps.
 /// \param low  gets the planned mesh; scene.low must be this object
@@ -268,18 +273,18 @@ BakedLayout bake_planned_low(const BakeScene& scene, const Source& source, BakeO
 /// Converts the job's options to those of a plan.
 LowPolyPlanOptions low_poly_options(const BakeScene& scene, const BakeOptions& options);
 /// The warning about maps whose errors exceed their bounds even at the plan's largest size.
-Warning bounds_not_reached(const std::vector<MapReached>& bounds, std::uint32_t size);
+Warning map_bounds_warning(const std::vector<MapReached>& bounds, std::uint32_t size);
 /// Plans the low poly, its map and the match together.
 PlannedLow make_plan(const BakeScene& scene, const Source& source, const BakeOptions& options);
 /// Moves the mesh and the maps out of a plan. \returns the maps
 BakeResult move_plan_result(PlannedLow& planned, LowMesh& low);
 /// The warning about a plan that misses its bounds. \param place  names one of several low polys, such as "at 600
 /// pixels "; may be empty
-Warning plan_not_reached(const LowPolyPlan& plan, const std::string& place = {});
+Warning plan_bound_warning(const LowPolyPlan& plan, const std::string& place = {});
 /// Warns if the outlines of low poly and high poly differ by more than 5% of their pixels.
 void warn_of_outline(const LowPolyPlan& plan, const std::string& place,
                      std::vector<Warning>& warnings);
-/// The trade-off between faces and texels as lines of a table.
+/// A table of the plan's candidates, one per line: numbers of faces and texels against bytes and error.
 std::vector<std::string> plan_table_lines(const LowPolyPlan& plan);
 Json low_poly_plan_json(const LowPolyPlan& plan, std::uint32_t screen);
 /// Makes a plan call RunHooks::on_plan as soon as it is chosen.
@@ -299,7 +304,7 @@ void fit_asset_maps(const BakeScene& scene, const Source& source, const AssetMap
 void fit_pictures(const Job& job, const std::function<std::uint64_t()>& file_bytes,
                   AssetParts& asset);
 Json bytes_json(const RunOutcome& outcome);
-/// The trials and the choice as lines of a table.
+/// A table of the trials within Job::max_bytes, one per line, and of the chosen one.
 std::vector<std::string> bytes_table(const RunOutcome& outcome);
 
 // ---- lods.cpp ----
@@ -315,7 +320,7 @@ std::string lod_asset(const Job& job, std::size_t level);
 /// view has the height of the first level's size on screen, but at least 1080 pixels. A level whose measured error
 /// exceeds its bound is used that much farther away. Never increases.
 std::vector<double> lod_coverages(const LodChain& chain);
-/// The levels of detail as lines of a table.
+/// A table of the levels of detail, one per line.
 std::vector<std::string> lod_table(const LodChain& chain);
 /// Name of the file that lists the levels: NAME_lods.json.
 std::string lods_file(const Job& job);
@@ -342,7 +347,7 @@ void write_asset_of_sets(const BakeScene& scene, const BakedLayout& sums, const 
 // ---- asset.cpp ----
 
 /// Returns LOW together with its collision hulls.
-Mesh with_hulls(const Mesh& low, const Mesh& hulls);
+Mesh join_collision_hulls(const Mesh& low, const Mesh& hulls);
 /// Adds the maps of HIGH's materials and vertex colours to an asset's maps, unless --maps is given.
 /// \returns true if the job changed
 bool add_material_maps(Job& job, const LoadedHigh& high, RunLog& log);
@@ -390,7 +395,8 @@ bool chooses_padding(const Job& job);
 bool pads_for_mips(const Job& job);
 /// Converts a map to the values that its file format stores, and records their properties. Pads maps except those of a
 /// glTF, which encode_asset_maps() pads.
-void store(const BakeScene& scene, BakedMap& map, const std::string& name, BakedLayout& baked);
+void convert_to_stored(const BakeScene& scene, BakedMap& map, const std::string& name,
+                       BakedLayout& baked);
 /// Rejects outputs that would overwrite an input or a foreign OBJ, before any work.
 /// \param sets  LOW's texture sets, once they are known
 void check_outputs(const Job& job, std::span<const BakedSet> sets = {}, const RunHooks& hooks = {});

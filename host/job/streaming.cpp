@@ -1,4 +1,4 @@
-// A high poly that is larger than memory: whether it is, and whether the job can do with one.
+// Decides whether a high poly is larger than memory, and whether the job can be baked from one on disk.
 #include "bake/streaming.h"
 
 #include <optional>
@@ -14,15 +14,16 @@
 namespace kiln {
 namespace {
 
-// Memory of a bake whose high poly is read whole: a triangle of 10 million took 130 bytes. No bake does with 100: the
-// BVH takes 62, a triangle and its half of a vertex 18, in the working frame as much again.
-constexpr std::uint64_t kBytesATriangle = 140, kLeastBytesATriangle = 100;
-constexpr std::uint64_t kBytesOfDevice = std::uint64_t{256} << 20;
-constexpr std::uint64_t kBytesATexel = 32;
+// Memory that a bake uses if it reads the high poly whole. In a bake of 10 million triangles a triangle took 130 bytes.
+// No bake needs less than 100: the
+// BVH takes 62; a triangle and half a vertex take 18, and 18 more for the copy relative to the bake's origin.
+constexpr std::uint64_t kBytesPerTriangle = 140, kMinBytesPerTriangle = 100;
+constexpr std::uint64_t kBytesOfDeviceBuffers = std::uint64_t{256} << 20;
+constexpr std::uint64_t kBytesPerTexel = 32;
 
-/// What the job asks for that needs the whole high poly; empty: nothing.
-Message obstacle_of(const Job& job, const BakeOptions& options, const RunHooks& hooks) {
-  const auto needs = [](const Message& what) {
+/// Explains which option of the job needs the whole high poly in memory; empty if none does.
+Message find_streaming_obstacle(const Job& job, const BakeOptions& options, const RunHooks& hooks) {
+  const auto explain_whole_mesh_need = [](const Message& what) {
     return what + " needs all of it at once: leave it out.";
   };
   if (job.low.given.empty()) {
@@ -32,28 +33,30 @@ Message obstacle_of(const Job& job, const BakeOptions& options, const RunHooks& 
     return Message("the materials of an asset need all of it at once: name a folder for ") +
            option("out") + ".";
   }
-  if (job.match_auto) return needs(option("match", kAutomatic));
-  if (job.cage_auto) return needs(option("cage", kAutomatic));
-  if (job.parts_by) return needs(option("match_by"));
-  if (!job.load_match.empty()) return needs(option("load_match"));
-  if (!job.save_match.empty()) return needs(option("save_match"));
-  if (job.reasons) return needs(option("reasons"));
-  if (job.alpha_test > 0) return needs(option("alpha_test"));
-  if (hooks.sample) return needs("a function that samples images");
-  if (!job.frame.up.empty()) return needs(option("up"));
-  if (!job.frame.unit.empty()) return needs(option("unit"));
+  if (job.match_auto) return explain_whole_mesh_need(option("match", kAutomatic));
+  if (job.cage_auto) return explain_whole_mesh_need(option("cage", kAutomatic));
+  if (job.parts_by) return explain_whole_mesh_need(option("match_by"));
+  if (!job.load_match.empty()) return explain_whole_mesh_need(option("load_match"));
+  if (!job.save_match.empty()) return explain_whole_mesh_need(option("save_match"));
+  if (job.reasons) return explain_whole_mesh_need(option("reasons"));
+  if (job.alpha_test > 0) return explain_whole_mesh_need(option("alpha_test"));
+  if (hooks.sample) return explain_whole_mesh_need("a function that samples images");
+  if (!job.frame.up.empty()) return explain_whole_mesh_need(option("up"));
+  if (!job.frame.unit.empty()) return explain_whole_mesh_need(option("unit"));
   if (job.given.contains("--clean") && job.clean != CleanHigh::none) {
-    return needs(option("clean", job.clean == CleanHigh::all ? "all" : kAutomatic));
+    return explain_whole_mesh_need(
+        option("clean", job.clean == CleanHigh::all ? "all" : kAutomatic));
   }
   const ShadingRule rule = job.frame.shading.rule;
-  if (rule == ShadingRule::angle || rule == ShadingRule::flat) return needs(option("high_normals"));
+  if (rule == ShadingRule::angle || rule == ShadingRule::flat)
+    return explain_whole_mesh_need(option("high_normals"));
   return streaming_obstacle(options);
 }
 
 }  // namespace
 
-std::shared_ptr<const MeshStream> stream_high(const Job& job, const BakeOptions& options,
-                                              const RunHooks& hooks, RunLog& log) {
+std::shared_ptr<const MeshStream> open_streamed_high(const Job& job, const BakeOptions& options,
+                                                     const RunHooks& hooks, RunLog& log) {
   if (hooks.high != nullptr || job.high.size() != 1 || job.high.front().asset ||
       lower_extension(job.high.front().name) != ".ply") {
     return nullptr;
@@ -61,16 +64,17 @@ std::shared_ptr<const MeshStream> stream_high(const Job& job, const BakeOptions&
   const std::string& path = job.high.front().name;
   const PlyLayout layout = ply_layout(path);
   const std::uint64_t texels = std::uint64_t{options.width} * options.height;
-  const std::uint64_t beside = kBytesOfDevice + texels * kBytesATexel;
-  if (layout.triangles == 0 || memory_fits(layout.triangles * kBytesATriangle + beside)) {
+  const std::uint64_t bytes_besides_high = kBytesOfDeviceBuffers + texels * kBytesPerTexel;
+  if (layout.triangles == 0 ||
+      memory_fits(layout.triangles * kBytesPerTriangle + bytes_besides_high)) {
     return nullptr;
   }
-  Message obstacle = obstacle_of(job, options, hooks);
+  Message obstacle = find_streaming_obstacle(job, options, hooks);
   if (!layout.obstacle.empty()) {
     obstacle = "it " + layout.obstacle + ": write it as a binary, little-endian PLY of triangles.";
   }
   if (!obstacle.empty()) {
-    if (memory_fits(layout.triangles * kLeastBytesATriangle)) return nullptr;
+    if (memory_fits(layout.triangles * kMinBytesPerTriangle)) return nullptr;
     throw OptionError("HIGH '" + path + "' is larger than memory, and " + obstacle +
                           " Or raise the " + option("memory_limit") + ".",
                       ErrorCode::usage, "larger-than-memory");
@@ -88,7 +92,7 @@ ShadingReport shading_of(const MeshStream& streamed) {
 
 Source make_streamed_source(const Device& device, const Job& job, const LoadedHigh& high,
                             RunLog& log) {
-  ProgressGuard guard([&](double, std::string_view stage) {
+  ProgressGuard progress_guard([&](double, std::string_view stage) {
     return log.report_progress(kProgressAtSource, stage);
   });
   return streamed_source(device, std::make_shared<ChunkedMesh>(high.streamed), job.traversal);

@@ -105,13 +105,14 @@ std::string summary(const UvReport& uv, double diagonal) {
 
 /// Summarises a cage in one line, such as "cage: 0.25% to 1.8% of the diagonal out, 0.25% to 0.6% in".
 std::string summary(const CageReport& cage, double diagonal) {
-  const double percents = 100 / diagonal;
-  const std::string text = formatted("cage: %.3g%% to %.3g%% of the diagonal outward",
-                                     percents * cage.outward_least, percents * cage.outward_most);
+  const double percent_of_diagonal = 100 / diagonal;
+  const std::string text =
+      formatted("cage: %.3g%% to %.3g%% of the diagonal outward",
+                percent_of_diagonal * cage.outward_least, percent_of_diagonal * cage.outward_most);
   std::string line = text;
   if (cage.kind != CageKind::shells) return line;
-  return line + formatted(", %.3g%% to %.3g%% inward", percents * cage.inward_least,
-                          percents * cage.inward_most);
+  return line + formatted(", %.3g%% to %.3g%% inward", percent_of_diagonal * cage.inward_least,
+                          percent_of_diagonal * cage.inward_most);
 }
 
 /// Summarises in one line how far from hard edges rays bend.
@@ -120,8 +121,8 @@ std::string summary(const EdgeReport& edges, double diagonal) {
       "hard edges: rays bend within %.3g%% of the diagonal (%.3g%% to %.3g%%)",
       100 * edges.median / diagonal, 100 * edges.least / diagonal, 100 * edges.most / diagonal);
   if (edges.found == 0) return text;
-  return text +
-         (", by HIGH's bevels at " + with_commas(edges.found) + " of " + with_commas(edges.edges));
+  return text + ("; widths are those of HIGH's bevels at " + with_commas(edges.found) + " of " +
+                 with_commas(edges.edges) + " hard edges");
 }
 
 /// States in one line how much of the visible high poly has a texel.
@@ -153,10 +154,10 @@ void add_reasons(RunLog& console, const Reasons& reasons, std::uint64_t samples,
 std::string texels_line(const BakeReport& report, std::uint64_t map_texels,
                         const Source::Stats& source) {
   const std::uint64_t found = report.samples - report.missed;
-  std::string searched;
+  std::string search_text;
   if (report.max_distance > 0) {
-    searched = formatted(", search distance %.3g (%s)", report.max_distance,
-                         of_diagonal(report.max_distance / source.diagonal).c_str());
+    search_text = formatted(", search distance %.3g (%s)", report.max_distance,
+                            of_diagonal(report.max_distance / source.diagonal).c_str());
   }
   return formatted(
       "%s of %s texels covered, %s matched (%s), %s samples missed (%s); mean distance "
@@ -165,11 +166,11 @@ std::string texels_line(const BakeReport& report, std::uint64_t map_texels,
       percent(found, report.samples).c_str(), describe_match_shares(report).c_str(),
       with_commas(report.missed).c_str(), percent(report.missed, report.samples).c_str(),
       report.mean_abs_distance, of_diagonal(report.mean_abs_distance / source.diagonal).c_str(),
-      searched.c_str());
+      search_text.c_str());
 }
 
-void add_totals(RunLog& console, const BakeReport& report, std::uint64_t map_texels,
-                const Source::Stats& source, const StageSeconds& stages, double total) {
+void add_texel_totals(RunLog& console, const BakeReport& report, std::uint64_t map_texels,
+                      const Source::Stats& source, const StageSeconds& stages, double total) {
   if (map_texels > 0) console.line(texels_line(report, map_texels, source));
   console.line(formatted(
       "%.2f s: load %.2f, low poly %.2f, build %.2f, plan %.2f, texels %.2f, match %.2f, "
@@ -257,8 +258,8 @@ void add_summary(const RunOutcome& outcome, const Source::Stats& source) {
                       : std::uint64_t{baked.options.width} * baked.options.height;
   std::uint64_t set_texels = 0;
   for (const BakedSet& set : scene.sets) set_texels += std::uint64_t{set.width} * set.height;
-  add_totals(console, report, scene.sets.empty() ? map_texels : set_texels, source, outcome.seconds,
-             outcome.total_seconds);
+  add_texel_totals(console, report, scene.sets.empty() ? map_texels : set_texels, source,
+                   outcome.seconds, outcome.total_seconds);
   for (const MapError& error : report.errors) {
     console.line(
         formatted("error of %s against %s: rms %.3g, mean %.3g, 95%% %.3g, max %.3g %s (%s texels)",

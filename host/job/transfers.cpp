@@ -18,10 +18,10 @@ namespace {
 namespace fs = std::filesystem;
 
 bool needs_texture(const BakeOptions& options, std::string_view option) {
-  const auto takes = [&](MapKind map) { return map_uses(map.name, option); };
-  return std::any_of(options.maps.begin(), options.maps.end(), takes) ||
+  const auto uses_option = [&](MapKind map) { return map_uses(map.name, option); };
+  return std::any_of(options.maps.begin(), options.maps.end(), uses_option) ||
          std::any_of(options.variants.begin(), options.variants.end(),
-                     [&](const MapVariant& map) { return takes(map.kind); });
+                     [&](const MapVariant& map) { return uses_option(map.kind); });
 }
 
 bool has_pictures(const Texture& texture) { return !texture.images.empty(); }
@@ -30,9 +30,10 @@ bool has_pictures(const Texture& texture) { return !texture.images.empty(); }
 class Materials {
  public:
   Materials(const Job& arguments, const Mesh& high, std::vector<Warning>& warnings,
-            std::span<const Material> known)
+            std::span<const Material> known_materials)
       : arguments_(arguments), high_(high), warnings_(warnings) {
-    if (!known.empty()) read_.emplace(known.begin(), known.end());
+    if (!known_materials.empty())
+      materials_.emplace(known_materials.begin(), known_materials.end());
   }
 
   Texture texture(MaterialSlot slot) {
@@ -46,9 +47,9 @@ class Materials {
 
  private:
   const std::vector<Material>& all() {
-    if (read_) return *read_;
+    if (materials_) return *materials_;
     const std::size_t former_count = warnings_.size();
-    read_ =
+    materials_ =
         load_materials(high_, high_name(arguments_), &warnings_, arguments_.frame.allow_outside);
     for (std::size_t i = former_count; i < warnings_.size(); ++i) {
       // Joined files share materials by name, so that a part of the map would show the material of another file.
@@ -57,13 +58,13 @@ class Materials {
                   quote_files(high_files(arguments_)) +
                       " have different materials of the same name: " + warnings_[i].message);
     }
-    return *read_;
+    return *materials_;
   }
 
   const Job& arguments_;
   const Mesh& high_;
   std::vector<Warning>& warnings_;
-  std::optional<std::vector<Material>> read_;
+  std::optional<std::vector<Material>> materials_;
 };
 
 Texture load_texture(const TransferArgument& transfer, Materials& materials, const Mesh& high,
@@ -96,36 +97,37 @@ bool is_transparent(const Material& m) {
 
 namespace {
 
-/// The slots that a high poly's materials set, except occlusion, and the colour slot if its vertices have colours.
-std::vector<MaterialSlot> slots_of(const Mesh& high, std::span<const Material> materials) {
+/// The texture slots that the materials of a high poly use, without occlusion. Vertex colours count as the colour slot.
+std::vector<MaterialSlot> used_material_slots(const Mesh& high,
+                                              std::span<const Material> materials) {
   const auto any_material = [&](const auto& has) {
     return std::any_of(materials.begin(), materials.end(), has);
   };
-  const auto has_number = [](MaterialNumber from) { return from != MaterialNumber::none; };
-  std::vector<MaterialSlot> slots;
-  const auto add = [&](bool there, MaterialSlot slot) {
-    if (there) slots.push_back(slot);
+  const auto has_constant = [](MaterialNumber from) { return from != MaterialNumber::none; };
+  std::vector<MaterialSlot> used_slots;
+  const auto add = [&](bool is_used, MaterialSlot slot) {
+    if (is_used) used_slots.push_back(slot);
   };
   add(!high.colors.empty() || any_material([&](const Material& m) {
-    return has_number(m.color_from) || !m.color_map.empty();
+    return has_constant(m.color_from) || !m.color_map.empty();
   }),
       MaterialSlot::color);
   add(any_material(is_transparent), MaterialSlot::opacity);
   add(any_material([](const Material& m) { return !m.normal_map.empty(); }), MaterialSlot::normal);
   add(any_material([&](const Material& m) {
-        return has_number(m.roughness_from) || !m.roughness_map.empty();
+        return has_constant(m.roughness_from) || !m.roughness_map.empty();
       }),
       MaterialSlot::roughness);
   add(any_material([&](const Material& m) {
-        return !m.metallic_map.empty() || (has_number(m.metallic_from) && m.metallic > 0);
+        return !m.metallic_map.empty() || (has_constant(m.metallic_from) && m.metallic > 0);
       }),
       MaterialSlot::metallic);
   add(any_material([&](const Material& m) {
         return !m.emission_map.empty() ||
-               (has_number(m.emission_from) && m.emission != std::array<float, 3>{});
+               (has_constant(m.emission_from) && m.emission != std::array<float, 3>{});
       }),
       MaterialSlot::emission);
-  return slots;
+  return used_slots;
 }
 
 }  // namespace
@@ -142,7 +144,7 @@ bool has_uv_set(const Mesh& mesh, std::uint32_t set) {
 MaterialMaps material_maps(const Mesh& high, std::span<const Material> materials, bool occlusion,
                            std::vector<Warning>& warnings) {
   MaterialMaps found;
-  for (const MaterialSlot slot : slots_of(high, materials)) {
+  for (const MaterialSlot slot : used_material_slots(high, materials)) {
     const std::string name = name_of(Words(kMaterialSlots), slot);
     if (slot == MaterialSlot::color || slot == MaterialSlot::opacity) {
       found.maps.push_back(name);
@@ -150,18 +152,18 @@ MaterialMaps material_maps(const Mesh& high, std::span<const Material> materials
       found.transfers.push_back("mtl:" + name);
     }
   }
-  std::uint64_t other_uvs = 0;
+  std::uint64_t missing_uv_sets = 0;
   const bool pictures = std::any_of(materials.begin(), materials.end(), [&](const Material& m) {
     const bool has_map = !m.occlusion_map.empty();
-    if (has_map && !has_uv_set(high, m.occlusion_map.uv_set)) ++other_uvs;
+    if (has_map && !has_uv_set(high, m.occlusion_map.uv_set)) ++missing_uv_sets;
     return has_map;
   });
-  if (pictures && other_uvs == 0 && occlusion) found.transfers.emplace_back("mtl:occlusion");
-  if (other_uvs != 0) {
+  if (pictures && missing_uv_sets == 0 && occlusion) found.transfers.emplace_back("mtl:occlusion");
+  if (missing_uv_sets != 0) {
     warnings.push_back({"occlusion-left-out",
                         "HIGH's occlusion texture uses a UV set that HIGH does not have, and is "
                         "left out; the map `ao` shows the occlusion of HIGH's shape.",
-                        other_uvs});
+                        missing_uv_sets});
   }
   const auto clear = static_cast<std::uint64_t>(std::count_if(
       high.colors.begin(), high.colors.end(), [](const auto& c) { return c[3] < 255; }));
@@ -202,8 +204,8 @@ bool is_white(std::span<const std::array<std::uint8_t, 4>> colors) {
 }  // namespace
 
 void load_textures(const Job& arguments, const Mesh& high, BakeOptions& options,
-                   std::vector<Warning>& warnings, std::span<const Material> known) {
-  Materials materials(arguments, high, warnings, known);
+                   std::vector<Warning>& warnings, std::span<const Material> known_materials) {
+  Materials materials(arguments, high, warnings, known_materials);
   for (const TransferArgument& transfer : parse_transfers(arguments)) {
     Texture texture = load_texture(transfer, materials, high, arguments, warnings);
     if (map_uses(transfer.name, "color")) {
@@ -214,7 +216,7 @@ void load_textures(const Job& arguments, const Mesh& high, BakeOptions& options,
       options.transfers.push_back({transfer.name, std::move(texture)});
     }
   }
-  if (high.material_files.empty() && known.empty()) return;
+  if (high.material_files.empty() && known_materials.empty()) return;
   if (needs_texture(options, "color") && !options.color &&
       (high.colors.empty() || materials.have_colors())) {
     Texture texture = materials.texture(MaterialSlot::color);
@@ -256,7 +258,7 @@ constexpr Word<TextureKind> kTextureKinds[] = {
 
 bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 
-bool is_name(const std::string& text) {
+bool is_map_name(const std::string& text) {
   return !text.empty() && is_letter(text[0]) && std::all_of(text.begin(), text.end(), [](char c) {
     return is_letter(c) || c == '_' || (c >= '0' && c <= '9');
   });
@@ -268,11 +270,11 @@ std::string name_of_file(const std::string& file) {
   for (char& c : name) {
     if (!is_letter(c) && !(c >= '0' && c <= '9')) c = '_';
   }
-  return is_name(name) ? name : "t_" + name;
+  return is_map_name(name) ? name : "t_" + name;
 }
 
 /// Splits off and returns the part after the last colon of a text; nullopt if there is no colon.
-std::optional<std::string> last_part(std::string& text) {
+std::optional<std::string> split_last_part(std::string& text) {
   const std::size_t colon = text.rfind(':');
   if (colon == std::string::npos || colon == 0) return std::nullopt;
   std::string part = text.substr(colon + 1);
@@ -295,7 +297,7 @@ void reject_unknown_suffix(const std::string& text, const std::string& file) {
             option("transfer") + " '" + text + "': '" + text.substr(text.rfind(':') + 1) +
                 "' is no colour space, and textures of materials cannot be renamed. Give mtl:SLOT "
                 "or mtl:SLOT:SPACE, where SPACE is srgb, linear or normal.");
-  for (std::string rest = file; last_part(rest);) {
+  for (std::string rest = file; split_last_part(rest);) {
     if (!is_existing_input(rest)) continue;
     fail_usage(option("transfer") + " '" + text + "': '" + text.substr(text.rfind(':') + 1) +
                "' is no colour space. Give FILE, FILE:NAME or "
@@ -309,13 +311,13 @@ TransferArgument parse_transfer(const std::string& text) {
   TransferArgument transfer;
   transfer.file = text;
   std::string rest = text;
-  if (std::optional<std::string> part = last_part(rest)) {
+  if (std::optional<std::string> part = split_last_part(rest)) {
     if (const TextureKind* const kind = Words(kTextureKinds).find(*part)) {
       transfer.kind = *kind;
       transfer.file = rest;
-      part = last_part(rest);
+      part = split_last_part(rest);
     }
-    if (part && is_name(*part)) {
+    if (part && is_map_name(*part)) {
       transfer.name = *part;
       transfer.file = rest;
     }

@@ -128,7 +128,8 @@ class Json {
   std::uint64_t whole_ = 0;  // A boolean or an integer; negative integers in two's complement
   double real_ = 0;
   std::string text_;
-  std::vector<Json> elements_;     // Elements of a list, or values of an object
+  std::vector<Json>
+      elements_;  // The elements of a list, or the values of an object in the order of its keys
   std::vector<std::string> keys_;  // Keys of an object
 };
 

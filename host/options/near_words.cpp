@@ -62,7 +62,7 @@ constexpr std::array kAliases = {
     Alias{"memory", "memory-limit"},
 };
 
-bool is_in(std::string_view word, std::string_view list) {
+bool is_in_word_list(std::string_view word, std::string_view list) {
   for (;;) {
     const std::size_t blank = list.find(' ');
     if (list.substr(0, blank) == word) return true;
@@ -88,7 +88,7 @@ const Row* find_named_row(const std::string& word, std::span<const Row> rows, co
   std::string name = canonical_name(word);
   const auto find = [&]() -> const Row* {
     for (const Row& row : rows) {
-      if (name_of(row) == name || is_in(name, row.other_names)) return &row;
+      if (name_of(row) == name || is_in_word_list(name, row.other_names)) return &row;
     }
     return nullptr;
   };
@@ -129,16 +129,16 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
 std::string nearest_word(const std::string& word, const std::vector<std::string>& words) {
   std::string name = word;
   std::replace(name.begin(), name.end(), '-', '_');
-  const auto known_word = [&](std::string_view ours) {
+  const auto is_known = [&](std::string_view ours) {
     return std::find(words.begin(), words.end(), ours) != words.end();
   };
   for (const Alias& other : kAliases) {
-    if (other.theirs == name && known_word(other.ours)) return std::string(other.ours);
+    if (other.theirs == name && is_known(other.ours)) return std::string(other.ours);
   }
   const MapInfo* const map = map_called(word);
-  if (map != nullptr && known_word(map->kind.name)) return std::string(map->kind.name);
+  if (map != nullptr && is_known(map->kind.name)) return std::string(map->kind.name);
   const MatchInfo* const match = match_called(word);
-  if (match != nullptr && known_word(match->method.name)) return std::string(match->method.name);
+  if (match != nullptr && is_known(match->method.name)) return std::string(match->method.name);
   std::string nearest;
   // About two thirds of the letters must agree.
   std::size_t max_distance = std::min<std::size_t>(4, word.size() / 3 + 1);

@@ -39,13 +39,13 @@ struct Member {
 /// The type of an option: how the words on the command line set a member of a job, and how reports show the member.
 struct OptionValue {
   std::string type;    ///< Type in --help-json: flag, whole, number, choice, length, text, list...
-  std::string words;   ///< Placeholder or range of the value in help
+  std::string words;   ///< What help prints for the value: a placeholder, or the allowed range
   std::string unit;    ///< Unit of numbers; empty if they have none
   std::string member;  ///< Path of the job's member
   std::vector<std::string> choices = {};
   std::optional<double> low = {}, high = {};
   bool repeats = false;  ///< True if the flag may be repeated
-  char delimiter = 0;    ///< Separator of several values in one word; 0: none
+  char delimiter = 0;    ///< Character between several values of one word; 0: a word is one value
   /// Sets the member from the given words. \throws Error(usage)
   std::function<void(void* job, const Message& flag, const OptionWords&)> set = {};
   std::function<Json(const void* job)> get = {};
@@ -54,7 +54,7 @@ struct OptionValue {
   std::function<OptionWords(const void* job)> words_back = {};
   OptionWords write(const void* job) const;
 
-  /// Returns the same type with the additional value 0, which means that the option is not set.
+  /// Returns a type that also allows the value 0, which means that the option is not set.
   OptionValue or_none() const;
   OptionValue in(std::string_view unit) const;
 };
@@ -226,9 +226,9 @@ struct OptionRow {
   /// Path in BakeOptions for which obeys() determines the matches and maps that use the option; if empty, the
   /// member's path
   std::string_view option = {};
-  bool in_fallback = true;  ///< True if a fallback match uses the option, too
-  /// True if the option is allowed with --match auto, which may choose a match that uses it
-  bool beside_auto = false;
+  bool applies_to_fallback = true;  ///< True if a fallback match uses the option, too
+  /// True if the option may be given beside --match auto, which may choose a match that uses it
+  bool allowed_with_auto = false;
 
   std::string report_key() const;
   bool applies_to(const MatchInfo& match) const;

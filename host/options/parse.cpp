@@ -213,7 +213,8 @@ std::uint32_t parse_pixels(const Message& name, const std::string& text) {
 }
 
 std::uint64_t parse_bytes(const Message& name, const std::string& text) {
-  constexpr double kMaxGlbBytes = 4294967295.0;  // a GLB stores its length in 32 bits
+  constexpr double kMaxGlbBytes =
+      4294967295.0;  // the format GLB stores the length of a file in 32 bits
   const std::size_t digits = text.find_first_not_of("0123456789.");
   const std::string number = text.substr(0, digits);
   const std::string unit = digits == std::string::npos ? "" : lower_case(text.substr(digits));

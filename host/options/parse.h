@@ -112,7 +112,8 @@ UnwrapOptions unwrap_options(const std::string& method, std::uint32_t size,
 /// Parses a number or a fraction such as 2/255. nullopt for all other texts, and for negative or infinite values.
 std::optional<double> fraction(std::string_view text);
 
-/// Makes a check for shares of 1 by fraction(), which replaces the text by the number.
+/// Makes a check of option values that accepts numbers from 0 to 1, also as fractions such as 2/255. The
+/// check replaces a fraction by its decimal number.
 Check fraction_check();
 
 /// Formats a share as "1.234% of the diagonal"; from ten diagonals on as "83 times the diagonal".

@@ -22,7 +22,7 @@ template bool read_number(std::string_view, std::uint32_t&);
 namespace {
 
 template <typename Number>
-Check in_range(Number low, Number high) {
+Check make_range_check(Number low, Number high) {
   const auto least = static_cast<double>(low), most = static_cast<double>(high);
   const std::string text =
       std::isinf(most) ? formatted("%.9g or more", least) : formatted("%.9g to %.9g", least, most);
@@ -36,8 +36,8 @@ Check in_range(Number low, Number high) {
 
 }  // namespace
 
-Check range(double low, double high) { return in_range(low, high); }
-Check range(unsigned low, unsigned high) { return in_range(low, high); }
+Check range(double low, double high) { return make_range_check(low, high); }
+Check range(unsigned low, unsigned high) { return make_range_check(low, high); }
 Check one_of(const std::vector<std::string>& names) {
   std::string words = "{";
   for (const std::string& name : names) words += (words.size() == 1 ? "" : ",") + name;

@@ -33,7 +33,7 @@ class Words {
   const Word<T>* begin() const { return begin_; }
   const Word<T>* end() const { return end_; }
 
-  /// The value of a word; nullptr if it is not among them.
+  /// The enumerator that a word stands for; nullptr if the option does not accept the word.
   const T* find(std::string_view word) const {
     for (const Word<T>& row : *this) {
       if (row.word == word) return &row.value;
@@ -41,10 +41,12 @@ class Words {
     return nullptr;
   }
   bool contains(std::string_view word) const { return find(word) != nullptr; }
-  /// The value of a word that passed its check.
+  /// The enumerator of a word that one_of() has accepted.
   T at(std::string_view word) const {
     const T* const value = find(word);
-    if (value == nullptr) throw Error(ErrorCode::internal, "An option's value is not known.");
+    if (value == nullptr)
+      throw Error(ErrorCode::internal,
+                  "The option's value '" + std::string(word) + "' was not checked before use.");
     return *value;
   }
 
@@ -64,13 +66,13 @@ Check one_of(const Words<T>& words) {
   return one_of(names_of(words));
 }
 
-/// The word of a value.
+/// The word on the command line that stands for an enumerator.
 template <typename T>
 std::string name_of(const Words<T>& words, T wanted) {
   for (const auto& [word, value] : words) {
     if (value == wanted) return word;
   }
-  throw Error(ErrorCode::internal, "An option's value has no name.");
+  throw Error(ErrorCode::internal, "An enumerator of an option has no word in options/words.h.");
 }
 
 inline constexpr Word<NormalMapSpace> kSpaces[] = {{"face", NormalMapSpace::face},
@@ -117,7 +119,7 @@ inline constexpr Word<Dither> kDithers[] = {
 inline constexpr Word<MeshCompression> kMeshCompressions[] = {{"draco", MeshCompression::draco},
                                                               {"meshopt", MeshCompression::meshopt},
                                                               {"none", MeshCompression::none}};
-/// Words that may be the last one of --fallback.
+/// Words for the fill of misses, with which the chain of --fallback may end.
 inline constexpr Word<MissPolicy> kMisses[] = {
     {"fill", MissPolicy::fill}, {"low", MissPolicy::keep}, {"mark", MissPolicy::mark}};
 inline constexpr Word<IdBy> kIdSources[] = {{"color", IdBy::color},

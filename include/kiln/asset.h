@@ -220,7 +220,7 @@ enum class MeshCompression {
 /// A coarser level of detail in an asset of save_asset().
 struct AssetLevel {
   Mesh low = {};                                 ///< The level's low poly
-  std::vector<AssetMaterial> materials = {};     ///< As those of save_asset()
+  std::vector<AssetMaterial> materials = {};     ///< Materials of `low`, as save_asset() takes them
   std::vector<std::uint32_t> object_nodes = {};  ///< As SaveAssetOptions::object_nodes, for `low`
   /// Share of the view's height that the asset takes, 0 to 1, at and below which this level replaces the one before;
   /// not above that level's

@@ -62,7 +62,7 @@ struct EncodingOptions {
   /// maps of one high poly agree; maps of several high polys agree if an origin is given. The result is in
   /// BakedMap::origin.
   std::optional<std::array<double, 3>> origin = {};
-  MissPolicy miss = MissPolicy::keep;    ///< Value of undecided samples
+  MissPolicy miss = MissPolicy::keep;    ///< Value of samples without a point, after all fallbacks
   std::int32_t gutter = kPaddingTexels;  ///< Texels, 0 to 4096; -1: infinite (push-pull)
   /// Also make mip-maps, filtered within charts: texels of one chart, and of its padding, never mix
   /// with another chart (Wang et al., section 6). Mip-maps made from the image alone do.
@@ -147,7 +147,7 @@ struct BakeReport {
       0;                            ///< Small triangles that found no free texel within 8 texels
   std::uint64_t missed = 0;         ///< Samples without a matched point
   std::uint64_t gutter_texels = 0;  ///< Texels that padding filled
-  double max_distance = 0;          ///< As used, world units
+  double max_distance = 0;          ///< Search distance in effect, world units
   double mean_abs_distance = 0;     ///< Mean |distance| of the samples that hit, world units
   std::optional<ViewReport> views = {};  ///< Set if matched by views
   std::optional<TransitionReport> transitions =
@@ -161,7 +161,7 @@ struct BakeReport {
   EdgeReport edges = {};                     ///< Filled if rays turn at hard edges; else 0 edges
   std::optional<CageReport> cage_mesh = {};  ///< Set if rays start from a cage mesh
   std::optional<HighCoverageReport> recall = {};  ///< Set if requested and defined for the match
-  double curvature_radius = 0;    ///< As used, world units; 0 if curvature was not baked
+  double curvature_radius = 0;    ///< Radius in effect, world units; 0 if curvature was not baked
   std::vector<IdEntry> ids = {};  ///< The legend of the map id, if it was baked
   std::optional<OcclusionReport> occlusion =
       {};                     ///< Set if ao or bent_normal was baked; for variants see BakedMap

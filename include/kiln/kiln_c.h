@@ -210,7 +210,7 @@ typedef struct kiln_report {
   uint64_t texels;           ///< Texels that the low poly covers
   uint64_t samples;          ///< Samples that the low poly covers
   uint64_t missed;           ///< Samples without a matched point
-  double max_distance;       ///< As used, world units
+  double max_distance;       ///< Search distance in effect, world units
   double mean_abs_distance;  ///< Mean |distance| of the samples that hit, world units
   uint64_t warnings;         ///< Number of warnings, see kiln_bake_warning()
 } kiln_report;

@@ -272,7 +272,7 @@ struct BakedMap {
   std::vector<IdEntry> ids = {};  ///< The legend, for maps that depend on BakeOptions::id_by
   std::optional<OcclusionReport> occlusion =
       {};                       ///< How ambient light was gathered, for ao and bent_normal
-  double curvature_radius = 0;  ///< As used, world units; 0 for maps without one
+  double curvature_radius = 0;  ///< Radius in effect, world units; 0 for maps without a radius
   /// Unit of its values, such as "world units"; empty for shares, colours and unit vectors. Static lifetime.
   std::string_view unit = {};
   /// True if the values are those that integer formats store, after to_stored(); false: as baked, colours in linear light

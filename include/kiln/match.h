@@ -240,8 +240,8 @@ struct ViewOptions {
   /// sample of the map.
   std::uint32_t size = 0;
   ViewCriterion criterion = ViewCriterion::angle;  ///< Selection among views
-  /// Move each point from the view's line to the sample's own direction if the view shows it there, as
-  /// a ray would. False: as in the paper.
+  /// Move each point to where the line along the sample's own direction meets the surface, if the view shows that
+  /// place. False: points stay on the line along the view's direction, as in the paper.
   bool refine = true;
 };
 
@@ -319,8 +319,8 @@ struct MatchOptions {
   /// up to twice the match's time.
   std::uint32_t fallback_blend = 0;
 
-  /// Search distance each way (nearest points: all around; MatchMethod::uv does not search); with a
-  /// cage, the ray's length from the cage inward. Above 0. None given: kSearchDistance; with a cage,
+  /// Search distance: outward and inward along rays, or in all directions for nearest points. MatchMethod::uv does
+  /// not search. With a cage: length of rays from the cage inward. Above 0. None given: kSearchDistance; with a cage,
   /// twice its distance (twice the longest one of a cage mesh). If neither is given, rays that miss on
   /// an open sheet of the low poly (a leaf card) are cast again with half the sheet's diagonal.
   std::optional<Length> max_distance = {};

@@ -66,7 +66,7 @@ kernel void kiln_raster_project(const kiln_view view, const uint count,
 /// A triangle with its corners in the order that makes the area positive (rows grow downwards).
 typedef struct {
   int4 a, b, c;
-  int x0, y0, x1, y1;  // pixels whose centres lie in its box
+  int x0, y0, x1, y1;  // the pixels whose centres lie in the triangle's box
 } raster_triangle;
 
 /// Loads a triangle and its pixels. Returns false if there is nothing to draw.

@@ -54,7 +54,7 @@ kernel void kiln_ray_closest_scalar(
 #else
 
 /// The rays of one beam.
-static KILN_CALL void ray_closest_beam(const kiln_ray_params params,
+static KILN_CALL void ray_cast_beam(const kiln_ray_params params,
                                        global const kiln_bvh_node* nodes,
                                        global const kiln_bvh_block* blocks,
                                        global const float* points, uint first,
@@ -96,7 +96,7 @@ kernel void kiln_ray_closest_beam(
   const uint first = params.first + (uint)get_global_id(0) * KILN_ITEM_RAYS;
   const uint end = min(first + KILN_ITEM_RAYS, params.end);
   for (uint at = first; at < end; at += KILN_BEAM_RAYS) {
-    ray_closest_beam(params, nodes, blocks, points, at, triangle, barycentric, distance, status);
+    ray_cast_beam(params, nodes, blocks, points, at, triangle, barycentric, distance, status);
   }
 }
 

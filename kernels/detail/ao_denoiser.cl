@@ -22,7 +22,7 @@
 #define NORMAL_REACH 0.1f
 // A neighbour more than this many times as far away as the nearest one lies beyond a discontinuity.
 #define JUMP 6.0f
-// A texel's own weight with three neighbours.
+// The weight of a texel itself if it has three neighbours.
 #define OWN_WEIGHT 0.25f
 
 /// Gathers one plane's values of eight texels.

@@ -72,7 +72,7 @@ static KILN_CALL void gutter_columns(const uint item, const kiln_gutter_band ban
   const int limit = (int)band.radius + 1;
   const size_t key_stride = (size_t)band.stride + 2 * band.pad;
   const int top = (int)(band.first_row + first);
-  const int bottom = (int)(band.first_row + last);  // one past the last row
+  const int bottom = (int)(band.first_row + last);  // one past the band's last row
 
   // Upward pass: stores the distance to the nearest source below in place of the key.
   int8 distance_below = (int8)limit;

@@ -13,7 +13,7 @@
 kernel void kiln_match_end(const uint count,
                            const uint capacity,
                            const uint hit_capacity,
-                           // per triangle 6: unit normal, depths
+                           // 6 per triangle: unit normal, then the inner shell's depth at each corner
                            global const float* restrict shell,
                            global const uint* restrict triangle,
                            global const float* restrict barycentric,
@@ -61,12 +61,12 @@ kernel void kiln_match_axis(const uint count,
 kernel void kiln_match_limit(const uint count,
                              const uint capacity,
                              const float farthest,
-                             const uint first,                      // first element of `limit`
-                             global const float* restrict normals,  // 3 per triangle
+                             const uint first,                      // index of the first element of `limit` to write
+                             global const float* restrict normals,  // 3 per triangle: its unit normal
                              global const float* restrict points,
                              global const uint* restrict met,
                              global const float* restrict distance,
-                             global float* limit) {  // may be a plane of the points
+                             global float* limit) {  // may lie in the array of points, as one of its planes
 #pragma OPENCL FP_CONTRACT OFF
   const size_t i = get_global_id(0);
   if (i >= count) return;

@@ -96,7 +96,7 @@ static void uv_append(const uint piece, const uint count, global uint* lowest,
 
 /// Clears a run of KILN_UV_TILE rows and draws all its tasks, in the order of their pieces.
 kernel void kiln_uv_cover_run(const kiln_uv_params params,
-                              global const uint* restrict first_tasks,  // per run of rows
+                              global const uint* restrict first_tasks,  // index of the first task, per run of rows
                               global const kiln_uv_task* restrict tasks,
                               global const kiln_uv_piece* restrict pieces,
                               global uint* restrict lowest, global uint* restrict highest) {
@@ -313,13 +313,13 @@ kernel void kiln_uv_match_wide(const kiln_uv_params params, global const uint* r
   const int width = (int)params.width;
   int8 y = convert_int8(convert_float8(index) / (float8)(convert_float(width)));
   int8 x = index - y * width;
-  const int8 out_left = x < 0;
-  const int8 out_right = x >= width;
-  y += out_left - out_right;
-  x += (out_right - out_left) * width;
+  const int8 is_left_of_map = x < 0;
+  const int8 is_right_of_map = x >= width;
+  y += is_left_of_map - is_right_of_map;
+  x += (is_right_of_map - is_left_of_map) * width;
 
-  const uint8 id = wide_gather_uint(lowest, as_uint8(index));  // one sample per texel: indices of
-                                                               // samples and texels are equal
+  const uint8 id = wide_gather_uint(lowest, as_uint8(index));  // with one sample per texel, a sample
+                                                               // has the index of its texel
   const int8 found = id != KILN_UV_EMPTY;
   const uint8 piece = select((uint8)(0u), id, as_uint8(found)) * 8u;
   const wide_uint4 head = wide_gather4((global const uint*)pieces, piece);

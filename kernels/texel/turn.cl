@@ -19,11 +19,11 @@
 /// Blends the samples' directions, planes 3 to 5 of `points`.
 kernel void kiln_texel_turn(const uint count,
                             const uint capacity,
-                            const uint painted,                      // 0 or 1
-                            global const float* restrict normals,    // 9 per triangle
-                            global const float* restrict weights,    // 3 per triangle, if painted
-                            global const uint* restrict first_edges, // per triangle, then the end
-                            // 7 per edge: a corner, the vector to the other, the width
+                            const uint painted,                      // 1: `weights` are used; else 0
+                            global const float* restrict normals,    // 9 per triangle: 3 corners
+                            global const float* restrict weights,    // 3 per triangle, one per corner; only if painted
+                            global const uint* restrict first_edges, // per triangle, and one past the last edge
+                            // 7 per edge: its first corner (3), the vector to the second (3), its width
                             global const float* restrict edges,
                             global const uint* restrict triangle,
                             global const float* restrict barycentric,
@@ -83,7 +83,7 @@ kernel void kiln_texel_turn(const uint count,
 /// height over a triangle is interpolated from its corners.
 kernel void kiln_texel_reach(const uint count,
                              const uint capacity,
-                             // 6 per triangle: unit normal, heights
+                             // 6 per triangle: unit normal, then the shell's height at each corner
                              global const float* restrict shell,
                              global const uint* restrict triangle,
                              global const float* restrict barycentric,

@@ -115,9 +115,9 @@ TEST(HighCoverage, TellsWhereDiscsAreLost) {
   EXPECT_LT(lost.report.recall->lost, 0.13);
   const auto& where = lost.report.recall->where;
   bool on_a_disc = false;
-  for (const sample::Stamp& stamp : scene.stamps) {
-    const Vec3d way(where[0] - stamp.at.x, where[1] - stamp.at.y, where[2] - stamp.at.z);
-    on_a_disc = on_a_disc || length(way) < stamp.radius;
+  for (const sample::RaisedDisc& disc : scene.raised_discs) {
+    const Vec3d way(where[0] - disc.at.x, where[1] - disc.at.y, where[2] - disc.at.z);
+    on_a_disc = on_a_disc || length(way) < disc.radius;
   }
   EXPECT_TRUE(on_a_disc);
 }

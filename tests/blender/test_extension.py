@@ -482,13 +482,13 @@ def test_wrong_scenes_are_sentences(scene, tmp_path):
 
 
 def test_a_dense_active_mesh_is_asked_about(scene, monkeypatch):
-    monkeypatch.setattr(bake, "DENSE", 1000)
+    monkeypatch.setattr(bake, "MIN_FACES_TO_ASK", 1000)
     low, high = sheet("low", 4), sheet("high", 40, bump)
     settings = scene.kiln_bake
     choose(low, high)
-    assert bake.dense_low(bpy.context, settings) == ""
+    assert bake.ask_if_low_is_dense(bpy.context, settings) == ""
     choose(high, low)
-    assert "'high' has" in bake.dense_low(bpy.context, settings)
+    assert "'high' has" in bake.ask_if_low_is_dense(bpy.context, settings)
     settings.mode = "NEW"
-    assert bake.dense_low(bpy.context, settings) == ""
+    assert bake.ask_if_low_is_dense(bpy.context, settings) == ""
     settings.mode = "SELECTED"

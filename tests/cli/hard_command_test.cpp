@@ -224,7 +224,8 @@ TEST(HardCommand, FindsEdgeWidthsAndTakesPaint) {
   };
   const ProcessResult found = bake("found", {});
   ASSERT_EQ(found.exit_code, 0) << found.errors;
-  EXPECT_NE(found.output.find("by HIGH's bevels at 12 of 12"), std::string::npos) << found.output;
+  EXPECT_NE(found.output.find("HIGH's bevels at 12 of 12 hard edges"), std::string::npos)
+      << found.output;
   const nlohmann::json edges = read_json(folder / "found.json")["hard_edges"];
   EXPECT_EQ(edges["found"], 12);
   EXPECT_NEAR(edges["width"]["most"].get<double>(), 0.0005 * std::sqrt(3.0), 1e-6);

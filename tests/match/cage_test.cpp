@@ -212,16 +212,16 @@ TEST(Cage, TakesInStampsAsAWhole) {
   options.match.cage_mesh = &found.mesh;
   const test::HardBake bake(source, scene.low, options);
   const Frame& frame = impl_of(source).frame;
-  for (const sample::Stamp& stamp : scene.stamps) {
+  for (const sample::RaisedDisc& disc : scene.raised_discs) {
     // Half of the radius around its middle all rays stand straight and end on its top.
-    const double wanted = stamp.height * frame.scale;
+    const double wanted = disc.height * frame.scale;
     std::size_t counted = 0;
     for (std::size_t i = 0; i < bake.samples.size(); ++i) {
       const Vec3& p = bake.samples.position[i];
-      const Vec3d off{p.x / frame.scale + frame.center[0] - stamp.at.x,
-                      p.y / frame.scale + frame.center[1] - stamp.at.y,
-                      p.z / frame.scale + frame.center[2] - stamp.at.z};
-      if (length(off) > stamp.radius / 2) continue;
+      const Vec3d off{p.x / frame.scale + frame.center[0] - disc.at.x,
+                      p.y / frame.scale + frame.center[1] - disc.at.y,
+                      p.z / frame.scale + frame.center[2] - disc.at.z};
+      if (length(off) > disc.radius / 2) continue;
       ++counted;
       ASSERT_NE(bake.samples.found[i], 0);
       const Vec3d way = bake.samples.match[i] - to_double(bake.samples.position[i]);

@@ -90,8 +90,8 @@ TEST(HardScene, HasUvsThatFit) {
 }
 
 TEST(HardScene, HasTheStampsItNames) {
-  EXPECT_EQ(hard_scene("cube").stamps.size(), 18U);
-  EXPECT_EQ(hard_scene("assembly").stamps.size(), 10U);
+  EXPECT_EQ(hard_scene("cube").raised_discs.size(), 18U);
+  EXPECT_EQ(hard_scene("assembly").raised_discs.size(), 10U);
   EXPECT_THROW(hard_scene("teapot"), std::invalid_argument);
 }
 

@@ -21,7 +21,7 @@ from PIL import Image, ImageDraw, ImageFont
 CAGE = 0.03
 SCENES = "cube,cylinder,bracket,bolt,pipe,assembly"
 WAYS = ["kiln", "cage auto", "cage 3%", "plain cage", "blender, cage", "blender, no cage"]
-PICTURED = {"kiln": "Kiln, defaults", "plain cage": "Kiln, plain cage", "blender, cage": "Blender 5, cage",
+COLUMN_TITLES = {"kiln": "Kiln, defaults", "plain cage": "Kiln, plain cage", "blender, cage": "Blender 5, cage",
             "blender, no cage": "Blender 5, no cage"}
 
 
@@ -120,7 +120,7 @@ def save_picture(parts, columns, path):
     image.save()
 
 
-def label(path, texts, columns):
+def write_labels(path, texts, columns):
     """Writes a text into the upper left corner of each part of a picture, and keeps 256 colours."""
     image = Image.open(path).convert("RGB")
     draw, font = ImageDraw.Draw(image), ImageFont.load_default(size=17)
@@ -132,15 +132,15 @@ def label(path, texts, columns):
 
 def picture(options, scene, high, low, normals, errors):
     parts = []
-    for way in PICTURED:
+    for way in COLUMN_TITLES:
         out = options.out / "panels.png"
         run(options.kiln, "render", low, "--normal", normals[way], "--reference", high, "--out", out,
             "--view", "30,15", "--size", 560, "--quiet")
         drawn = panels(out)
         parts += drawn if way == "kiln" else drawn[2:]
     save_picture(parts, 2, options.out / "hard_surfaces.png")
-    texts = [f"{PICTURED[way]}: {errors[way]:.2f}°" for way in PICTURED]
-    label(options.out / "hard_surfaces.png", ["High poly", "Low poly", *texts], 2)
+    texts = [f"{COLUMN_TITLES[way]}: {errors[way]:.2f}°" for way in COLUMN_TITLES]
+    write_labels(options.out / "hard_surfaces.png", ["High poly", "Low poly", *texts], 2)
 
 
 def main():

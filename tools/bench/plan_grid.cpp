@@ -40,7 +40,7 @@
 namespace kiln {
 namespace {
 
-constexpr double kStep = 0.95, kMoreBytes = 1.05;
+constexpr double kStep = 0.95, kGridBytesRatio = 1.05;
 constexpr std::uint32_t kMostFaces = 25000, kFewestFaces = 12, kLargest = 2048, kSmallest = 16;
 constexpr std::uint32_t kViews = 30, kPixels = 128;
 
@@ -54,7 +54,7 @@ double cpu_seconds() {
 }
 
 template <typename Run>
-double least_seconds(int repeat, const Run& run) {
+double min_seconds(int repeat, const Run& run) {
   double least = 1e300;
   for (int i = 0; i < repeat; ++i) {
     const double start = cpu_seconds();
@@ -64,7 +64,7 @@ double least_seconds(int repeat, const Run& run) {
   return least;
 }
 
-struct Asked {
+struct PlanRequest {
   std::string path;
   double degrees = 0;
   std::uint32_t screen = 0;
@@ -73,10 +73,10 @@ struct Asked {
   std::string cache;  ///< File with measurements of earlier runs; empty: none
 };
 
-LowPolyPlanOptions plan_options(const Asked& asked) {
+LowPolyPlanOptions plan_options(const PlanRequest& request) {
   LowPolyPlanOptions options;
-  options.max_error = asked.degrees;
-  options.screen = asked.screen;
+  options.max_error = request.degrees;
+  options.screen = request.screen;
   options.bake.width = options.bake.height = kLargest;
   return options;
 }
@@ -90,7 +90,7 @@ BakeOptions bake_options(const Candidate& chosen, std::uint32_t size) {
   return options;
 }
 
-Mesh laid_out(const Mesh& mesh, std::uint32_t size) {
+Mesh unwrap_for_map(const Mesh& mesh, std::uint32_t size) {
   return unwrap(mesh, {UnwrapMethod::charts, size, std::max(2U, size / 256)});
 }
 
@@ -99,12 +99,14 @@ void bake_chosen(const Device& device, const std::string& path, const Candidate&
   const Mesh high = load_mesh(path);
   SimplifyOptions options;
   options.faces = static_cast<std::uint32_t>(chosen.faces);
-  options.fit_normals = chosen.size == 0;  // else normals are fitted once there are seams
+  options.fit_normals =
+      chosen.size == 0;  // otherwise normals are fitted after the unwrap, which makes the seams
   SimplifyReport report;
   const Mesh low = simplify(high, options, &report);
   if (chosen.size == 0) return;
   const Source source(device, high);
-  bake(source, fit_normals(laid_out(low, chosen.size), high), bake_options(chosen, chosen.size));
+  bake(source, fit_normals(unwrap_for_map(low, chosen.size), high),
+       bake_options(chosen, chosen.size));
 }
 
 /// Measures errors in pictures from directions that plans do not use.
@@ -153,7 +155,7 @@ Image rounded(Image map, std::uint32_t bits) {
   return map;
 }
 
-std::vector<std::uint32_t> ladder(std::size_t dense) {
+std::vector<std::uint32_t> grid_face_counts(std::size_t dense) {
   std::vector<std::uint32_t> faces;
   for (double goal = std::min<double>(kMostFaces, 0.5 * static_cast<double>(dense));
        goal >= kFewestFaces; goal *= kStep) {
@@ -165,24 +167,24 @@ std::vector<std::uint32_t> ladder(std::size_t dense) {
 class Grid {
  public:
   Grid(const Source& source, const Mesh& high, const Pictures& pictures, const Candidate& chosen,
-       const Asked& asked)
+       const PlanRequest& request)
       : source_(source),
         pictures_(pictures),
         chosen_(chosen),
-        file_(asked.cache),
-        key_(high.name + " " + std::to_string(asked.screen) + " " +
+        file_(request.cache),
+        key_(high.name + " " + std::to_string(request.screen) + " " +
              std::string(chosen.method.name) + " " + std::to_string(chosen.bits)),
-        levels_(high, ladder(high.triangles.size()), LevelRule::shape) {
+        levels_(high, grid_face_counts(high.triangles.size()), LevelRule::shape) {
     if (file_.empty()) return;
-    std::ifstream known(file_);
-    for (std::string line; std::getline(known, line);) {
+    std::ifstream cached_lines(file_);
+    for (std::string line; std::getline(cached_lines, line);) {
       const std::size_t tab = line.find('\t');
       if (tab == std::string::npos || line.substr(0, tab) != key_) continue;
       std::istringstream values(line.substr(tab));
       std::size_t level = 0;
       Point point;
       values >> level >> point.size >> point.faces >> point.bytes >> point.degrees;
-      known_[{level, point.size}] = point;
+      cached_points_[{level, point.size}] = point;
     }
   }
 
@@ -194,7 +196,7 @@ class Grid {
           low_poly_bytes(levels_.vertices(level), levels_.faces(level), size, {3}, chosen_.bits)
               .total();
       if (static_cast<double>(least) > most) continue;
-      const Point point = remembered(level, size);
+      const Point point = cached_or_measured(level, size);
       ++count;
       if (point.degrees <= wanted) {
         found.push_back(point);
@@ -208,16 +210,16 @@ class Grid {
   int count = 0;
 
  private:
-  Point remembered(std::size_t level, std::uint32_t size) {
-    const auto found = known_.find({level, size});
-    if (found != known_.end()) return found->second;
+  Point cached_or_measured(std::size_t level, std::uint32_t size) {
+    const auto found = cached_points_.find({level, size});
+    if (found != cached_points_.end()) return found->second;
     const Point point = at(level, size);
     if (!file_.empty()) {
       std::ofstream(file_, std::ios::app)
           << key_ << '\t' << level << ' ' << point.size << ' ' << point.faces << ' ' << point.bytes
           << ' ' << point.degrees << '\n';
     }
-    return known_[{level, size}] = point;
+    return cached_points_[{level, size}] = point;
   }
 
   Point at(std::size_t level, std::uint32_t size) {
@@ -229,7 +231,7 @@ class Grid {
       point.degrees = pictures_.degrees(mesh);
       return point;
     }
-    Mesh low = laid_out(mesh, size);
+    Mesh low = unwrap_for_map(mesh, size);
     levels_.fit_normals(low);
     BakeOptions options = bake_options(chosen_, size);
     options.report.recall = 0;
@@ -243,7 +245,7 @@ class Grid {
   const Pictures& pictures_;
   const Candidate& chosen_;
   const std::string file_, key_;
-  std::map<std::pair<std::size_t, std::uint32_t>, Point> known_;
+  std::map<std::pair<std::size_t, std::uint32_t>, Point> cached_points_;
   SimplifyLevels levels_;
   std::map<std::size_t, Mesh> meshes_;
 };
@@ -266,12 +268,12 @@ void print_tries(const LowPolyPlan& plan) {
   std::printf("]");
 }
 
-void compare(const Device& device, const Asked& asked) {
-  const Mesh high = load_mesh(asked.path);
+void compare(const Device& device, const PlanRequest& request) {
+  const Mesh high = load_mesh(request.path);
   const Source source(device, high);
-  const LowPolyPlan plan = plan_low_poly(source, high, plan_options(asked));
+  const LowPolyPlan plan = plan_low_poly(source, high, plan_options(request));
   std::printf("{\"mesh\":\"%s\",\"wanted\":%g,\"screen\":%u,\"reached\":%s,\"trials\":%zu",
-              high.name.c_str(), asked.degrees, asked.screen, plan.reached ? "true" : "false",
+              high.name.c_str(), request.degrees, request.screen, plan.reached ? "true" : "false",
               plan.candidates.size());
   const Candidate& chosen = plan.chosen;
   std::printf(",\"faces\":%llu,\"size\":%u,\"bytes\":%llu,\"measured\":%.4f",
@@ -281,23 +283,23 @@ void compare(const Device& device, const Asked& asked) {
               std::string(chosen.method.name).c_str(), plan.seconds_simplify, plan.seconds_unwrap,
               plan.seconds_measure, plan.levels.size());
   print_tries(plan);
-  const double planned = least_seconds(asked.repeat, [&] {
-    const Mesh mesh = load_mesh(asked.path);
-    plan_low_poly(Source(device, mesh), mesh, plan_options(asked));
+  const double planned = min_seconds(request.repeat, [&] {
+    const Mesh mesh = load_mesh(request.path);
+    plan_low_poly(Source(device, mesh), mesh, plan_options(request));
   });
   const double baked =
-      least_seconds(asked.repeat, [&] { bake_chosen(device, asked.path, chosen); });
+      min_seconds(request.repeat, [&] { bake_chosen(device, request.path, chosen); });
   std::printf(",\"seconds\":%.3f,\"bake\":%.3f,\"ratio\":%.2f", planned, baked, planned / baked);
-  if (!asked.times) {
-    const Pictures pictures(device, source, high, asked.screen);
+  if (!request.times) {
+    const Pictures pictures(device, source, high, request.screen);
     const double at_plan = plan.result ? pictures.degrees(plan.low, plan.drawn, plan.bake)
                                        : pictures.degrees(plan.low);
-    const double wanted = at_plan * asked.degrees / chosen.measured;
-    Grid grid(source, high, pictures, chosen, asked);
+    const double wanted = at_plan * request.degrees / chosen.measured;
+    Grid grid(source, high, pictures, chosen, request);
     std::vector<Point> found{{chosen.faces, chosen.size, chosen.bytes.total(), at_plan}};
-    grid.run(0, wanted, kMoreBytes * static_cast<double>(chosen.bytes.total()), found);
+    grid.run(0, wanted, kGridBytesRatio * static_cast<double>(chosen.bytes.total()), found);
     for (std::uint32_t size = kSmallest; size <= kLargest; size *= 2) {
-      grid.run(size, wanted, kMoreBytes * static_cast<double>(chosen.bytes.total()), found);
+      grid.run(size, wanted, kGridBytesRatio * static_cast<double>(chosen.bytes.total()), found);
     }
     const Point best =
         *std::min_element(found.begin(), found.end(),
@@ -315,30 +317,30 @@ void compare(const Device& device, const Asked& asked) {
 }
 
 int run(int argc, char** argv) {
-  Asked asked;
-  std::vector<Asked> all;
+  PlanRequest request;
+  std::vector<PlanRequest> all;
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
     const std::size_t colon = word.rfind(':');
     if (word == "--times") {
-      asked.times = true;
+      request.times = true;
     } else if (word == "--screen" && i + 1 < argc) {
-      asked.screen = static_cast<std::uint32_t>(std::atoi(argv[++i]));
+      request.screen = static_cast<std::uint32_t>(std::atoi(argv[++i]));
     } else if (word == "--cache" && i + 1 < argc) {
-      asked.cache = argv[++i];
+      request.cache = argv[++i];
     } else if (word == "--repeat" && i + 1 < argc) {
-      asked.repeat = std::max(1, std::atoi(argv[++i]));
+      request.repeat = std::max(1, std::atoi(argv[++i]));
     } else if (colon != std::string::npos) {
-      asked.path = word.substr(0, colon);
-      asked.degrees = std::atof(word.c_str() + colon + 1);
-      all.push_back(asked);
+      request.path = word.substr(0, colon);
+      request.degrees = std::atof(word.c_str() + colon + 1);
+      all.push_back(request);
     } else {
       std::fprintf(stderr, "plan_grid: '%s' is no HIGH:DEGREES\n", word.c_str());
       return 2;
     }
   }
   const Device device = Device::open();
-  for (const Asked& one : all) compare(device, one);
+  for (const PlanRequest& one : all) compare(device, one);
   return 0;
 }
 

@@ -67,7 +67,7 @@ struct Watch {
   Clock::time_point begin = Clock::now(), last = begin;
   std::optional<Clock::time_point> cancelled;
   int calls = 0;
-  double silence = 0, silent_at = 0;
+  double longest_pause = 0, silent_at = 0;
   double cpu_begin = cpu_seconds(), cpu_last = cpu_begin, cpu_silence = 0;
   std::string stage, silent_in;
 
@@ -75,8 +75,8 @@ struct Watch {
     return [this](double, std::string_view now) {
       ++calls;
       const double pause = seconds_since(last);
-      if (pause > silence) {
-        silence = pause;
+      if (pause > longest_pause) {
+        longest_pause = pause;
         silent_at = seconds_since(begin);
         silent_in = stage;
       }
@@ -109,7 +109,7 @@ void print(const char* what, double seconds, const Watch& watch, double heard) {
       "{\"bench\": \"progress\", \"run\": \"%s\", \"seconds\": %.2f, \"cpu_seconds\": %.2f, "
       "\"calls_a_second\": %.1f, \"longest_silence\": %.3f, \"at\": %.2f, \"after_stage\": \"%s\", "
       "\"longest_silence_cpu\": %.3f, \"cancel_heard\": %.3f, \"load\": \"%s\"}\n",
-      what, seconds, cpu_seconds() - watch.cpu_begin, watch.calls / seconds, watch.silence,
+      what, seconds, cpu_seconds() - watch.cpu_begin, watch.calls / seconds, watch.longest_pause,
       watch.silent_at, watch.silent_in.c_str(), watch.cpu_silence, heard,
       load.substr(0, load.find(' ')).c_str());
   std::fflush(stdout);

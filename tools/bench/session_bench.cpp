@@ -151,8 +151,8 @@ void bench(const Device& device, std::uint32_t cells, std::uint32_t size, const 
     }
     if (i == 0) scene.check(fresh);
   }
-  first.print(name + ", a twentieth moves, first update");
-  part.print(name + ", a twentieth moves, those after");
+  first.print(name + ", a twentieth of the vertices moves, first update");
+  part.print(name + ", a twentieth of the vertices moves, later updates");
 }
 
 }  // namespace

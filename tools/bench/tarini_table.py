@@ -65,11 +65,11 @@ def rate(options, name, high, faces):
     loaded = json.loads(report.read_text())
     rows = {}
     for row in loaded["methods"]:
-        rows[row["name"]] = figures(row)
+        rows[row["name"]] = measures_of(row)
     return rows, loaded
 
 
-def figures(row):
+def measures_of(row):
     return {"object": 100 * row["object_space"]["mean_of_diagonal"],
             "image": 100 * row["image_space"]["mean_of_diagonal"],
             "normalised": row["normalised_image_space"]["mean"],
@@ -77,7 +77,7 @@ def figures(row):
             "normals": row["rendered_normals"]["mean_angle_degrees"]}
 
 
-ORDERS = [
+RANKING_CLAIMS = [
     ("closest points are the most uneven", lambda v: all(v["closest"]["uniformity"] > v[w]["uniformity"]
                                                          for w in WAYS[1:])),
     ("closest points are worse in normalised image space than rays and visibility per vertex",
@@ -90,20 +90,20 @@ ORDERS = [
     ("per vertex beats per face in normalised image space",
      lambda v: v["visibility_vertex"]["normalised"] <= v["visibility_face"]["normalised"]),
     ("hybrid lies between ray and visibility per texel in object space, within 1%",
-     lambda v: between(v["hybrid_texel"]["object"], v["ray"]["object"], v["visibility_texel"]["object"])),
+     lambda v: is_between(v["hybrid_texel"]["object"], v["ray"]["object"], v["visibility_texel"]["object"])),
     ("hybrid per texel is never the worst", lambda v: all(v["hybrid_texel"][m] < max(r[m] for r in v.values())
                                                           for m, _ in MEASURES)),
 ]
 
 
-def between(value, a, b):
+def is_between(value, a, b):
     return min(a, b) * 0.99 <= value <= max(a, b) * 1.01
 
 
 def main():
     options = arguments()
     options.out.mkdir(parents=True, exist_ok=True)
-    held = {text: [] for text, _ in ORDERS}
+    held = {text: [] for text, _ in RANKING_CLAIMS}
     pairs = 0
     print("| pair | match | " + " | ".join(title for _, title in MEASURES) + " |")
     print("| --- | --- |" + " --: |" * len(MEASURES))
@@ -118,7 +118,7 @@ def main():
                     text = f"{rows[way][key]:.4g}"
                     cells.append(f"**{text}**" if rows[way][key] == best else text)
                 print(f"| {name} → {faces} | {way.replace('_', ' at ')} | " + " | ".join(cells) + " |", flush=True)
-            for text, holds in ORDERS:
+            for text, holds in RANKING_CLAIMS:
                 if holds(rows):
                     held[text].append(f"{name} {faces}")
     print()

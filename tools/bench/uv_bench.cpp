@@ -134,7 +134,7 @@ void bench_kernels(const Device& device, const Mesh& dense, std::uint32_t size) 
   }
 }
 
-/// Times re-bakes of a mesh of which all vertices or a twentieth move.
+/// Times re-bakes of a mesh whose vertices move: all of them, or a twentieth.
 void bench_session(const Device& device, std::uint32_t cells, std::uint32_t size,
                    MatchMethod method, const char* name) {
   const BakeOptions options = options_of(size, method);

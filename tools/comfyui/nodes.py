@@ -1,15 +1,16 @@
 """Nodes to simplify, unwrap, bake and write GLB: from MESH to MESH and IMAGE, the types of ComfyUI's own mesh nodes.
 
-A MESH holds a batch, filled up with zeros where vertex_counts and face_counts say less: vertices (B, N, 3), faces
+A MESH holds a batch of B meshes. Arrays of smaller meshes are padded with zeros; vertex_counts and face_counts state
+the real lengths. Its fields: vertices (B, N, 3), faces
 (B, M, 3), uvs (B, N, 2) with the origin at the upper left, vertex_colors (B, N, 3 or 4) linear, normals, tangents;
 texture, normal_map, metallic_roughness and emissive are (B, H, W, 3) pictures; material is a dict of factors, as Set Mesh
 Material makes it: base_color_factor, metallic_factor and roughness_factor (below 0: not given), emissive_factor,
-emissive_strength, occlusion_strength, normal_scale, double_sided. Colours and pictures are floats in [0, 1], or uint8 of as
-many steps.
+emissive_strength, occlusion_strength, normal_scale, double_sided. Colours and pictures are floats in [0, 1], or uint8
+from 0 to 255.
 
-A MESH that a node here returns has kiln_meshes, too: of each mesh of the batch the kiln.Mesh that the arrays are of,
-which knows how far it strays from its high poly, and the arrays' digest. Where another node changed the arrays, the
-digest differs, and the arrays count.
+A MESH from a node of this file also has kiln_meshes: for each mesh of the batch, a hash of its arrays and the kiln.Mesh
+they were made from, which knows its deviation from the high poly. If another node has changed the arrays, the hash
+differs, and the arrays are used instead of the kiln.Mesh.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ OPTIONAL = (
     "emissive",
 )
 FACES = ("INT", {"default": 10_000, "min": 4, "max": 50_000_000})
-#: Types of the mesh inputs: ComfyUI's meshes, and trimesh's from other packages.
+#: Types of the mesh inputs: ComfyUI's MESH, and the TRIMESH of other packages.
 MESHES = ("MESH,TRIMESH",)
 SIZE = ("INT", {"default": 2048, "min": 64, "max": 8192, "step": 64})
 #: Half a step of 8 bits: values nearer than this to 0 or 1 are rounded to them.
@@ -65,7 +66,7 @@ def as_tensor(array):
     return torch.from_numpy(np.array(array, order="C"))
 
 
-def as_shares(values, name):
+def to_unit_range(values, name):
     """Converts to [0, 1]: floats are clipped, integers divided by their type's maximum."""
     if values.dtype in (np.uint8, np.uint16):
         return values / np.float32(np.iinfo(values.dtype).max)
@@ -85,7 +86,7 @@ def linear_to_srgb(values):
     return np.where(values <= 0.0031308, 12.92 * values, 1.055 * values ** (1 / 2.4) - 0.055)
 
 
-def parts_of(mesh, name, dimensions):
+def arrays_by_mesh(mesh, name, dimensions):
     """One array per mesh of the batch, from a tensor (B, ...), a list of tensors, or one tensor without B."""
     value = getattr(mesh, name, None)
     if value is None:
@@ -117,9 +118,13 @@ def factor_of(material, name, default):
     return default if value is None or value < 0 else float(value)
 
 
-class Look:
-    """What a mesh of a batch looks like: pictures over its UVs, (H, W, C) float32 by kiln's names of maps, the material's
-    factors in them; numbers of what has no picture; and whether backs are shown, None: nothing says so."""
+class MaterialLook:
+    """The material of one mesh of a batch.
+
+    pictures      by kiln's names of maps: (H, W, C) float32 over the mesh's UVs, multiplied by the material's factors
+    numbers       factors of the maps that have no picture
+    double_sided  whether back faces are shown; None: the material does not state it
+    """
 
     def __init__(self, mesh, i):
         self.material = dict(getattr(mesh, "material", None) or {})
@@ -128,10 +133,10 @@ class Look:
         self.strength = float(self.material.get("emissive_strength", 1))
 
         def picture(name):
-            parts = parts_of(mesh, name, 3)
+            parts = arrays_by_mesh(mesh, name, 3)
             if parts is None or i >= len(parts) or parts[i] is None:
                 return None
-            return np.asarray(as_shares(parts[i], name), np.float32)
+            return np.asarray(to_unit_range(parts[i], name), np.float32)
 
         base = np.array(self.material.get("base_color_factor") or (1, 1, 1, 1), float)
         base = np.append(base, 1) if len(base) == 3 else base
@@ -156,17 +161,17 @@ class Look:
         if surface is not None and getattr(mesh, "occlusion_in_mr", False):
             strength = np.float32(self.material.get("occlusion_strength", 1))
             self.pictures["ao"] = 1 + strength * (surface[:, :, :1] - 1)
-        shine = np.array(self.material.get("emissive_factor") or (0, 0, 0), float).clip(0, 1)
+        emissive_color = np.array(self.material.get("emissive_factor") or (0, 0, 0), float).clip(0, 1)
         emissive = picture("emissive")
         if emissive is not None:
-            shine = shine if shine.any() else np.ones(3)  # the same default as in SaveGLB
-            self.pictures["emission"] = linear_to_srgb(srgb_to_linear(emissive[:, :, :3]) * shine)
-        elif shine.any():
-            self.numbers["emission"] = shine
-        bent = picture("normal_map")
-        if bent is not None:
+            emissive_color = emissive_color if emissive_color.any() else np.ones(3)  # the same default as in SaveGLB
+            self.pictures["emission"] = linear_to_srgb(srgb_to_linear(emissive[:, :, :3]) * emissive_color)
+        elif emissive_color.any():
+            self.numbers["emission"] = emissive_color
+        normal_map = picture("normal_map")
+        if normal_map is not None:
             scale = float(self.material.get("normal_scale", 1))
-            vectors = (2 * bent[:, :, :3].astype(float) - 1) * (scale, scale, 1)
+            vectors = (2 * normal_map[:, :, :3].astype(float) - 1) * (scale, scale, 1)
             vectors /= np.maximum(np.linalg.norm(vectors, axis=2, keepdims=True), 1e-9)
             self.pictures["normal"] = (vectors / 2 + 0.5).astype(np.float32)
         self.pictures = {name: np.asarray(pixels, np.float32).clip(0, 1) for name, pixels in self.pictures.items()}
@@ -177,13 +182,13 @@ def is_trimesh(mesh):
     return hasattr(mesh, "visual") or hasattr(mesh, "geometry")
 
 
-def items(mesh):
-    """Each mesh of the batch: a kiln.Mesh, and its Look; None of one without faces, with a warning."""
+def mesh_items(mesh):
+    """Yields a kiln.Mesh and its MaterialLook for each mesh of the batch; None, with a warning, for one without faces."""
     if is_trimesh(mesh):
-        yield kiln.as_mesh(mesh), Look(None, 0)
+        yield kiln.as_mesh(mesh), MaterialLook(None, 0)
         return
-    parts = {name: parts_of(mesh, name, 2) for name in ("vertices", "faces", "uvs", "vertex_colors", "normals")}
-    counts = [parts_of(mesh, name, 0) for name in ("vertex_counts", "face_counts")]
+    parts = {name: arrays_by_mesh(mesh, name, 2) for name in ("vertices", "faces", "uvs", "vertex_colors", "normals")}
+    counts = [arrays_by_mesh(mesh, name, 0) for name in ("vertex_counts", "face_counts")]
     known = dict(enumerate(getattr(mesh, "kiln_meshes", None) or ()))
     empty = 0
     for i in range(len(parts["vertices"])):
@@ -196,7 +201,7 @@ def items(mesh):
             empty += 1
             yield None
             continue
-        look = Look(mesh, i)
+        look = MaterialLook(mesh, i)
         if i in known and known[i][0] == digest_of(item):
             yield known[i][1], look
             continue
@@ -204,7 +209,7 @@ def items(mesh):
         if uvs is not None:
             uvs = [0, 1] + uvs * [1, -1]
         if colors is not None:
-            colors = as_shares(colors, "vertex_colors")
+            colors = to_unit_range(colors, "vertex_colors")
             colors = np.hstack([linear_to_srgb(colors[:, :3] * look.tint).clip(0, 1), colors[:, 3:]])
         yield kiln.Mesh(uvs=uvs, colors=colors, **item), look
     if empty:
@@ -214,9 +219,9 @@ def items(mesh):
             raise ValueError("No mesh of the batch has faces.")
 
 
-def some(mesh):
-    """Returns the items() that have faces."""
-    return [item for item in items(mesh) if item is not None]
+def items_with_faces(mesh):
+    """Returns those of mesh_items() that have faces."""
+    return [item for item in mesh_items(mesh) if item is not None]
 
 
 def new_mesh():
@@ -240,10 +245,10 @@ def batch_of(mesh, batch, **fields):
         arrays = [item[name] for item in batch if item.get(name) is not None]
         if not arrays:
             continue
-        whole = np.zeros((len(arrays), max(map(len, arrays)), arrays[0].shape[1]), arrays[0].dtype)
+        padded = np.zeros((len(arrays), max(map(len, arrays)), arrays[0].shape[1]), arrays[0].dtype)
         for i, array in enumerate(arrays):
-            whole[i, : len(array)] = array
-        setattr(made, name, as_tensor(whole))
+            padded[i, : len(array)] = array
+        setattr(made, name, as_tensor(padded))
     if len(batch) > 1:
         made.vertex_counts = as_tensor(np.array([len(item["vertices"]) for item in batch]))
         made.face_counts = as_tensor(np.array([len(item["faces"]) for item in batch]))
@@ -254,7 +259,7 @@ def batch_of(mesh, batch, **fields):
 
 
 def arrays_of(low):
-    """Arrays by MESH field from a kiln.Mesh or kiln.Glb, with one index list for all; also the kiln.Mesh."""
+    """Returns the arrays of a kiln.Mesh or kiln.Glb by the names of MESH fields, with the kiln.Mesh as "kiln_mesh"."""
     parts = {
         "vertices": np.asarray(low.vertices, np.float32),
         "faces": low.faces.astype(np.int64),
@@ -266,7 +271,7 @@ def arrays_of(low):
     return parts
 
 
-def pictures(maps, name, size, background):
+def image_batch(maps, name, size, background):
     """Returns an IMAGE (B, H, W, 3) with the map of each item, or the background colour for items without it."""
     empty = np.full((size, size, 3), background, np.float32)
     return as_tensor(
@@ -274,21 +279,21 @@ def pictures(maps, name, size, background):
     )
 
 
-def textured(mesh, baked, maps, looks, size, double_sided):
-    """What SaveGLB writes with its maps; and the maps as outputs.
+def make_textured_mesh(mesh, baked, maps, looks, size, double_sided):
+    """Returns a MESH with all maps, which SaveGLB writes unchanged; then each map as an output of the node.
 
-    maps          of each item by kiln's names, as files hold them
-    double_sided  of each item
+    maps          per mesh of the batch: its maps by kiln's names, with the values that files store
+    double_sided  per mesh of the batch: whether back faces are shown; None: not stated
     """
     for item, look in zip(maps, looks):
         for name in ("roughness", "metallic", "opacity"):
             if name not in item and name in look.numbers:
                 item[name] = np.full((1, 1, 1), look.numbers[name], np.float32)
-    normal, occlusion = pictures(maps, "normal", size, (0.5, 0.5, 1)), pictures(maps, "ao", size, 1)
-    color = pictures(maps, "color", size, 1)
-    channels = [as_numpy(pictures(maps, name, size, other)) for name, other in (("ao", 1), ("roughness", 1), ("metallic", 0))]
+    normal, occlusion = image_batch(maps, "normal", size, (0.5, 0.5, 1)), image_batch(maps, "ao", size, 1)
+    color = image_batch(maps, "color", size, 1)
+    channels = [as_numpy(image_batch(maps, name, size, other)) for name, other in (("ao", 1), ("roughness", 1), ("metallic", 0))]
     surface = as_tensor(np.concatenate([part[..., :1] for part in channels], axis=3))
-    alpha = as_tensor(np.ascontiguousarray(as_numpy(pictures(maps, "opacity", size, 1))[..., 0]))
+    alpha = as_tensor(np.ascontiguousarray(as_numpy(image_batch(maps, "opacity", size, 1))[..., 0]))
     has = {name for item in maps for name in item}
     texture = color
     if "color" in has and "opacity" in has:
@@ -311,7 +316,7 @@ def textured(mesh, baked, maps, looks, size, double_sided):
         normal_map=normal if "normal" in has else None,
         metallic_roughness=surface if has & {"ao", "roughness", "metallic"} else None,
         occlusion_in_mr="ao" in has,
-        emissive=pictures(maps, "emission", size, 0) if "emission" in has else None,
+        emissive=image_batch(maps, "emission", size, 0) if "emission" in has else None,
         material=material or None,
     )
     return made, normal, occlusion, color, surface, alpha
@@ -356,7 +361,7 @@ class KilnSimplify:
 
     def run(self, mesh, target_face_count, clean=True):
         batch = []
-        for high, _ in some(mesh):
+        for high, _ in items_with_faces(mesh):
             high = kiln.clean(high, progress=progress()) if clean else high
             batch.append(arrays_of(kiln.simplify(high, target=target_face_count, progress=progress())))
         return (batch_of(mesh, batch),)
@@ -377,7 +382,7 @@ class KilnUnwrap:
     def run(self, mesh, resolution):
         batch = [
             arrays_of(kiln.pack_glb(kiln.unwrap(item, size=resolution, progress=progress()), {}, double_sided=False))
-            for item, _ in some(mesh)
+            for item, _ in items_with_faces(mesh)
         ]
         return (batch_of(mesh, batch),)
 
@@ -409,7 +414,7 @@ class KilnBake:
                     },
                 ),
                 "two_sided": ("BOOLEAN", {"default": False, "tooltip": "Rays hit back faces of the dense mesh, too"}),
-                "double_sided": (SIDES, {"tooltip": "Whether the light mesh shows back faces; auto: if it is open"}),
+                "double_sided": (DOUBLE_SIDED_CHOICES, {"tooltip": "Whether the light mesh shows back faces; auto: if it is open"}),
             },
         }
 
@@ -419,7 +424,7 @@ class KilnBake:
     CATEGORY = "3d/texturing"
 
     def run(self, low_poly, high_poly, resolution, match="ray", cage_distance=0.0, two_sided=False, double_sided="auto"):
-        highs, lows = list(items(high_poly)), list(items(low_poly))
+        highs, lows = list(mesh_items(high_poly)), list(mesh_items(low_poly))
         if len(highs) not in (1, len(lows)):
             raise ValueError(f"{len(lows)} low polys, but {len(highs)} high polys: give one, or one for each.")
         baked, maps, looks, sides = [], [], [], []
@@ -434,8 +439,8 @@ class KilnBake:
             given, keywords = {}, {}
             if high.uvs is not None:
                 for name, pixels in look.pictures.items():
-                    called, kind = TRANSFERS[name]
-                    given[called] = (pixels, kind)
+                    transfer_name, kind = TRANSFER_BY_PICTURE[name]
+                    given[transfer_name] = (pixels, kind)
             elif look.pictures:
                 text = f"high_poly has no UVs: its pictures are left out ({', '.join(look.pictures)})."
                 warnings.warn(kiln.KilnWarning(text, "pictures-left-out", len(look.pictures)), stacklevel=2)
@@ -455,18 +460,19 @@ class KilnBake:
                 own["ao"] = np.minimum(own["ao"], own.pop("occlusion")[:, :, :1])
             maps.append(own)
             looks.append(look)
-            packed = kiln.pack_glb(low, {}, double_sided=sides_of(double_sided, look))
+            packed = kiln.pack_glb(low, {}, double_sided=double_sided_of(double_sided, look))
             sides.append(material_of(packed.data).get("doubleSided", False))
             baked.append(packed)
         if not baked:
             raise ValueError("No pair of meshes has faces: connect meshes with faces.")
-        return textured(low_poly, baked, maps, looks, resolution, sides)
+        return make_textured_mesh(low_poly, baked, maps, looks, resolution, sides)
 
 
 #: Values for whether back faces are shown.
-SIDES = ["auto", "yes", "no"]
-#: Names of the maps for a mesh's pictures, which must differ from those of its shape, and their kinds for kiln.bake().
-TRANSFERS = {
+DOUBLE_SIDED_CHOICES = ["auto", "yes", "no"]
+#: Per picture of a mesh: the name of the transferred map, and its kind for kiln.bake(). The pictures of normals and
+#: occlusion need names of their own, since kiln.bake() also bakes `normal` and `ao` from the mesh's shape.
+TRANSFER_BY_PICTURE = {
     "color": ("color", "srgb"),
     "emission": ("emission", "srgb"),
     "opacity": ("alpha", "linear"),
@@ -477,22 +483,22 @@ TRANSFERS = {
 }
 
 
-def sides_of(choice, look):
+def double_sided_of(choice, look):
     """Returns double_sided for kiln.pack_glb() and to_glb(): the node's choice, else the material's, else auto."""
     if choice != "auto" or look.double_sided is None:
         return choice
     return bool(look.double_sided)
 
 
-def document_of(data):
+def gltf_json_of(data):
     return json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")])
 
 
 def material_of(data):
-    return document_of(data)["materials"][0]
+    return gltf_json_of(data)["materials"][0]
 
 
-def with_document(data, document):
+def replace_gltf_json(data, document):
     """Returns a GLB with its JSON replaced."""
     text = json.dumps(document).encode()
     text += b" " * (-len(text) % 4)
@@ -501,7 +507,7 @@ def with_document(data, document):
     return b"glTF" + head + b"JSON" + text + rest
 
 
-def as_asset(high, look):
+def as_source_glb(high, look):
     """Returns a dense mesh with its pictures and factors as a GLB for kiln.to_glb(); the mesh itself if it has none."""
     if high.uvs is None or not look.pictures:
         if look.pictures:
@@ -509,17 +515,17 @@ def as_asset(high, look):
             warnings.warn(kiln.KilnWarning(text, "pictures-left-out", len(look.pictures)), stacklevel=2)
         return high
     data = kiln.pack_glb(high, look.pictures, alpha="blend", double_sided=bool(look.double_sided)).data
-    document = document_of(data)
+    document = gltf_json_of(data)
     (material,) = document["materials"]
     for name, value in look.numbers.items():
-        set_number(material, name, value)
+        set_material_factor(material, name, value)
     if "emission" in look.pictures and look.strength != 1:
         material.setdefault("extensions", {})["KHR_materials_emissive_strength"] = {"emissiveStrength": look.strength}
         document["extensionsUsed"] = sorted({*document.get("extensionsUsed", []), "KHR_materials_emissive_strength"})
-    return with_document(data, document)
+    return replace_gltf_json(data, document)
 
 
-def set_number(material, name, value):
+def set_material_factor(material, name, value):
     """Sets a factor of a glTF material that no picture contains."""
     surface = material.setdefault("pbrMetallicRoughness", {})
     if name in ("roughness", "metallic"):
@@ -569,7 +575,7 @@ class KilnToGLB:
                         "tooltip": "Maximum size of the GLB, from which sizes and encodings of pictures are chosen; 0: no limit",
                     },
                 ),
-                "double_sided": (SIDES, {"tooltip": "Whether back faces are shown; auto: if the mesh is open"}),
+                "double_sided": (DOUBLE_SIDED_CHOICES, {"tooltip": "Whether back faces are shown; auto: if the mesh is open"}),
             },
         }
 
@@ -596,29 +602,29 @@ class KilnToGLB:
             packing["max_bytes"] = max_bytes
             if format == "png":
                 del packing["format"]  # PNG or JPEG is chosen, whichever is smaller
-        for high, look in some(mesh):
-            asset = as_asset(high, look)
+        for high, look in items_with_faces(mesh):
+            asset = as_source_glb(high, look)
             glb = kiln.to_glb(
                 asset,
                 faces_target=target_face_count,
                 texture_size=texture_size,
-                double_sided=sides_of(double_sided, look),
+                double_sided=double_sided_of(double_sided, look),
                 progress=progress(),
                 **packing,
             )
             data = glb.data
             if asset is high and look.numbers:
-                document = document_of(data)
+                document = gltf_json_of(data)
                 for material in document["materials"]:
                     for name, value in look.numbers.items():
-                        set_number(material, name, value)
-                data = with_document(data, document)
+                        set_material_factor(material, name, value)
+                data = replace_gltf_json(data, document)
             baked.append(glb)
             files.append(data)
             maps.append(dict(glb.maps))
             looks.append(look)
             sides.append(material_of(data).get("doubleSided", False))
-        made, normal, occlusion, color, surface, alpha = textured(mesh, baked, maps, looks, texture_size, sides)
+        made, normal, occlusion, color, surface, alpha = make_textured_mesh(mesh, baked, maps, looks, texture_size, sides)
         return made, normal, occlusion, color, file_of(files[0]), surface, alpha
 
 

@@ -32,7 +32,7 @@ inline constexpr std::array<std::array<std::string_view, 2>, 3> kLabCommands = {
      "points on HIGH of the texels"},
 }};
 /// Returns the lab command that the words run or request help for; null if they do not.
-const char* asked_of_lab(int argc, char** argv);
+const char* requested_lab_command(int argc, char** argv);
 
 /// Replaces this process by kiln-lab with the same words. kiln-lab is searched for beside this program and in the
 /// installation folder.
@@ -40,7 +40,7 @@ const char* asked_of_lab(int argc, char** argv);
 /// \returns the exit code, after a message, if kiln-lab cannot be started
 int run_lab(const char* command, char** argv);
 /// Adds a lab command without its options, for help.
-Command* name_lab_command(Command& app, std::string_view name);
+Command* add_lab_command_name(Command& app, std::string_view name);
 
 Run add_bake(Command& app);
 Run add_run(Command& app);

@@ -20,7 +20,7 @@ namespace kiln::cli {
 namespace {
 
 // Environment variable of a repeated run: "1" for the second try, "2" for the third, which uses an empty kernel cache.
-constexpr const char* kRetry = "KILN_RETRY";
+constexpr const char* kRetryVariable = "KILN_RETRY";
 
 int tries_before = 0;
 bool may_retry = false;
@@ -30,17 +30,17 @@ static_assert(std::atomic<std::int64_t>::is_always_lock_free);
 void write_error(const char* text) { os::write_error(text); }
 
 int read_tries() {
-  const char* repeats = std::getenv(kRetry);
+  const char* repeats = std::getenv(kRetryVariable);
   return repeats == nullptr ? 0 : *repeats == '1' ? 1 : 2;
 }
 
 void prepare_retry(char** argv) {
   tries_before = read_tries();
-  os::prepare_restart(argv, std::string(kRetry) + "=" + std::to_string(tries_before + 1));
+  os::prepare_restart(argv, std::string(kRetryVariable) + "=" + std::to_string(tries_before + 1));
   may_retry = os::can_restart() && tries_before < 2;
 }
 
-constexpr const char* kCrashed =
+constexpr const char* kDriverCrashedText =
     "kiln: The OpenCL driver crashed; see the lines above for a reason. Otherwise it may have run "
     "out of memory, or PoCL's kernel cache is damaged or its disk full: remove the cache, or set "
     "POCL_CACHE_DIR to another folder.\n";
@@ -76,15 +76,15 @@ constexpr const char* kCrashedOnce =
   write_error(!os::can_restart() ? kCrashedOnce
               : !has_topology    ? kNoTopology
               : !has_linker      ? kNoLinker
-                                 : kCrashed);
+                                 : kDriverCrashedText);
   os::end_process(static_cast<int>(ErrorCode::device));
 }
 
 void on_crash(int number) {
-  std::int64_t first = 0;
-  if (!crashed_thread.compare_exchange_strong(first, os::thread_number())) {
-    if (first == os::thread_number())
-      os::end_process(static_cast<int>(ErrorCode::device));  // the handler itself crashed
+  std::int64_t first_thread = 0;
+  if (!crashed_thread.compare_exchange_strong(first_thread, os::thread_number())) {
+    if (first_thread == os::thread_number())
+      os::end_process(static_cast<int>(ErrorCode::device));  // the crash handler itself has crashed
     // Two threads crashed at once: the first one ends the process, so this one waits.
     os::stop_thread();
   }
@@ -98,16 +98,16 @@ void on_crash(int number) {
     os::crash_unhandled(number);
     return;
   }
-  retry();
+  restart_after_crash();
   end_by_driver();
 }
 
 /// Handles exit() calls of LLVM within PoCL, which it makes if it cannot write a file.
-void on_exit_within() {
+void on_exit_in_driver() {
   if (!in_driver() && os::on_main_thread()) return;
   remove_temporary_files();
   if (const char* map = running_own_map()) end_by_own_map(map);
-  retry();
+  restart_after_crash();
   end_by_driver();
 }
 
@@ -122,7 +122,7 @@ void on_exit_within() {
 
 }  // namespace
 
-void retry() noexcept {
+void restart_after_crash() noexcept {
   if (!may_retry || !has_linker || !has_topology) return;
   may_retry = false;
   write_error(tries_before == 1
@@ -140,12 +140,12 @@ void catch_crashes(char** argv) noexcept {
     has_topology = std::filesystem::exists("/sys/devices/system/cpu", error);
   }
   std::set_terminate(on_terminate);
-  if (std::atexit(on_exit_within) != 0)
+  if (std::atexit(on_exit_in_driver) != 0)
     write_error("kiln: The handler for exits could not be installed.\n");
   os::catch_crashes(on_crash);
 }
 
-bool supervised(int& exit_code) {
+bool ran_in_child(int& exit_code) {
   if (read_tries() != 2) return false;
   // The folder is created and removed in this process, so that no environment variable can name a folder to remove.
   const std::filesystem::path folder = os::create_temporary_folder("kiln-cache-");
@@ -161,7 +161,7 @@ bool supervised(int& exit_code) {
   exit_code = end.exit_code;
   std::error_code error;
   if (end.kind == os::SplitEnd::Kind::failed) {
-    write_error(kCrashed);
+    write_error(kDriverCrashedText);
     exit_code = static_cast<int>(ErrorCode::device);
   }
   if (has_folder) std::filesystem::remove_all(folder, error);

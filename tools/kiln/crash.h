@@ -12,12 +12,12 @@ void catch_crashes(char** argv) noexcept;
 
 /// Restarts the run: first without changes, then with an empty cache of PoCL. Returns if both were done already, or if
 /// the process cannot restart.
-void retry() noexcept;
+void restart_after_crash() noexcept;
 
 /// In the third try, creates an empty kernel cache, runs the command in a child process, waits for it, and removes the
 /// cache.
 /// \param exit_code  receives the child's exit code if the result is true
 /// \returns true if the run is over
-bool supervised(int& exit_code);
+bool ran_in_child(int& exit_code);
 
 }  // namespace kiln::cli

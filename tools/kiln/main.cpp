@@ -4,7 +4,7 @@
 
 int main(int argc, char** argv) {
   using namespace kiln::cli;
-  if (const char* command = asked_of_lab(argc, argv)) return run_lab(command, argv);
+  if (const char* command = requested_lab_command(argc, argv)) return run_lab(command, argv);
   constexpr CommandEntry kCommands[] = {
       {"bake", add_bake},     {"run", add_run},        {"simplify", add_simplify},
       {"render", add_render}, {"measure", nullptr},    {"chart", nullptr},

@@ -60,7 +60,7 @@ void check_environment() {
   }
 }
 
-std::string in_list(const std::vector<std::string>& names) {
+std::string join_with_commas(const std::vector<std::string>& names) {
   std::string list;
   for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
   return list;
@@ -68,7 +68,7 @@ std::string in_list(const std::vector<std::string>& names) {
 
 }  // namespace
 
-Command* name_lab_command(Command& app, std::string_view name) {
+Command* add_lab_command_name(Command& app, std::string_view name) {
   const auto* command = std::find_if(kLabCommands.begin(), kLabCommands.end(),
                                      [&](const auto& known) { return known[0] == name; });
   return app.add_command(name, (*command)[1]);
@@ -76,8 +76,8 @@ Command* name_lab_command(Command& app, std::string_view name) {
 
 Program::Program(std::span<const CommandEntry> commands)
     : app_("Kiln bakes the detail of high polys into the textures of low polys.", "kiln",
-           std::string("kiln ") + version() + "\nPictures: " + in_list(picture_formats()) +
-               "\nMeshes: " + in_list(mesh_formats()),
+           std::string("kiln ") + version() + "\nPictures: " + join_with_commas(picture_formats()) +
+               "\nMeshes: " + join_with_commas(mesh_formats()),
            "Exit codes: 0 done, 1 beyond the limits (diff) or a defect, 2 usage, 3 input, 4 "
            "device,\n"
            "5 output, 130 cancelled. 'kiln COMMAND --help' explains a command.") {
@@ -87,8 +87,8 @@ Program::Program(std::span<const CommandEntry> commands)
       run = entry.add(app_);
       continue;
     }
-    name_lab_command(app_, entry.name);
-    // such commands never get here; see asked_of_lab()
+    add_lab_command_name(app_, entry.name);
+    // such commands never get here; see requested_lab_command()
     run = []() -> int { throw std::logic_error("kiln-lab runs this command"); };
   }
   add_memory_option(app_);
@@ -108,21 +108,21 @@ Run Program::parse(std::vector<std::string> words) {
     for (const auto& [name, run] : commands_) known_commands.push_back(name);
     if (words.empty()) {
       throw UsageError("give a command, such as kiln bake HIGH LOW --out DIR; there are " +
-                       in_list(known_commands));
+                       join_with_commas(known_commands));
     }
     const std::string nearest = nearest_word(words[0], known_commands);
     throw UsageError("there is no command '" + words[0] + "'" +
-                     (nearest.empty() ? "; there are " + in_list(known_commands)
+                     (nearest.empty() ? "; there are " + join_with_commas(known_commands)
                                       : "; did you mean kiln " + nearest + "?"));
   }
   if (!app_.parse(std::move(words))) return {};
   check_environment();
-  return commands_.at(app_.chosen()->get_name());
+  return commands_.at(app_.given_command()->get_name());
 }
 
 std::string Program::explain(const UsageError& error) const {
-  const Command* const chosen = app_.chosen();
-  const std::vector<std::string> words = app_.not_understood();
+  const Command* const chosen = app_.given_command();
+  const std::vector<std::string> words = app_.unaccepted_words();
   if (const auto mark = std::find(words.begin(), words.end(), "--");
       mark != words.end() && mark + 1 != words.end()) {
     return "'" + *(mark + 1) +
@@ -130,7 +130,7 @@ std::string Program::explain(const UsageError& error) const {
   }
   for (const std::string& word : words) {
     if (!word.starts_with("-")) continue;
-    return answer_to_unknown(chosen == nullptr ? app_ : *chosen, word);
+    return explain_unknown_flag(chosen == nullptr ? app_ : *chosen, word);
   }
   if (!words.empty() && chosen != nullptr) {
     const std::string start = "'" + words.front() + "' is one word too many. ";

@@ -34,7 +34,7 @@ int cancelled() {
 
 /// Sets the OpenCL driver in a package of Kiln (tools/package), if there is one, as the driver for machines without
 /// any.
-void offer_own_driver() {
+void offer_packaged_driver() {
   std::array<char, 4096> folder{};
   kiln::os::own_folder(folder);
   std::error_code error;
@@ -59,9 +59,9 @@ int run_words(int argc, char** argv, std::span<const kiln::cli::CommandEntry> co
   }
   // Removes empty folders that the run created, however it ends.
   struct Tidy {
-    bool success = false;
+    bool has_succeeded = false;
     ~Tidy() {
-      if (!success) remove_empty_output_folders();
+      if (!has_succeeded) remove_empty_output_folders();
     }
   } tidy;
   try {
@@ -71,12 +71,12 @@ int run_words(int argc, char** argv, std::span<const kiln::cli::CommandEntry> co
     // standard output is finished first, so that no file is placed if that fails
     cli::finish_output();
     outputs.commit();
-    tidy.success = result == 0;
+    tidy.has_succeeded = result == 0;
     return result;
   } catch (const Error& error) {
     // An interrupt during the compilation of a kernel appears as an error of the driver.
     if (cli::interrupted()) return cancelled();
-    if (std::string_view(error.id()) == "kernel-cache") cli::retry();
+    if (std::string_view(error.id()) == "kernel-cache") cli::restart_after_crash();
     cli::print_line(stderr, "kiln: " + error.message().text(option_as_flag));
     return static_cast<int>(error.code());
   }
@@ -112,8 +112,8 @@ int kiln::cli::program_main(int argc, char** argv, std::span<const CommandEntry>
   // PoCL would install a process-wide handler for arithmetic traps, which a library must not decide.
   if (std::getenv("POCL_SIGFPE_HANDLER") == nullptr) os::set_variable("POCL_SIGFPE_HANDLER", "0");
   int exit_code = static_cast<int>(ErrorCode::internal);
-  if (cli::supervised(exit_code)) return exit_code;
-  offer_own_driver();
+  if (cli::ran_in_child(exit_code)) return exit_code;
+  offer_packaged_driver();
   os::keep_free_blocks();
   obey_memory_limit();
   cli::catch_crashes(argv);

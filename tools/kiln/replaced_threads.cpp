@@ -80,25 +80,25 @@ extern "C" int pthread_create(pthread_t* thread, const pthread_attr_t* attribute
       reinterpret_cast<decltype(&pthread_create)>(dlsym(RTLD_NEXT, "pthread_create"));
   auto* const start = new (std::nothrow) ThreadStart{begin, with, false};
   if (start == nullptr) return EAGAIN;
-  pthread_attr_t guarded;
+  pthread_attr_t guarded_attributes;
   if (attributes != nullptr) {
-    guarded = *attributes;
+    guarded_attributes = *attributes;
   } else {
-    pthread_attr_init(&guarded);
+    pthread_attr_init(&guarded_attributes);
   }
   std::size_t bytes = 0;
   void* stack = nullptr;
-  int status = pthread_attr_getstack(&guarded, &stack, &bytes);
+  int status = pthread_attr_getstack(&guarded_attributes, &stack, &bytes);
   // The thread gets a guard unless its caller provides the stack, whose size must stay as given. The stack's address is
   // null unless the caller has provided it.
   start->has_guard = reinterpret_cast<std::uintptr_t>(stack) + bytes == 0;
   if (status == 0 && start->has_guard) {
-    pthread_attr_getstacksize(&guarded, &bytes);
-    status = pthread_attr_setstacksize(&guarded, bytes + 2 * kStackGuardBytes);
+    pthread_attr_getstacksize(&guarded_attributes, &bytes);
+    status = pthread_attr_setstacksize(&guarded_attributes, bytes + 2 * kStackGuardBytes);
   }
-  if (status == 0) status = pthread_attr_setguardsize(&guarded, kGuardBytes);
-  if (status == 0) status = next(thread, &guarded, begin_thread, start);
-  if (attributes == nullptr) pthread_attr_destroy(&guarded);
+  if (status == 0) status = pthread_attr_setguardsize(&guarded_attributes, kGuardBytes);
+  if (status == 0) status = next(thread, &guarded_attributes, begin_thread, start);
+  if (attributes == nullptr) pthread_attr_destroy(&guarded_attributes);
   if (status == 0) return status;
   // Without enough address space (ulimit -v), the thread is started without guards.
   start->has_guard = false;

@@ -14,13 +14,13 @@
 namespace kiln::cli {
 namespace {
 
-constexpr const char* kInstalled = KILN_INSTALLED_PROGRAMS;
+constexpr const char* kInstallFolder = KILN_INSTALLED_PROGRAMS;
 
 using Path = std::array<char, 4096>;
 
 }  // namespace
 
-const char* asked_of_lab(int argc, char** argv) {
+const char* requested_lab_command(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const std::string_view word = argv[i];
     // Flags before the command (--help, --version) and the word `help` are for this program.
@@ -36,14 +36,14 @@ int run_lab(const char* command, char** argv) {
   Path folder{}, beside_program{}, installed{};
   os::own_folder(folder);
   std::snprintf(beside_program.data(), beside_program.size(), "%.4000skiln-lab", folder.data());
-  std::snprintf(installed.data(), installed.size(), "%.4000s/kiln-lab", kInstalled);
+  std::snprintf(installed.data(), installed.size(), "%.4000s/kiln-lab", kInstallFolder);
   if (folder[0] == '\0') beside_program = installed;
-  int reason = ENOENT;
+  int start_error = ENOENT;
   for (const Path& program : {beside_program, installed}) {
     const int error = os::become_program(program.data(), argv);
-    if (error != ENOENT) reason = error;
+    if (error != ENOENT) start_error = error;
   }
-  if (reason == ENOSYS) {
+  if (start_error == ENOSYS) {
     std::fprintf(stderr,
                  "kiln: %s needs the program kiln-lab, which does not exist for this system: run "
                  "it on Linux.\n",
@@ -53,7 +53,7 @@ int run_lab(const char* command, char** argv) {
   std::fprintf(
       stderr,
       "kiln: %s needs the program kiln-lab, which cannot be started, neither as %s nor as %s: %s. ",
-      command, beside_program.data(), installed.data(), std::strerror(reason));
+      command, beside_program.data(), installed.data(), std::strerror(start_error));
   std::error_code error;
   const std::filesystem::path cache = std::filesystem::canonical(
       std::filesystem::path(folder.data()) / "../../CMakeCache.txt", error);

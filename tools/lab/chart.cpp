@@ -203,7 +203,7 @@ int run_chart(const ChartArguments& a, Json options, ChartKind& kind) {
   for (const auto& [ending, rows] : data_of(kind.input_key, groups)) save(ending, csv(rows));
   std::string text = "# Kiln's chart\n\nOn " + markdown_text(info.name) + " (" +
                      markdown_text(info.platform) + ", driver " + markdown_text(info.driver) +
-                     "). " + kind.about + "\n\n";
+                     "). " + kind.explanation + "\n\n";
   for (const ChartGroup& group : groups) {
     const std::vector<std::string> lines = lines_of(group);
     text += "## " + markdown_text(group.title) + "\n\n" + join(lines, "\n") + "\n";

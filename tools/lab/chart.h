@@ -141,7 +141,7 @@ class ChartKind {
   const char *input_key,
       *inputs_key;  ///< Key of an input's number in data, and key of all inputs in the report
   std::vector<std::string> inputs;         ///< Input files, each measured separately
-  std::string about;                       ///< Explanation of the figures, above all tables
+  std::string explanation;                 ///< Explanation of the figures, above all tables
   Json options = Json::object();           ///< Options for the report that differ from the flags
   std::vector<Warning> warnings;           ///< Warnings about the whole run
   std::vector<Warning> settings_warnings;  ///< Warnings about single settings

@@ -49,8 +49,9 @@ double rms_of(const Mark& mark) { return mark.figures.at("rms").number(); }
 /// If none is within the limit, the nearest one is added.
 /// \param key  key in the report
 template <class Bounded, class Wanted>
-void choose(const char* key, double limit, const std::string& unit, const Bounded& bounded,
-            const Wanted& wanted, const std::vector<Mark>& marks, ChartGroup& group) {
+void add_best_within_limit(const char* key, double limit, const std::string& unit,
+                           const Bounded& bounded, const Wanted& wanted,
+                           const std::vector<Mark>& marks, ChartGroup& group) {
   const auto worse = [&](const Mark& a, const Mark& b) {
     const bool a_within = bounded(a) <= limit, b_within = bounded(b) <= limit;
     if (a_within != b_within) return b_within;
@@ -137,8 +138,10 @@ bool add_ao(const Device& device, const Mesh& high, const Mesh& low, const Chart
   }
   report.update(fields("settings chosen", {rows, Json::object()}));
   const auto seconds_of = [](const Mark& mark) { return mark.seconds; };
-  if (a.ao_budget) choose("budget", *a.ao_budget, " s", seconds_of, rms_of, marks, group);
-  if (a.ao_error) choose("error", *a.ao_error, " rms", rms_of, seconds_of, marks, group);
+  if (a.ao_budget)
+    add_best_within_limit("budget", *a.ao_budget, " s", seconds_of, rms_of, marks, group);
+  if (a.ao_error)
+    add_best_within_limit("error", *a.ao_error, " rms", rms_of, seconds_of, marks, group);
   group.tables.push_back(
       {"Ambient occlusion. Seconds: to gather it, without the match and files. Errors, of 255: "
        "against 4096 rays from the same points, at " +

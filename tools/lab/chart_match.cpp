@@ -87,24 +87,25 @@ constexpr MarkStyle kStyles[] = {{"rays", "rays", "^", "#222222"},
 class MatchChart : public ChartKind {
  public:
   explicit MatchChart(const ChartArguments& a)
-      : ChartKind(a, "pair", "pairs"), wanted_(chart_settings()), ao_(ao_settings(a)) {
+      : ChartKind(a, "pair", "pairs"), candidate_settings_(chart_settings()), ao_(ao_settings(a)) {
     inputs.clear();
     for (std::size_t i = 0; i < a.meshes.size(); i += 2) inputs.push_back(a.meshes[i]);
     if (!a.settings.empty()) {
-      wanted_ = all_chart_settings();
-      std::erase_if(wanted_, [&](const ChartSetting& setting) {
+      candidate_settings_ = all_chart_settings();
+      std::erase_if(candidate_settings_, [&](const ChartSetting& setting) {
         return !a.names(setting.name) && setting.name != kChartReference;
       });
     }
     options = fields("settings ao_settings", {Json::array(), Json::array()});
-    for (const ChartSetting& setting : wanted_) options["settings"].push_back(setting.name);
+    for (const ChartSetting& setting : candidate_settings_)
+      options["settings"].push_back(setting.name);
     for (const AoSetting& setting : ao_) options["ao_settings"].push_back(setting.name);
     title = ao_.empty() ? "Normal maps: speed against accuracy of every match"
                         : "Speed against accuracy: every match, and ambient occlusion";
     subtitle = std::to_string(*a.size) + " × " + std::to_string(*a.size) + " maps, ";
     seconds_title = "Seconds to match, hierarchy and views included";
     styles = kStyles;
-    about =
+    explanation =
         "Seconds: from the high poly on the device to the correspondence; the times of bakes "
         "include all but files. Errors are mean angles of the map against rays with 4×4 samples a "
         "texel, "
@@ -137,9 +138,10 @@ class MatchChart : public ChartKind {
     group_ = {};
     group_.title = high.name + ", " + with_commas(high.triangles.size()) + " faces, to " +
                    low.name + ", " + with_commas(low.triangles.size());
-    group_.report = fields("high low diagonal reference left_out",
-                           {describe(high, inputs[i]), describe(low, low_path(i)),
-                            source_->stats().diagonal, kChartReference, choose()});
+    group_.report =
+        fields("high low diagonal reference left_out",
+               {describe(high, inputs[i]), describe(low, low_path(i)), source_->stats().diagonal,
+                kChartReference, select_suitable_settings()});
     steps_ = Steps(progress);
     // A bake with measurements counts as two bakes without.
     steps_.count = static_cast<double>((marks_.size() + ao_.size()) * (2 + a_.repeat));
@@ -170,12 +172,12 @@ class MatchChart : public ChartKind {
   };
 
   /// Selects the settings that suit the pair. \returns all other settings, with reasons
-  Json choose() {
+  Json select_suitable_settings() {
     const UvOptions uv = uv_options(high_);
     std::vector<LeftOut> left_out;
     settings_.clear();
     marks_.clear();
-    for (const ChartSetting& setting : wanted_) {
+    for (const ChartSetting& setting : candidate_settings_) {
       if (const std::optional<LeftOut> unsuitable =
               explain_unsuitable(setting.bake.match.method, "The setting " + setting.name, *source_,
                                  high_.mesh, *low_, uv, !a_.settings.empty())) {
@@ -352,7 +354,7 @@ class MatchChart : public ChartKind {
          describe(bake.warnings)}));
   }
 
-  std::vector<ChartSetting> wanted_;
+  std::vector<ChartSetting> candidate_settings_;
   std::vector<AoSetting> ao_;
   std::vector<Mesh> lows_;
   HighPolyInput high_;

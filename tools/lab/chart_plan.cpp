@@ -59,7 +59,7 @@ std::string map_text(double size) { return size == 0 ? "no map" : text_of(size) 
 class PlansChart : public ChartKind {
  public:
   explicit PlansChart(const ChartArguments& a) : ChartKind(a, "mesh", "meshes") {
-    about =
+    explanation =
         "Bytes of low poly and maps against the mean angle of rendered normals, degrees. Plans "
         "choose faces, map size and bits; the front has the smallest files at each angle among all "
         "charted faces and map sizes, whose maps have " +
@@ -67,7 +67,7 @@ class PlansChart : public ChartKind {
     if (!a.screen.empty()) screen_ = parse_pixels("--screen", a.screen);
     for (const std::string& text : a.max_errors) {
       // An error may be prefixed by the map's name: "normal=1.5".
-      const std::string bound = normal_bound(text);
+      const std::string bound = normal_error_bound(text);
       errors_.push_back(parse_degrees("--max-error", bound.empty() ? text : bound));
     }
     options = fields("max_error screen", {errors_, screen_ == 0 ? Json() : Json(screen_)});
@@ -132,7 +132,7 @@ class PlansChart : public ChartKind {
     }
     return fields("kind title x_title x_ticks panels",
                   {"study", "Bytes against error: faces, map sizes and plans",
-                   "KiB of low poly and maps", ticks_around(min_error, max_error), panels});
+                   "KiB of low poly and maps", power_of_four_ticks(min_error, max_error), panels});
   }
 
  private:

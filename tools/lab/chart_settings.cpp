@@ -59,8 +59,8 @@ ChartSetting setting_of(const NamedSetting& row) {
 
 Job bake_job(const std::string& flags) {
   Job job;
-  std::istringstream words(flags);
-  for (std::string flag, value; words >> flag >> value;) {
+  std::istringstream flag_words(flags);
+  for (std::string flag, value; flag_words >> flag >> value;) {
     find_row(bake_rows(), flag)->value.set(&job, flag, {value});
   }
   job.bake.maps = maps_or_default(job);

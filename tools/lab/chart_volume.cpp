@@ -20,20 +20,20 @@ namespace {
 
 constexpr std::uint32_t kLargest = 8192;
 
-/// A way to make the map of a volume's surface.
-struct VolumeWay {
+/// A method of making the map of a volume's surface.
+struct VolumeMapMethod {
   std::string name, label, family;  ///< As in Mark; the name excludes the map size
   /// Flags of `kiln bake` for a bake from the full contour; nullopt: no bake
   std::optional<std::string> flags;
-  bool every_size;  ///< True if the way is also charted at half and at twice the size
+  bool at_all_sizes;  ///< True if the method is also charted at half and at twice the size
 };
 /// True for the low poly's own normals, without a map.
-bool is_plain(const VolumeWay& way) { return way.name == "none"; }
+bool is_without_map(const VolumeMapMethod& method) { return method.name == "none"; }
 /// True for the map that extract() makes.
-bool is_direct(const VolumeWay& way) { return way.name == "direct"; }
+bool is_direct(const VolumeMapMethod& method) { return method.name == "direct"; }
 
-/// All ways that are compared.
-std::vector<VolumeWay> volume_ways() {
+/// All methods that are compared.
+std::vector<VolumeMapMethod> volume_map_methods() {
   return {{"none", "no map", "none", std::nullopt, false},
           {"direct", "direct", "direct", std::nullopt, true},
           {"ray", "rays", "rays", "", true},
@@ -53,8 +53,8 @@ const std::vector<Measure>& measures() {
   return all_measures;
 }
 
-/// The data of one map size. All ways share the low poly and its UVs.
-struct Sized {
+/// The data of one map size. All methods share the low poly and its UVs.
+struct SizeData {
   std::uint32_t size = 0;
   ExtractResult low_poly;
   std::optional<GradientReference> along_normals, along_faces;
@@ -87,22 +87,22 @@ class VolumesChart : public ChartKind {
  public:
   explicit VolumesChart(const ChartArguments& a)
       : ChartKind(a, "volume", "volumes"),
-        ways_(volume_ways()),
+        methods_(volume_map_methods()),
         extract_(extract_options(a.surface)) {
     extract_.space = NormalMapSpace::object;
     extract_.flip_y = false;
     extract_.raw = false;
     if (!a.settings.empty()) {
-      std::erase_if(ways_, [&](const VolumeWay& way) { return !a.names(way.name); });
+      std::erase_if(methods_, [&](const VolumeMapMethod& method) { return !a.names(method.name); });
     }
     options = describe(a.surface);
     options["chart_border"] = extract_.border_texels;
     options["settings"] = Json::array();
-    for (const VolumeWay& way : ways_) options["settings"].push_back(way.name);
+    for (const VolumeMapMethod& method : methods_) options["settings"].push_back(method.name);
     title = "Normal maps from volumes: straight from the voxels, or the full contour baked";
     seconds_title = "Seconds from the volume in memory to low poly and map";
     styles = kStyles;
-    about =
+    explanation =
         "Seconds: from the volume in memory to low poly and object-space map there. Errors are "
         "angles: of the map's texels to the volume's gradient, along the shading normal and along "
         "the triangle's, and of rendered normals to the full contour's. Missed: samples of the "
@@ -126,7 +126,7 @@ class VolumesChart : public ChartKind {
     ChartGroup group;
     group.report = fields("volume full_contour_triangles",
                           {describe(volume_, inputs[i]), high_.triangles.size()});
-    if (!measure_marks(group.report)) return std::nullopt;
+    if (!measure_errors_of_marks(group.report)) return std::nullopt;
     const auto run = [&](std::size_t k, const std::string& note) { return time(k, note); };
     if (!time_in_turns(marks_, a_.repeat, run)) return std::nullopt;
     group.report.update(finish_marks(marks_, "total", measures()));
@@ -167,10 +167,10 @@ class VolumesChart : public ChartKind {
   }
 
  private:
-  /// The map of a mark, and how it is made.
+  /// The method and the map size that a mark of the plot stands for.
   struct Task {
-    const VolumeWay* way;
-    Sized* sized;
+    const VolumeMapMethod* method;
+    SizeData* size_data;
   };
 
   ExtractOptions extract_at(std::uint32_t size) const {
@@ -179,8 +179,9 @@ class VolumesChart : public ChartKind {
     return sized_options;
   }
 
-  BakeOptions bake_options(const VolumeWay& way, std::uint32_t size, Progress progress) const {
-    BakeOptions bake = bake_job(*way.flags).bake;
+  BakeOptions bake_options(const VolumeMapMethod& method, std::uint32_t size,
+                           Progress progress) const {
+    BakeOptions bake = bake_job(*method.flags).bake;
     bake.width = bake.height = size;
     bake.encoding.space = NormalMapSpace::object;
     bake.match.max_distance = a_.search_distance();
@@ -191,9 +192,9 @@ class VolumesChart : public ChartKind {
   }
 
   bool add_size(std::uint32_t size) {
-    const bool is_selected = std::any_of(ways_.begin(), ways_.end(), [&](const VolumeWay& way) {
-      return way.every_size || size == *a_.size;
-    });
+    const bool is_selected = std::any_of(
+        methods_.begin(), methods_.end(),
+        [&](const VolumeMapMethod& method) { return method.at_all_sizes || size == *a_.size; });
     if (!is_selected || size < 16 || size > kLargest) return true;
     if (!steps_.at("extracting for " + std::to_string(size) + "²")) return false;
     try {
@@ -207,48 +208,49 @@ class VolumesChart : public ChartKind {
     return true;
   }
 
-  /// Lists the marks by way, then by size.
+  /// Lists the marks, ordered by method, then by map size.
   void plan() {
     marks_.clear();
     tasks_.clear();
-    for (const VolumeWay& way : ways_) {
-      for (Sized& sized : sizes_) {
-        if (!way.every_size && sized.size != *a_.size) continue;
-        const std::string size = std::to_string(sized.size);
-        const bool without_map = is_plain(way);
+    for (const VolumeMapMethod& method : methods_) {
+      for (SizeData& size_data : sizes_) {
+        if (!method.at_all_sizes && size_data.size != *a_.size) continue;
+        const std::string size = std::to_string(size_data.size);
+        const bool without_map = is_without_map(method);
         Mark& mark = marks_.emplace_back();
-        mark.name = without_map ? way.name : way.name + "_" + size;
-        mark.label = way.every_size ? way.label + ", " + size + "²" : way.label;
-        mark.family = way.family;
-        mark.figures = fields("name label family size", {mark.name, mark.label, mark.family,
-                                                         without_map ? Json() : Json(sized.size)});
-        tasks_.push_back({&way, &sized});
+        mark.name = without_map ? method.name : method.name + "_" + size;
+        mark.label = method.at_all_sizes ? method.label + ", " + size + "²" : method.label;
+        mark.family = method.family;
+        mark.figures = fields(
+            "name label family size",
+            {mark.name, mark.label, mark.family, without_map ? Json() : Json(size_data.size)});
+        tasks_.push_back({&method, &size_data});
       }
     }
     steps_.count = static_cast<double>(tasks_.size() * (2 + a_.repeat));
   }
 
   /// Measures the errors of all marks, size by size. \returns false if cancelled
-  bool measure_marks(Json& report) {
+  bool measure_errors_of_marks(Json& report) {
     const Source source(*device_, high_);
     const Length reach = a_.search_distance();
     const double diagonal = source.stats().diagonal;
     const double distance = reach.relative ? reach.value * diagonal : reach.value;
     Json sizes = Json::array();
-    for (Sized& sized : sizes_) {
+    for (SizeData& size_data : sizes_) {
       if (!steps_.at("reading the gradient")) return false;
-      const ExtractReport& low = sized.low_poly.report;
+      const ExtractReport& low = size_data.low_poly.report;
       for (const GradientLine line : {GradientLine::shading, GradientLine::face}) {
-        (line == GradientLine::face ? sized.along_faces : sized.along_normals)
-            .emplace(volume_, extract_.contour, sized.low_poly.mesh,
-                     GradientOptions{.size = sized.size, .reach = distance, .line = line});
+        (line == GradientLine::face ? size_data.along_faces : size_data.along_normals)
+            .emplace(volume_, extract_.contour, size_data.low_poly.mesh,
+                     GradientOptions{.size = size_data.size, .reach = distance, .line = line});
       }
-      const GradientReference& reference = *sized.along_normals;
+      const GradientReference& reference = *size_data.along_normals;
       sizes.push_back(
           fields("size texels_per_cell covered_texels no_surface_texels border_texels flat_texels",
-                 {sized.size, low.texels_per_cell, reference.covered(), reference.no_surface(),
+                 {size_data.size, low.texels_per_cell, reference.covered(), reference.no_surface(),
                   reference.cut(), reference.no_gradient()}));
-      if (sized.size != *a_.size) continue;
+      if (size_data.size != *a_.size) continue;
       add_warnings(low.warnings, warnings);
       report["light"] = fields("faces quads triangles error_cells parts",
                                {low.faces, low.quads, low.triangles, low.error, low.parts});
@@ -265,14 +267,14 @@ class VolumesChart : public ChartKind {
   }
 
   bool measure_mark(std::size_t i, const Source& source, const NormalReference& pictures) {
-    const VolumeWay& way = *tasks_[i].way;
-    const Sized& sized = *tasks_[i].sized;
-    const Mesh& low = sized.low_poly.mesh;
+    const VolumeMapMethod& method = *tasks_[i].method;
+    const SizeData& size_data = *tasks_[i].size_data;
+    const Mesh& low = size_data.low_poly.mesh;
     Json& figures = marks_[i].figures;
     if (!steps_.at("measuring " + marks_[i].label)) return false;
     Image map;
-    if (way.flags) {
-      BakeResult result = bake(source, low, bake_options(way, sized.size, steps_.within()));
+    if (method.flags) {
+      BakeResult result = bake(source, low, bake_options(method, size_data.size, steps_.within()));
       if (result.cancelled) return false;
       const BakeReport& report = result.report;
       check_result(report, high_, low);
@@ -280,25 +282,25 @@ class VolumesChart : public ChartKind {
       figures.update(
           fields("texels warnings", {describe_texels(report), describe(report.warnings)}));
       add_warnings(report.warnings, settings_warnings);
-    } else if (is_direct(way)) {
-      map = sized.low_poly.normal_map;
+    } else if (is_direct(method)) {
+      map = size_data.low_poly.normal_map;
     }
     const Scene scene(*device_, low,
-                      {is_plain(way) ? nullptr : &map, NormalMapSpace::object, false});
+                      {is_without_map(method) ? nullptr : &map, NormalMapSpace::object, false});
     const auto compare = [&](const GradientReference& reference) {
-      return is_plain(way) ? reference.compare_without_map() : reference.compare(map);
+      return is_without_map(method) ? reference.compare_without_map() : reference.compare(map);
     };
-    const GradientError error = compare(*sized.along_normals);
+    const GradientError error = compare(*size_data.along_normals);
     if (error.texels == 0) {
       throw Error(ErrorCode::input, "None of the " +
-                                        std::to_string(sized.along_normals->covered()) +
+                                        std::to_string(size_data.along_normals->covered()) +
                                         " texels of the low poly of volume '" + volume_.name +
                                         "' has the surface within reach: use a larger "
                                         "--max-distance or more faces.");
     }
-    figures.update(fields(
-        "gradient_error gradient_error_along_face normal_error",
-        {json_of(error), json_of(compare(*sized.along_faces)), describe(pictures.compare(scene))}));
+    figures.update(fields("gradient_error gradient_error_along_face normal_error",
+                          {json_of(error), json_of(compare(*size_data.along_faces)),
+                           describe(pictures.compare(scene))}));
     return true;
   }
 
@@ -306,47 +308,48 @@ class VolumesChart : public ChartKind {
   /// a map; upload of the high poly; splatting, or the rest of the bake. A stage that several marks share is timed once
   /// per run, and counts for each. \returns null if cancelled
   Json time(std::size_t i, const std::string& note) {
-    const auto& [way, sized] = tasks_[i];
-    const std::uint32_t size = sized->size;
+    const auto& [method, size_data] = tasks_[i];
+    const std::uint32_t size = size_data->size;
     if (!steps_.at("timing " + marks_[i].label + note)) return {};
     Stopwatch watch;
     if (i == 0) {
       high_ = contour(*device_, volume_, extract_.contour);
       contour_time_ = watch.lap();
-      for (Sized& other : sizes_) other.timed.reset();
+      for (SizeData& other : sizes_) other.timed.reset();
     }
-    if (!sized->timed) {
+    if (!size_data->timed) {
       watch.lap();
-      sized->timed = extract(*device_, volume_, extract_at(size)).report;
-      sized->seconds = watch.lap();
+      size_data->timed = extract(*device_, volume_, extract_at(size)).report;
+      size_data->seconds = watch.lap();
     }
     steps_.done += 1;
-    const ExtractReport& low_poly = *sized->timed;
+    const ExtractReport& low_poly = *size_data->timed;
     const auto seconds = [](double total, double contour, double low, double build, double map) {
       return fields("total contour light build map", {total, contour, low, build, map});
     };
     const double contour = contour_seconds(low_poly.contour);
     const double simplify = low_poly.seconds_simplify, low = simplify + low_poly.seconds_atlas;
-    if (is_plain(*way)) return seconds(contour + simplify, contour, simplify, 0, 0);
-    if (is_direct(*way)) return seconds(sized->seconds, contour, low, 0, low_poly.seconds_map);
+    if (is_without_map(*method)) return seconds(contour + simplify, contour, simplify, 0, 0);
+    if (is_direct(*method))
+      return seconds(size_data->seconds, contour, low, 0, low_poly.seconds_map);
     watch.lap();
     const Source source(*device_, high_);
     const double upload = watch.lap();
     const BakeResult result =
-        bake(source, sized->low_poly.mesh, bake_options(*way, size, steps_.within(0)));
+        bake(source, size_data->low_poly.mesh, bake_options(*method, size, steps_.within(0)));
     if (result.cancelled) return {};
     const double remaining = watch.lap(), build = result.report.seconds_build;
     return seconds(contour_time_ + low + upload + remaining, contour_time_, low, upload + build,
                    remaining - build);
   }
 
-  std::vector<VolumeWay> ways_;
+  std::vector<VolumeMapMethod> methods_;
   ExtractOptions extract_;  ///< options of extract() except the size
   Volume volume_;
   // the volume that is being measured
   const Device* device_ = nullptr;
   Mesh high_;
-  std::vector<Sized> sizes_;
+  std::vector<SizeData> sizes_;
   std::vector<Mark> marks_;
   std::vector<Task> tasks_;  ///< tasks in the order of the marks
   Steps steps_{nullptr};
@@ -357,7 +360,7 @@ class VolumesChart : public ChartKind {
 
 std::vector<std::string> volume_setting_names() {
   std::vector<std::string> names;
-  for (const VolumeWay& way : volume_ways()) names.push_back(way.name);
+  for (const VolumeMapMethod& method : volume_map_methods()) names.push_back(method.name);
   return names;
 }
 

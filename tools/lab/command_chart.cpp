@@ -191,7 +191,7 @@ int run(const Arguments& a, const Json& options) {
 }  // namespace
 
 Run add_chart(Command& app) {
-  Command* command = name_lab_command(app, "chart");
+  Command* command = add_lab_command_name(app, "chart");
   auto a = std::make_shared<Arguments>();
   OptionRow files[] = {
       {.flag = "HIGH",

@@ -66,7 +66,7 @@ int rate_layout_of(const MeasureArguments& a) {
 
 Run add_measure(Command& app) {
   using Job = MeasureArguments;
-  Command* command = name_lab_command(app, "measure");
+  Command* command = add_lab_command_name(app, "measure");
   auto a = std::make_shared<Job>();
   const std::set<std::string> own = {"--match",         "--max-distance", "--views", "--view-size",
                                      "--visibility-at", "--directions",   "--view"};
@@ -75,7 +75,7 @@ Run add_measure(Command& app) {
   const OptionRow rows[] = {
       {.flag = "HIGH",
        .value = text(KILN_MEMBER(Job, high)),
-       .help = "The high poly (" + high_poly_kinds() + ")",
+       .help = "The high poly (" + high_poly_formats() + ")",
        .required = true},
       {.flag = "LOW",
        .value = text(KILN_MEMBER(Job, low)),
@@ -109,25 +109,26 @@ Run add_measure(Command& app) {
               shared);
   add_options(*command, view_rows<MeasureArguments>(), a.get());
   return [a, command] {
-    static const std::set<std::string> of_meshes = {"--up", "--unit", "--uv-set", "--allow-outside",
-                                                    "--triangulate"};
-    std::vector<std::string> high = {a->high}, low = more_names(a->bake.low.given);
-    const std::vector<std::string> more_files = more_names(a->bake.high);
+    static const std::set<std::string> mesh_flags = {"--up", "--unit", "--uv-set",
+                                                     "--allow-outside", "--triangulate"};
+    std::vector<std::string> high = {a->high}, low = further_input_names(a->bake.low.given);
+    const std::vector<std::string> more_files = further_input_names(a->bake.high);
     high.insert(high.end(), more_files.begin(), more_files.end());
     if (!a->low.empty()) low.push_back(a->low);
     check_mesh_frame(a->bake.frame, high, low, a->bake.occluders);
     a->given = given_flags(*command);
-    bool of_matches = false;  // true if an option was given that does not apply to a layout
+    bool has_match_flag = false;  // true if an option was given that does not apply to a layout
     for (const std::string& flag : a->given) {
-      static const std::set<std::string> of_layouts = {"--size", "--json", "--quiet", "--device"};
-      of_matches = of_matches || !(of_layouts.contains(flag) || of_meshes.contains(flag));
+      static const std::set<std::string> layout_flags = {"--size", "--json", "--quiet", "--device"};
+      has_match_flag =
+          has_match_flag || !(layout_flags.contains(flag) || mesh_flags.contains(flag));
       if (!a->matching_flags.contains(flag)) continue;
       a->bake.given.insert(flag);
-      if (a->study.empty() || of_meshes.contains(flag)) continue;
+      if (a->study.empty() || mesh_flags.contains(flag)) continue;
       fail_usage(flag + " is for rating matches: leave it or --study out.");
     }
     if (!a->study.empty()) return run_study(*a);
-    return a->low.empty() && !of_matches ? rate_layout_of(*a) : run_rating(*a);
+    return a->low.empty() && !has_match_flag ? rate_layout_of(*a) : run_rating(*a);
   };
 }
 

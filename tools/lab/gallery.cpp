@@ -144,13 +144,13 @@ int run_gallery(LabArguments a, const std::vector<OptionRow>& rows) {
 }  // namespace
 
 Run add_gallery(Command& app) {
-  Command* command = name_lab_command(app, "gallery");
+  Command* command = add_lab_command_name(app, "gallery");
   auto a = std::make_shared<LabArguments>();
   a->size = 1024, a->pixels = 512, a->picture_size = 480;
   const OptionRow files[] = {
       {.flag = "HIGH",
        .value = text(KILN_MEMBER(LabArguments, high)),
-       .help = "The high poly (" + high_poly_kinds() + ")",
+       .help = "The high poly (" + high_poly_formats() + ")",
        .required = true},
       {.flag = "LOW",
        .value = text(KILN_MEMBER(LabArguments, low)),

@@ -19,7 +19,7 @@ Progress LabRun::within(double from, double to) {
 
 int LabRun::end() {
   if (!json.empty()) {
-    add_ending(report, seconds, watch, outputs, warnings);
+    add_closing_keys(report, seconds, watch, outputs, warnings);
     save_report(json, report);
   }
   console.progress(1, "done");

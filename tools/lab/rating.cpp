@@ -107,8 +107,8 @@ std::vector<Image> draw_pictures(const Scene& original, const Scene& scene,
 /// The job of the bake with one match.
 Job baking(const MeasureArguments& a, const std::string& method) {
   Job bake = a.bake;
-  set_first(bake.high, a.high);
-  set_first(bake.low.given, a.low);
+  set_first_input(bake.high, a.high);
+  set_first_input(bake.low.given, a.low);
   bake.heights = a.heights;
   bake.bake.match.method = find_match(method).method;
   if (a.views) bake.bake.match.views.count = *a.views;
@@ -130,8 +130,8 @@ std::vector<std::string> measured_maps(const MeasureArguments& a) {
 /// The matches to rate: every method; those by visibility once for each --visibility-at. A match that ignores the given
 /// flags or does not suit the meshes is left out; if it was named, it is an error.
 /// \throws Error(usage), Error(input)
-std::vector<Rating> choose(const MeasureArguments& a, const Inputs& inputs, const Source& source,
-                           std::vector<LeftOut>& left_out) {
+std::vector<Rating> select_matches(const MeasureArguments& a, const Inputs& inputs,
+                                   const Source& source, std::vector<LeftOut>& left_out) {
   const bool strict = a.gave("--match");
   std::vector<Rating> rows;
   for (const std::string& method : a.matches) {
@@ -362,7 +362,7 @@ bool rate(const Device& device, const MeasureArguments& a, const Inputs& inputs,
   const Source source(device, high);
   run.warnings.insert(run.warnings.end(), source.warnings().begin(), source.warnings().end());
   std::vector<LeftOut> left_out;
-  std::vector<Rating> rows = choose(a, inputs, source, left_out);
+  std::vector<Rating> rows = select_matches(a, inputs, source, left_out);
   steps.count = static_cast<double>(rows.size());
   const Scene original(device, high);
   const std::vector<ViewAngles> angles = usual_held_out_angles();
@@ -378,9 +378,9 @@ bool rate(const Device& device, const MeasureArguments& a, const Inputs& inputs,
     const BakeResult baked = bake(source, low, bake_with);
     if (baked.cancelled) return false;
     const BakeReport& report = baked.report;
-    const bool found_nothing = report.samples != 0 && report.missed == report.samples;
+    const bool has_no_match = report.samples != 0 && report.missed == report.samples;
     const bool last_hope = rated.empty() && &row == &rows.back();
-    if (found_nothing && !a.gave("--match") && !last_hope) {
+    if (has_no_match && !a.gave("--match") && !last_hope) {
       left_out.push_back({row.name, explain_empty_result(report, high, low).text(option_as_flag)});
       steps.done += 1;
       continue;

@@ -52,9 +52,9 @@ struct Setting {
 
 struct Study {
   std::vector<Json> rows;  ///< Figures of all settings, ordered by curve, faces, map size and views
-  std::vector<Json> others;  ///< Seconds and warnings of the settings
+  std::vector<Json> timing_rows;  ///< Seconds and warnings of the settings
   /// Settings with the largest and the smallest mean angle among those matched by views
-  std::size_t worst = 0, best = 0;
+  std::size_t worst_row = 0, best = 0;
   /// HIGH's diagonal and the search distance in world units
   double diagonal = 0, max_distance = 0;
 };
@@ -77,13 +77,11 @@ std::vector<Setting> plan(const MeasureArguments& a, const Mesh& high, const Mes
                                       " triangles, but a study of low polys needs more than " +
                                       std::to_string(kStudyFaces[0]) + ".");
   }
-  using Numbers = std::vector<std::uint32_t>;
-  const Numbers of_views =
-      views ? Numbers(kStudyViews.begin(), kStudyViews.end()) : Numbers{*a.views};
-  const Numbers of_size =
-      sizes ? Numbers(kStudySizes.begin(), kStudySizes.end()) : Numbers{*a.size};
+  using Counts = std::vector<std::uint32_t>;
+  const Counts of_views = views ? Counts(kStudyViews.begin(), kStudyViews.end()) : Counts{*a.views};
+  const Counts of_size = sizes ? Counts(kStudySizes.begin(), kStudySizes.end()) : Counts{*a.size};
   std::vector<Setting> settings;
-  const auto add = [&](const std::string& curve, const Numbers& from, const Numbers& maps) {
+  const auto add = [&](const std::string& curve, const Counts& from, const Counts& maps) {
     for (const std::uint32_t count : faces) {
       for (const std::uint32_t size : maps) {
         for (const std::uint32_t number : from) settings.push_back({curve, number, count, size});
@@ -105,11 +103,11 @@ class LowMeshes {
   /// A low poly with UVs for a map of this size; 0: without UVs.
   const Mesh& get(std::uint32_t faces, std::uint32_t size, std::vector<Warning>& warnings) {
     if (given_ != nullptr) return *given_;
-    const auto found = made_.find({faces, size});
-    if (found != made_.end()) return found->second;
+    const auto found = low_by_faces_and_size_.find({faces, size});
+    if (found != low_by_faces_and_size_.end()) return found->second;
     const Mesh& high = size == 0 ? high_ : get(faces, 0, warnings);
     const Stopwatch watch;
-    Mesh& mesh = made_[{faces, size}];
+    Mesh& mesh = low_by_faces_and_size_[{faces, size}];
     const auto warn = [&](const auto& report) {
       warnings.insert(warnings.end(), report.warnings.begin(), report.warnings.end());
     };
@@ -134,7 +132,7 @@ class LowMeshes {
   const Mesh& high_;
   const Mesh* given_;
   /// low polys by faces and map size
-  std::map<std::pair<std::uint32_t, std::uint32_t>, Mesh> made_;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, Mesh> low_by_faces_and_size_;
 };
 
 BakeOptions bake_options(const Setting& setting, const MeasureArguments& a) {
@@ -241,7 +239,7 @@ std::optional<Study> measure_study(const Device& device, const Mesh& high, const
     }
     const double measure_time = watch.lap();
     seconds_bake += bake_time, seconds_measure += measure_time;
-    study.others.push_back(
+    study.timing_rows.push_back(
         fields("seconds warnings",
                {fields("bake measure", {bake_time, measure_time}), describe(warnings)}));
     run.settings_warnings.insert(run.settings_warnings.end(), warnings.begin(), warnings.end());
@@ -249,7 +247,7 @@ std::optional<Study> measure_study(const Device& device, const Mesh& high, const
     steps.done += 1;
     if (!views) continue;
     const auto degrees = [&](std::size_t i) { return study.rows[i].at(kDegrees).number(); };
-    if (error.mean_degrees > degrees(study.worst)) study.worst = study.rows.size() - 1;
+    if (error.mean_degrees > degrees(study.worst_row)) study.worst_row = study.rows.size() - 1;
     if (error.mean_degrees < degrees(study.best)) study.best = study.rows.size() - 1;
   }
   run.seconds.update(fields("low bake measure", {lows.seconds, seconds_bake, seconds_measure}));
@@ -259,7 +257,7 @@ std::optional<Study> measure_study(const Device& device, const Mesh& high, const
 // ---- Plots ----
 
 /// Settings of one curve, and of one low poly if `faces` is given, in the study's order.
-std::vector<Json> select(const Study& study, const std::string& curve, double faces = 0) {
+std::vector<Json> rows_of_curve(const Study& study, const std::string& curve, double faces = 0) {
   std::vector<Json> some;
   for (const Json& row : study.rows) {
     if (row.at("curve").text() == curve && (faces == 0 || row.at("target_faces").number() == faces))
@@ -306,10 +304,10 @@ std::string size_text(std::uint32_t size) {
 
 /// Makes the curves of both ways to match by views.
 Json paper_curve(const Study& study, const char* x, const char* y) {
-  return curve_of("paper: least depth difference", kPaper, select(study, kPaper), x, y);
+  return curve_of("paper: least depth difference", kPaper, rows_of_curve(study, kPaper), x, y);
 }
 Json kiln_curve(const Study& study, const char* x, const char* y) {
-  return curve_of("Kiln: best angle, refined", kKiln, select(study, kKiln), x, y);
+  return curve_of("Kiln: best angle, refined", kKiln, rows_of_curve(study, kKiln), x, y);
 }
 
 Json views_plot(const Study& study, const MeasureArguments& a, const std::string& mesh) {
@@ -319,7 +317,7 @@ Json views_plot(const Study& study, const MeasureArguments& a, const std::string
     for (const auto& [name, curve] :
          {std::pair<std::string, std::string>{"rays (no views)", default_match()},
           {"no map", kNone}}) {
-      const double y = select(study, curve).front().at(path).number();
+      const double y = rows_of_curve(study, curve).front().at(path).number();
       json["levels"].push_back(
           fields("title look y", {name + ": " + fixed_text(y, 2) + unit, curve, y}));
     }
@@ -337,7 +335,7 @@ Json views_plot(const Study& study, const MeasureArguments& a, const std::string
 }
 
 Json faces_plot(const Study& study, const MeasureArguments& a, const std::string& mesh) {
-  const std::vector<Json> own = select(study, kKiln), without = select(study, kNone);
+  const std::vector<Json> own = rows_of_curve(study, kKiln), without = rows_of_curve(study, kNone);
   const char* faces = "target_faces";
   Json ticks = Json::array();
   for (const Json& row : own) ticks.push_back(row.at(faces));
@@ -352,7 +350,7 @@ Json faces_plot(const Study& study, const MeasureArguments& a, const std::string
   const Json depths =
       panel_of("Depth difference in pictures, normalised screen units",
                {curve_of("mean over 30 views", "mean", without, faces, "depth_difference.mean")});
-  const std::vector<Json> rays = select(study, default_match());
+  const std::vector<Json> rays = rows_of_curve(study, default_match());
   const Json angles =
       panel_of("Mean angle between normals, degrees",
                {paper_curve(study, faces, kDegrees), kiln_curve(study, faces, kDegrees),
@@ -366,18 +364,18 @@ Json faces_plot(const Study& study, const MeasureArguments& a, const std::string
 Json size_plot(const Study& study, const MeasureArguments& a, const std::string& mesh) {
   Json angles = plot_panel("Mean angle between normals, degrees");
   angles["rings"]["title"] = "larger maps gain less than 5%";
-  const std::vector<Json> without = select(study, kNone);
+  const std::vector<Json> without = rows_of_curve(study, kNone);
   const double last = static_cast<double>(std::max<std::size_t>(2, without.size()) - 1);
   double curve_index = 0;
   for (const Json& row : without) {
-    const std::vector<Json> series = select(study, kKiln, row.at("target_faces").number());
+    const std::vector<Json> series = rows_of_curve(study, kKiln, row.at("target_faces").number());
     angles["curves"].push_back(curve_of(count_text(row.at("target_faces")) + " faces (no map: " +
                                             fixed_text(degrees_of(row), 2) + ")",
                                         curve_index++ / last, series, "size", kDegrees));
-    const Json& enough = levels_off(series);
-    if (&enough == &series.back()) continue;
-    angles["rings"]["x"].push_back(enough.at("size"));
-    angles["rings"]["y"].push_back(degrees_of(enough));
+    const Json& smallest_sufficient = levels_off(series);
+    if (&smallest_sufficient == &series.back()) continue;
+    angles["rings"]["x"].push_back(smallest_sufficient.at("size"));
+    angles["rings"]["y"].push_back(degrees_of(smallest_sufficient));
   }
   return plot_of(
       "Normal error against map size and faces: " + mesh + ", " + plural(*a.views, "view"),
@@ -388,18 +386,19 @@ Json size_plot(const Study& study, const MeasureArguments& a, const std::string&
 
 /// The number of views per curve, or the map size per number of faces, beyond which little is gained.
 Json levels_off_at(const Study& study, const MeasureArguments& a) {
-  Json enough = Json::object();
+  Json smallest_sufficient = Json::object();
   if (a.study == "views") {
     for (const char* curve : {kPaper, kKiln}) {
-      enough[curve] = levels_off(select(study, curve)).at("views");
+      smallest_sufficient[curve] = levels_off(rows_of_curve(study, curve)).at("views");
     }
   } else if (a.study == "size") {
-    for (const Json& row : select(study, kNone)) {
+    for (const Json& row : rows_of_curve(study, kNone)) {
       const double faces = row.at("target_faces").number();
-      enough[text_of(faces)] = levels_off(select(study, kKiln, faces)).at("size");
+      smallest_sufficient[text_of(faces)] =
+          levels_off(rows_of_curve(study, kKiln, faces)).at("size");
     }
   }
-  return enough;
+  return smallest_sufficient;
 }
 
 const std::vector<Column>& columns() {
@@ -424,7 +423,7 @@ const std::vector<Column>& columns() {
 void add_report(const Study& study, const MeasureArguments& a, LabRun& run) {
   run.lines = table_lines(columns(), study.rows);
   Json settings = study.rows;
-  for (std::size_t i = 0; i < settings.size(); ++i) settings[i].update(study.others[i]);
+  for (std::size_t i = 0; i < settings.size(); ++i) settings[i].update(study.timing_rows[i]);
   const Json levels = levels_off_at(study, a);
   std::vector<std::string> findings;
   for (const std::string& key : levels.keys()) {
@@ -433,9 +432,9 @@ void add_report(const Study& study, const MeasureArguments& a, LabRun& run) {
         " within 5% of the smallest mean error: " + text_of(levels.at(key).number()));
   }
   run.lines.insert(run.lines.end(), findings.begin(), findings.end());
-  run.report.update(fields(
-      "study diagonal max_distance_world settings worst best findings",
-      {a.study, study.diagonal, study.max_distance, settings, study.worst, study.best, findings}));
+  run.report.update(fields("study diagonal max_distance_world settings worst best findings",
+                           {a.study, study.diagonal, study.max_distance, settings, study.worst_row,
+                            study.best, findings}));
   if (!levels.empty()) run.report["levels_off_at"] = levels;
 }
 

@@ -7,10 +7,10 @@ namespace {
 
 nb::object checked(nb::handle array, const char* parameter, const char* type,
                    std::initializer_list<int> shape, nb::object below) {
-  nb::list sides;
-  for (const int side : shape) sides.append(side);
+  nb::list shape_list;
+  for (const int side : shape) shape_list.append(side);
   return nb::module_::import_("kiln._arrays")
-      .attr("checked")(array, parameter, type, nb::tuple(sides), below);
+      .attr("checked")(array, parameter, type, nb::tuple(shape_list), below);
 }
 
 }  // namespace

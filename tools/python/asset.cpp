@@ -35,8 +35,8 @@ nb::bytes encode(const PyMesh& low, const std::map<std::string, nb::object>& map
   material.name = low.mesh->name.empty() ? "mesh" : low.mesh->name;
   material.alpha_mode = *Words(kAlphas).at(alpha);
   std::optional<Warning> warning;
-  const std::optional<bool> sides = Words(kSides).at(double_sided);
-  material.double_sided = sides.value_or(false);
+  const std::optional<bool> is_double_sided = Words(kSides).at(double_sided);
+  material.double_sided = is_double_sided.value_or(false);
   SaveAssetOptions options;
   options.metres = low.mesh->metres;
   options.kiln_extras = "{\"version\": \"" + std::string(version()) + "\"}";
@@ -44,7 +44,7 @@ nb::bytes encode(const PyMesh& low, const std::map<std::string, nb::object>& map
     Mesh mesh = *low.mesh;
     mesh.material_names = {material.name};
     mesh.materials.assign(mesh.triangles.size(), 0);
-    if (!sides) warning = show_backs_of_shells(mesh, {false}, std::span(&material, 1));
+    if (!is_double_sided) warning = show_backs_of_shells(mesh, {false}, std::span(&material, 1));
     material.pictures = std::make_shared<const AssetPictures>(encode_maps(slots));
     return encode_glb(mesh, std::span(&material, 1), options);
   });

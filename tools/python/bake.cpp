@@ -30,7 +30,7 @@ namespace {
 
 using nb::literals::operator""_a;
 
-nb::dict words_of(const ViewReport& views) {
+nb::dict dict_of(const ViewReport& views) {
   nb::dict d;
   d["size"] = views.size;
   d["pixel"] = views.pixel;
@@ -39,7 +39,7 @@ nb::dict words_of(const ViewReport& views) {
   return d;
 }
 
-nb::list words_of(const std::vector<Warning>& warnings) {
+nb::list dict_of(const std::vector<Warning>& warnings) {
   nb::list list;
   for (const Warning& warning : warnings) {
     nb::dict d;
@@ -51,7 +51,7 @@ nb::list words_of(const std::vector<Warning>& warnings) {
   return list;
 }
 
-nb::dict words_of(const std::vector<MapError>& errors) {
+nb::dict dict_of(const std::vector<MapError>& errors) {
   nb::dict errors_by_map;
   for (const MapError& error : errors) {
     nb::dict d;
@@ -78,8 +78,8 @@ nb::any pixels(PyBake& self, Image& image) {
   return view(image.pixels.data(), {image.height, image.width, image.channels}, nb::find(self));
 }
 
-Request request_of(const Keywords& words, const std::optional<PyMesh>& cage_mesh,
-                   const std::vector<PyMesh>& occluders, bool by_high, bool by_low) {
+Request make_request(const Keywords& words, const std::optional<PyMesh>& cage_mesh,
+                     const std::vector<PyMesh>& occluders, bool by_high, bool by_low) {
   return {words, cage_mesh ? &*cage_mesh : nullptr, occluders, by_high, by_low};
 }
 
@@ -92,7 +92,7 @@ TextureKind kind_of(const std::string& word) {
               "option-enum");
 }
 
-std::string name_or(const PyMesh& mesh, const char* otherwise) {
+std::string name_or_default(const PyMesh& mesh, const char* otherwise) {
   return mesh.mesh->name.empty() ? otherwise : mesh.mesh->name;
 }
 
@@ -103,7 +103,7 @@ Job job_in_memory(const PySource& source, const Keywords& words) {
   job.in_memory = true;
   job.sets = SetsBy::none;
   const PyMesh& high = source.high;
-  job.high = {JobInput(Asset{}, high.file.empty() ? name_or(high, "high") : high.file)};
+  job.high = {JobInput(Asset{}, high.file.empty() ? name_or_default(high, "high") : high.file)};
   set_options(job, words);
   check_transfers(job, high);
   return job;
@@ -138,7 +138,7 @@ PyBake run_bake(const PySource& source, const PyMesh& low, const Keywords& words
   Job job = job_in_memory(source, words);
   Asset asset;
   asset.mesh = *low.mesh;
-  JobInput& input = job.low.given.emplace_back(std::move(asset), name_or(low, "low"));
+  JobInput& input = job.low.given.emplace_back(std::move(asset), name_or_default(low, "low"));
   input.simplified = low.made;
   if (cage_mesh) job.bake.match.cage_mesh = cage_mesh->mesh.get();
   if (saved != nullptr) job.bake.match.saved = saved->match.get();
@@ -173,7 +173,7 @@ PyBake run_bake(const PySource& source, const PyMesh& low, const Keywords& words
 PyMatch run_match(const PySource& source, const PyMesh& low, const Keywords& words,
                   const std::optional<PyMesh>& cage_mesh, nb::object progress) {
   const Call call(std::move(progress));
-  Request request = request_of(words, cage_mesh, {}, true, false);
+  Request request = make_request(words, cage_mesh, {}, true, false);
   if (request.chooses_match()) {
     throw Error(
         ErrorCode::usage,
@@ -201,12 +201,12 @@ nb::tuple run_plan(const PySource& source, const Keywords& words, nb::object pro
   RunHooks hooks;
   std::optional<BakeResult> result;
   Candidate trial;
-  double wanted_degrees = 0;
+  double requested_degrees = 0;
   bool reached = false;
   SimplifyReport simplified;
   hooks.on_baked = [&](BakedJob& baked) {
     trial = baked.plan->chosen;
-    wanted_degrees = baked.plan->wanted;
+    requested_degrees = baked.plan->wanted;
     reached = baked.plan->reached;
     simplified = *baked.simplified;
     if (baked.result.maps.empty()) return;
@@ -222,7 +222,7 @@ nb::tuple run_plan(const PySource& source, const Keywords& words, nb::object pro
   d["match"] = std::string(trial.method.name);
   d["degrees"] = trial.measured;
   d["search_distance"] = simplified.search_distance();
-  d["wanted"] = wanted_degrees;
+  d["wanted"] = requested_degrees;
   d["reached"] = reached;
   job_result.low.name = source.high.mesh->name;
   PyMesh low{shared(std::move(job_result.low))};
@@ -391,14 +391,14 @@ void Request::prepare(const Source* source, const PyMesh& high_poly, bool faces_
                     "a distance, or cage_mesh.",
                 "option-contradiction");
   }
-  std::shared_ptr<const Mesh> drawn = low_poly.mesh;
-  const std::vector<std::uint8_t> is_hull = collision_hulls(*drawn);
+  std::shared_ptr<const Mesh> low_without_hulls = low_poly.mesh;
+  const std::vector<std::uint8_t> is_hull = collision_hulls(*low_without_hulls);
   if (!job_.keep_hulls && std::find(is_hull.begin(), is_hull.end(), 1) != is_hull.end()) {
-    Mesh remaining = *drawn;
-    take_collision_hulls(remaining, &warnings);
-    drawn = shared(std::move(remaining));
+    Mesh mesh_without_hulls = *low_without_hulls;
+    take_collision_hulls(mesh_without_hulls, &warnings);
+    low_without_hulls = shared(std::move(mesh_without_hulls));
   }
-  low_ = with_corrected_normals(drawn, "LOW", Trusted::normals, warnings);
+  low_ = with_corrected_normals(low_without_hulls, "LOW", Trusted::normals, warnings);
   const Mesh &high = *high_poly.mesh, &low = *low_;
   check_transfers(job_, high_poly);
   if (!high_poly.file.empty()) job_.high = {JobInput(high_poly.file)};
@@ -409,7 +409,7 @@ void Request::prepare(const Source* source, const PyMesh& high_poly, bool faces_
     if (!job_.given.contains("--match")) {
       options.match.method = first_match("match.uv");
     }
-    options.match.uv = uv_options_over(high, options.match.uv);
+    options.match.uv = height_field_uv_options(high, options.match.uv);
   }
   if (low_poly.made && !high_poly.height_field && !job_.cage_auto) {
     look_as_far(*low_poly.made, options.match);
@@ -426,7 +426,8 @@ void Request::prepare(const Source* source, const PyMesh& high_poly, bool faces_
   if (job_.cage_auto) {
     cage_ = find_cage(*source, low, options);
     options.match.cage_mesh = &cage_->mesh;
-    options.match.max_distance.reset();  // the distance was the limit of the search for the cage
+    options.match.max_distance
+        .reset();  // the search distance limited the search for the cage; rays end at the cage itself
     warnings.insert(warnings.end(), cage_->warnings.begin(), cage_->warnings.end());
   }
 }
@@ -455,7 +456,7 @@ nb::dict describe(const BakeReport& report) {
   d["seconds_image"] = report.seconds_image;
   d["seconds_mips"] = report.seconds_mips;
   d["seconds_errors"] = report.seconds_errors;
-  if (report.views) d["views"] = words_of(*report.views);
+  if (report.views) d["views"] = dict_of(*report.views);
   if (report.recall) {
     nb::dict recall;
     recall["places"] = report.recall->places;
@@ -470,8 +471,8 @@ nb::dict describe(const BakeReport& report) {
     ids.append(entry);
   }
   d["ids"] = ids;
-  d["errors"] = words_of(report.errors);
-  d["warnings"] = words_of(report.warnings);
+  d["errors"] = dict_of(report.errors);
+  d["warnings"] = dict_of(report.warnings);
   return d;
 }
 

@@ -27,23 +27,24 @@ nb::object errors() { return nb::module_::import_("kiln._errors"); }
 void raise(const Error& error) {
   try {
     const Message message = error.message();
-    nb::dict facts;
-    facts["parameter"] = error.option().empty() ? nb::object(nb::none())
-                                                : text_of(option_as_keyword(error.option(), {}));
+    nb::dict error_facts;
+    error_facts["parameter"] = error.option().empty()
+                                   ? nb::object(nb::none())
+                                   : text_of(option_as_keyword(error.option(), {}));
     if (const auto* const of_value = dynamic_cast<const OptionError*>(&error)) {
-      facts["value"] = text_of(of_value->value());
-      facts["allowed"] = text_of(of_value->allowed());
+      error_facts["value"] = text_of(of_value->value());
+      error_facts["allowed"] = text_of(of_value->allowed());
     }
     nb::list remedies;
     for (const MessagePiece& piece : remedies_of(message)) {
       remedies.append(
           nb::make_tuple(text_of(option_as_keyword(piece.option, {})), text_of(piece.value)));
     }
-    facts["remedies"] = remedies;
+    error_facts["remedies"] = remedies;
     // an error without an id uses the id of its kind
     const char* const kind = Error(error.code(), "").id();
     const nb::object exception = errors().attr("from_core")(
-        text_of(message.text(option_as_keyword)), error.id(), kind, facts);
+        text_of(message.text(option_as_keyword)), error.id(), kind, error_facts);
     PyErr_SetObject(exception.type().ptr(), exception.ptr());
   } catch (nb::python_error& other) {
     other.restore();
@@ -93,9 +94,9 @@ Progress Call::progress() const {
     const nb::gil_scoped_acquire locked;
     if (PyErr_CheckSignals() != 0) throw nb::python_error();
     if (progress_.is_none()) return true;
-    struct Inside {
-      Inside() { in_callback = true; }
-      ~Inside() { in_callback = false; }
+    struct CallbackScope {
+      CallbackScope() { in_callback = true; }
+      ~CallbackScope() { in_callback = false; }
     } const inside;
     return !is_false(progress_(done, stage));
   };
@@ -107,7 +108,8 @@ void check_cancelled(bool cancelled) {
 
 const Device& device_of(const std::string& name) {
   static std::mutex mutex;
-  // The map is never destroyed, since the driver may be unloaded before the interpreter frees its last objects.
+  // The map of open devices is never destroyed, since the driver may be unloaded before the interpreter frees the last
+  // objects that use a device.
   static auto* const devices = new std::map<std::string, Device>;
   const std::lock_guard lock(mutex);
   const auto cached_device = devices->find(name);

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from kiln import _core
 
-LINES = [
+STUB_LINES = [
     '"""Keywords of bake() and match(): the command\'s flags."""',
     "",
     "from collections.abc import Mapping, Sequence",
@@ -25,5 +25,5 @@ OWN = {"size", "maps", "match"}
 if __name__ == "__main__":
     for name, is_flag, text in _core.keywords():
         if name not in OWN:
-            LINES.append(f"    {name}: {'bool' if is_flag else 'Value'}")
-    Path(sys.argv[1]).write_text("\n".join(LINES) + "\n")
+            STUB_LINES.append(f"    {name}: {'bool' if is_flag else 'Value'}")
+    Path(sys.argv[1]).write_text("\n".join(STUB_LINES) + "\n")

@@ -72,9 +72,9 @@ void name_triangles(nb::handle given, nb::handle given_names, const char* parame
 
 /// Converts values per vertex (V, n), values per corner (F, 3, n), or a pool of values with triangles of its own.
 template <typename T>
-void take_pool(nb::handle values, nb::handle faces, const char* parameter,
-               const char* faces_parameter, int channels, const Mesh& mesh, std::vector<T>& pool,
-               std::vector<Triangle>& triangles) {
+void read_attribute_pool(nb::handle values, nb::handle faces, const char* parameter,
+                         const char* faces_parameter, int channels, const Mesh& mesh,
+                         std::vector<T>& pool, std::vector<Triangle>& triangles) {
   if (values.is_none()) return;
   const nb::object shaped_values =
       nb::module_::import_("kiln._arrays")
@@ -107,15 +107,15 @@ PyMesh from_arrays(nb::handle vertices, nb::handle faces, nb::handle uvs, nb::ha
   const auto given_xyz = doubles(vertices, "vertices", {-1, 3});
   const std::size_t count = given_xyz.shape(0);
   const AffineMap rotation = rotation_to_y_up(parse_up(up));
-  const bool turns = rotation != kIdentityMap;
-  std::vector<double> turned_xyz(turns ? 3 * count : 0);
-  for (std::size_t i = 0; i < turned_xyz.size(); ++i) {
+  const bool needs_rotation = rotation != kIdentityMap;
+  std::vector<double> rotated_xyz(needs_rotation ? 3 * count : 0);
+  for (std::size_t i = 0; i < rotated_xyz.size(); ++i) {
     const double* const from = given_xyz.data() + i / 3 * 3;
     const std::size_t k = i % 3;
-    turned_xyz[i] =
+    rotated_xyz[i] =
         rotation[k] * from[0] + rotation[4 + k] * from[1] + rotation[8 + k] * from[2] + 0.0;
   }
-  const double* const xyz = turns ? turned_xyz.data() : given_xyz.data();
+  const double* const xyz = needs_rotation ? rotated_xyz.data() : given_xyz.data();
   const auto rotate = [&](Vec3& v) {
     const Vec3 from = v;
     float* const to[] = {&v.x, &v.y, &v.z};
@@ -142,10 +142,10 @@ PyMesh from_arrays(nb::handle vertices, nb::handle faces, nb::handle uvs, nb::ha
   }
   const auto corners = indices(faces, "faces", {-1, 3}, count);
   mesh.triangles = elements<Triangle>(corners.data(), corners.shape(0));
-  take_pool(uvs, uv_faces, "uvs", "uv_faces", 2, mesh, mesh.uvs, mesh.uv_triangles);
-  take_pool(normals, normal_faces, "normals", "normal_faces", 3, mesh, mesh.normals,
-            mesh.normal_triangles);
-  if (turns) {
+  read_attribute_pool(uvs, uv_faces, "uvs", "uv_faces", 2, mesh, mesh.uvs, mesh.uv_triangles);
+  read_attribute_pool(normals, normal_faces, "normals", "normal_faces", 3, mesh, mesh.normals,
+                      mesh.normal_triangles);
+  if (needs_rotation) {
     for (Vec3& normal : mesh.normals) rotate(normal);
   }
   if (!colors.is_none()) {
@@ -164,7 +164,7 @@ PyMesh from_arrays(nb::handle vertices, nb::handle faces, nb::handle uvs, nb::ha
     const auto values =
         floats(tangents, "tangents", {static_cast<int>(3 * mesh.triangles.size()), 4});
     mesh.tangents = elements<Tangent>(values.data(), 3 * mesh.triangles.size());
-    if (turns) {
+    if (needs_rotation) {
       for (Tangent& tangent : mesh.tangents) rotate(tangent.direction);
     }
   }
@@ -231,7 +231,7 @@ nb::str describe(const PyMesh& self) {
 
 /// Visits all members of a mesh in the order of pickles. If Mesh gets a new member, this does not compile.
 template <typename AnyMesh, typename Function>
-void each_part(AnyMesh& mesh, Function&& part) {
+void for_each_array(AnyMesh& mesh, Function&& part) {
   auto& [name, origin, positions, triangles, uvs, uv_triangles, normals, normal_triangles, tangents,
          colors, groups, group_names, objects, object_names, materials, material_names,
          material_files, polygons, metres, uv_set, other_uvs] = mesh;
@@ -243,7 +243,7 @@ void each_part(AnyMesh& mesh, Function&& part) {
 
 /// Visits the numbers of a report. Warnings are omitted, since they were issued already.
 template <typename Report, typename Function>
-void each_figure(Report& report, Function&& figure) {
+void for_each_report_value(Report& report, Function&& figure) {
   auto& [input_faces, faces, error, mean_error, back_error, mended, folded, without_area, holes,
          dropped_parts, charts, coverage, uv_strays, seconds, warnings] = report;
   const auto each = [&](auto&... figures) { (figure(figures), ...); };
@@ -258,21 +258,21 @@ template <typename T>
 constexpr bool kIsArray<std::vector<T>> = std::is_trivially_copyable_v<T>;
 
 /// Name of files that were given as bytes, for messages.
-constexpr const char* kBytesName = "mesh.glb";
+constexpr const char* kNameOfBytes = "mesh.glb";
 
-std::span<const std::byte> span_of(const nb::bytes& data) {
+std::span<const std::byte> bytes_view(const nb::bytes& data) {
   return {static_cast<const std::byte*>(data.data()), data.size()};
 }
 
 nb::bytes as_bytes(const std::string& text) { return nb::bytes(text.data(), text.size()); }
-std::string of_bytes(nb::handle given) {
+std::string string_from_bytes(nb::handle given) {
   const auto bytes = nb::cast<nb::bytes>(given);
   return {bytes.c_str(), bytes.size()};
 }
 
 nb::tuple pickled(const PyMesh& self) {
   nb::list parts;
-  each_part(*self.mesh, [&](const auto& part) {
+  for_each_array(*self.mesh, [&](const auto& part) {
     using Part = std::remove_cvref_t<decltype(part)>;
     if constexpr (kIsArray<Part>) {
       parts.append(nb::bytes(part.data(), part.size() * sizeof(typename Part::value_type)));
@@ -296,7 +296,8 @@ nb::tuple pickled(const PyMesh& self) {
   const std::string file =
       self.file.empty() ? "" : std::filesystem::absolute(self.file).lexically_normal().string();
   nb::list made;
-  if (self.made) each_figure(*self.made, [&](const auto& figure) { made.append(figure); });
+  if (self.made)
+    for_each_report_value(*self.made, [&](const auto& figure) { made.append(figure); });
   return nb::make_tuple(std::string(version()), parts, as_bytes(file), self.content, self.report,
                         made, self.height_field);
 }
@@ -315,7 +316,7 @@ PyMesh unpickled_parts(const nb::tuple& state, const Call& call) {
   Mesh mesh;
   std::size_t i = 0;
   const nb::list parts = nb::cast<nb::list>(state[1]);
-  each_part(mesh, [&](auto& part) {
+  for_each_array(mesh, [&](auto& part) {
     using Part = std::remove_cvref_t<decltype(part)>;
     if (i >= parts.size()) throw nb::index_error();
     const nb::object given = parts[i++];
@@ -330,28 +331,29 @@ PyMesh unpickled_parts(const nb::tuple& state, const Call& call) {
                         elements<Vec2>(bytes.data(), bytes.size() / sizeof(Vec2))});
       }
     } else if constexpr (std::is_same_v<Part, std::string>) {
-      part = of_bytes(given);
+      part = string_from_bytes(given);
     } else if constexpr (std::is_same_v<Part, std::vector<std::string>>) {
-      for (const nb::handle name : nb::cast<nb::list>(given)) part.push_back(of_bytes(name));
+      for (const nb::handle name : nb::cast<nb::list>(given))
+        part.push_back(string_from_bytes(name));
     } else {
       part = nb::cast<Part>(given);
     }
   });
   call.run([&] { validate(mesh); });
-  PyMesh result{shared(std::move(mesh)), of_bytes(state[2])};
+  PyMesh result{shared(std::move(mesh)), string_from_bytes(state[2])};
   if (const nb::object content = state[3]; !content.is_none()) {
     const nb::bytes data = nb::cast<nb::bytes>(content);
     result.content = data;
     result.materials = call.run([&] {
       return std::make_shared<const std::vector<Material>>(
-          load_asset(span_of(data), kBytesName).materials);
+          load_asset(bytes_view(data), kNameOfBytes).materials);
     });
   }
   result.report = state[4];
   if (const nb::list made = nb::cast<nb::list>(state[5]); made.size() != 0) {
     SimplifyReport report;
     i = 0;
-    each_figure(report, [&](auto& figure) {
+    for_each_report_value(report, [&](auto& figure) {
       if (i >= made.size()) throw nb::index_error();
       figure = nb::cast<std::remove_cvref_t<decltype(figure)>>(made[i++]);
     });
@@ -439,7 +441,7 @@ PyMesh load_bytes(nb::bytes data, const std::string& name, const std::string& up
   LoadMeshOptions options;
   if (!up.empty()) options.up = parse_up(up);
   const auto asset = call.run([&] {
-    return std::make_shared<const Asset>(load_asset(span_of(data), name, options, &warnings));
+    return std::make_shared<const Asset>(load_asset(bytes_view(data), name, options, &warnings));
   });
   PyMesh mesh{std::shared_ptr<const Mesh>(asset, &asset->mesh)};
   if (!asset->materials.empty()) {

@@ -13,13 +13,14 @@ namespace kiln::python {
 namespace {
 
 /// Options of the job that are no members of BakeOptions, but are keywords.
-constexpr std::array<std::string_view, 6> kOthers = {"--range",      "--match-by",   "--low-names",
-                                                     "--high-names", "--match-list", "--transfer"};
+constexpr std::array<std::string_view, 6> kOtherBakeFlags = {
+    "--range", "--match-by", "--low-names", "--high-names", "--match-list", "--transfer"};
 
 /// True if the option applies to a bake of meshes in memory. Occluders are meshes there, so they have a parameter of
 /// their own.
 bool is_keyword(const OptionRow& row) {
-  return std::find(kOthers.begin(), kOthers.end(), row.flag) != kOthers.end() ||
+  return std::find(kOtherBakeFlags.begin(), kOtherBakeFlags.end(), row.flag) !=
+             kOtherBakeFlags.end() ||
          (row.value.member.starts_with("bake.") && row.flag != "--ao-occluders");
 }
 

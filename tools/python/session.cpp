@@ -162,7 +162,7 @@ class PyBakeSession {
       with_parameter("positions", [&] {
         call.run([&] { work.session.set_positions(first_vertex, positions); });
       });
-      moved_ += moved_count;
+      moved_vertices_ += moved_count;
     });
   }
 
@@ -184,7 +184,7 @@ class PyBakeSession {
       const std::vector<Vec3> normals(begin, begin + rows.shape(0));
       with_parameter("normals",
                      [&] { call.run([&] { work.session.set_normals(first_vertex, normals); }); });
-      turned_ = true;
+      normals_were_set_ = true;
     });
   }
 
@@ -194,7 +194,7 @@ class PyBakeSession {
       std::vector<Warning> notes;
       BakeResult result = call.run([&] {
         BakeResult baked = work.session.bake();
-        notes = look_at_normals(work.session.high());
+        notes = check_normals(work.session.high());
         check_result(baked.report, work.session.high(), work.request->low());
         return baked;
       });
@@ -245,12 +245,12 @@ class PyBakeSession {
   };
 
   /// Warns if positions moved but explicit normals did not, since these do not follow positions.
-  std::vector<Warning> look_at_normals(const Mesh& high) {
+  std::vector<Warning> check_normals(const Mesh& high) {
     std::vector<Warning> notes;
-    const std::uint64_t moved_count = std::exchange(moved_, 0);
-    const bool turned = std::exchange(turned_, false);
-    if (high.normals.empty() || (moved_count == 0 && !turned)) return notes;
-    if (!turned) {
+    const std::uint64_t moved_count = std::exchange(moved_vertices_, 0);
+    const bool normals_were_set = std::exchange(normals_were_set_, false);
+    if (high.normals.empty() || (moved_count == 0 && !normals_were_set)) return notes;
+    if (!normals_were_set) {
       notes.push_back({"normals-stayed",
                        "'" + high.name + "' has explicit normals, which did not change when " +
                            std::to_string(moved_count) +
@@ -258,10 +258,10 @@ class PyBakeSession {
                            "mesh without explicit ones are updated automatically.",
                        moved_count});
     }
-    std::vector<Warning> opposed;
+    std::vector<Warning> opposed_warnings;
     Mesh copy = high;
-    correct_normals("HIGH", Trusted::faces, copy, opposed);
-    for (const Warning& warning : opposed) {
+    correct_normals("HIGH", Trusted::faces, copy, opposed_warnings);
+    for (const Warning& warning : opposed_warnings) {
       if (warning.code != "turned-normals") continue;
       notes.push_back({"normals-oppose",
                        "Normals of '" + high.name +
@@ -274,8 +274,8 @@ class PyBakeSession {
 
   PyMesh high_;  // the initial mesh, with its file
   std::string low_name_;
-  std::uint64_t moved_ = 0;  // number of vertices that moved since the last bake
-  bool turned_ = false;      // true if normals were set since the last bake
+  std::uint64_t moved_vertices_ = 0;  // number of vertices that moved since the last bake
+  bool normals_were_set_ = false;     // true if normals were set since the last bake
   Exclusive<Work> work_;
 };
 

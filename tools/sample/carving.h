@@ -1,42 +1,42 @@
 // Relief patterns for bands of a surface of revolution.
 //
-// All take `x` around and `y` along the band, lengths on the surface, and give a height over the smooth
-// surface (negative: carved in). `edge` is the width over which a hard edge rises.
+// Each function takes a point of the band and returns the height of the relief over the smooth surface, as a length
+// (negative: carved in).
 #pragma once
 
 namespace kiln::sample {
 
 /// Coordinates of a point in a band, from `band_at`.
 struct BandPoint {
-  double x;       ///< Around, in repeats of the pattern: [0, repeats)
-  double y;       ///< Along, 0 at the band's start, 1 at its end
-  double width;   ///< Length of one repeat around, here
-  double height;  ///< Length of the band along
-  double edge;    ///< Rise of a hard edge, length
+  double x;       ///< Position around the axis, in repeats of the pattern: [0, number of repeats)
+  double y;       ///< Position across the band: 0 at its start, 1 at its end
+  double width;   ///< Length of one repeat of the pattern around the axis at this point
+  double height;  ///< Length of the band across it, along the profile
+  double edge;    ///< Length over which a hard edge rises
 };
 
-/// A row of half spheres that touch, one a repeat.
+/// A row of half spheres that touch, one per repeat.
 double beads(const BandPoint& p);
 
-/// A moulding: a half-round over the band's whole height.
-double moulding(const BandPoint& p);
+/// A moulding with a half circle as profile over the band's whole height.
+double half_round_moulding(const BandPoint& p);
 
 /// A twisted cord over the band's whole height, `p.x` in strands.
 double rope(const BandPoint& p);
 
-/// Two layers of pointed leaves that grow with y, with midrib and rim; one of each a repeat.
+/// Two layers of pointed leaves with midrib and rim, whose tips point towards y = 1; one leaf of each layer per repeat.
 double leaves(const BandPoint& p);
 
-/// Two interlaced cords around bosses; two crossings a repeat.
+/// Two interlaced cords around bosses, with two crossings per repeat.
 double guilloche(const BandPoint& p);
 
-/// Overlapping scales in `rows` rows, free edges towards y = 0; one of a row a repeat.
+/// Overlapping scales in `rows` rows, with free edges towards y = 0; one scale of each row per repeat.
 double scales(const BandPoint& p, int rows);
 
-/// A running key pattern; one key a repeat.
+/// A running key pattern, with one key per repeat.
 double meander(const BandPoint& p);
 
-/// A concave flute with round ends a repeat.
+/// Concave flutes with round ends, one per repeat.
 double flutes(const BandPoint& p);
 
 /// Convex lobes that wind around by `twist` repeats over the band.

@@ -18,7 +18,7 @@
 namespace kiln::sample {
 namespace {
 
-constexpr double kHalfSide = 1.1;  // of the cube that is sampled
+constexpr double kHalfSide = 1.1;  // half the side of the cube that the voxels sample
 
 /// Distance to a box around the origin, positive inside.
 double box(const Point& p, const Point& half) {
@@ -27,8 +27,8 @@ double box(const Point& p, const Point& half) {
   return -outside - std::min(std::max({x, y, z}), 0.0);
 }
 
-/// Turned about z, then about x.
-Point turned(const Point& p, double about_z, double about_x) {
+/// Rotates a point about z, then about x. Angles in radians.
+Point rotate(const Point& p, double about_z, double about_x) {
   const double c = std::cos(about_z), s = std::sin(about_z);
   const Point q{c * p.x + s * p.y, c * p.y - s * p.x, p.z};
   const double d = std::cos(about_x), t = std::sin(about_x);
@@ -36,14 +36,14 @@ Point turned(const Point& p, double about_z, double about_x) {
 }
 
 template <typename T>
-void store(double value, double highest, std::byte* to) {
-  T stored;
+void store_voxel(double value, double highest, std::byte* to) {
+  T voxel;
   if constexpr (std::is_floating_point_v<T>) {
-    stored = static_cast<T>(value);
+    voxel = static_cast<T>(value);
   } else {
-    stored = static_cast<T>(std::lround(std::clamp(value, 0.0, highest)));
+    voxel = static_cast<T>(std::lround(std::clamp(value, 0.0, highest)));
   }
-  std::memcpy(to, &stored, sizeof stored);
+  std::memcpy(to, &voxel, sizeof voxel);
 }
 
 }  // namespace
@@ -53,21 +53,22 @@ double sphere_field(const Point& p) { return 0.9 - std::hypot(p.x, p.y, p.z); }
 double torus_field(const Point& p) { return 0.25 - std::hypot(std::hypot(p.x, p.y) - 0.65, p.z); }
 
 double gyroid_field(const Point& p) {
-  constexpr double kWave = 3 * std::numbers::pi;  // radians a unit
+  constexpr double kRadiansPerUnit = 3 * std::numbers::pi;
   constexpr double kHalfThickness = 0.06;
-  const double x = kWave * p.x, y = kWave * p.y, z = kWave * p.z;
+  const double x = kRadiansPerUnit * p.x, y = kRadiansPerUnit * p.y, z = kRadiansPerUnit * p.z;
   const double sx = std::sin(x), sy = std::sin(y), sz = std::sin(z);
   const double cx = std::cos(x), cy = std::cos(y), cz = std::cos(z);
   const double value = sx * cy + sy * cz + sz * cx;
-  const double slope = kWave * std::hypot(cx * cy - sz * sx, cy * cz - sx * sy, cz * cx - sy * sz);
-  const double sheet = kHalfThickness - std::abs(value) / std::max(slope, kWave * 0.5);
+  const double slope =
+      kRadiansPerUnit * std::hypot(cx * cy - sz * sx, cy * cz - sx * sy, cz * cx - sy * sz);
+  const double sheet = kHalfThickness - std::abs(value) / std::max(slope, kRadiansPerUnit * 0.5);
   return std::min(sheet, 0.95 - std::hypot(p.x, p.y, p.z));
 }
 
 double boxes_field(const Point& p) {
   const double body = box(p, {0.55, 0.45, 0.5});
-  const double bar = box(turned(p, 0.5, 0.35), {0.85, 0.2, 0.25});
-  const double slot = box(turned(p - Point{0.1, 0, 0.5}, -0.4, 0.0), {0.18, 1.2, 0.25});
+  const double bar = box(rotate(p, 0.5, 0.35), {0.85, 0.2, 0.25});
+  const double slot = box(rotate(p - Point{0.1, 0, 0.5}, -0.4, 0.0), {0.18, 1.2, 0.25});
   const double step = box(p - Point{-0.55, -0.45, 0.5}, {0.3, 0.25, 0.35});
   return std::min({std::max(body, bar), -slot, -step});
 }
@@ -115,11 +116,11 @@ Volume sample_volume(Field field, std::uint32_t size, VoxelType type) {
         for (std::uint32_t x = 0; x < size; ++x, to += each) {
           const double value = middle + scale * field({at(x), at(y), at(z)});
           if (type == VoxelType::f32) {
-            store<float>(value, 0, to);
+            store_voxel<float>(value, 0, to);
           } else if (type == VoxelType::u8) {
-            store<std::uint8_t>(value, 255, to);
+            store_voxel<std::uint8_t>(value, 255, to);
           } else {
-            store<std::uint16_t>(value, 65535, to);
+            store_voxel<std::uint16_t>(value, 65535, to);
           }
         }
       }

@@ -8,9 +8,10 @@
 namespace kiln::sample {
 namespace {
 
-/// Places of grid lines of a rounded box's face: close together over the rounding, as its angles are even.
-std::vector<double> box_lines(double half, double radius, int steps) {
-  // The last one exactly, so that faces meet.
+/// Positions of the grid lines on a face of a rounded box. They are dense over the rounding, so that its strips turn by
+/// equal angles.
+std::vector<double> rounded_box_grid_lines(double half, double radius, int steps) {
+  // The last line lies exactly at the face's end, so that adjacent faces meet.
   const auto line = [&](int i) {
     return i == steps ? half : half - radius + radius * std::tan(std::numbers::pi / 4 * i / steps);
   };
@@ -22,32 +23,33 @@ std::vector<double> box_lines(double half, double radius, int steps) {
 
 }  // namespace
 
-Point Stand::at(const Point& p) const { return origin + turned(p); }
-Point Stand::turned(const Point& p) const { return p.x * x + p.y * y + p.z * z; }
+Point PartFrame::at(const Point& p) const { return origin + direction(p); }
+Point PartFrame::direction(const Point& p) const { return p.x * x + p.y * y + p.z * z; }
 
-Stand Stand::moved(double along_x, double along_y, double along_z) const {
-  Stand result = *this;
+PartFrame PartFrame::translated(double along_x, double along_y, double along_z) const {
+  PartFrame result = *this;
   result.origin = at({along_x, along_y, along_z});
   return result;
 }
 
-Stand stand_along(const Point& origin, const Point& axis) {
-  Stand stand;
-  stand.origin = origin;
-  stand.z = unit(axis);
-  const bool up = std::abs(stand.z.y) > 0.9;
-  stand.x = unit(crossed(up ? Point{0, 0, 1} : Point{0, 1, 0}, stand.z));
-  stand.y = crossed(stand.z, stand.x);
-  return stand;
+PartFrame frame_along(const Point& origin, const Point& axis) {
+  PartFrame part_frame;
+  part_frame.origin = origin;
+  part_frame.z = unit(axis);
+  const bool up = std::abs(part_frame.z.y) > 0.9;
+  part_frame.x = unit(crossed(up ? Point{0, 0, 1} : Point{0, 1, 0}, part_frame.z));
+  part_frame.y = crossed(part_frame.z, part_frame.x);
+  return part_frame;
 }
 
 HighPolyParts::HighPolyParts(std::string name) { mesh_.name = std::move(name); }
 
 void HighPolyParts::group(std::string name) { mesh_.group_names.push_back(std::move(name)); }
 
-std::uint32_t HighPolyParts::corner(const Stand& stand, const Point& local, const Point& normal) {
-  mesh_.positions.push_back(to_float(stand.at(local)));
-  mesh_.normals.push_back(to_float(unit(stand.turned(normal))));
+std::uint32_t HighPolyParts::corner(const PartFrame& part_frame, const Point& local,
+                                    const Point& normal) {
+  mesh_.positions.push_back(to_float(part_frame.at(local)));
+  mesh_.normals.push_back(to_float(unit(part_frame.direction(normal))));
   return static_cast<std::uint32_t>(mesh_.positions.size() - 1);
 }
 
@@ -64,12 +66,13 @@ void HighPolyParts::quad(std::uint32_t a, std::uint32_t b, std::uint32_t c, std:
   triangle(a, c, d);
 }
 
-void HighPolyParts::rounded_box(const Stand& stand, const Point& half, double radius, int steps) {
+void HighPolyParts::rounded_box(const PartFrame& part_frame, const Point& half, double radius,
+                                int steps) {
   const std::array<double, 3> h = {half.x, half.y, half.z};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::size_t across = (axis + 1) % 3, up = (axis + 2) % 3;
-    const std::vector<double> us = box_lines(h[across], radius, steps);
-    const std::vector<double> vs = box_lines(h[up], radius, steps);
+    const std::vector<double> us = rounded_box_grid_lines(h[across], radius, steps);
+    const std::vector<double> vs = rounded_box_grid_lines(h[up], radius, steps);
     for (const double side : {-1.0, 1.0}) {
       const auto first = static_cast<std::uint32_t>(mesh_.positions.size());
       for (const double v : vs) {
@@ -83,7 +86,7 @@ void HighPolyParts::rounded_box(const Stand& stand, const Point& half, double ra
           }
           const Point base{inner[0], inner[1], inner[2]};
           const Point normal = unit(Point{p[0], p[1], p[2]} - base);
-          corner(stand, base + radius * normal, normal);
+          corner(part_frame, base + radius * normal, normal);
         }
       }
       const auto row = static_cast<std::uint32_t>(us.size());
@@ -101,14 +104,15 @@ void HighPolyParts::rounded_box(const Stand& stand, const Point& half, double ra
   }
 }
 
-void HighPolyParts::turned(const Stand& stand, const std::vector<Turned>& profile, int segments) {
-  for (const Turned& part : profile) {
+void HighPolyParts::add_turned_profile(const PartFrame& part_frame,
+                                       const std::vector<ProfileSegment>& profile, int segments) {
+  for (const ProfileSegment& part : profile) {
     const auto first = static_cast<std::uint32_t>(mesh_.positions.size());
     for (int i = 0; i <= segments; ++i) {
       const double angle = 2 * std::numbers::pi * (i % segments) / segments;
       const double c = std::cos(angle), s = std::sin(angle);
       const auto add = [&](const std::array<double, 2>& p, const std::array<double, 2>& n) {
-        corner(stand, {p[0] * c, p[0] * s, p[1]}, {n[0] * c, n[0] * s, n[1]});
+        corner(part_frame, {p[0] * c, p[0] * s, p[1]}, {n[0] * c, n[0] * s, n[1]});
       };
       add(part.from, part.from_normal);
       add(part.to, part.to_normal);
@@ -121,9 +125,9 @@ void HighPolyParts::turned(const Stand& stand, const std::vector<Turned>& profil
   }
 }
 
-void HighPolyParts::disc(const Stand& stand, double radius, double height, double rounding,
+void HighPolyParts::disc(const PartFrame& part_frame, double radius, double height, double rounding,
                          int segments) {
-  std::vector<Turned> profile = {
+  std::vector<ProfileSegment> profile = {
       {{0, 0}, {radius, 0}, {0, -1}, {0, -1}},
       {{radius, 0}, {radius, height - rounding}, {1, 0}, {1, 0}},
   };
@@ -137,10 +141,10 @@ void HighPolyParts::disc(const Stand& stand, double radius, double height, doubl
     profile.push_back({on(a), on(b), {std::cos(a), std::sin(a)}, {std::cos(b), std::sin(b)}});
   }
   profile.push_back({{radius - rounding, height}, {0, height}, {0, 1}, {0, 1}});
-  turned(stand, profile, segments);
+  add_turned_profile(part_frame, profile, segments);
 }
 
-void HighPolyParts::prism(const Stand& stand, int sides, double radius, double height,
+void HighPolyParts::prism(const PartFrame& part_frame, int sides, double radius, double height,
                           double chamfer) {
   const auto at = [&](int i, double r, double z) -> Point {
     const double angle = 2 * std::numbers::pi * (i % sides) / sides;
@@ -150,10 +154,10 @@ void HighPolyParts::prism(const Stand& stand, int sides, double radius, double h
   const auto strip = [&](int i, double r0, double z0, double r1, double z1) {
     const Point a = at(i, r0, z0), b = at(i + 1, r0, z0), c = at(i + 1, r1, z1), d = at(i, r1, z1);
     const Point normal = unit(crossed(b - a, d - a));
-    const std::uint32_t first = corner(stand, a, normal);
-    corner(stand, b, normal);
-    corner(stand, c, normal);
-    corner(stand, d, normal);
+    const std::uint32_t first = corner(part_frame, a, normal);
+    corner(part_frame, b, normal);
+    corner(part_frame, c, normal);
+    corner(part_frame, d, normal);
     quad(first, first + 1, first + 2, first + 3);
   };
   for (int i = 0; i < sides; ++i) {
@@ -162,16 +166,16 @@ void HighPolyParts::prism(const Stand& stand, int sides, double radius, double h
     for (const bool top : {false, true}) {
       const double r = top ? inner : radius, z = top ? height : 0;
       const Point normal{0, 0, top ? 1.0 : -1.0};
-      const std::uint32_t first = corner(stand, {0, 0, z}, normal);
-      corner(stand, at(top ? i : i + 1, r, z), normal);
-      corner(stand, at(top ? i + 1 : i, r, z), normal);
+      const std::uint32_t first = corner(part_frame, {0, 0, z}, normal);
+      corner(part_frame, at(top ? i : i + 1, r, z), normal);
+      corner(part_frame, at(top ? i + 1 : i, r, z), normal);
       triangle(first, first + 1, first + 2);
     }
   }
 }
 
-void HighPolyParts::bent_plate(const Stand& stand, double inner, double outer, double angle,
-                               double span, double half, int segments) {
+void HighPolyParts::bent_plate(const PartFrame& part_frame, double inner, double outer,
+                               double angle, double span, double half, int segments) {
   const auto at = [&](int i, double r, double z) -> Point {
     const double a = angle + span * i / segments;
     return {r * std::cos(a), r * std::sin(a), z};
@@ -179,8 +183,8 @@ void HighPolyParts::bent_plate(const Stand& stand, double inner, double outer, d
   const auto radial = [&](int i) { return unit(at(i, 1, 0)); };
   const auto around = [&](int i) { return Point{-radial(i).y, radial(i).x, 0}; };
   const auto face = [&](const std::array<Point, 4>& p, const std::array<Point, 4>& n) {
-    const std::uint32_t first = corner(stand, p[0], n[0]);
-    for (std::size_t k = 1; k < 4; ++k) corner(stand, p[k], n[k]);
+    const std::uint32_t first = corner(part_frame, p[0], n[0]);
+    for (std::size_t k = 1; k < 4; ++k) corner(part_frame, p[k], n[k]);
     quad(first, first + 1, first + 2, first + 3);
   };
   const Point up{0, 0, 1}, down{0, 0, -1};
@@ -204,7 +208,7 @@ void HighPolyParts::bent_plate(const Stand& stand, double inner, double outer, d
        {end, end, end, end});
 }
 
-void HighPolyParts::extrusion(const Stand& stand, const Outline& outline,
+void HighPolyParts::extrusion(const PartFrame& part_frame, const Outline& outline,
                               const std::array<double, 2>& centre, double half, double radius,
                               int steps) {
   struct Rim {
@@ -221,7 +225,8 @@ void HighPolyParts::extrusion(const Stand& stand, const Outline& outline,
     const Point n_in{in.y, -in.x, 0};
     const double turn = std::atan2(in.x * out.y - in.y * out.x, dot(in, out));
     const double cut = radius * std::tan(std::abs(turn) / 2);
-    const double side = turn > 0 ? 1 : -1;  // an inner corner's circle lies outside
+    const double side =
+        turn > 0 ? 1 : -1;  // at an inner corner the rounding's circle lies outside of the outline
     const Point from = here - cut * in;
     const Point middle = from - (side * radius) * n_in;
     for (int k = 0; k <= steps; ++k) {
@@ -234,22 +239,22 @@ void HighPolyParts::extrusion(const Stand& stand, const Outline& outline,
   const Point up{0, 0, half};
   for (std::size_t i = 0; i < rim.size(); ++i) {
     const Rim &a = rim[i], &b = rim[(i + 1) % rim.size()];
-    const std::uint32_t first = corner(stand, a.at - up, a.normal);
-    corner(stand, b.at - up, b.normal);
-    corner(stand, b.at + up, b.normal);
-    corner(stand, a.at + up, a.normal);
+    const std::uint32_t first = corner(part_frame, a.at - up, a.normal);
+    corner(part_frame, b.at - up, b.normal);
+    corner(part_frame, b.at + up, b.normal);
+    corner(part_frame, a.at + up, a.normal);
     quad(first, first + 1, first + 2, first + 3);
     for (const double z : {-1.0, 1.0}) {
       const Point normal{0, 0, z}, lift = z * up;
-      const std::uint32_t cap = corner(stand, Point{centre[0], centre[1], 0} + lift, normal);
-      corner(stand, (z > 0 ? a.at : b.at) + lift, normal);
-      corner(stand, (z > 0 ? b.at : a.at) + lift, normal);
+      const std::uint32_t cap = corner(part_frame, Point{centre[0], centre[1], 0} + lift, normal);
+      corner(part_frame, (z > 0 ? a.at : b.at) + lift, normal);
+      corner(part_frame, (z > 0 ? b.at : a.at) + lift, normal);
       triangle(cap, cap + 1, cap + 2);
     }
   }
 }
 
-void HighPolyParts::sheet(const Stand& stand, double w, double h, int steps,
+void HighPolyParts::sheet(const PartFrame& part_frame, double w, double h, int steps,
                           double (*height)(double x, double y)) {
   const auto first = static_cast<std::uint32_t>(mesh_.positions.size());
   constexpr double kStep = 1e-5;
@@ -258,7 +263,7 @@ void HighPolyParts::sheet(const Stand& stand, double w, double h, int steps,
       const double x = w * (2.0 * i / steps - 1), y = h * (2.0 * j / steps - 1);
       const double dx = (height(x + kStep, y) - height(x - kStep, y)) / (2 * kStep);
       const double dy = (height(x, y + kStep) - height(x, y - kStep)) / (2 * kStep);
-      corner(stand, {x, y, height(x, y)}, {-dx, -dy, 1});
+      corner(part_frame, {x, y, height(x, y)}, {-dx, -dy, 1});
     }
   }
   const auto row = static_cast<std::uint32_t>(steps + 1);

@@ -46,11 +46,11 @@ LightParts::LightParts(std::string name) { mesh_.name = std::move(name); }
 
 void LightParts::group(std::string name) { mesh_.group_names.push_back(std::move(name)); }
 
-std::uint32_t LightParts::corner(Chart& chart, const Stand& stand, const Point& local,
+std::uint32_t LightParts::corner(Chart& chart, const PartFrame& part_frame, const Point& local,
                                  const Point& normal, double u, double v) {
   const auto index = static_cast<std::uint32_t>(mesh_.positions.size());
-  mesh_.positions.push_back(to_float(stand.at(local)));
-  mesh_.normals.push_back(to_float(unit(stand.turned(normal))));
+  mesh_.positions.push_back(to_float(part_frame.at(local)));
+  mesh_.normals.push_back(to_float(unit(part_frame.direction(normal))));
   mesh_.uvs.push_back({static_cast<float>(u), static_cast<float>(v)});
   chart.corners.push_back(index);
   chart.width = std::max(chart.width, u);
@@ -68,7 +68,8 @@ void LightParts::triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
 }
 
 /// A flat polygon as a chart: a fan from its first corner, or around a centre.
-void LightParts::face(const Stand& stand, const std::vector<Point>& polygon, const Point* centre) {
+void LightParts::face(const PartFrame& part_frame, const std::vector<Point>& polygon,
+                      const Point* centre) {
   const Point along = unit(polygon[1] - polygon[0]);
   const Point normal = unit(crossed(along, polygon[2] - polygon[1]));
   const Point up = crossed(normal, along);
@@ -79,7 +80,7 @@ void LightParts::face(const Stand& stand, const std::vector<Point>& polygon, con
   }
   Chart chart;
   const auto add = [&](const Point& p) {
-    return corner(chart, stand, p, normal, dot(p - polygon[0], along) - least_u,
+    return corner(chart, part_frame, p, normal, dot(p - polygon[0], along) - least_u,
                   dot(p - polygon[0], up) - least_v);
   };
   const std::uint32_t first = add(polygon[0]);
@@ -96,7 +97,7 @@ void LightParts::face(const Stand& stand, const std::vector<Point>& polygon, con
   charts_.push_back(std::move(chart));
 }
 
-void LightParts::box(const Stand& stand, const Point& half) {
+void LightParts::box(const PartFrame& part_frame, const Point& half) {
   const std::array<double, 3> h = {half.x, half.y, half.z};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     for (const double side : {-1.0, 1.0}) {
@@ -107,12 +108,12 @@ void LightParts::box(const Stand& stand, const Point& half) {
         p[(axis + 2) % 3] = v * h[(axis + 2) % 3];
         return {p[0], p[1], p[2]};
       };
-      face(stand, {at(-1, -1), at(1, -1), at(1, 1), at(-1, 1)});
+      face(part_frame, {at(-1, -1), at(1, -1), at(1, 1), at(-1, 1)});
     }
   }
 }
 
-void LightParts::cylinder(const Stand& stand, int sides, double radius, double height,
+void LightParts::cylinder(const PartFrame& part_frame, int sides, double radius, double height,
                           bool smooth) {
   const auto at = [&](int i, double z) -> Point {
     const double angle = 2 * std::numbers::pi * (i % sides) / sides;
@@ -124,9 +125,9 @@ void LightParts::cylinder(const Stand& stand, int sides, double radius, double h
     std::uint32_t first = 0;
     for (int i = 0; i <= sides; ++i) {
       const Point p = at(i, 0), q = at(i, height);
-      const std::uint32_t index = corner(chart, stand, p, p, width * i, 0);
+      const std::uint32_t index = corner(chart, part_frame, p, p, width * i, 0);
       if (i == 0) first = index;
-      corner(chart, stand, q, p, width * i, height);
+      corner(chart, part_frame, q, p, width * i, height);
     }
     for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(sides); ++i) {
       const std::uint32_t a = first + 2 * i;
@@ -136,7 +137,7 @@ void LightParts::cylinder(const Stand& stand, int sides, double radius, double h
     charts_.push_back(std::move(chart));
   } else {
     for (int i = 0; i < sides; ++i) {
-      face(stand, {at(i, 0), at(i + 1, 0), at(i + 1, height), at(i, height)});
+      face(part_frame, {at(i, 0), at(i + 1, 0), at(i + 1, height), at(i, height)});
     }
   }
   std::vector<Point> top, bottom;
@@ -144,28 +145,29 @@ void LightParts::cylinder(const Stand& stand, int sides, double radius, double h
     top.push_back(at(i, height));
     bottom.push_back(at(sides - i, 0));
   }
-  face(stand, top);
-  face(stand, bottom);
+  face(part_frame, top);
+  face(part_frame, bottom);
 }
 
-void LightParts::extrusion(const Stand& stand, const Outline& outline,
+void LightParts::extrusion(const PartFrame& part_frame, const Outline& outline,
                            const std::array<double, 2>& centre, double half) {
   std::vector<Point> top, bottom;
   const std::size_t count = outline.size();
   for (std::size_t i = 0; i < count; ++i) {
     const std::array<double, 2>&a = outline[i], &b = outline[(i + 1) % count];
-    face(stand, {{a[0], a[1], -half}, {b[0], b[1], -half}, {b[0], b[1], half}, {a[0], a[1], half}});
+    face(part_frame,
+         {{a[0], a[1], -half}, {b[0], b[1], -half}, {b[0], b[1], half}, {a[0], a[1], half}});
     top.push_back({a[0], a[1], half});
     const std::array<double, 2>& back = outline[count - 1 - i];
     bottom.push_back({back[0], back[1], -half});
   }
   const Point high{centre[0], centre[1], half}, low{centre[0], centre[1], -half};
-  face(stand, top, &high);
-  face(stand, bottom, &low);
+  face(part_frame, top, &high);
+  face(part_frame, bottom, &low);
 }
 
-void LightParts::card(const Stand& stand, double w, double h) {
-  face(stand, {{-w, -h, 0}, {w, -h, 0}, {w, h, 0}, {-w, h, 0}});
+void LightParts::card(const PartFrame& part_frame, double w, double h) {
+  face(part_frame, {{-w, -h, 0}, {w, -h, 0}, {w, h, 0}, {-w, h, 0}});
 }
 
 Mesh LightParts::finish(double gap) {

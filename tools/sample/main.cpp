@@ -57,11 +57,11 @@ struct Options {
   std::string shape = "urn";
   std::uint64_t faces = 500000;
   bool painted = false;
-  std::string volume;  ///< Empty: a mesh
+  std::string volume;  ///< Name of the volume's field; empty: a mesh is written
   std::uint64_t size = 128;
   kiln::VoxelType type = kiln::VoxelType::f32;
-  std::uint64_t terrain = 0;  ///< Pixels a side; 0: none
-  std::string scene;          ///< Empty: none
+  std::uint64_t terrain = 0;  ///< Pixels per side of the height field; 0: none is written
+  std::string scene;          ///< Name of the hard-surface scene; empty: none
   std::filesystem::path low;
 };
 
@@ -171,7 +171,7 @@ Options parse(const std::vector<std::string>& arguments) {
   return options;
 }
 
-/// Writes a mesh as it comes in.
+/// Writes a mesh to a PLY file while its pieces are being made.
 class PlySink : public kiln::sample::SweepSink {
  public:
   /// \param colors  true: the vertices get colours

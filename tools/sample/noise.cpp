@@ -23,7 +23,8 @@ std::uint32_t hash(std::int64_t ix, std::int64_t iy, std::int64_t iz, std::uint3
 }
 
 double slope(std::uint32_t h, double x, double y, double z) {
-  switch (h & 15u) {  // the twelve edges of a cube, four of them twice
+  switch (h &
+          15u) {  // gradients: directions to the twelve edges of a cube, four of them used twice
     case 0:
     case 12:
       return x + y;
@@ -87,7 +88,7 @@ double fractal_noise(const Point& p, int octaves, std::uint32_t seed) {
   for (int i = 0; i < octaves; ++i) {
     sum += height * gradient_noise(q, seed + static_cast<std::uint32_t>(i));
     height *= 0.5;
-    q = 2.03 * q;  // not 2: the lattices must not line up
+    q = 2.03 * q;  // a factor of exactly 2 would align the lattices of all octaves
   }
   return sum;
 }

@@ -14,7 +14,7 @@ inline Point operator-(const Point& a, const Point& b) { return {a.x - b.x, a.y 
 inline Point operator*(double s, const Point& a) { return {s * a.x, s * a.y, s * a.z}; }
 inline double dot(const Point& a, const Point& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
-/// 0 below `low`, 1 above `high`, a cubic between.
+/// Returns 0 for values below `low`, 1 above `high`, and a smooth cubic between them.
 double smooth_step(double low, double high, double x);
 
 /// Gradient noise (Perlin, "Improving Noise", 2002), about [-1, 1], features of size 1.

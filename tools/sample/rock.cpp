@@ -9,7 +9,7 @@
 namespace kiln::sample {
 namespace {
 
-/// Half a circle of radius 1.
+/// The profile of a unit sphere: half a circle from the lowest to the highest point.
 Profile half_circle() {
   std::vector<Profile::Control> controls;
   constexpr int kPieces = 24;
@@ -38,7 +38,7 @@ double facets(const Point& direction) {
   return std::min(std::pow(sum, -1.0 / 14), 1.35);
 }
 
-Point boulder(const Place& at) {
+Point boulder(const SurfacePoint& at) {
   const Point& direction = at.position;
   const Point body = facets(direction) * Point{1.05 * direction.x, 0.85 * direction.y, direction.z};
   const Point warp{fractal_noise(2 * body, 4, 1), fractal_noise(2 * body, 4, 2),
@@ -47,7 +47,7 @@ Point boulder(const Place& at) {
 
   double h = 0.05 * fractal_noise(1.6 * body, 2, 5);
   h += 0.055 * (ridged_noise(3.2 * q, 6, 7) - 0.55);
-  // Strata: beds of different hardness stand out or are washed away, on a slope.
+  // Strata: hard beds stand out, and soft ones are washed away. The beds are inclined.
   const double bed = 11 * (q.y + 0.22 * q.x) + 0.8 * gradient_noise(2 * body, 9);
   const double in_bed = bed - std::floor(bed);
   const double hardness = gradient_noise({0.37, std::floor(bed) + 0.5, 0.61}, 10);

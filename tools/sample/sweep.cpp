@@ -10,8 +10,9 @@
 namespace kiln::sample {
 namespace {
 
-constexpr std::size_t kPiece = std::size_t{1} << 20;  // elements that are made at once
-constexpr double kRowHeight = 0.8660254037844386;     // of an equilateral triangle
+constexpr std::size_t kPieceElements = std::size_t{1} << 20;  // vertices or triangles per piece
+constexpr double kTriangleHeight =
+    0.8660254037844386;  // height of an equilateral triangle with unit edges
 
 Profile::Control blend(const Profile::Control& a, const Profile::Control& b, double ta, double tb,
                        double t) {
@@ -25,8 +26,8 @@ double distance(const Profile::Control& a, const Profile::Control& b) {
 
 /// Vertices on each ring of a sweep with edges of about `edge`.
 std::vector<std::uint32_t> ring_sizes(const Profile& profile, double edge) {
-  const auto bands =
-      static_cast<std::size_t>(std::max(4.0, std::round(profile.length() / (edge * kRowHeight))));
+  const auto bands = static_cast<std::size_t>(
+      std::max(4.0, std::round(profile.length() / (edge * kTriangleHeight))));
   std::vector<std::uint32_t> sizes(bands + 1, 1);
   for (std::size_t i = 1; i < bands; ++i) {
     const double radius =
@@ -45,8 +46,9 @@ std::uint64_t triangle_count(const std::vector<std::uint32_t>& sizes) {
   return sum;
 }
 
-/// Every second ring is turned by half a step, so that triangles come out equilateral.
-double turn(std::size_t ring) { return ring % 2 == 0 ? 0.0 : 0.5; }
+/// Returns the rotation of a ring, in vertex spacings. Every second ring is rotated by half a spacing, so that triangles
+/// are equilateral.
+double ring_rotation(std::size_t ring) { return ring % 2 == 0 ? 0.0 : 0.5; }
 
 /// Joins two rings of any sizes: always advances on the ring that lags behind.
 void join_rings(std::size_t ring, std::uint32_t low, std::uint32_t low_size, std::uint32_t high,
@@ -55,8 +57,8 @@ void join_rings(std::size_t ring, std::uint32_t low, std::uint32_t low_size, std
   const std::uint32_t low_steps = low_size > 1 ? low_size : 0;
   const std::uint32_t high_steps = high_size > 1 ? high_size : 0;
   while (i < low_steps || j < high_steps) {
-    const double next_low = (i + 1 + turn(ring)) / low_size;
-    const double next_high = (j + 1 + turn(ring + 1)) / high_size;
+    const double next_low = (i + 1 + ring_rotation(ring)) / low_size;
+    const double next_high = (j + 1 + ring_rotation(ring + 1)) / high_size;
     const std::uint32_t a = low + i % low_size, b = high + j % high_size;
     if (j == high_steps || (i < low_steps && next_low <= next_high)) {
       out.push_back({a, low + (i + 1) % low_size, b});
@@ -120,7 +122,7 @@ Profile::Sample Profile::at(double arc) const {
 }
 
 void sweep(const Profile& profile, std::uint64_t faces,
-           const std::function<Point(const Place&)>& displace, SweepSink& sink) {
+           const std::function<Point(const SurfacePoint&)>& displace, SweepSink& sink) {
   // An equilateral triangle of edge e has the area e^2 sqrt(3) / 4. The number of triangles falls as the edge grows, so
   // bisect around this estimate.
   double area = 0;
@@ -143,7 +145,8 @@ void sweep(const Profile& profile, std::uint64_t faces,
 
   std::vector<Vec3> positions;
   for (std::size_t begin = 0, end = 0; begin < sizes.size(); begin = end) {
-    while (end < sizes.size() && (end == begin || first[end + 1] - first[begin] <= kPiece)) ++end;
+    while (end < sizes.size() && (end == begin || first[end + 1] - first[begin] <= kPieceElements))
+      ++end;
     positions.resize(first[end] - first[begin]);
     std::atomic<std::size_t> next{begin};
     const auto work = [&] {
@@ -152,7 +155,7 @@ void sweep(const Profile& profile, std::uint64_t faces,
             profile.length() * static_cast<double>(ring) / static_cast<double>(sizes.size() - 1);
         const Profile::Sample s = profile.at(arc);
         for (std::uint32_t k = 0; k < sizes[ring]; ++k) {
-          const double angle = 2 * std::numbers::pi * (k + turn(ring)) / sizes[ring];
+          const double angle = 2 * std::numbers::pi * (k + ring_rotation(ring)) / sizes[ring];
           const double c = std::cos(angle), d = -std::sin(angle);
           const Point moved = displace({{s.radius * c, s.height, s.radius * d},
                                         {s.normal_radius * c, s.normal_height, s.normal_radius * d},
@@ -176,14 +179,14 @@ void sweep(const Profile& profile, std::uint64_t faces,
   std::vector<Triangle> triangles;
   for (std::size_t ring = 0; ring + 1 < sizes.size(); ++ring) {
     join_rings(ring, first[ring], sizes[ring], first[ring + 1], sizes[ring + 1], triangles);
-    if (triangles.size() < kPiece && ring + 2 < sizes.size()) continue;
+    if (triangles.size() < kPieceElements && ring + 2 < sizes.size()) continue;
     sink.add(std::span<const Triangle>(triangles));
     triangles.clear();
   }
 }
 
 Mesh sweep(const Profile& profile, std::uint64_t faces,
-           const std::function<Point(const Place&)>& displace) {
+           const std::function<Point(const SurfacePoint&)>& displace) {
   struct MeshSink : SweepSink {
     void begin(std::uint64_t vertices, std::uint64_t triangles) override {
       mesh.positions.reserve(vertices);

@@ -18,8 +18,8 @@ class Profile {
     double radius, height;
   };
   struct Sample {
-    double radius, height;                ///< On the curve
-    double normal_radius, normal_height;  ///< Unit, to the right of the curve's direction
+    double radius, height;                ///< A point of the curve
+    double normal_radius, normal_height;  ///< Unit normal, to the right of the curve's direction
   };
 
   /// A centripetal Catmull-Rom spline through the controls. The first and the last lie on the axis.
@@ -27,7 +27,7 @@ class Profile {
 
   double length() const { return arc_.back(); }
   Sample at(double arc) const;
-  /// Arc length at which control `index` lies.
+  /// Arc length of the curve up to its control point `index`.
   double arc_of(std::size_t index) const { return control_arc_[index]; }
 
  private:
@@ -36,8 +36,8 @@ class Profile {
   std::vector<double> control_arc_;
 };
 
-/// A place on the smooth surface of revolution.
-struct Place {
+/// A point of the smooth surface of revolution.
+struct SurfacePoint {
   Point position, normal;
   double arc, angle, radius;
   double spacing;  ///< Edge length of the mesh: details finer than this would only alias.
@@ -55,9 +55,9 @@ class SweepSink {
 /// Sweeps the profile into about `faces` near-equilateral triangles and moves each vertex to
 /// `displace(place)`. Closed; counter-clockwise from outside for a profile that runs upwards.
 Mesh sweep(const Profile& profile, std::uint64_t faces,
-           const std::function<Point(const Place&)>& displace);
-/// The same in pieces, for meshes that are larger than memory.
+           const std::function<Point(const SurfacePoint&)>& displace);
+/// sweep() for meshes larger than memory: passes the mesh to `sink` in pieces.
 void sweep(const Profile& profile, std::uint64_t faces,
-           const std::function<Point(const Place&)>& displace, SweepSink& sink);
+           const std::function<Point(const SurfacePoint&)>& displace, SweepSink& sink);
 
 }  // namespace kiln::sample

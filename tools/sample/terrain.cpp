@@ -14,7 +14,7 @@ Image terrain(std::uint32_t size) {
   for (std::uint32_t row = 0; row < size; ++row) {
     for (std::uint32_t column = 0; column < size; ++column) {
       const Point p{column * step, row * step, 0.37};
-      // Bent, so that ridges wind; valleys are smooth, peaks are rough.
+      // Coordinates are distorted, so that ridges wind. Valleys are smooth, peaks are rough.
       const Point bent{p.x + 0.35 * fractal_noise(0.9 * p, 3, 11),
                        p.y + 0.35 * fractal_noise(0.9 * p, 3, 23), p.z};
       const double lie = smooth_step(-0.7, 0.9, fractal_noise(0.55 * bent, 4, 5));

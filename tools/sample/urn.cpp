@@ -52,7 +52,7 @@ class Urn {
   Urn() : profile_(kUrnProfile) {}
   const Profile& profile() const { return profile_; }
 
-  Point operator()(const Place& at) const {
+  Point operator()(const SurfacePoint& at) const {
     const Point& p = at.position;
     // Real stones are irregular: the whole shape leans and swells slightly.
     const double swell = 0.010 * gradient_noise(1.7 * p, 11);
@@ -69,7 +69,7 @@ class Urn {
   Band between(Mark low, Mark high) const { return {profile_.arc_of(low), profile_.arc_of(high)}; }
 
   /// True if a place lies in a band, and where in it.
-  static bool in_band(const Place& at, const Band& band, int repeats, BandPoint& p) {
+  static bool in_band(const SurfacePoint& at, const Band& band, int repeats, BandPoint& p) {
     if (at.arc < band.arc_low || at.arc > band.arc_high) return false;
     p.height = band.arc_high - band.arc_low;
     p.y = (at.arc - band.arc_low) / p.height;
@@ -80,12 +80,12 @@ class Urn {
   }
 
   /// A half-round moulding of a given width centred on an arc length.
-  static double bead_line(const Place& at, double arc, double half_width) {
+  static double bead_line(const SurfacePoint& at, double arc, double half_width) {
     const double d = (at.arc - arc) / half_width;
     return std::abs(d) >= 1 ? 0 : 0.8 * half_width * std::sqrt(1 - d * d);
   }
 
-  double relief(const Place& at) const {
+  double relief(const SurfacePoint& at) const {
     BandPoint p{};
     double h = 0;
     if (in_band(at, between(foot_low, foot_high), 44, p)) h = std::max(h, beads(p));
@@ -129,7 +129,8 @@ class Urn {
                                (0.6 + 0.8 * smooth_step(-0.3, 0.6, gradient_noise(6 * p, 82)));
     const double cracked = smooth_step(0.02, 0.25, gradient_noise(1.3 * p, 83));
     double h = -0.016 * cracked * smooth_step(crack_width, 0, blocks.border / 2.3);
-    h += 0.005 * cracked * (unit_from(blocks.which) - 0.5);  // the pieces have settled apart
+    h += 0.005 * cracked *
+         (unit_from(blocks.which) - 0.5);  // pieces between cracks have sunk by different depths
 
     const Cells holes = cellular_noise(24 * p, 91);
     const double size = 0.10 + 0.28 * unit_from(holes.which);
@@ -151,12 +152,12 @@ class Urn {
 void urn(std::uint64_t faces, SweepSink& sink) {
   const Urn shape;
   sweep(
-      shape.profile(), faces, [&](const Place& at) { return shape(at); }, sink);
+      shape.profile(), faces, [&](const SurfacePoint& at) { return shape(at); }, sink);
 }
 
 Mesh urn(std::uint64_t faces) {
   const Urn shape;
-  Mesh mesh = sweep(shape.profile(), faces, [&](const Place& at) { return shape(at); });
+  Mesh mesh = sweep(shape.profile(), faces, [&](const SurfacePoint& at) { return shape(at); });
   mesh.name = "urn";
   return mesh;
 }

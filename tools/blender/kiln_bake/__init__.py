@@ -30,27 +30,27 @@ CHOICES = {
 }
 
 
-def choice(name, label, default, **more):
+def enum_property(name, label, default, **more):
     return bpy.props.EnumProperty(name=label, items=CHOICES[name], default=default, **more)
 
 
 class KilnSettings(bpy.types.PropertyGroup):
-    mode: choice("mode", "Bake", "SELECTED")
+    mode: enum_property("mode", "Bake", "SELECTED")
     low_collection: bpy.props.PointerProperty(name="Low", type=bpy.types.Collection)
     high_collection: bpy.props.PointerProperty(name="High", type=bpy.types.Collection)
-    maps: choice("maps", "Maps", {"normal"}, options={"ENUM_FLAG"})
+    maps: enum_property("maps", "Maps", {"normal"}, options={"ENUM_FLAG"})
     size: bpy.props.IntProperty(name="Size", default=2048, min=16, max=16384, description="Texels per side")
     samples: bpy.props.IntProperty(name="Samples", default=1, min=1, max=16, description="N x N samples per texel")
     ao_rays: bpy.props.IntProperty(name="Occlusion Rays", min=0, max=4096, description="Rays per sample; 0: Kiln's default")
-    sets: choice("sets", "Texture Sets", "auto")
-    match: choice("match", "Match", "ray")
+    sets: enum_property("sets", "Texture Sets", "auto")
+    match: enum_property("match", "Match", "ray")
     cage: bpy.props.FloatProperty(
         name="Cage",
         min=0,
         subtype="DISTANCE",
         description="Rays start at this distance outside and run inward; 0: rays run both ways from the surface",
     )
-    show_cage: bpy.props.BoolProperty(name="Show Cage", update=lambda self, context: cage.toggle(self.show_cage))
+    show_cage: bpy.props.BoolProperty(name="Show Cage", update=lambda self, context: cage.set_shown(self.show_cage))
     max_distance: bpy.props.FloatProperty(
         name="Max Distance", min=0, subtype="DISTANCE", description="Maximum distance of matches; 0: Kiln's default"
     )
@@ -127,7 +127,7 @@ def register():
 
 
 def unregister():
-    cage.toggle(False)
+    cage.set_shown(False)
     if bake.Job.running:
         bake.Job.running.stop()
     del bpy.types.Scene.kiln_bake

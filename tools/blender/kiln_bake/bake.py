@@ -15,16 +15,20 @@ LOW = re.compile(r"_(low|lo|lp|lowpoly)(\.\d+)?$", re.IGNORECASE)
 HIGH = re.compile(r"_(high|hi|hp|highpoly)(_.*)?(\.\d+)?$", re.IGNORECASE)
 
 
-def sides(context, settings):
-    """Objects of the low and of the high poly; the former are empty if Kiln shall make the low poly."""
-    solid = [item for item in context.selected_objects if item.type in meshes.SOLID or item.instance_type != "NONE"]
+def low_and_high_objects(context, settings):
+    """Returns the objects of the low poly and those of the high poly. Without the former, Kiln makes the low poly."""
+    objects_with_faces = [
+        item
+        for item in context.selected_objects
+        if item.type in meshes.TYPES_WITH_FACES or item.instance_type != "NONE"
+    ]
     if settings.mode == "NEW":
-        return [], solid
+        return [], objects_with_faces
     if settings.mode == "SELECTED":
         active = context.active_object
-        return [active] if active in solid else [], [item for item in solid if item != active]
+        return [active] if active in objects_with_faces else [], [item for item in objects_with_faces if item != active]
     if settings.mode == "NAME":
-        found = solid if len(solid) > 1 else list(context.visible_objects)
+        found = objects_with_faces if len(objects_with_faces) > 1 else list(context.visible_objects)
         return [item for item in found if LOW.search(item.name)], [item for item in found if HIGH.search(item.name)]
     pair = settings.low_collection, settings.high_collection
     return tuple(list(collection.all_objects) if collection else [] for collection in pair)
@@ -42,17 +46,17 @@ def check_folder(folder):
 
 
 #: Number of faces above which an active object is probably the high poly, so that the user is asked.
-DENSE = 200_000
+MIN_FACES_TO_ASK = 200_000
 
 
-def dense_low(context, settings):
+def ask_if_low_is_dense(context, settings):
     """Returns a question if the active object is probably the high poly; empty otherwise."""
-    lows, highs = sides(context, settings)
+    lows, highs = low_and_high_objects(context, settings)
     if settings.mode != "SELECTED" or not lows or not highs or lows[0].type != "MESH":
         return ""
     low = len(lows[0].data.polygons)
     high = sum(len(item.data.polygons) for item in highs if item.type == "MESH")
-    if low < DENSE or low <= high:
+    if low < MIN_FACES_TO_ASK or low <= high:
         return ""
     return (
         f"The active object '{lows[0].name}' has {low:,} faces, but the other selected objects have {high:,}. Is it "
@@ -66,7 +70,7 @@ class Bake:
 
     def __init__(self, context):
         settings = context.scene.kiln_bake
-        self.lows, highs = sides(context, settings)
+        self.lows, highs = low_and_high_objects(context, settings)
         if not highs or not (self.lows or settings.mode == "NEW"):
             raise kiln.Error("Nothing to bake: select objects of a low poly and of a high poly, as the mode describes.")
         self.made, self.notes = settings.mode == "NEW", []
@@ -91,14 +95,14 @@ class Bake:
             self.keywords["ao_rays"] = settings.ao_rays
         if self.max_error is None:
             self.keywords["match"] = settings.match
-        self.high, materials = meshes.gather(context, highs, "high", colored="color" in maps)
+        self.high, materials = meshes.collect_mesh(context, highs, "high", colored="color" in maps)
         if "color" in maps and (picture := meshes.picture_of(materials)):
             if self.made and self.max_error is not None:
                 raise kiln.Error("Colors of pictures cannot be planned by error: turn By Error off, or leave Color out.")
             self.keywords["textures"] = {"color": picture}
         if not self.made:
             self.keywords["sets"] = settings.sets
-            self.low, _ = meshes.gather(context, self.lows, self.name, tangents=True)
+            self.low, _ = meshes.collect_mesh(context, self.lows, self.name, tangents=True)
             self.notes = [
                 f"Apply the scale of '{item.name}' (Ctrl+A) and bake again: the scale differs between axes, so the "
                 "object's tangent space differs from that of the baked normals."
@@ -137,7 +141,7 @@ class Bake:
         """Creates images and connects them in the low poly's materials. Returns warnings."""
         if self.made:
             self.lows = [meshes.new_object(context, self.low, self.name)]
-        results.show(self.lows, results.images_of(bakes, self.name, self.folder), self.keywords["flip_y"])
+        results.show(self.lows, results.images_by_set(bakes, self.name, self.folder), self.keywords["flip_y"])
         return self.notes + [warning["message"] for bake in bakes.values() for warning in bake.report.warnings]
 
 
@@ -191,7 +195,7 @@ class KILN_OT_bake(bpy.types.Operator):
             return self.failed(error)
 
     def invoke(self, context, event):
-        question = dense_low(context, context.scene.kiln_bake)
+        question = ask_if_low_is_dense(context, context.scene.kiln_bake)
         if question and not self.confirmed:
             self.asked = True  # the dialog's OK calls execute()
             manager = context.window_manager

@@ -3,29 +3,29 @@
 import bpy
 import numpy as np
 
-from .meshes import values
+from .meshes import read_values
 
 handler = None
 
 
-def lines(context):
+def cage_edges(context):
     """End points of the cage's edges, (2 N, 3), world units; None if there is no cage."""
     item, offset = context.active_object, context.scene.kiln_bake.cage
     if item is None or item.type != "MESH" or not offset:
         return np.zeros((0, 3), np.float32)
     mesh = item.evaluated_get(context.evaluated_depsgraph_get()).data
     matrix = np.array(item.matrix_world)
-    normals = values(mesh.vertex_normals, "vector", 3) @ np.linalg.inv(matrix[:3, :3])
+    normals = read_values(mesh.vertex_normals, "vector", 3) @ np.linalg.inv(matrix[:3, :3])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
-    points = values(mesh.vertices, "co", 3) @ matrix[:3, :3].T + matrix[:3, 3] + offset * normals
-    return points[values(mesh.edges, "vertices", 2, np.int32).ravel()].astype(np.float32)
+    points = read_values(mesh.vertices, "co", 3) @ matrix[:3, :3].T + matrix[:3, 3] + offset * normals
+    return points[read_values(mesh.edges, "vertices", 2, np.int32).ravel()].astype(np.float32)
 
 
 def draw():
     import gpu
     from gpu_extras.batch import batch_for_shader
 
-    ends = lines(bpy.context)
+    ends = cage_edges(bpy.context)
     if not len(ends):
         return
     shader = gpu.shader.from_builtin("UNIFORM_COLOR")
@@ -37,7 +37,7 @@ def draw():
     gpu.state.blend_set("NONE")
 
 
-def toggle(shown):
+def set_shown(shown):
     global handler
     if handler is not None:
         bpy.types.SpaceView3D.draw_handler_remove(handler, "WINDOW")

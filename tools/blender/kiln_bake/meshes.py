@@ -6,10 +6,10 @@ import bpy
 import kiln
 import numpy as np
 
-SOLID = {"MESH", "CURVE", "SURFACE", "META", "FONT", "CURVES"}
+TYPES_WITH_FACES = {"MESH", "CURVE", "SURFACE", "META", "FONT", "CURVES"}
 
 
-def values(collection, name, width, dtype=np.float32):
+def read_values(collection, name, width, dtype=np.float32):
     array = np.empty(len(collection) * width, dtype)
     collection.foreach_get(name, array)
     return array.reshape(-1, width) if width > 1 else array
@@ -24,11 +24,11 @@ def is_stretched(matrix):
 def check_scale(objects, name):
     """Rejects objects with scale 0: they show nothing, and their matrix has no inverse, which normals need."""
     for item in objects:
-        if item.type in SOLID and min(abs(size) for size in item.matrix_world.to_scale()) < 1e-12:
+        if item.type in TYPES_WITH_FACES and min(abs(size) for size in item.matrix_world.to_scale()) < 1e-12:
             raise kiln.Error(f"{name}: '{item.name}' has a scale of 0: change the scale, or deselect the object.")
 
 
-def holders(objects):
+def objects_and_instances(objects):
     """Returns the given objects, and those that they instantiate."""
     found, todo = [], list(objects)
     while todo:
@@ -43,11 +43,11 @@ def holders(objects):
 
 
 @contextmanager
-def as_rendered(objects):
+def render_settings(objects):
     """Sets modifiers to their render state: visibility and subdivision levels."""
     before = []
     try:
-        for item in holders(objects):
+        for item in objects_and_instances(objects):
             for modifier in item.modifiers:
                 for shown, rendered in (("show_viewport", "show_render"), ("levels", "render_levels")):
                     if not hasattr(modifier, shown) or not hasattr(modifier, rendered):
@@ -90,19 +90,19 @@ class Gathered:
         mirrored = np.linalg.det(linear) < 0
         layer = next((layer for layer in mesh.uv_layers if layer.active_render), None)
         # UVs are read before the mesh is changed
-        uvs = None if layer is None else values(layer.uv, "vector", 2)
+        uvs = None if layer is None else read_values(layer.uv, "vector", 2)
         # MikkTSpace of quads differs from that of their triangles. Blender computes none for polygons with more corners.
-        with_tangents = tangents and layer is not None and max(values(mesh.polygons, "loop_total", 1, np.int32)) <= 4
+        with_tangents = tangents and layer is not None and max(read_values(mesh.polygons, "loop_total", 1, np.int32)) <= 4
         if with_tangents:
             mesh.calc_tangents(uvmap=layer.name)
         mesh.calc_loop_triangles()
-        corners = values(mesh.loop_triangles, "loops", 3, np.int32)
+        corners = read_values(mesh.loop_triangles, "loops", 3, np.int32)
         if mirrored:
             corners = corners[:, ::-1]
         add = {name: array.append for name, array in self.parts.items()}
 
-        points = values(mesh.vertices, "co", 3).astype(np.float64) @ linear.T + matrix[:3, 3]
-        vertex_of = values(mesh.loops, "vertex_index", 1, np.int32)
+        points = read_values(mesh.vertices, "co", 3).astype(np.float64) @ linear.T + matrix[:3, 3]
+        vertex_of = read_values(mesh.loops, "vertex_index", 1, np.int32)
         colors = self._colors(mesh, vertex_of) if colored else None
         if colors is None:
             add["faces"](vertex_of[corners] + self.count)
@@ -113,11 +113,11 @@ class Gathered:
         add["vertices"](points)
         first, self.count = self.count, self.count + len(points)
 
-        normals = values(mesh.corner_normals, "vector", 3) @ np.linalg.inv(linear)
+        normals = read_values(mesh.corner_normals, "vector", 3) @ np.linalg.inv(linear)
         normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
         normals = normals[corners]
         # The two triangles of a flat quad keep their own normals.
-        flat = ~values(mesh.loop_triangles, "use_smooth", 1, bool)
+        flat = ~read_values(mesh.loop_triangles, "use_smooth", 1, bool)
         if flat.any():
             a, b, c = (points[self.parts["faces"][-1][flat, k] - first] for k in range(3))
             across = np.cross(b - a, c - a)
@@ -125,14 +125,14 @@ class Gathered:
         add["normals"](normals.astype(np.float32))
         add["uvs"](np.full((*corners.shape, 2), np.nan) if uvs is None else uvs[corners])
         if with_tangents:
-            along = values(mesh.loops, "tangent", 3)[corners.ravel()] @ linear.T
+            along = read_values(mesh.loops, "tangent", 3)[corners.ravel()] @ linear.T
             along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-30)
-            sign = values(mesh.loops, "bitangent_sign", 1)[corners.ravel()] * (-1 if mirrored else 1)
+            sign = read_values(mesh.loops, "bitangent_sign", 1)[corners.ravel()] * (-1 if mirrored else 1)
             add["tangents"](np.column_stack([along, sign]))
 
         slots = [material.name if material else "none" for material in mesh.materials] or ["none"]
         self.materials.update((material.name, material) for material in mesh.materials if material)
-        index = np.clip(values(mesh.loop_triangles, "material_index", 1, np.int32), 0, len(slots) - 1)
+        index = np.clip(read_values(mesh.loop_triangles, "material_index", 1, np.int32), 0, len(slots) - 1)
         self.numbers["materials"].append(np.array([self._number("materials", slot) for slot in slots])[index])
         self.numbers["objects"].append(np.full(len(corners), self._number("objects", name)))
 
@@ -148,7 +148,7 @@ class Gathered:
         if not 0 <= attributes.render_color_index < len(attributes):
             return None
         attribute = attributes[attributes.render_color_index]
-        rgba = np.rint(255 * np.clip(values(attribute.data, "color_srgb", 4), 0, 1)).astype(np.uint8)
+        rgba = np.rint(255 * np.clip(read_values(attribute.data, "color_srgb", 4), 0, 1)).astype(np.uint8)
         return rgba[vertex_of] if attribute.domain == "POINT" else rgba
 
     def mesh(self, name):
@@ -166,18 +166,18 @@ class Gathered:
         return kiln.Mesh(whole.pop("vertices"), whole.pop("faces"), name=name, **whole)
 
 
-def gather(context, objects, name, *, tangents=False, colored=False):
+def collect_mesh(context, objects, name, *, tangents=False, colored=False):
     """Converts objects with their modifiers, transforms and instances to one kiln.Mesh; also returns materials by name."""
-    hidden = [item.name for item in objects if item.type in SOLID and not item.visible_get()]
+    hidden = [item.name for item in objects if item.type in TYPES_WITH_FACES and not item.visible_get()]
     if hidden:
         raise kiln.Error(f"{name}: '{hidden[0]}' is hidden, one of {len(hidden)}: show it, or choose without it.")
     check_scale(objects, name)
     wanted = set(objects)
     gathered = Gathered()
-    with as_rendered(objects):
+    with render_settings(objects):
         for instance in context.evaluated_depsgraph_get().object_instances:
             owner = instance.parent if instance.is_instance else instance.object
-            if owner.original in wanted and instance.object.type in SOLID:
+            if owner.original in wanted and instance.object.type in TYPES_WITH_FACES:
                 gathered.add(instance.object, instance.matrix_world, owner.original.name, tangents, colored)
     return gathered.mesh(name), gathered.materials
 

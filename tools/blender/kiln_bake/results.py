@@ -7,9 +7,9 @@ import bpy
 import numpy as np
 
 #: Maps that hold colours; all others hold data.
-COLORS = {"color", "vertex_color"}
+COLOR_MAPS = {"color", "vertex_color"}
 #: Inputs of Principled BSDF.
-INPUTS = {"color": "Base Color", "opacity": "Alpha"}
+INPUT_OF_MAP = {"color": "Base Color", "opacity": "Alpha"}
 
 
 def image_of(pixels, name, is_data):
@@ -30,7 +30,7 @@ def image_of(pixels, name, is_data):
     return image
 
 
-def tiles_of(bakes, name, map_name, folder):
+def tiled_image(bakes, name, map_name, folder):
     """Creates a tiled (UDIM) image from bakes by tile; packed into the file if no folder is given."""
     keep = folder or tempfile.mkdtemp(dir=bpy.app.tempdir)
     first = None
@@ -45,19 +45,19 @@ def tiles_of(bakes, name, map_name, folder):
     for tile in bakes:
         if image.tiles.get(int(tile)) is None:
             image.tiles.new(int(tile))
-    if map_name not in COLORS:
+    if map_name not in COLOR_MAPS:
         image.colorspace_settings.name = "Non-Color"
     if not folder:
         image.pack()
     return image
 
 
-def images_of(bakes, name, folder):
+def images_by_set(bakes, name, folder):
     """Converts the result of kiln.bake_sets() to {set: {map: image}}."""
     tiled = any(word.isdigit() and len(word) >= 4 for word in bakes)
     if tiled:
         maps = next(iter(bakes.values()))
-        return {"": {map_name: tiles_of(bakes, name, map_name, folder) for map_name in maps}}
+        return {"": {map_name: tiled_image(bakes, name, map_name, folder) for map_name in maps}}
     made = {}
     for word, bake in bakes.items():
         stem = f"{name}_{word}" if word else name
@@ -66,17 +66,17 @@ def images_of(bakes, name, folder):
             loaded = [bpy.data.images.load(str(file), check_existing=True) for file in files]
             for image, map_name in zip(loaded, bake):
                 image.reload()
-                if map_name not in COLORS:
+                if map_name not in COLOR_MAPS:
                     image.colorspace_settings.name = "Non-Color"
             made[word] = dict(zip(bake, loaded))
         else:
             made[word] = {
-                map_name: image_of(bake[map_name], f"{stem}_{map_name}", map_name not in COLORS) for map_name in bake
+                map_name: image_of(bake[map_name], f"{stem}_{map_name}", map_name not in COLOR_MAPS) for map_name in bake
             }
     return made
 
 
-def upright(tree, node, flipped):
+def socket_of_opengl_normals(tree, node, flipped):
     """The socket with an image's normals in OpenGL convention, which Blender expects."""
     turn = tree.nodes.get("Kiln green")
     if not flipped:
@@ -113,10 +113,10 @@ def wire(material, images, uv_layer, flipped):
             bump.name = "Kiln tangent space"
             bump.uv_map = uv_layer
             bump.location = (x - 250, y - 300 * row)
-            tree.links.new(upright(tree, node, flipped), bump.inputs["Color"])
+            tree.links.new(socket_of_opengl_normals(tree, node, flipped), bump.inputs["Color"])
             tree.links.new(bump.outputs["Normal"], shader.inputs["Normal"])
-        elif name in INPUTS:
-            tree.links.new(node.outputs["Color"], shader.inputs[INPUTS[name]])
+        elif name in INPUT_OF_MAP:
+            tree.links.new(node.outputs["Color"], shader.inputs[INPUT_OF_MAP[name]])
 
 
 def show(objects, images, flipped):

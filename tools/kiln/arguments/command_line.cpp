@@ -24,7 +24,7 @@ Option* Option::required() {
   return this;
 }
 Option* Option::choices(std::vector<std::string> names) {
-  choices_ = std::move(names);
+  value_names_ = std::move(names);
   return this;
 }
 Option* Option::repeats() {
@@ -64,12 +64,13 @@ void Option::take(const Words& words) const {
   }
   for (const std::string& word : words) {
     if (word.empty()) {
-      throw UsageError(name + (choices_.empty() ? " has no value: give one, or leave the option out"
-                                                : ": " + not_one_of(word, choices_)));
+      throw UsageError(name + (value_names_.empty()
+                                   ? " has no value: give one, or leave the option out"
+                                   : ": " + not_one_of(word, value_names_)));
     }
   }
   try {
-    take_(words);
+    receive_values_(words);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::usage) throw;
     throw UsageError(error.message().text(option_as_flag));
@@ -78,8 +79,8 @@ void Option::take(const Words& words) const {
 
 Command::Command(std::string_view description, std::string_view name, const std::string& version,
                  const std::string& footer)
-    : owned_(std::make_unique<CLI::App>(std::string(description), std::string(name))),
-      app_(owned_.get()) {
+    : owned_app_(std::make_unique<CLI::App>(std::string(description), std::string(name))),
+      app_(owned_app_.get()) {
   app_->set_version_flag("--version", version);
   app_->allow_windows_style_options(
       false);  // `/scans/rock.ply` is a path, and not the flag --scans
@@ -91,7 +92,7 @@ Command::~Command() = default;
 
 Option* Command::add(std::string_view name, Option::Take take, std::string_view help) {
   Option* const option = options_.emplace_back(std::make_unique<Option>()).get();
-  option->take_ = std::move(take);
+  option->receive_values_ = std::move(take);
   option->option_ = app_->add_option(
       std::string(name),
       [option](const CLI::results_t& words) {
@@ -147,7 +148,7 @@ std::vector<Command*> Command::commands() const {
   return commands;
 }
 
-Command* Command::chosen() const {
+Command* Command::given_command() const {
   const std::vector<CLI::App*> parsed = app_->get_subcommands();
   for (const std::unique_ptr<Command>& command : commands_) {
     if (!parsed.empty() && command->app_ == parsed.front()) return command.get();
@@ -156,7 +157,7 @@ Command* Command::chosen() const {
 }
 
 /// Message about missing required options; empty if none is missing.
-std::string Command::what_is_missing() const {
+std::string Command::missing_options_message() const {
   for (const std::unique_ptr<Option>& option : options_) {
     const std::string name = option->get_name();
     if (option->required_ && option->count() == 0) {
@@ -175,18 +176,18 @@ std::string Command::what_is_missing() const {
   return {};
 }
 
-/// Joins a flag with an optional value to a following word that is one of its choices, as if written with `=`.
+/// If a flag with an optional value is followed by a word that is one of its values, joins both with `=`.
 void Command::join_choices(std::vector<std::string>& words) const {
-  const auto named = [&](const auto& command) {
+  const auto has_name = [&](const auto& command) {
     return !words.empty() && command->get_name() == words.front();
   };
-  const auto command = std::find_if(commands_.begin(), commands_.end(), named);
+  const auto command = std::find_if(commands_.begin(), commands_.end(), has_name);
   if (command == commands_.end()) return;
   for (std::size_t i = 1; i + 1 < words.size(); ++i) {
     const Option* const option =
         words[i].starts_with("--") ? (*command)->find_option(words[i]) : nullptr;
     if (option == nullptr || !option->is_flag()) continue;
-    const std::vector<std::string>& choices = option->choices_;
+    const std::vector<std::string>& choices = option->value_names_;
     if (std::find(choices.begin(), choices.end(), words[i + 1]) == choices.end()) continue;
     words[i] += "=" + words[i + 1];
     words.erase(words.begin() + static_cast<std::ptrdiff_t>(i) + 1);
@@ -196,7 +197,7 @@ void Command::join_choices(std::vector<std::string>& words) const {
 bool Command::parse(std::vector<std::string> words) {
   const std::string last = words.empty() ? "" : words.back();
   join_choices(words);
-  std::reverse(words.begin(), words.end());  // CLI11 expects the words in reverse order
+  std::reverse(words.begin(), words.end());  // CLI11 parses a list of words from its end
   try {
     app_->parse(words);
   } catch (const CLI::ArgumentMismatch&) {
@@ -207,16 +208,16 @@ bool Command::parse(std::vector<std::string> words) {
       app_->exit(error);
       return false;
     }
-    const Command* const command = chosen();
+    const Command* const command = given_command();
     if (command == nullptr) {
       throw UsageError("a command is missing, such as kiln bake HIGH LOW --out DIR");
     }
-    const std::string missing = command->what_is_missing();
+    const std::string missing = command->missing_options_message();
     throw UsageError(missing.empty() ? error.what() : missing);
   }
   return true;
 }
 
-std::vector<std::string> Command::not_understood() const { return app_->remaining(true); }
+std::vector<std::string> Command::unaccepted_words() const { return app_->remaining(true); }
 
 }  // namespace kiln::cli

@@ -68,8 +68,8 @@ class Option {
   void take(const Words& words) const;
 
   CLI::Option* option_ = nullptr;
-  Take take_;
-  std::vector<std::string> choices_;
+  Take receive_values_;
+  std::vector<std::string> value_names_;
   std::vector<const Option*> needs_, excludes_;
   bool repeats_ = false, required_ = false;
 };
@@ -104,21 +104,21 @@ class Command {
   /// All commands of the program.
   std::vector<Command*> commands() const;
   /// The command that the user gave; null if there was none.
-  Command* chosen() const;
+  Command* given_command() const;
   /// Parses the program's words, and passes values to the options. \returns false if nothing remains to be run, as
   /// after --help and --version
   /// \throws UsageError
   bool parse(std::vector<std::string> words);
   /// Words that neither an option nor a command accepted.
-  std::vector<std::string> not_understood() const;
+  std::vector<std::string> unaccepted_words() const;
 
  private:
   explicit Command(CLI::App* app);
   Option* add(std::string_view name, Option::Take take, std::string_view help);
-  std::string what_is_missing() const;
+  std::string missing_options_message() const;
   void join_choices(std::vector<std::string>& words) const;
 
-  std::unique_ptr<CLI::App> owned_;  ///< Owned by the program; null in commands
+  std::unique_ptr<CLI::App> owned_app_;  ///< Owned by the program; null in commands
   CLI::App* app_;
   std::vector<std::unique_ptr<Command>> commands_;
   std::vector<std::unique_ptr<Option>> options_;

@@ -59,12 +59,12 @@ std::set<std::string> add_matching_flags(Command& command, Job& job,
       "--uv-copies",    "--two-sided", "--split-at-seams", "--traversal",
       "--load-match",   "--up",        "--unit",           "--uv-set",
       "--allow-outside"};
-  static const std::set<std::string> never = {"--visibility-clusters", "--visibility-deviation",
-                                              "--save-cage", "--reasons", "--recall"};
+  static const std::set<std::string> excluded_flags = {
+      "--visibility-clusters", "--visibility-deviation", "--save-cage", "--reasons", "--recall"};
   const std::vector<OptionRow> rows =
       rows_below(bake_rows(), "The match, as in kiln bake", [&](const OptionRow& row) {
         return (row.is_match_option() || mesh_input_flags.contains(row.flag)) &&
-               !never.contains(row.flag) && !without.contains(row.flag);
+               !excluded_flags.contains(row.flag) && !without.contains(row.flag);
       });
   add_options(command, rows, &job);
   return flags_of(rows);
@@ -73,12 +73,13 @@ std::set<std::string> add_matching_flags(Command& command, Job& job,
 std::set<std::string> add_measured_map_flags(Command& command, Job& job) {
   static const std::set<std::string> map_flags = {"--maps", "--transfer", "--range"};
   // flags that only affect how files store values, which are excluded
-  static const std::set<std::string> never = {"--space", "--bitangent",     "--flip-y",
-                                              "--raw",   "--two-component", "--gutter",
-                                              "--mips",  "--id-by"};
+  static const std::set<std::string> excluded_flags = {"--space", "--bitangent",     "--flip-y",
+                                                       "--raw",   "--two-component", "--gutter",
+                                                       "--mips",  "--id-by"};
   const std::vector<OptionRow> rows = rows_below(
       bake_rows(), "Maps whose errors are measured, as in kiln bake", [&](const OptionRow& row) {
-        return (row.is_map_option() || map_flags.contains(row.flag)) && !never.contains(row.flag);
+        return (row.is_map_option() || map_flags.contains(row.flag)) &&
+               !excluded_flags.contains(row.flag);
       });
   add_options(command, rows, &job);
   return flags_of(rows);

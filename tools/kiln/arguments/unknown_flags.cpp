@@ -14,10 +14,10 @@ extern const char kUnknownFlags[];  // the contents of unknown_flags.txt, embedd
 namespace {
 
 /// The explanation in unknown_flags.txt for a flag; empty if there is none. \param heading  "bake", "chart" or "faces"
-std::string answer_of(std::string_view heading, std::string_view name) {
-  std::istringstream lines{std::string(kUnknownFlags)};
+std::string find_explanation(std::string_view heading, std::string_view name) {
+  std::istringstream explanation_lines{std::string(kUnknownFlags)};
   bool is_in_section = false;
-  for (std::string line; std::getline(lines, line);) {
+  for (std::string line; std::getline(explanation_lines, line);) {
     if (line.starts_with('[')) is_in_section = line == "[" + std::string(heading) + "]";
     const std::size_t colon = line.find(": ");
     if (!is_in_section || colon == std::string::npos) continue;
@@ -30,7 +30,7 @@ std::string answer_of(std::string_view heading, std::string_view name) {
 }
 
 /// Explains that flags such as "--no-flip-y" do not exist, since flags are off by default.
-std::string answer_to_negated(const Command& command, const std::string& name) {
+std::string explain_negated_flag(const Command& command, const std::string& name) {
   if (!name.starts_with("no-")) return {};
   const std::string flag = name.substr(3);
   const Option* option = command.find_option("--" + flag);
@@ -43,7 +43,7 @@ std::string answer_to_negated(const Command& command, const std::string& name) {
 }
 
 /// Explains that the name of a map or a match is no flag.
-std::string answer_to_name(const std::string& name) {
+std::string explain_map_or_match_name(const std::string& name) {
   const auto answer = [&](const char* what, const char* flag, std::string_view note) {
     return "'" + name + "' is " + what + ": " + flag + " " + std::string(note) + ".";
   };
@@ -65,22 +65,26 @@ std::string nearest_flag(const Command& command, const std::string& name) {
 
 }  // namespace
 
-std::string answer_to_unknown(const Command& command, const std::string& word) {
+std::string explain_unknown_flag(const Command& command, const std::string& word) {
   const std::string flag = word.substr(0, word.find('='));
   const std::string name = flag.substr(std::min(flag.find_first_not_of('-'), flag.size()));
   const std::string start = command.get_name() + " has no option '" + flag + "'";
-  if (std::string text = answer_to_negated(command, name); !text.empty()) {
+  if (std::string text = explain_negated_flag(command, name); !text.empty()) {
     return start + ". " + text;
   }
   if (command.get_name() == "chart") {
-    if (std::string text = answer_of("chart", name); !text.empty()) return start + ". " + text;
+    if (std::string text = find_explanation("chart", name); !text.empty())
+      return start + ". " + text;
   }
   if (command.get_name() == "bake") {
-    if (std::string text = answer_of("bake", name); !text.empty()) return start + ". " + text;
-    if (std::string text = answer_to_name(name); !text.empty()) return start + ". " + text;
+    if (std::string text = find_explanation("bake", name); !text.empty())
+      return start + ". " + text;
+    if (std::string text = explain_map_or_match_name(name); !text.empty())
+      return start + ". " + text;
   }
   if (command.find_option("--faces") != nullptr) {
-    if (std::string text = answer_of("faces", name); !text.empty()) return start + ". " + text;
+    if (std::string text = find_explanation("faces", name); !text.empty())
+      return start + ". " + text;
   }
   const std::string nearest = nearest_flag(command, name);
   return start + (nearest.empty() ? "." : "; did you mean " + nearest + "?");

@@ -8,6 +8,6 @@
 namespace kiln::cli {
 
 /// Explains in full sentences a word that begins with "-" but is no flag of the command.
-std::string answer_to_unknown(const Command& command, const std::string& word);
+std::string explain_unknown_flag(const Command& command, const std::string& word);
 
 }  // namespace kiln::cli

@@ -41,23 +41,23 @@ Plot plan_plot(const LowPolyPlan& plan, const std::string& stem) {
   panel["levels"].push_back({{"title", formatted("wanted: %.3g degrees", plan.wanted)},
                              {"look", "none"},
                              {"y", plan.wanted}});
-  std::map<std::uint32_t, std::vector<Candidate>> by_size;
-  for (const Candidate& trial : plan.outlook) by_size[trial.size].push_back(trial);
-  std::erase_if(by_size, [&](const auto& curve) {
+  std::map<std::uint32_t, std::vector<Candidate>> candidates_by_size;
+  for (const Candidate& trial : plan.outlook) candidates_by_size[trial.size].push_back(trial);
+  std::erase_if(candidates_by_size, [&](const auto& curve) {
     return std::none_of(curve.second.begin(), curve.second.end(), [&](const Candidate& trial) {
       return trial.bytes.total() <= kMaxDrawnBytesRatio * plan.chosen.bytes.total();
     });
   });
-  double min_degrees = 1e300, max_degrees = 0, previous = 0;
-  for (const auto& [size, trials] : by_size) {
+  double min_kib = 1e300, max_kib = 0, previous = 0;
+  for (const auto& [size, trials] : candidates_by_size) {
     for (const Candidate& trial : trials) {
-      min_degrees = std::min(min_degrees, kib(trial));
-      max_degrees = std::max(max_degrees, kib(trial));
+      min_kib = std::min(min_kib, kib(trial));
+      max_kib = std::max(max_kib, kib(trial));
     }
-    panel["curves"].push_back(plot_curve(size == 0 ? "no map" : std::to_string(size) + "² texels",
-                                         previous++ / static_cast<double>(by_size.size()), trials,
-                                         kib,
-                                         [](const Candidate& trial) { return trial.expected; }));
+    panel["curves"].push_back(
+        plot_curve(size == 0 ? "no map" : std::to_string(size) + "² texels",
+                   previous++ / static_cast<double>(candidates_by_size.size()), trials, kib,
+                   [](const Candidate& trial) { return trial.expected; }));
   }
   panel["rings"] = {
       {"title", formatted("chosen: %s faces, map: %s", with_commas(plan.chosen.faces).c_str(),
@@ -69,7 +69,7 @@ Plot plan_plot(const LowPolyPlan& plan, const std::string& stem) {
   plot.data = {{"kind", "study"},
                {"title", "Faces against texels: " + stem},
                {"x_title", "KiB of low poly and maps"},
-               {"x_ticks", ticks_around(min_degrees, max_degrees)},
+               {"x_ticks", power_of_four_ticks(min_kib, max_kib)},
                {"panels", Json::array({panel})}};
   return plot;
 }
@@ -94,7 +94,7 @@ RunHooks drawing_hooks(const Job& job, std::optional<RunningProgram>& python) {
 }
 
 /// Converts a job to the arguments of --page, for the job's asset.
-ViewCommandArguments view_of(const Job& job, const std::string& page) {
+ViewCommandArguments page_arguments(const Job& job, const std::string& page) {
   const std::string asset = asset_file(job);
   refuse_if(asset.empty(), "--page shows an asset: give --out NAME.glb, NAME.gltf or NAME.obj.");
   refuse_if(job.low.make.lods != 0,
@@ -118,7 +118,7 @@ int run_bake(const Job& job, const std::string& page) {
   std::optional<ViewCommandArguments> view;
   if (!page.empty()) {
     check(job);
-    view = view_of(job, page);
+    view = page_arguments(job, page);
   }
   std::optional<RunningProgram> python;
   RunHooks hooks = drawing_hooks(job, python);
@@ -128,9 +128,9 @@ int run_bake(const Job& job, const std::string& page) {
     if (!choice.empty()) console.line(choice + "; --device takes another");
     return device;
   };
-  InputLog bake_files([](const std::filesystem::path&) { return std::string(); });
+  InputLog bake_output_log([](const std::filesystem::path&) { return std::string(); });
   std::optional<InputLogScope> scope;
-  if (view) scope.emplace(&bake_files);
+  if (view) scope.emplace(&bake_output_log);
   const JobResult result = run_job(
       open_device, job,
       [&](double share, std::string_view stage) { return console.progress(share, stage); }, hooks);
@@ -141,7 +141,7 @@ int run_bake(const Job& job, const std::string& page) {
   for (const Message& line : result.summary) console.line(line.text(option_as_flag));
   if (view) {
     // The page is made from the asset's files, so these are placed first, and stay if the page fails.
-    commit_outputs(bake_files);
+    commit_outputs(bake_output_log);
     write_view(*view, console);
   }
   if (result.failure.empty()) return 0;

@@ -33,7 +33,7 @@ std::string device_failure(const DeviceInfo& info) {
   return {};
 }
 
-void print(const DeviceInfo& info) {
+void print_device(const DeviceInfo& info) {
   const auto gib = [](std::uint64_t bytes) { return static_cast<double>(bytes) / (1ULL << 30); };
   print_line(stdout, std::to_string(info.index) + "  " + info.name);
   print_line(stdout, std::string("   ") + (info.is_gpu ? "GPU" : "CPU") + ", " + info.platform +
@@ -62,18 +62,18 @@ void print(const DeviceInfo& info) {
 Mesh make_bumpy_grid(std::uint32_t squares, float height, float shift) {
   Mesh mesh;
   mesh.name = "sheet";
-  const std::uint32_t points = squares + 1;
-  for (std::uint32_t i = 0; i < points * points; ++i) {
-    const float u = static_cast<float>(i % points) / static_cast<float>(squares),
-                v = static_cast<float>(i / points) / static_cast<float>(squares);
-    const bool is_odd = (i % points + i / points) % 2 != 0;
+  const std::uint32_t side_vertices = squares + 1;
+  for (std::uint32_t i = 0; i < side_vertices * side_vertices; ++i) {
+    const float u = static_cast<float>(i % side_vertices) / static_cast<float>(squares),
+                v = static_cast<float>(i / side_vertices) / static_cast<float>(squares);
+    const bool is_odd = (i % side_vertices + i / side_vertices) % 2 != 0;
     mesh.positions.push_back({is_odd ? u + shift : u, v, is_odd ? height : 0});
     mesh.uvs.push_back({u, v});
     mesh.colors.push_back({128, 160, 192, 255});
   }
   for (std::uint32_t i = 0; i < squares * squares; ++i) {
-    const std::uint32_t a = i / squares * points + i % squares, b = a + 1, c = a + points,
-                        d = c + 1;
+    const std::uint32_t a = i / squares * side_vertices + i % squares, b = a + 1,
+                        c = a + side_vertices, d = c + 1;
     mesh.triangles.push_back({a, b, d});
     mesh.triangles.push_back({a, d, c});
   }
@@ -92,20 +92,20 @@ void let_all_read(const std::filesystem::path& folder) {
     std::filesystem::permissions(path, rights, std::filesystem::perm_options::add, ignored);
   };
   add(folder, kFolder);
-  for (std::filesystem::recursive_directory_iterator entry(folder, ignored), end;
-       !ignored && entry != end; entry.increment(ignored)) {
+  for (std::filesystem::recursive_directory_iterator file_entry(folder, ignored), end;
+       !ignored && file_entry != end; file_entry.increment(ignored)) {
     std::error_code ignored_error;
-    add(entry->path(), entry->is_directory(ignored_error) ? kFolder : kFile);
+    add(file_entry->path(), file_entry->is_directory(ignored_error) ? kFolder : kFile);
   }
 }
 
 /// Bakes a small sheet, so that the device's kernels for these maps are compiled and cached. \throws Error(usage) for
 /// unknown maps
 int warm(const std::string& device, const std::vector<std::string>& maps) {
-  constexpr std::uint32_t kTexels = 16, kSquares = 8;
-  constexpr float kBumps = 0.02F, kShift = 1.2F / kSquares;
+  constexpr std::uint32_t kTexels = 16, kGridSquares = 8;
+  constexpr float kBumpHeight = 0.02F, kBumpLean = 1.2F / kGridSquares;
   Job job;
-  job.high.emplace_back(make_bumpy_grid(kSquares, kBumps, kShift));
+  job.high.emplace_back(make_bumpy_grid(kGridSquares, kBumpHeight, kBumpLean));
   job.low = JobLow(make_bumpy_grid(1, 0, 0));
   job.out = "warm";
   job.in_memory = true;
@@ -113,16 +113,16 @@ int warm(const std::string& device, const std::vector<std::string>& maps) {
   if (!maps.empty()) set_option(job, "maps", maps);
   // Only the folder in POCL_CACHE_DIR is opened to all users; the default one lies in a home folder.
   const char* const variable = std::getenv("POCL_CACHE_DIR");
-  const std::string named = variable != nullptr ? variable : "";
+  const std::string cache_folder = variable != nullptr ? variable : "";
   const Stopwatch watch;
-  const Device opened = Device::open(device);
-  const JobResult result = run(opened, job);
+  const Device opened_device = Device::open(device);
+  const JobResult result = run(opened_device, job);
   Console console(/*quiet=*/false);
   for (const Warning& warning : kernel_folder_warnings()) console.warning(warning.message);
-  if (!named.empty()) let_all_read(named);
-  std::string made_names;
-  for (const JobMap& map : result.maps) made_names += (made_names.empty() ? "" : ", ") + map.name;
-  console.line(opened.info().name + ": kernels of " + made_names + " are in '" +
+  if (!cache_folder.empty()) let_all_read(cache_folder);
+  std::string map_names;
+  for (const JobMap& map : result.maps) map_names += (map_names.empty() ? "" : ", ") + map.name;
+  console.line(opened_device.info().name + ": kernels of " + map_names + " are in '" +
                ocl::kernel_folder().kiln.parent_path().string() +
                formatted("', %.1f s", watch.total()));
   return 0;
@@ -158,15 +158,15 @@ Run add_devices(Command& app) {
     if (arguments->json) {
       Json list = Json::array();
       for (const DeviceInfo& info : devices) {
-        Json entry = describe(info);
-        entry["fault"] = device_failure(info);
-        list.push_back(entry);
+        Json file_entry = describe(info);
+        file_entry["fault"] = device_failure(info);
+        list.push_back(file_entry);
       }
       std::fputs(to_text(list).c_str(), stdout);
       return 0;
     }
     if (devices.empty()) Device::open();  // throws an error with advice on installation
-    for (const DeviceInfo& info : devices) print(info);
+    for (const DeviceInfo& info : devices) print_device(info);
     const Device chosen = Device::open();
     Console console(/*quiet=*/false);
     for (const Warning& warning : kernel_folder_warnings()) console.warning(warning.message);

@@ -66,10 +66,11 @@ void save_difference(const DiffArguments& arguments, Image& a, Image& b, const I
   for (const float value : differences.pixels) {
     if (value >= 0) values.push_back(value);
   }
-  Scale scale{scale_end(std::move(values)), by_channel ? "channel difference" : "degrees", {}};
+  Scale scale{
+      round_scale_end(std::move(values)), by_channel ? "channel difference" : "degrees", {}};
   if (mask != nullptr) scale.others = {{kMasked, "masked"}};
   std::vector<Panel> panels(1);
-  panels[0].image = coloured(differences, scale, [&](float value) -> std::optional<Colour> {
+  panels[0].image = map_to_colours(differences, scale, [&](float value) -> std::optional<Colour> {
     if (value >= 0) return std::nullopt;
     return kMasked;
   });
@@ -81,7 +82,7 @@ struct FileDifference {
   std::string file;   ///< Path relative to each folder
   const char* state;  ///< One of equal, within, beyond, missing, new
   std::string problem;
-  std::optional<ImageDifference> figures;
+  std::optional<ImageDifference> image_difference;
 };
 
 bool is_problem(const FileDifference& file) { return !file.problem.empty(); }
@@ -126,9 +127,9 @@ FileDifference compare_maps(const DiffArguments& arguments, const std::string& f
     mask = load_mask(mask_file);
     if (mask->width != a.width || mask->height != a.height) mask.reset();
   }
-  ImageDifference figures;
+  ImageDifference image_difference;
   try {
-    figures = compare_images(a, b, mask ? &*mask : nullptr);
+    image_difference = compare_images(a, b, mask ? &*mask : nullptr);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::input) throw;
     result.state = "beyond";
@@ -136,8 +137,8 @@ FileDifference compare_maps(const DiffArguments& arguments, const std::string& f
     if (result.problem.ends_with('.')) result.problem.pop_back();
     return result;
   }
-  result.figures = figures;
-  if (figures.max_error == 0) return result;
+  result.image_difference = image_difference;
+  if (image_difference.max_error == 0) return result;
   const auto check_limit = [&](const std::optional<double>& limit, double value, const char* what) {
     if (!limit || value <= *limit) return;
     result.problem += (result.problem.empty() ? "" : ", ") + std::string(what) + " " +
@@ -147,15 +148,15 @@ FileDifference compare_maps(const DiffArguments& arguments, const std::string& f
   const bool limited = directions ? arguments.max_mean_angle || arguments.max_angle
                                   : arguments.max_error.has_value();
   if (directions) {
-    check_limit(arguments.max_mean_angle, figures.mean_angle_degrees, "mean angle");
-    check_limit(arguments.max_angle, figures.max_angle_degrees, "greatest angle");
+    check_limit(arguments.max_mean_angle, image_difference.mean_angle_degrees, "mean angle");
+    check_limit(arguments.max_angle, image_difference.max_angle_degrees, "greatest angle");
   } else {
-    check_limit(arguments.max_error, figures.max_error, "greatest error");
+    check_limit(arguments.max_error, image_difference.max_error, "greatest error");
   }
   if (!limited) {
-    result.problem =
-        directions ? "it differs by up to " + error_text(figures.max_angle_degrees) + " degrees"
-                   : "it differs by up to " + error_text(figures.max_error);
+    result.problem = directions ? "it differs by up to " +
+                                      error_text(image_difference.max_angle_degrees) + " degrees"
+                                : "it differs by up to " + error_text(image_difference.max_error);
   }
   result.state = result.problem.empty() ? "within" : "beyond";
   return result;
@@ -165,13 +166,13 @@ Json difference_json(const FileDifference& file) {
   Json json = {{"file", file.file},
                {"state", file.state},
                {"problem", file.problem.empty() ? Json() : Json(file.problem)}};
-  if (!file.figures) return json;
-  json["compared"] = file.figures->compared;
-  json["mean_angle_degrees"] = file.figures->mean_angle_degrees;
-  json["max_angle_degrees"] = file.figures->max_angle_degrees;
-  json["mean_error"] = file.figures->mean_error;
-  json["max_error"] = file.figures->max_error;
-  json["worst"] = {file.figures->worst_x, file.figures->worst_y};
+  if (!file.image_difference) return json;
+  json["compared"] = file.image_difference->compared;
+  json["mean_angle_degrees"] = file.image_difference->mean_angle_degrees;
+  json["max_angle_degrees"] = file.image_difference->max_angle_degrees;
+  json["mean_error"] = file.image_difference->mean_error;
+  json["max_error"] = file.image_difference->max_error;
+  json["worst"] = {file.image_difference->worst_x, file.image_difference->worst_y};
   return json;
 }
 

@@ -55,11 +55,11 @@ void check(const RenderArguments& arguments) {
   refuse_if(arguments.views != 0 && (!arguments.reference.empty() || arguments.view.given()),
             "--views shows only MESH, from all around: leave out --reference, --view, --zoom "
             "and --at.");
-  const bool dressed = arguments.apply_maps.any();
-  refuse_if(dressed && (arguments.flat || arguments.show_normals || arguments.views != 0),
+  const bool has_lit_maps = arguments.apply_maps.any();
+  refuse_if(has_lit_maps && (arguments.flat || arguments.show_normals || arguments.views != 0),
             "--color, --occlusion and --curvature are for lit pictures: leave out --flat, "
             "--normals and --views.");
-  refuse_if(!arguments.show.empty() && (dressed || !arguments.normal.empty() ||
+  refuse_if(!arguments.show.empty() && (has_lit_maps || !arguments.normal.empty() ||
                                         arguments.views != 0 || !arguments.reference.empty()),
             "--show draws unlit maps, one picture each: leave out --normal, --color, "
             "--occlusion, --curvature, --reference and --views.");
@@ -72,15 +72,15 @@ void check(const RenderArguments& arguments) {
 
 /// True if a lit picture shows the maps of the mesh's materials, because no maps are given.
 bool shows_own_maps(const RenderArguments& a) {
-  return !a.no_maps && a.normal.empty() && !bakes(a) && !a.apply_maps.any() && a.show.empty() &&
-         a.views == 0 && !a.flat;
+  return !a.no_maps && a.normal.empty() && !requests_baked_map(a) && !a.apply_maps.any() &&
+         a.show.empty() && a.views == 0 && !a.flat;
 }
 
 /// Returns the normal map: from a file, baked, or from the mesh's materials; empty if there is none.
-NormalMap map_of(const RenderArguments& arguments, Image& image,
-                 const std::function<Image()>& baked) {
+NormalMap normal_map_of(const RenderArguments& arguments, Image& image,
+                        const std::function<Image()>& baked) {
   NormalMap map;
-  if (bakes(arguments)) image = baked();
+  if (requests_baked_map(arguments)) image = baked();
   if (!arguments.normal.empty()) image = load_normal_map(arguments.normal);
   if (image.width == 0) return map;
   map.image = &image;
@@ -127,7 +127,8 @@ Image draw_picture(const RenderArguments& arguments, const Scene* high, const Sc
 }
 
 /// Maximum number of pictures in memory at a time: all panels, the combined picture and temporaries.
-std::uint64_t pictures_held(const RenderArguments& arguments, const LitMaps& maps, bool has_map) {
+std::uint64_t max_pictures_in_memory(const RenderArguments& arguments, const LitMaps& maps,
+                                     bool has_map) {
   if (arguments.views != 0) return 2 * std::uint64_t{arguments.views};
   if (!arguments.show.empty()) return 2 * arguments.show.size() + 1;
   const std::uint64_t helpers = maps.any() ? 2 + maps.count() : 0;
@@ -140,11 +141,11 @@ std::uint64_t pictures_held(const RenderArguments& arguments, const LitMaps& map
 /// Wood, table 1).
 Json time_frames(const RenderArguments& arguments, Console& console, const Scene* high,
                  const Scene& low, bool has_map, RenderOptions options) {
-  constexpr std::uint32_t kFrames = 30, kLargest = 2048;
+  constexpr std::uint32_t kFrames = 30, kMaxTimedSize = 2048;
   const std::uint32_t count = arguments.frames.value_or(kFrames);
   options.zoom = 1;
   options.at.reset();
-  options.size = std::min(options.size, kLargest);
+  options.size = std::min(options.size, kMaxTimedSize);
   Json json = Json::object();
   std::string line = "a frame by z-buffer, median of " + std::to_string(count) + ":";
   const auto add = [&](const char* key, const char* name, const Scene& scene,
@@ -162,9 +163,9 @@ Json time_frames(const RenderArguments& arguments, Console& console, const Scene
                       cost.seconds_median * 1e3, with_commas(cost.bytes).c_str());
   };
   if (high != nullptr) add("reference", "high poly", *high, options);
-  RenderOptions unmapped = options;
-  unmapped.ignore_map = true;
-  add("mesh", "low poly", low, unmapped);
+  RenderOptions options_without_map = options;
+  options_without_map.ignore_map = true;
+  add("mesh", "low poly", low, options_without_map);
   if (has_map) add("with_map", "with the map", low, options);
   console.line(line);
   return json;
@@ -266,7 +267,7 @@ Json describe_options(const RenderArguments& arguments, const RenderOptions& opt
   json["cage"] = find_row(bake_rows(), "--cage")->value.get(&arguments.bake);
   json["cage_mesh"] = arguments.bake.cage_mesh;
   json["match_flags"] = arguments.bake.given;
-  if (!bakes(arguments)) json["map_size"] = Json();
+  if (!requests_baked_map(arguments)) json["map_size"] = Json();
   return json;
 }
 
@@ -280,8 +281,8 @@ int run_render(const RenderArguments& arguments) {
                                               apply_maps.color,     apply_maps.occlusion,
                                               apply_maps.curvature, arguments.reference};
   const Job& bake_as = arguments.bake;
-  const std::vector<std::string> more_high = more_names(bake_as.high),
-                                 more_low = more_names(bake_as.low.given);
+  const std::vector<std::string> more_high = further_input_names(bake_as.high),
+                                 more_low = further_input_names(bake_as.low.given);
   for (const auto* more : {&arguments.show, &more_high, &more_low}) {
     files.insert(files.end(), more->begin(), more->end());
   }
@@ -290,23 +291,24 @@ int run_render(const RenderArguments& arguments) {
   RenderOptions options = render_options(arguments);
   prepare_parent(arguments.out);
   prepare_parent(arguments.json);
-  std::vector<std::string> references = more_high, low_files = more_low;
-  if (!arguments.reference.empty()) references.push_back(arguments.reference);
+  std::vector<std::string> high_files = more_high, low_files = more_low;
+  if (!arguments.reference.empty()) high_files.push_back(arguments.reference);
   low_files.push_back(arguments.mesh);
-  check_mesh_frame(bake_as.frame, references, low_files, {});
+  check_mesh_frame(bake_as.frame, high_files, low_files, {});
   std::vector<Warning> warnings;
-  MeshFiles files_of_mesh = load_low_files(baking(arguments), warnings, shows_own_maps(arguments));
+  MeshFiles files_of_mesh =
+      load_low_files(bake_job_of(arguments), warnings, shows_own_maps(arguments));
   warn_of_shared_texels(files_of_mesh, warnings);
   Mesh mesh =
       bake_as.split_at_seams ? split_at_seams(files_of_mesh.mesh) : std::move(files_of_mesh.mesh);
-  std::optional<HighPolyInput> dense;
+  std::optional<HighPolyInput> high_poly;
   if (!arguments.reference.empty()) {
-    dense = load_high(baking(arguments).high, arguments.heights,
-                      load_options(arguments.bake, MeshSide::high), has_more_files(arguments.bake),
-                      warnings);
-    shade(bake_as.frame.shading, *dense, warnings);
+    high_poly = load_high(bake_job_of(arguments).high, arguments.heights,
+                          load_options(arguments.bake, MeshSide::high),
+                          has_more_files(arguments.bake), warnings);
+    shade(bake_as.frame.shading, *high_poly, warnings);
   }
-  const Mesh* const reference = dense ? &dense->mesh : nullptr;
+  const Mesh* const reference = high_poly ? &high_poly->mesh : nullptr;
   if (reference != nullptr)
     warn_of_bounds_mismatch("--reference and MESH", *reference, mesh, warnings);
   if ((!arguments.normal.empty() || apply_maps.any() || !arguments.show.empty()) &&
@@ -325,8 +327,9 @@ int run_render(const RenderArguments& arguments) {
   LitMaps worn = load_lit_maps(apply_maps);
   if (own_maps.any()) worn = {std::move(own_maps.color), std::move(own_maps.occlusion), {}};
   Image map_image = std::move(own_maps.normal);
-  const NormalMap map = map_of(arguments, map_image,
-                               [&] { return bake_map(arguments, device, *dense, mesh, warnings); });
+  const NormalMap map = normal_map_of(arguments, map_image, [&] {
+    return bake_map(arguments, device, *high_poly, mesh, warnings);
+  });
   const bool has_map = map.image != nullptr;
   const double seconds_load = watch.lap();
 
@@ -341,25 +344,25 @@ int run_render(const RenderArguments& arguments) {
   const Scene* original = high ? &*high : nullptr;
   std::optional<CagePicture> cage;
   if (arguments.draw_cage) {
-    cage.emplace(device, outer_cage(baking(arguments), device, mesh, reference, warnings));
+    cage.emplace(device, outer_cage(bake_job_of(arguments), device, mesh, reference, warnings));
     options.frame = &cage->mesh();
   }
   const double seconds_build = watch.lap();
-  const MappedMesh dressed{device, mesh};
-  require_pictures(low.geometry(options), pictures_held(arguments, worn, has_map));
+  const MappedMesh has_lit_maps{device, mesh};
+  require_pictures(low.geometry(options), max_pictures_in_memory(arguments, worn, has_map));
   const Image picture = arguments.views != 0 ? contact_sheet(low, arguments.views, options)
                         : !arguments.show.empty()
-                            ? map_sheet(dressed, arguments.show, options)
-                            : draw_picture(arguments, original, low, dressed, worn, has_map,
+                            ? map_sheet(has_lit_maps, arguments.show, options)
+                            : draw_picture(arguments, original, low, has_lit_maps, worn, has_map,
                                            options, cage ? &*cage : nullptr);
   const double seconds_draw = watch.lap();
   save_image(picture, arguments.out, {ImageFormat::png8});
   const double seconds_save = watch.lap();
 
-  Json rendered;
+  Json rendered_error;
   const bool says = !arguments.quiet || !arguments.json.empty();
-  if (high && says) rendered = measure(console, *high, low, *reference, options, has_map);
-  if (high) check_green(device, mesh, map, *high, *reference, options.z_up, warnings);
+  if (high && says) rendered_error = measure(console, *high, low, *reference, options, has_map);
+  if (high) check_green_channel(device, mesh, map, *high, *reference, options.z_up, warnings);
   for (const Warning& warning : warnings) console.warning(warning.message);
   const double seconds_measure = watch.lap();
   if (!arguments.json.empty()) {
@@ -367,7 +370,7 @@ int run_render(const RenderArguments& arguments) {
     Json inputs = {{"mesh", describe(mesh, arguments.mesh)}};
     if (reference != nullptr) {
       inputs["reference"] = describe(*reference, arguments.reference);
-      if (!dense->heights) inputs["reference"]["normals"] = describe(dense->shading);
+      if (!high_poly->heights) inputs["reference"]["normals"] = describe(high_poly->shading);
     }
     Json json = {{"version", version()},
                  {"device", describe(device.info())},
@@ -384,7 +387,7 @@ int run_render(const RenderArguments& arguments) {
                    {"frames", watch.lap()},
                    {"total", watch.total()}}},
                  {"warnings", describe(warnings)}};
-    if (high) json["rendered_normals"] = rendered;
+    if (high) json["rendered_normals"] = rendered_error;
     if (high && has_map) {
       json["rendered_normals"]["around"] = measure_around(*high, low, *reference, options.z_up);
     }

@@ -129,7 +129,7 @@ void compare(const RunArguments& arguments, const Json& former, Json& report, Co
 /// Writes all requested reports.
 void save_reports(const RunArguments& arguments, const Json& report) {
   if (!arguments.json.empty() && arguments.json != "-")
-    save_report(arguments.json, without_pictures(report));
+    save_report(arguments.json, remove_picture_bytes(report));
   if (!arguments.report.empty()) save_page(arguments.report, report);
   if (!arguments.junit.empty()) {
     save_text(arguments.junit, junit_text(std::filesystem::path(arguments.file).stem().string(),

@@ -42,8 +42,8 @@ struct SimplifyArguments {
   bool keep_inner = false, keep_hulls = false;
   double fill_holes = 0;
   // laid_out: true if --size, --unwrap or --density was given
-  bool keep_uvs = false, laid_out = false;
-  bool by_density = false;  // true if --density was given
+  bool keep_uvs = false, has_layout_option = false;
+  bool has_density_option = false;  // true if --density was given
   bool quiet = false, force = false;
 };
 
@@ -57,7 +57,8 @@ std::string describe_layout(std::uint64_t charts, double coverage, bool kept) {
 }
 
 /// Warns of UVs that lie outside HIGH's charts by more than the usual padding of textures.
-void warn_of_uvs(const SimplifyReport& report, std::uint32_t size, std::vector<Warning>& warnings) {
+void warn_of_uv_excess(const SimplifyReport& report, std::uint32_t size,
+                       std::vector<Warning>& warnings) {
   constexpr double kMaxUvExcessTexels = 8;
   const double texels = report.uv_strays * size;
   if (!(texels > kMaxUvExcessTexels)) return;
@@ -79,10 +80,10 @@ int run_simplify(const SimplifyArguments& arguments) {
             "--fill-holes repairs a mesh, but --clean none leaves HIGH as it is: leave one of them "
             "out.");
   const auto [width, height] = parse_size(arguments.size);
-  refuse_if(arguments.keep_uvs && arguments.laid_out,
+  refuse_if(arguments.keep_uvs && arguments.has_layout_option,
             "--size, --unwrap and --density apply to new charts, but --keep-uvs keeps the charts "
             "of HIGH: leave one of them out.");
-  check_density(arguments.by_density, arguments.unwrap);
+  check_density(arguments.has_density_option, arguments.unwrap);
   check_mesh_frame(arguments.frame, {arguments.high}, {}, {});
   check_paths({arguments.high}, {out, arguments.json});
   check_not_foreign(out, arguments.force);
@@ -108,7 +109,8 @@ int run_simplify(const SimplifyArguments& arguments) {
   options.keep_uvs = arguments.keep_uvs;
   options.hull = arguments.hull;
   options.keep_parts = arguments.keep_parts;
-  options.fit_normals = false;  // normals are fitted after unwrapping, when the seams are known
+  options.fit_normals =
+      false;  // normals are fitted after the unwrap, which decides where seams are
   const Mesh simple = simplify(high, options, &report);
   if (!console.progress(0.8, "unwrapping")) return kExitCancelled;
   UnwrapReport unwrap_report;
@@ -116,16 +118,16 @@ int run_simplify(const SimplifyArguments& arguments) {
       unwrap_options(arguments.unwrap, std::min(width, height),
                      arguments.density == TexelDensity::detail ? &high : nullptr);
   Mesh low = arguments.keep_uvs ? simple : unwrap(simple, layout, &unwrap_report);
-  const bool shaded = arguments.normals != kForMap;
+  const bool fits_for_shading = arguments.normals != kForMap;
   FitNormalsReport normals;
-  Stopwatch fitting;
+  Stopwatch normal_fit_watch;
   low = fit_normals(low, high,
                     {.hard_degrees = arguments.hard_angle,
                      // an angle of 180 degrees disables hard edges
                      .crease_degrees = arguments.hard_angle < 180 ? kShadingCreaseDegrees : 180,
-                     .purpose = shaded ? NormalPurpose::shading : NormalPurpose::map},
+                     .purpose = fits_for_shading ? NormalPurpose::shading : NormalPurpose::map},
                     &normals);
-  const double seconds_normals = fitting.total();
+  const double seconds_normals = normal_fit_watch.total();
   if (!console.progress(0.9, "writing")) return kExitCancelled;
   move_material_files(low, std::filesystem::path(arguments.high).parent_path(),
                       std::filesystem::path(out).parent_path());
@@ -134,14 +136,14 @@ int run_simplify(const SimplifyArguments& arguments) {
     warnings.insert(warnings.end(), list->begin(), list->end());
   }
   warn_of_lost_shape(report, "Use more " + option("faces") + ".", warnings);
-  if (arguments.keep_uvs) warn_of_uvs(report, std::max(width, height), warnings);
+  if (arguments.keep_uvs) warn_of_uv_excess(report, std::max(width, height), warnings);
   for (const Warning& warning : warnings) console.warning(warning.message);
   const std::uint64_t charts = arguments.keep_uvs ? report.charts : unwrap_report.charts;
   const double coverage = arguments.keep_uvs ? report.coverage : unwrap_report.coverage;
   const std::uint64_t vertices = split_vertices(low);
-  const bool by_error = arguments.faces == 0;
+  const bool is_error_bounded = arguments.faces == 0;
   std::string back;
-  if (by_error) back = formatted(" (%.4f%% the other way)", report.back_error * 100);
+  if (is_error_bounded) back = formatted(" (%.4f%% the other way)", report.back_error * 100);
   console.line(formatted(
       "wrote %s: %s of %s %s, %s vertices, deviation %.4f%% of the diagonal%s, %s, %.2f s",
       arguments.out.c_str(), with_commas(report.faces).c_str(),
@@ -162,7 +164,7 @@ int run_simplify(const SimplifyArguments& arguments) {
                  {"faces", report.faces},
                  {"vertices", vertices},
                  {"error", report.error},
-                 {"back_error", by_error ? Json(report.back_error) : Json()},
+                 {"back_error", is_error_bounded ? Json(report.back_error) : Json()},
                  {"unwrap", arguments.keep_uvs ? "kept" : arguments.unwrap},
                  {"uv_strays", arguments.keep_uvs ? Json(report.uv_strays) : Json()},
                  {"triangulate", name_of(Words(kTriangulations), arguments.load.triangulation)},
@@ -204,10 +206,10 @@ Run add_simplify(Command& app) {
   auto arguments = std::make_shared<SimplifyArguments>();
   using Job = SimplifyArguments;
 #define AT(member) KILN_MEMBER(SimplifyArguments, member)
-  const OptionRow first[] = {
+  const OptionRow main_rows[] = {
       {.flag = "HIGH",
        .value = text(AT(high)),
-       .help = "The high poly (" + mesh_kinds() + ")",
+       .help = "The high poly (" + mesh_format_list() + ")",
        .required = true},
       {.flag = "--out",
        .value = text(AT(out)),
@@ -222,7 +224,7 @@ Run add_simplify(Command& app) {
                "(default 0.2%)",
        .excludes = "--faces"},
   };
-  const OptionRow others[] = {
+  const OptionRow layout_rows[] = {
       {.flag = "--size",
        .value = text(AT(size)),
        .help = "Size of the map for which the padding of charts is chosen"},
@@ -265,14 +267,14 @@ Run add_simplify(Command& app) {
        .help = "Overwrite an OBJ that Kiln did not write"},
   };
 #undef AT
-  add_options(*command, first, arguments.get());
+  add_options(*command, main_rows, arguments.get());
   add_options(*command, mesh_frame_rows<Job>("Files of meshes", false), arguments.get());
-  add_options(*command, others, arguments.get());
+  add_options(*command, layout_rows, arguments.get());
   return [arguments, command] {
     const std::set<std::string> given = given_flags(*command);
-    arguments->by_density = given.contains("--density");
-    arguments->laid_out =
-        arguments->by_density || given.contains("--size") || given.contains("--unwrap");
+    arguments->has_density_option = given.contains("--density");
+    arguments->has_layout_option =
+        arguments->has_density_option || given.contains("--size") || given.contains("--unwrap");
     refuse_if(arguments->keep_parts && arguments->faces == 0,
               "--keep-parts needs --faces: add it, or leave --keep-parts out.");
     return run_simplify(*arguments);

@@ -28,14 +28,14 @@ namespace {
 namespace fs = std::filesystem;
 
 /// value of --match for maps without a match: vertices of the contour are splatted into the map
-constexpr const char* kDirect = "direct";
+constexpr const char* kSplatMatch = "direct";
 
 struct VolumeArguments {
   VolumeArguments() { surface.options.choose.size = true; }
 
   std::string volume, out, full;
   SurfaceArguments surface;
-  std::string match = kDirect;
+  std::string match = kSplatMatch;
   std::optional<Length> max_distance;
   std::uint32_t samples = 1, lods = 0;
   SaveImageOptions image = {.format = ImageFormat::png16};
@@ -102,7 +102,7 @@ std::vector<OptionRow> volume_rows() {
        .help = "Texels per side, 16 to 8192, or auto: about one per cell"},
       {.flag = "--match",
        .group = kMapGroup,
-       .value = word(AT(match), surface_matches(kDirect)),
+       .value = word(AT(match), surface_match_names(kSplatMatch)),
        .help = "Source of the map's normals: direct (vertices of the fine contour are splatted "
                "into it), or a bake of the full contour by ray or closest"},
       {.flag = "--max-distance",
@@ -136,7 +136,7 @@ std::vector<OptionRow> volume_rows() {
 void check(const VolumeArguments& a, bool by_density) {
   check(a.surface);
   check_density(by_density, name_of(Words(kUnwraps), a.surface.options.unwrap));
-  refuse_if(a.match == kDirect && (a.max_distance || a.samples != 1),
+  refuse_if(a.match == kSplatMatch && (a.max_distance || a.samples != 1),
             "--max-distance and --samples are for --match ray or closest.");
   refuse_if(
       !a.full.empty() && fs::path(a.full).extension() != ".obj",
@@ -210,7 +210,7 @@ bool add_levels(const Device& device, const VolumeArguments& a, const ExtractOpt
            a.lods - levels.size()});
       break;
     }
-    if (a.match != kDirect) {
+    if (a.match != kSplatMatch) {
       ContourBake baked = bake_map(device, a, *dense, level, console);
       if (baked.cancelled) return false;
       level.report.warnings = std::move(baked.report.warnings);
@@ -276,7 +276,7 @@ void print_summary(Console& console, const ExtractReport& r, const ExtractOption
       "than two faces",
       with_commas(r.faces).c_str(), with_commas(r.quads).c_str(), with_commas(r.triangles).c_str(),
       r.error, with_commas(r.non_manifold_edges).c_str()));
-  for (const std::string& line : lines_of_flaws(r)) console.line(line);
+  for (const std::string& line : flaw_lines(r)) console.line(line);
   console.line(
       formatted("map: %u x %u, %s charts cover %.0f%%, %.2f texels a cell, %s texels from fine "
                 "vertices",
@@ -319,7 +319,7 @@ int run_volume(const VolumeArguments& a) {
   if (!console.progress(0, "reading " + a.volume)) return kExitCancelled;
   Volume loaded = read_volume(a.volume, a.surface, warnings);
   const double load_seconds = watch.lap();
-  std::optional<ProgressScope> stages(console.stages_at(0.2));
+  std::optional<ProgressScope> extraction_progress(console.stages_at(0.2));
   std::optional<VolumeSession> session;
   if (a.lods != 0) session.emplace(device, std::move(loaded), options.contour);
   const Volume& volume = session ? session->volume() : loaded;
@@ -327,24 +327,25 @@ int run_volume(const VolumeArguments& a) {
   // the vector must not reallocate, since references to the first level are in use
   levels.reserve(std::max(1U, a.lods));
   levels.push_back(session ? session->extract(options) : extract(device, volume, options));
-  stages.reset();
+  extraction_progress.reset();
   ExtractResult& result = levels.front();
   watch.lap();
   std::optional<ContourBake> baked;
   std::optional<Mesh> dense;
   double dense_seconds = 0;
-  if (a.match != kDirect || !a.full.empty()) {
+  if (a.match != kSplatMatch || !a.full.empty()) {
     if (!console.progress(0.5, "contouring in full")) return kExitCancelled;
     dense = contour(device, volume, options.contour);
     dense_seconds = watch.lap();
   }
-  if (a.match != kDirect) {
+  if (a.match != kSplatMatch) {
     baked = bake_map(device, a, *dense, result, console);
     if (baked->cancelled) return kExitCancelled;
     baked->contour = dense_seconds;
   }
-  std::vector<Warning> of_levels;
-  if (session && !add_levels(device, a, options, *session, dense, console, levels, of_levels)) {
+  std::vector<Warning> level_warnings;
+  if (session &&
+      !add_levels(device, a, options, *session, dense, console, levels, level_warnings)) {
     return kExitCancelled;
   }
   watch.lap();
@@ -374,7 +375,7 @@ int run_volume(const VolumeArguments& a) {
   if (baked) {
     warnings.insert(warnings.end(), baked->report.warnings.begin(), baked->report.warnings.end());
   }
-  warnings.insert(warnings.end(), of_levels.begin(), of_levels.end());
+  warnings.insert(warnings.end(), level_warnings.begin(), level_warnings.end());
 
   if (!a.json.empty()) {
     Json json = {

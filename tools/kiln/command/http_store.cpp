@@ -39,7 +39,7 @@ std::string without_secret(const std::string& url) {
   return at == std::string::npos || at > end ? url : url.substr(0, host) + url.substr(at + 1);
 }
 
-struct Upload {
+struct UploadSource {
   std::string_view bytes;
   std::size_t at = 0;
 };
@@ -52,13 +52,13 @@ std::size_t receive_bytes(char* data, std::size_t, std::size_t count, void* to) 
 }
 
 std::size_t send_bytes(char* data, std::size_t, std::size_t most, void* from) {
-  Upload& upload = *static_cast<Upload*>(from);
+  UploadSource& upload = *static_cast<UploadSource*>(from);
   const std::size_t count = upload.bytes.copy(data, most, upload.at);
   upload.at += count;
   return count;
 }
 
-std::size_t ignore(char*, std::size_t, std::size_t count, void*) { return count; }
+std::size_t discard_received_bytes(char*, std::size_t, std::size_t count, void*) { return count; }
 
 class HttpStore : public CacheStore {
  public:
@@ -91,14 +91,14 @@ class HttpStore : public CacheStore {
   }
 
   bool store(const std::string& name, std::string_view bytes) override {
-    Upload upload{bytes};
+    UploadSource upload{bytes};
     const long answer = call(name, [&](CURL* handle) {
       upload.at = 0;
       curl_easy_setopt(handle, CURLOPT_UPLOAD, 1L);
       curl_easy_setopt(handle, CURLOPT_READFUNCTION, send_bytes);
       curl_easy_setopt(handle, CURLOPT_READDATA, &upload);
       curl_easy_setopt(handle, CURLOPT_INFILESIZE_LARGE, static_cast<curl_off_t>(bytes.size()));
-      curl_easy_setopt(handle, CURLOPT_WRITEFUNCTION, ignore);
+      curl_easy_setopt(handle, CURLOPT_WRITEFUNCTION, discard_received_bytes);
     });
     return answer >= 200 && answer < 300;
   }

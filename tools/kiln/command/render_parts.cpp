@@ -48,17 +48,17 @@ void check_drawn_cage(const RenderArguments& arguments) {
 
 }  // namespace
 
-bool bakes(const RenderArguments& arguments) {
+bool requests_baked_map(const RenderArguments& arguments) {
   return arguments.map_size_given ||
          (!arguments.draw_cage &&
           std::any_of(arguments.bake.given.begin(), arguments.bake.given.end(),
                       [](const std::string& flag) { return !kMeshInputFlags.contains(flag); }));
 }
 
-Job baking(const RenderArguments& arguments) {
+Job bake_job_of(const RenderArguments& arguments) {
   Job bake = arguments.bake;
-  set_first(bake.high, arguments.reference);
-  set_first(bake.low.given, arguments.mesh);
+  set_first_input(bake.high, arguments.reference);
+  set_first_input(bake.low.given, arguments.mesh);
   bake.heights = arguments.heights;
   bake.bake.width = bake.bake.height = arguments.map_size;
   bake.bake.encoding.space = arguments.space;
@@ -72,10 +72,12 @@ void check_bake(const RenderArguments& arguments) {
             "--high names further files of --reference: add --reference.");
   check_drawn_cage(arguments);
   const auto& given = arguments.bake.given;
-  refuse_if(given.contains("--tangents") && !bakes(arguments) && arguments.normal.empty(),
-            "--tangents is for a normal map: add --normal MAP.");
-  if (arguments.draw_cage && !arguments.reference.empty()) check_resolved_job(baking(arguments));
-  if (!bakes(arguments)) return;
+  refuse_if(
+      given.contains("--tangents") && !requests_baked_map(arguments) && arguments.normal.empty(),
+      "--tangents is for a normal map: add --normal MAP.");
+  if (arguments.draw_cage && !arguments.reference.empty())
+    check_resolved_job(bake_job_of(arguments));
+  if (!requests_baked_map(arguments)) return;
   if (arguments.reference.empty() || !arguments.normal.empty()) {
     const auto flag = std::find_if(given.begin(), given.end(), [](const std::string& name) {
       return !kMeshInputFlags.contains(name);
@@ -86,12 +88,12 @@ void check_bake(const RenderArguments& arguments) {
                "--normal out." +
                (cage ? " --draw-cage draws a cage, and bakes nothing." : ""));
   }
-  check_resolved_job(baking(arguments));
+  check_resolved_job(bake_job_of(arguments));
 }
 
 Image bake_map(const RenderArguments& arguments, const Device& device, const HighPolyInput& dense,
                const Mesh& mesh, std::vector<Warning>& warnings) {
-  const Job bake_as = baking(arguments);
+  const Job bake_as = bake_job_of(arguments);
   MatchInputs inputs;
   inputs.read_with_match(bake_as, dense.mesh, mesh, warnings);
   inputs.find_cage(bake_as, device, dense.mesh, mesh, warnings);
@@ -199,9 +201,9 @@ Image contact_sheet(const Scene& scene, std::uint32_t count, RenderOptions optio
 /// Measures the low poly's deviation from directions all around. No direction is along an axis, since flat faces seen
 /// head-on hide errors.
 Json measure_around(const Scene& high, const Scene& low, const Mesh& frame, bool z_up) {
-  constexpr std::uint32_t kAround = 30, kPixels = 256;
+  constexpr std::uint32_t kDirectionsAround = 30, kPixels = 256;
   std::vector<ViewAngles> views;
-  for (const Vec3& toward : held_out_views(kAround, spread_views(12))) {
+  for (const Vec3& toward : held_out_views(kDirectionsAround, spread_views(12))) {
     views.push_back(view_angles(toward));
   }
   const NormalReference reference(high, frame, views, kPixels, z_up);
@@ -213,7 +215,7 @@ Json measure_around(const Scene& high, const Scene& low, const Mesh& frame, bool
 namespace {
 
 constexpr double kMaxRatioToInvert =
-    0.9;  // an inverted map must lower the error at least to this share
+    0.9;  // largest ratio of the errors with inverted and with given green at which the map's green counts as inverted
 // A map of HIGH's normals reduces the error, apart from rounding. If a map increases it by this factor plus this many
 // degrees, it belongs to another HIGH.
 constexpr double kMisfitRatio = 1.1, kMisfitDegrees = 1;
@@ -221,8 +223,8 @@ constexpr std::uint32_t kPixels = 256;
 
 }  // namespace
 
-void check_green(const Device& device, const Mesh& mesh, NormalMap map, const Scene& high,
-                 const Mesh& frame, bool z_up, std::vector<Warning>& warnings) {
+void check_green_channel(const Device& device, const Mesh& mesh, NormalMap map, const Scene& high,
+                         const Mesh& frame, bool z_up, std::vector<Warning>& warnings) {
   if (map.image == nullptr) return;
   const std::vector<ViewAngles> views = {{40, 25}, {160, -20}, {280, 10}};
   const NormalReference reference(high, frame, views, kPixels, z_up);
@@ -230,11 +232,13 @@ void check_green(const Device& device, const Mesh& mesh, NormalMap map, const Sc
   map.flip_y = !map.flip_y;
   const double inverted = reference.compare(Scene(device, mesh, map)).mean_degrees;
   const double without = reference.compare(Scene(device, mesh, map), true).mean_degrees;
-  const bool turning_helps = inverted < kMaxRatioToInvert * as_given;
+  const bool inverted_green_is_better = inverted < kMaxRatioToInvert * as_given;
   // For a map of another HIGH, inverting green may reduce the error by chance. Only if the inverted map is better than
   // no map, its convention is assumed to be wrong.
-  const bool makes_worse = std::min(as_given, inverted) > kMisfitRatio * without + kMisfitDegrees;
-  if (makes_worse || (turning_helps && !(inverted < kMaxRatioToInvert * without))) {
+  const bool map_increases_error =
+      std::min(as_given, inverted) > kMisfitRatio * without + kMisfitDegrees;
+  if (map_increases_error ||
+      (inverted_green_is_better && !(inverted < kMaxRatioToInvert * without))) {
     const std::string text = formatted(
         "The map does not fit HIGH's normals with either direction of green: rendered normals "
         "deviate by %.2f degrees, without the map by %.2f. It was baked from another HIGH or from "
@@ -244,7 +248,7 @@ void check_green(const Device& device, const Mesh& mesh, NormalMap map, const Sc
     warnings.push_back({"map-misfit", text, 1});
     return;
   }
-  if (!turning_helps) return;
+  if (!inverted_green_is_better) return;
   const std::string text = formatted(
       "The map fits HIGH better with green %s: rendered normals then deviate by %.2f degrees "
       "instead of %.2f. %s --flip-y, or bake the map again for the other convention.",
@@ -255,15 +259,15 @@ void check_green(const Device& device, const Mesh& mesh, NormalMap map, const Sc
 
 namespace {
 
-constexpr Colour kTint = {0.98F, 0.62F, 0.16F}, kEdge = {0.62F, 0.27F, 0.02F};
-constexpr float kTintOpacity = 0.3F;  // opacity of the tint
+constexpr Colour kTintColour = {0.98F, 0.62F, 0.16F}, kEdgeColour = {0.62F, 0.27F, 0.02F};
+constexpr float kTintOpacity = 0.3F;  // opacity of the cage's colour over the picture
 constexpr double kEdgeWidth = 1.5, kEdgeOpacity = 0.9;
 constexpr double kEdgeSampleStep = 1;  // distance of samples along an edge, in pixels
 // tolerance of depth in pixels, since an edge lies on its own faces
 constexpr double kDepthTolerance = 1.5;
 
 /// Returns the outer shell of a cage, with the data that pictures need.
-Mesh outer_of(const Mesh& cage) {
+Mesh outer_shell_of(const Mesh& cage) {
   Mesh outer;
   outer.name = cage.name;
   outer.origin = cage.origin;
@@ -307,7 +311,7 @@ void draw_edge(const ProjectedPoint& a, const ProjectedPoint& b, const Image& de
     if (!is_visible(from)) continue;
     while (i < steps && is_visible(at(i + 1))) ++i;
     const ProjectedPoint to = at(i);
-    canvas.line(from.x, from.y, to.x, to.y, kEdgeWidth, kEdge, kEdgeOpacity);
+    canvas.line(from.x, from.y, to.x, to.y, kEdgeWidth, kEdgeColour, kEdgeOpacity);
   }
 }
 
@@ -316,22 +320,22 @@ void draw_edge(const ProjectedPoint& a, const ProjectedPoint& b, const Image& de
 Mesh outer_cage(const Job& arguments, const Device& device, const Mesh& low, const Mesh* high,
                 std::vector<Warning>& warnings) {
   if (!arguments.cage_mesh.empty()) {
-    return outer_of(
+    return outer_shell_of(
         load_cage(arguments.cage_mesh, low, load_options(arguments, MeshSide::low), &warnings));
   }
-  const bool automatic = arguments.cage_auto;
+  const bool is_auto_cage = arguments.cage_auto;
   const Length length = arguments.bake.match.cage.value_or(Length{});
-  refuse_if((automatic || length.relative) && high == nullptr,
-            "--cage " + (automatic ? kAutomatic : length_text(length)) +
+  refuse_if((is_auto_cage || length.relative) && high == nullptr,
+            "--cage " + (is_auto_cage ? kAutomatic : length_text(length)) +
                 " depends on HIGH: add --reference HIGH, or give a length in world units.");
-  if (automatic) {
+  if (is_auto_cage) {
     MatchInputs inputs;
     inputs.read_with_match(arguments, *high, low, warnings);
     inputs.find_cage(arguments, device, *high, low, warnings);
-    return outer_of(*inputs.cage_mesh());
+    return outer_shell_of(*inputs.cage_mesh());
   }
   const double unit = length.relative ? Source(device, *high).stats().diagonal : 1;
-  return outer_of(offset_cage(low, length.value * unit));
+  return outer_shell_of(offset_cage(low, length.value * unit));
 }
 
 CagePicture::CagePicture(const Device& device, Mesh cage)
@@ -343,14 +347,14 @@ void CagePicture::draw(const Scene& within, const RenderOptions& options, Image&
     if (!(depth.pixels[i] > Scene::kNoDepth) || depth.pixels[i] < scene_depth.pixels[i]) continue;
     for (std::size_t c = 0; c < 3; ++c) {
       float& value = picture.pixels[3 * i + c];
-      value += kTintOpacity * (kTint[c] - value);
+      value += kTintOpacity * (kTintColour[c] - value);
     }
   }
   const PictureGeometry geometry = scene_.geometry(options);
-  std::vector<ProjectedPoint> viewed;
-  viewed.reserve(mesh_.positions.size());
+  std::vector<ProjectedPoint> projected_vertices;
+  projected_vertices.reserve(mesh_.positions.size());
   for (std::uint32_t v = 0; v < mesh_.positions.size(); ++v) {
-    viewed.push_back(project(geometry, mesh_, v));
+    projected_vertices.push_back(project(geometry, mesh_, v));
   }
   std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
   for (const Triangle& t : mesh_.triangles) {
@@ -358,7 +362,8 @@ void CagePicture::draw(const Scene& within, const RenderOptions& options, Image&
   }
   Canvas canvas(std::move(picture));
   for (const auto& [a, b] : edges) {
-    draw_edge(viewed[a], viewed[b], depth, kDepthTolerance * geometry.pixel, canvas);
+    draw_edge(projected_vertices[a], projected_vertices[b], depth, kDepthTolerance * geometry.pixel,
+              canvas);
   }
   picture = canvas.take();
 }

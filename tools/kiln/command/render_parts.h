@@ -36,10 +36,10 @@ struct RenderArguments {
 };
 
 /// True if the picture needs a baked map: --map-size was given, or a flag of matching without --draw-cage.
-bool bakes(const RenderArguments& arguments);
+bool requests_baked_map(const RenderArguments& arguments);
 
 /// Converts the arguments to the job that bakes the map.
-Job baking(const RenderArguments& arguments);
+Job bake_job_of(const RenderArguments& arguments);
 
 /// Checks the arguments of the bake before meshes are read. \throws Error(usage)
 void check_bake(const RenderArguments& arguments);
@@ -65,8 +65,8 @@ Json measure_around(const Scene& high, const Scene& low, const Mesh& frame, bool
 /// 10%.
 /// \param map  not checked if it has no image
 /// \param frame  the mesh that the pictures show in full: the high poly
-void check_green(const Device& device, const Mesh& mesh, NormalMap map, const Scene& high,
-                 const Mesh& frame, bool z_up, std::vector<Warning>& warnings);
+void check_green_channel(const Device& device, const Mesh& mesh, NormalMap map, const Scene& high,
+                         const Mesh& frame, bool z_up, std::vector<Warning>& warnings);
 
 /// Returns the surface at which rays start, by --cage, --cage-mesh and related flags; of two shells the outer one.
 /// \param high  null: there is no HIGH

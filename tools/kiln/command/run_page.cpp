@@ -29,9 +29,9 @@ struct PageSizes {
 };
 constexpr double kBytesOfTexel = 1.5, kMaxPictureBytes = 48e6, kMaxMapBytes = 96e6;
 constexpr std::uint32_t kMinPictureSide = 64, kMinMapSide = 32;
-constexpr double kPicturesOfAsset = 4;
+constexpr double kPicturesPerAsset = 4;
 
-PageSizes sizes_of(const std::vector<AssetResult>& results) {
+PageSizes choose_page_sizes(const std::vector<AssetResult>& results) {
   std::size_t assets = 0, maps = 0;
   for (const AssetResult& result : results) {
     if (!result.files.empty()) ++assets;
@@ -45,7 +45,7 @@ PageSizes sizes_of(const std::vector<AssetResult>& results) {
   };
   PageSizes sizes;
   sizes.picture = fit(sizes.picture, kMinPictureSide,
-                      kPicturesOfAsset * static_cast<double>(assets), kMaxPictureBytes);
+                      kPicturesPerAsset * static_cast<double>(assets), kMaxPictureBytes);
   sizes.map = fit(sizes.map, kMinMapSide, static_cast<double>(maps), kMaxMapBytes);
   return sizes;
 }
@@ -77,12 +77,12 @@ Json map_json(const MapPicture& map) {
 /// Draws an asset. \returns its "pictures", "rendered" and "maps" for the page
 Json drawn_asset(const BatchAsset& asset, const AssetResult& result,
                  const std::function<Device()>& device, const PageSizes& sizes) {
-  Json drawn = {
+  Json asset_entry = {
       {"pictures", Json::object()}, {"rendered", Json::object()}, {"maps", Json::array()}};
   std::string note;
   try {
     for (const MapPicture& map : picture_maps(asset.job, result.files, sizes.map))
-      drawn["maps"].push_back(map_json(map));
+      asset_entry["maps"].push_back(map_json(map));
   } catch (const Error& error) {
     note = error.what();
   }
@@ -91,17 +91,17 @@ Json drawn_asset(const BatchAsset& asset, const AssetResult& result,
     for (const auto& [name, image] :
          {std::pair{"high", &pictures.high}, std::pair{"low", &pictures.low},
           std::pair{"with_maps", &pictures.with_maps}, std::pair{"errors", &pictures.errors}}) {
-      if (image->width != 0) drawn["pictures"][name] = data_uri(*image);
+      if (image->width != 0) asset_entry["pictures"][name] = data_uri(*image);
     }
-    drawn["rendered"] = {{"mean_degrees", pictures.with_maps_degrees},
-                         {"without_maps_degrees", pictures.without_maps_degrees},
-                         {"scale_degrees", pictures.scale_degrees}};
+    asset_entry["rendered"] = {{"mean_degrees", pictures.with_maps_degrees},
+                               {"without_maps_degrees", pictures.without_maps_degrees},
+                               {"scale_degrees", pictures.scale_degrees}};
     if (note.empty()) note = pictures.note;
   } catch (const Error& error) {
     note = std::string("No pictures: ") + error.what();
   }
-  if (!note.empty()) drawn["rendered"]["note"] = note;
-  return drawn;
+  if (!note.empty()) asset_entry["rendered"]["note"] = note;
+  return asset_entry;
 }
 
 }  // namespace
@@ -109,7 +109,7 @@ Json drawn_asset(const BatchAsset& asset, const AssetResult& result,
 bool add_pictures(Json& report, const std::vector<BatchAsset>& assets,
                   const std::vector<AssetResult>& results, const std::function<Device()>& device,
                   BakeCache* cache, Console& console) {
-  const PageSizes sizes = sizes_of(results);
+  const PageSizes sizes = choose_page_sizes(results);
   std::optional<Device> opened;
   const auto open = [&] {
     if (!opened) opened = device();
@@ -126,15 +126,16 @@ bool add_pictures(Json& report, const std::vector<BatchAsset>& assets,
                            : cache->derived_data_key(assets[i], results[i].files,
                                                      "page " + std::to_string(sizes.picture) + " " +
                                                          std::to_string(sizes.map));
-      Json drawn;
-      if (cache != nullptr) drawn = Json::parse(cache->get_derived_data(key).value_or(""));
-      if (!drawn.is_object()) {
-        drawn = drawn_asset(assets[i], results[i], open, sizes);
-        if (cache != nullptr) cache->put_derived_data(key, drawn.with_texts(escape_bytes).dump());
+      Json asset_entry;
+      if (cache != nullptr) asset_entry = Json::parse(cache->get_derived_data(key).value_or(""));
+      if (!asset_entry.is_object()) {
+        asset_entry = drawn_asset(assets[i], results[i], open, sizes);
+        if (cache != nullptr)
+          cache->put_derived_data(key, asset_entry.with_texts(escape_bytes).dump());
       } else {
-        drawn = drawn.with_texts(unescape_bytes);
+        asset_entry = asset_entry.with_texts(unescape_bytes);
       }
-      asset.update(drawn);
+      asset.update(asset_entry);
     }
     described.push_back(std::move(asset));
   }
@@ -142,7 +143,7 @@ bool add_pictures(Json& report, const std::vector<BatchAsset>& assets,
   return true;
 }
 
-Json without_pictures(const Json& report) {
+Json remove_picture_bytes(const Json& report) {
   Json result = report;
   Json assets = Json::array();
   const auto without = [](const Json& object, std::initializer_list<std::string_view> left_out) {

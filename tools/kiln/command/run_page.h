@@ -24,7 +24,7 @@ bool add_pictures(Json& report, const std::vector<BatchAsset>& assets,
                   BakeCache* cache, Console& console);
 
 /// Copies a report without the bytes of pictures.
-Json without_pictures(const Json& report);
+Json remove_picture_bytes(const Json& report);
 
 /// Writes the page as one self-contained file. \throws Error(output)
 void save_page(const std::filesystem::path& path, const Json& report);

@@ -15,12 +15,12 @@ namespace kiln::cli {
 namespace {
 
 /// Minimum pause between two checks. A pause lasts at least as long as a check, so that checks use at most half a core.
-constexpr std::chrono::milliseconds kPause(100);
+constexpr std::chrono::milliseconds kMinPause(100);
 /// Time without a change after which a file counts as completely saved.
 constexpr std::chrono::milliseconds kSettleTime(60);
 
 /// Size, times and inode number of a file; empty if there is none.
-std::string state_of(const std::string& path) {
+std::string file_state(const std::string& path) {
   const auto facts = os::facts_of(std::filesystem::path(path));
   if (!facts) return {};
   return std::to_string(facts->bytes) + ":" + std::to_string(facts->modified_ns) + ":" +
@@ -28,14 +28,14 @@ std::string state_of(const std::string& path) {
 }
 
 struct Observation {
-  std::map<std::string, std::string> states;
+  std::map<std::string, std::string> state_by_file;
   std::string plan;
   bool operator==(const Observation&) const = default;
 };
 
 /// The arguments of this program, without --watch.
-std::vector<std::string> own_words() {
-  std::vector<std::string> words = os::own_words();
+std::vector<std::string> words_without_watch() {
+  std::vector<std::string> words = os::words_without_watch();
   std::erase(words, "--watch");
   if (words.empty()) {
     throw Error(ErrorCode::internal,
@@ -55,36 +55,36 @@ void run_again(const std::vector<std::string>& words) {
 
 int run_watched(const std::function<std::set<std::string>()>& files,
                 const std::function<std::string()>& plan, Console& console) {
-  const std::vector<std::string> words = own_words();
+  const std::vector<std::string> words = words_without_watch();
   std::set<std::string> watched = files();
-  const auto observe = [&] {
+  const auto observe_files = [&] {
     Observation observation;
-    for (const std::string& file : watched) observation.states[file] = state_of(file);
+    for (const std::string& file : watched) observation.state_by_file[file] = file_state(file);
     observation.plan = plan();
     return observation;
   };
   for (;;) {
-    const Observation state_before = observe();
+    const Observation state_before = observe_files();
     run_again(words);
     if (interrupted()) return kExitCancelled;
     watched = files();
-    Observation baseline = observe();
+    Observation baseline = observe_files();
     // Files that were saved during the run count as changed. Files that only the run found get their current state.
-    for (const auto& [file, state] : state_before.states) {
-      if (baseline.states.count(file) != 0) baseline.states[file] = state;
+    for (const auto& [file, state] : state_before.state_by_file) {
+      if (baseline.state_by_file.count(file) != 0) baseline.state_by_file[file] = state;
     }
     baseline.plan = state_before.plan;
     console.line("watching " + counted(watched.size(), "file") + "; press Ctrl-C to end");
     for (;;) {
       const auto start = std::chrono::steady_clock::now();
-      if (observe() != baseline) break;
+      if (observe_files() != baseline) break;
       const auto took = std::chrono::steady_clock::now() - start;
-      std::this_thread::sleep_for(std::max<std::chrono::nanoseconds>(kPause, took));
+      std::this_thread::sleep_for(std::max<std::chrono::nanoseconds>(kMinPause, took));
       if (interrupted()) return kExitCancelled;
     }
-    for (Observation last = observe();;) {
+    for (Observation last = observe_files();;) {
       std::this_thread::sleep_for(kSettleTime);
-      Observation current = observe();
+      Observation current = observe_files();
       if (interrupted()) return kExitCancelled;
       if (current == last) break;
       last = std::move(current);

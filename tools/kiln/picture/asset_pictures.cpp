@@ -45,7 +45,7 @@ MeshFiles load_written_low(const Job& job, const std::vector<std::string>& files
 }
 
 /// The part of a map's file name that follows the stem.
-std::string map_name(const Job& job, const std::string& file) {
+std::string map_name_of_file(const Job& job, const std::string& file) {
   const std::string name = fs::path(file).stem().string(), prefix = low_stem(job) + "_";
   return name.size() > prefix.size() && name.starts_with(prefix) ? name.substr(prefix.size())
                                                                  : name;
@@ -56,7 +56,8 @@ std::string file_for(const Image* AssetMaps::*place, const Job& job,
                      const std::vector<std::string>& files) {
   AssetMaps slots;
   for (const std::string& file : files) {
-    if (is_map_file(file) && slot_of(slots, map_name(job, file)) == &(slots.*place)) return file;
+    if (is_map_file(file) && slot_of(slots, map_name_of_file(job, file)) == &(slots.*place))
+      return file;
   }
   return {};
 }
@@ -108,7 +109,7 @@ Image channels_of(const Image& image, std::uint32_t first, std::uint32_t count, 
   return result;
 }
 
-MapPicture picture_of(const std::string& name, const Image& map, std::uint32_t side) {
+MapPicture make_map_picture(const std::string& name, const Image& map, std::uint32_t side) {
   MapPicture result;
   result.name = name;
   result.width = map.width;
@@ -203,15 +204,15 @@ DrawnAsset draw_asset(const Device& device, const Job& job, const std::vector<st
   RenderOptions unmapped = options;
   unmapped.ignore_map = true;
   result.low = low.draw(unmapped);
-  AnglePictures without;
-  without.add(high, low, unmapped);
-  result.without_maps_degrees = without.mean(0);
-  AnglePictures mapped;
-  mapped.add(high, low, options);
-  result.with_maps_degrees = mapped.mean(0);
-  const Scale scale = mapped.scale();
+  AnglePictures angles_without_maps;
+  angles_without_maps.add(high, low, unmapped);
+  result.without_maps_degrees = angles_without_maps.mean(0);
+  AnglePictures angles_with_maps;
+  angles_with_maps.add(high, low, options);
+  result.with_maps_degrees = angles_with_maps.mean(0);
+  const Scale scale = angles_with_maps.scale();
   result.scale_degrees = scale.end;
-  result.errors = mapped.picture(0, scale);
+  result.errors = angles_with_maps.picture(0, scale);
   if (map.image == nullptr && !worn.any()) return result;
   result.with_maps = low.draw(options);
   apply_maps({device, low_mesh}, worn, options, result.with_maps);
@@ -229,13 +230,13 @@ std::vector<MapPicture> picture_maps(const Job& job, const std::vector<std::stri
     for (const auto& [name, image] :
          {std::pair{"normals", &own_maps.normal}, std::pair{"colors", &own_maps.color},
           std::pair{"occlusion", &own_maps.occlusion}}) {
-      if (image->width != 0) maps.push_back(picture_of(name, *image, side));
+      if (image->width != 0) maps.push_back(make_map_picture(name, *image, side));
     }
     return maps;
   }
   for (const std::string& file : files) {
     if (!is_map_file(file)) continue;
-    maps.push_back(picture_of(map_name(job, file), load_image(file), side));
+    maps.push_back(make_map_picture(map_name_of_file(job, file), load_image(file), side));
     maps.back().file = file;
   }
   return maps;

@@ -125,19 +125,19 @@ Glyph glyph_of(char letter) {
   return kGlyphs[static_cast<std::size_t>(index)];
 }
 
-constexpr double kRows = 10;  // number of grid rows in a line of text
+constexpr double kGridRowsPerLine = 10;  // number of grid rows in a line of text
 
 /// True if a byte starts a UTF-8 character.
-bool begins(char byte) { return (static_cast<unsigned char>(byte) & 0xC0U) != 0x80U; }
+bool starts_character(char byte) { return (static_cast<unsigned char>(byte) & 0xC0U) != 0x80U; }
 
 }  // namespace
 
 double text_width(const std::string& text, double height) {
-  double units = 0;
+  double grid_units = 0;
   for (const char letter : text) {
-    if (begins(letter)) units += glyph_of(letter).width + kGlyphGap;
+    if (starts_character(letter)) grid_units += glyph_of(letter).width + kGlyphGap;
   }
-  return std::max(0.0, units - kGlyphGap) * height / kRows;
+  return std::max(0.0, grid_units - kGlyphGap) * height / kGridRowsPerLine;
 }
 
 Canvas::Canvas(std::uint32_t width, std::uint32_t height, const Colour& background)
@@ -198,13 +198,13 @@ void Canvas::line(double x0, double y0, double x1, double y1, double width, cons
 
 void Canvas::text(double left, double top, const std::string& words, const Colour& colour,
                   double height) {
-  const double unit = height / kRows, width = std::max(1.2, 0.7 * unit);
+  const double unit = height / kGridRowsPerLine, width = std::max(1.2, 0.7 * unit);
   for (const char letter : words) {
-    if (!begins(letter)) continue;
+    if (!starts_character(letter)) continue;
     const Glyph glyph = glyph_of(letter);
     const auto x = [&](std::size_t i) { return left + (glyph.lines[i] - '0') * unit; };
     const auto y = [&](std::size_t i) {
-      return top + (kRows - 0.5 - (glyph.lines[i + 1] - '0')) * unit;
+      return top + (kGridRowsPerLine - 0.5 - (glyph.lines[i + 1] - '0')) * unit;
     };
     for (std::size_t i = 0; i + 3 < glyph.lines.size(); i += 2) {
       if (glyph.lines[i] == ' ') ++i;

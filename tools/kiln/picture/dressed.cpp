@@ -14,7 +14,7 @@ namespace {
 // Colour of meshes in Scene::draw(), in linear light (kernels/render/render.cl).
 constexpr std::array<float, 3> kMeshColour = {0.60F, 0.505F, 0.425F};
 
-double linear(double value) {
+double srgb_to_linear(double value) {
   return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
 }
 
@@ -50,10 +50,11 @@ Image draw_coverage(const MappedMesh& dressed, const RenderOptions& options) {
 float light_factor(float bend) { return 1 + (bend > 0 ? kEdgeLight - 1 : 1 - kCavityLight) * bend; }
 
 /// Name of a map's file without the prefix of the mesh's name.
-std::string caption(const std::string& file, const Mesh& mesh) {
+std::string caption_of_map(const std::string& file, const Mesh& mesh) {
   std::string stem = std::filesystem::path(file).stem().string();
-  const std::string prefix = mesh.name + "_";
-  if (stem.size() > prefix.size() && stem.starts_with(prefix)) stem.erase(0, prefix.size());
+  const std::string mesh_prefix = mesh.name + "_";
+  if (stem.size() > mesh_prefix.size() && stem.starts_with(mesh_prefix))
+    stem.erase(0, mesh_prefix.size());
   return stem;
 }
 
@@ -77,8 +78,8 @@ void apply_maps(const MappedMesh& dressed, const LitMaps& maps, const RenderOpti
   const Image colors = draw(maps.color), open = draw(maps.occlusion), bend = draw(maps.bend);
   for (std::size_t i = 0; i < picture.pixels.size(); ++i) {
     if (coverage.pixels[i] == 0) continue;
-    double light = linear(picture.pixels[i]);
-    if (colors.width != 0) light *= linear(colors.pixels[i]) / kMeshColour[i % 3];
+    double light = srgb_to_linear(picture.pixels[i]);
+    if (colors.width != 0) light *= srgb_to_linear(colors.pixels[i]) / kMeshColour[i % 3];
     if (open.width != 0) light *= open.pixels[i];
     if (bend.width != 0) light *= light_factor(2 * bend.pixels[i] - 1);
     picture.pixels[i] = static_cast<float>(light);
@@ -100,7 +101,7 @@ Image map_sheet(const MappedMesh& dressed, const std::vector<std::string>& files
     for (std::size_t i = 0; i < picture.pixels.size(); ++i) {
       if (coverage.pixels[i] == 0) picture.pixels[i] = 1;
     }
-    panels.push_back({std::move(picture), {caption(file, dressed.mesh)}});
+    panels.push_back({std::move(picture), {caption_of_map(file, dressed.mesh)}});
   }
   return make_sheet(panels);
 }

@@ -31,7 +31,7 @@ class Slot {
     return texture_.uv_transforms.empty() && texture_.wraps.empty() && texture_.tiles.empty();
   }
   /// True if the material's look in this slot is its picture, without factors.
-  bool is_plain(std::size_t material) const {
+  bool is_unchanged_picture(std::size_t material) const {
     return image_of(material) != Texture::kNone && texture_.factors.empty() && repeats();
   }
   std::uint32_t map_side(std::size_t material) const {
@@ -43,7 +43,8 @@ class Slot {
   /// A material's value at a UV, filtered bilinearly.
   std::array<float, 3> at(std::size_t material, double u, double v) const {
     const std::uint32_t image_index = image_of(material);
-    if (image_index == Texture::kNone) return stored(texture_.plain[material], /*linear=*/true);
+    if (image_index == Texture::kNone)
+      return encode_value(texture_.plain[material], /*linear=*/true);
     const Image& image = *texture_.images[image_index];
     if (!texture_.uv_transforms.empty()) {
       const std::array<float, 6>& m = texture_.uv_transforms[material];
@@ -70,7 +71,7 @@ class Slot {
         value[c] += static_cast<float>(weight * texel[image.channels < 3 ? 0 : c]);
       }
     }
-    if (texture_.factors.empty()) return stored(value, /*linear=*/false);
+    if (texture_.factors.empty()) return encode_value(value, /*linear=*/false);
     const Texture::Factor& factor = texture_.factors[material];
     for (std::size_t c = 0; c < 3; ++c) {
       double number = value[c];
@@ -78,12 +79,12 @@ class Slot {
       if (texture_.kind == TextureKind::normal) number = 2 * number - 1;
       value[c] = static_cast<float>(number * factor.times[c] + factor.plus);
     }
-    return stored(value, /*linear=*/true);
+    return encode_value(value, /*linear=*/true);
   }
 
  private:
   /// Converts a value to the encoding of the map. \param linear  true if the value is linear light, or a vector
-  std::array<float, 3> stored(const std::array<float, 4>& value, bool linear) const {
+  std::array<float, 3> encode_value(const std::array<float, 4>& value, bool linear) const {
     std::array<float, 3> result{value[0], value[1], value[2]};
     if (!linear) return result;
     if (texture_.kind == TextureKind::normal) {
@@ -129,10 +130,10 @@ struct AtlasLayout {
 };
 
 bool in_unit_square(const Mesh& mesh) {
-  constexpr float kRounding = 1e-4F;
+  constexpr float kUvTolerance = 1e-4F;
   return std::all_of(mesh.uvs.begin(), mesh.uvs.end(), [](const Vec2& uv) {
-    return uv.x >= -kRounding && uv.x <= 1 + kRounding && uv.y >= -kRounding &&
-           uv.y <= 1 + kRounding;
+    return uv.x >= -kUvTolerance && uv.x <= 1 + kUvTolerance && uv.y >= -kUvTolerance &&
+           uv.y <= 1 + kUvTolerance;
   });
 }
 
@@ -175,7 +176,7 @@ OwnMaps take_own_maps(const std::vector<Material>& materials, Mesh& mesh,
       if (!slots[k]) continue;
       cell_key.pictures[k] = slots[k]->image_of(material);
       side = std::max(side, slots[k]->map_side(material));
-      if (!slots[k]->is_plain(material)) cell_key.material = material;
+      if (!slots[k]->is_unchanged_picture(material)) cell_key.material = material;
     }
     const auto [entry, added] = cells.try_emplace(cell_key, sheet.material.size());
     if (added) sheet.material.push_back(material);

@@ -31,12 +31,13 @@ Json plot_panel(const std::string& y_title) {
           {"rings", {{"title", ""}, {"x", Json::array()}, {"y", Json::array()}}}};
 }
 
-Json ticks_around(double least, double most) {
-  Json ticks = Json::array();
+Json power_of_four_ticks(double least, double most) {
+  Json tick_values = Json::array();
   double tick = 1.0 / 256;
   while (4 * tick <= least) tick *= 4;
-  for (; ticks.size() < 2 || ticks.back().number() < most; tick *= 4) ticks.push_back(tick);
-  return ticks;
+  for (; tick_values.size() < 2 || tick_values.back().number() < most; tick *= 4)
+    tick_values.push_back(tick);
+  return tick_values;
 }
 
 std::vector<std::string> plot_files(const std::string& name) {
@@ -60,7 +61,7 @@ void begin_plot(RunningProgram& python, const Plot& plot) {
 bool save_plots(const fs::path& folder, const std::vector<Plot>& plots,
                 std::vector<std::string>& outputs, std::vector<Warning>& warnings,
                 std::optional<RunningProgram> python) {
-  std::string by_hand;
+  std::string manual_commands;
   for (const Plot& plot : plots) {
     const auto saved = [&](const std::string& file) {
       outputs.push_back((folder / file).string());
@@ -73,8 +74,8 @@ bool save_plots(const fs::path& folder, const std::vector<Plot>& plots,
     std::optional<ProgramResult> result;
     const std::string text = plot.data.dump();
     if (python && python->began() && !python->began_with(text)) python.reset();
-    if (by_hand.empty() && !python) python = start_python();
-    if (by_hand.empty() && python) {
+    if (manual_commands.empty() && !python) python = start_python();
+    if (manual_commands.empty() && python) {
       if (!python->began()) python->begin(text, kLimitSeconds, interrupted);
       result = python->finish();
     }
@@ -83,7 +84,7 @@ bool save_plots(const fs::path& folder, const std::vector<Plot>& plots,
     if (result && result->exit_code == kNoMatplotlib) result.reset();
     constexpr std::string_view kPng = "\x89PNG\r\n\x1a\n";
     if (!result) {
-      by_hand += (by_hand.empty() ? "" : " && ") + command;
+      manual_commands += (manual_commands.empty() ? "" : " && ") + command;
     } else if (result->exit_code != 0 || result->output.substr(0, kPng.size()) != kPng) {
       constexpr std::size_t kMaxReasonBytes = 1000;
       std::string reason = result->errors.substr(0, kMaxReasonBytes);
@@ -97,7 +98,7 @@ bool save_plots(const fs::path& folder, const std::vector<Plot>& plots,
       save_text(saved(plot.name + ".png"), result->output);
     }
   }
-  if (!by_hand.empty()) {
+  if (!manual_commands.empty()) {
     save_text(folder / kScriptName, kPlotScript);
     outputs.push_back((folder / kScriptName).string());
     warnings.push_back({"no-plot",
@@ -106,7 +107,7 @@ bool save_plots(const fs::path& folder, const std::vector<Plot>& plots,
                                "install the package python3-matplotlib, then run '"
                              : "Kiln draws no plots on this system, so there is no picture: with "
                                "Python and matplotlib, run '") +
-                            by_hand + "' in " + folder.string() + ".",
+                            manual_commands + "' in " + folder.string() + ".",
                         1});
   }
   return true;

@@ -33,7 +33,7 @@ Json plot_curve(const std::string& title, const Json& look, const List& list, co
 }
 
 /// Ticks of a logarithmic axis: the powers of four that enclose a range.
-Json ticks_around(double least, double most);
+Json power_of_four_ticks(double least, double most);
 
 /// Names of the files that save_plots() may write.
 std::vector<std::string> plot_files(const std::string& name);

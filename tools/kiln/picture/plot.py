@@ -30,7 +30,7 @@ except ImportError as missing:
     print(missing, file=sys.stderr)
     sys.exit(69)  # EX_UNAVAILABLE
 # The build replaces this line by that file.
-from plot_labels import around, place_labels, shared_area
+from plot_labels import box_around_mark, place_labels, shared_area
 
 INK, SOFT, PALE, GRID = "#222222", "#555555", "#999999", "#d8d8d8"
 FRONT, RANGE = "#f0c070", "#b0b0b0"
@@ -84,7 +84,7 @@ def style_axes(axes, x_title, y_title):
     axes.set_ylabel(y_title, size=NORMAL, color=INK, labelpad=8)
 
 
-def numbers(values):
+def format_numbers(values):
     return [f"{value:,.6g}" for value in values]
 
 
@@ -104,7 +104,7 @@ def set_log(axes, side, low, high, ticks, labels=None):
     axis = getattr(axes, side + "axis")
     getattr(axes, f"set_{side}scale")("log")
     getattr(axes, f"set_{side}lim")(low, high)
-    axis.set_ticks(ticks, labels=labels or numbers(ticks))
+    axis.set_ticks(ticks, labels=labels or format_numbers(ticks))
     axis.set_ticks([], minor=True)
 
 
@@ -126,7 +126,7 @@ def error_axis(errors):
     return zero / step, most * step, True, (zero, least / step ** 0.8)
 
 
-def look_of(style):
+def mark_style(style):
     mark, color = style["mark"], style["color"]
     edge, width = (color, 2) if mark in "x+" else ("white", 0.6)
     return {"marker": mark, "color": color, "linestyle": "none", "markersize": 9,
@@ -148,7 +148,7 @@ def draw_panel(page, data, panel, corner, size):
     if is_log:
         ticks = log_ticks(broken[1] if broken else low, high)
         zero, zero_text = ([broken[0]], ["0"]) if broken else ([], [])
-        set_log(axes, "y", low, high, zero + ticks, zero_text + numbers(ticks))
+        set_log(axes, "y", low, high, zero + ticks, zero_text + format_numbers(ticks))
 
     def pixel(mark, seconds=None):
         error = mark["error"] if mark["error"] > 0 or not broken else broken[0]
@@ -169,7 +169,7 @@ def draw_panel(page, data, panel, corner, size):
         kept.append(page.extent(words(right - 8, y - 5, "below this line: no error at all (0)",
                                       ha="right", va="top", size=SMALL, color="#888888")))
     better = np.array([left + 4, bottom + 4, left + 138, bottom + 70])
-    if not any(shared_area(better, around(point)) > 0 for point in points):
+    if not any(shared_area(better, box_around_mark(point)) > 0 for point in points):
         kept.append(better)
         axes.annotate("", (left + 14, bottom + 14), (left + 54, bottom + 54),
                       xycoords="figure pixels", textcoords="figure pixels",
@@ -184,7 +184,7 @@ def draw_panel(page, data, panel, corner, size):
         lines.append((pixel(mark, min(mark["runs"])), pixel(mark, max(mark["runs"]))))
         line(lines[-1], color=RANGE, linewidth=1.2, zorder=1.8)
         style = next(style for style in data["styles"] if style["family"] == mark["family"])
-        line([point], zorder=3, **look_of(style))
+        line([point], zorder=3, **mark_style(style))
     texts = [words(0, 0, mark["label"], ha="center", va="center_baseline", zorder=4, size=NORMAL,
                    color="#111111" if mark["front"] else SOFT,
                    weight="bold" if mark["front"] else "normal") for mark in marks]
@@ -216,14 +216,14 @@ def draw_chart(data):
             draw_panel(page, data, panel, corner, (panel_width, panel_height))
     page.legend([Line2D([], [], color=FRONT, linewidth=4,
                         label="the best: nothing else is both faster and closer")] +
-                [Line2D([], [], label=one["title"], **look_of(one)) for one in data["styles"]],
+                [Line2D([], [], label=one["title"], **mark_style(one)) for one in data["styles"]],
                 20, "lower center")
     return page
 
 
 # ---- study ---------------------------------------------------------------------------------------
 # Curves also differ in lightness and shape (colours by Okabe and Ito, distinguishable with colour blindness).
-LOOKS = {"paper": ("#d55e00", "s", "-"), "kiln": ("#0072b2", "o", "-"),
+CURVE_STYLES = {"paper": ("#d55e00", "s", "-"), "kiln": ("#0072b2", "o", "-"),
          "ray": ("#333333", "^", "--"), "none": ("#888888", "D", ":"),
          "max": ("#7f3b08", "v", ":"), "p95": ("#d55e00", "s", "--"), "mean": ("#e69f00", "o", "-")}
 
@@ -234,7 +234,7 @@ def curve_look(look):
         return {**curve_look(look["thin"]), "linewidth": 1, "markersize": 3.5, "alpha": 0.6}
     shade = None if isinstance(look, str) else np.array(
         [250 - 225 * look, 180 - 150 * look, 80 + 20 * look]) / 255
-    color, marker, style = LOOKS[look] if shade is None else (tuple(shade), "o", "-")
+    color, marker, style = CURVE_STYLES[look] if shade is None else (tuple(shade), "o", "-")
     return {"color": color, "marker": marker, "linestyle": style, "linewidth": 2, "markersize": 7}
 
 
@@ -246,7 +246,7 @@ def named(axes, x, y, words, offset, size, color, **look):
                   **{"zorder": 4, **look})
 
 
-def beside(axes, x, y, words, taken):
+def place_beside_point(axes, x, y, words, taken):
     """The offset of a short name from its point with the least overlap, and its box in pixels."""
     def box_at(offset):
         corner = axes.transData.transform((x, y)) + np.array(offset) * DPI / 72
@@ -324,7 +324,7 @@ def draw_study(data):
             axes.plot(curve["x"], curve["y"], label="_" if thin else curve["title"],
                       **curve_look(curve["look"]))
             if thin:
-                place, box = beside(axes, curve["x"][-1], curve["y"][-1], curve["title"], taken)
+                place, box = place_beside_point(axes, curve["x"][-1], curve["y"][-1], curve["title"], taken)
                 taken.append(box)
                 named(axes, curve["x"][-1], curve["y"][-1], curve["title"], place, SMALL, SOFT,
                       zorder=1.5)

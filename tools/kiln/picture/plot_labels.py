@@ -7,7 +7,7 @@ import random
 
 import numpy as np
 
-RADIUS = 10  # of a mark, pixels
+MARK_RADIUS = 10  # of a mark, pixels
 GAPS, ANGLES, LEADER_GAP, ORDERS = (4, 12, 24, 38, 54, 74, 98, 130, 170, 220, 280), 20, 10, 6
 # Costs: violations are far more expensive than flaws.
 OUTSIDE, ON_LABEL, ON_MARK, ON_LINE = 1e7, 1e5, 3e4, 800
@@ -19,7 +19,7 @@ def shared_area(a, b):
     return np.prod(np.maximum(sides, 0), axis=-1)
 
 
-def inside(start, end, box):
+def share_inside_box(start, end, box):
     """The part of a line inside a box, 0 to 1 of its length (Liang and Barsky 1984)."""
     step = np.where(end == start, 1e-9, end - start)
     one, two = (box[..., :2] - start) / step, (box[..., 2:] - start) / step
@@ -27,15 +27,15 @@ def inside(start, end, box):
     return np.maximum(np.minimum(np.maximum(one, two).min(-1), 1) - enter, 0)
 
 
-def cross(a, b, c, d):
+def segments_cross(a, b, c, d):
     def side(p, q, r):
         u, v = q - p, r - p
         return u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0]
     return (side(a, b, c) * side(a, b, d) < 0) & (side(c, d, a) * side(c, d, b) < 0)
 
 
-def around(mark):
-    return np.concatenate([mark - RADIUS, mark + RADIUS])
+def box_around_mark(mark):
+    return np.concatenate([mark - MARK_RADIUS, mark + MARK_RADIUS])
 
 
 class LabelPositions:
@@ -45,17 +45,17 @@ class LabelPositions:
         angle = np.tile(2 * np.pi * np.arange(ANGLES) / ANGLES, len(GAPS))
         gap = np.repeat(np.array(GAPS, float), ANGLES)
         toward = np.stack([np.cos(angle), np.sin(angle)], -1)
-        center = mark + toward * (RADIUS + gap)[:, None] + np.clip(2 * toward, -1, 1) * size / 2
+        center = mark + toward * (MARK_RADIUS + gap)[:, None] + np.clip(2 * toward, -1, 1) * size / 2
         self.boxes = boxes = np.concatenate([center - size / 2, center + size / 2], -1)
         self.ends = np.clip(mark, boxes[:, :2], boxes[:, 2:])
         self.mark, self.leader, self.known = mark, gap >= LEADER_GAP, {}
         # Labels beside a mark are easier to read than above or below it.
-        cost = 6 * gap + 30 * np.abs(center[:, 1] - mark[1]) / (size[1] + RADIUS)
+        cost = 6 * gap + 30 * np.abs(center[:, 1] - mark[1]) / (size[1] + MARK_RADIUS)
         cost += OUTSIDE * ((boxes[:, :2] < panel[:2]) | (boxes[:, 2:] > panel[2:])).any(-1)
-        for box in list(kept) + [around(other) for other in marks]:
+        for box in list(kept) + [box_around_mark(other) for other in marks]:
             cost += ON_MARK * (shared_area(boxes, box) > 0)
         for start, end in lines:
-            length = np.hypot(*(end - start)) * inside(start, end, boxes)
+            length = np.hypot(*(end - start)) * share_inside_box(start, end, boxes)
             cost += np.where(length > 0, ON_LINE + 10 * length, 0)
         own = np.hypot(*(self.ends - mark).T)
         for other in marks:
@@ -63,7 +63,7 @@ class LabelPositions:
                 continue
             away = np.hypot(*(np.clip(other, boxes[:, :2], boxes[:, 2:]) - other).T)
             cost += NEARER_OTHER * (away < own + 6) / np.where(self.leader, 4, 1)
-            cost += LEADER_ON_MARK * (self.leader & (inside(mark, self.ends, around(other)) > 0))
+            cost += LEADER_ON_MARK * (self.leader & (share_inside_box(mark, self.ends, box_around_mark(other)) > 0))
         self.cost = cost
 
     def cost_beside(self, other, place):
@@ -72,10 +72,10 @@ class LabelPositions:
             box, end = other.boxes[place], other.ends[place]
             area = shared_area(self.boxes, box)
             cost = np.where(area > 0, ON_LABEL + area, 0)
-            cost += LEADER_ON_LABEL * (self.leader & (inside(self.mark, self.ends, box) > 0))
+            cost += LEADER_ON_LABEL * (self.leader & (share_inside_box(self.mark, self.ends, box) > 0))
             if other.leader[place]:
-                cost += LEADER_ON_LABEL * (inside(other.mark, end, self.boxes) > 0)
-                cost += LEADERS_CROSS * (self.leader & cross(self.mark, self.ends, other.mark, end))
+                cost += LEADER_ON_LABEL * (share_inside_box(other.mark, end, self.boxes) > 0)
+                cost += LEADERS_CROSS * (self.leader & segments_cross(self.mark, self.ends, other.mark, end))
             self.known[other, place] = cost
         return self.known[other, place]
 

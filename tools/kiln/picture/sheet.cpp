@@ -12,8 +12,8 @@
 namespace kiln::cli {
 namespace {
 
-constexpr std::int64_t kGap = 12, kBarWidth = 260, kBarHeight = 16, kSwatch = 16;
-constexpr auto kLine = static_cast<std::int64_t>(kTextHeight);
+constexpr std::int64_t kGap = 12, kBarWidth = 260, kBarHeight = 16, kSwatchSide = 16;
+constexpr auto kTextLineHeight = static_cast<std::int64_t>(kTextHeight);
 
 std::string number(double value) { return formatted("%g", value); }
 
@@ -30,26 +30,26 @@ struct Legend {
   std::int64_t width = 0, height = 0;
 };
 
-std::int64_t bar_width(const Scale& scale) {
+std::int64_t scale_bar_width(const Scale& scale) {
   return wide("0") + kBarWidth + wide(number(scale.end) + " " + scale.unit) + 2 * kGap;
 }
 
 Legend place_legend(const std::optional<Scale>& scale, std::int64_t room) {
   Legend legend;
   if (!scale) return legend;
-  std::vector<std::int64_t> widths = {bar_width(*scale)};
-  for (const auto& [colour, text] : scale->others) widths.push_back(kSwatch + 6 + wide(text));
+  std::vector<std::int64_t> widths = {scale_bar_width(*scale)};
+  for (const auto& [colour, text] : scale->others) widths.push_back(kSwatchSide + 6 + wide(text));
   std::int64_t x = 0, y = 0;
   for (const std::int64_t width : widths) {
     if (x != 0 && x + width > room) {
       x = 0;
-      y += kLine + kGap / 2;
+      y += kTextLineHeight + kGap / 2;
     }
     legend.parts.push_back({x, y, width});
     legend.width = std::max(legend.width, x + width);
     x += width + 2 * kGap;
   }
-  legend.height = y + kLine + kGap;
+  legend.height = y + kTextLineHeight + kGap;
   return legend;
 }
 
@@ -65,9 +65,9 @@ void draw_legend(Canvas& canvas, const Scale& scale, const Legend& legend, std::
               number(scale.end) + " " + scale.unit);
   for (std::size_t k = 0; k < scale.others.size(); ++k) {
     const Legend::Part& part = legend.parts[k + 1];
-    canvas.fill(left + part.x, top + part.y + 2, kSwatch, kSwatch, scale.others[k].first);
-    canvas.text(static_cast<double>(left + part.x + kSwatch + 6), static_cast<double>(top + part.y),
-                scale.others[k].second);
+    canvas.fill(left + part.x, top + part.y + 2, kSwatchSide, kSwatchSide, scale.others[k].first);
+    canvas.text(static_cast<double>(left + part.x + kSwatchSide + 6),
+                static_cast<double>(top + part.y), scale.others[k].second);
   }
 }
 
@@ -93,26 +93,27 @@ std::size_t choose_columns(std::size_t count, std::int64_t cell_width, std::int6
 }  // namespace
 
 Colour scale_colour(double share) {
-  constexpr std::array<Colour, 9> kStops = {{{0.001F, 0.000F, 0.014F},
-                                             {0.122F, 0.047F, 0.282F},
-                                             {0.333F, 0.059F, 0.427F},
-                                             {0.533F, 0.134F, 0.415F},
-                                             {0.729F, 0.212F, 0.333F},
-                                             {0.890F, 0.349F, 0.200F},
-                                             {0.976F, 0.549F, 0.039F},
-                                             {0.976F, 0.789F, 0.198F},
-                                             {0.988F, 1.000F, 0.645F}}};
-  const double stop = std::clamp(share, 0.0, 1.0) * (kStops.size() - 1);
-  const std::size_t first = std::min(static_cast<std::size_t>(stop), kStops.size() - 2);
+  constexpr std::array<Colour, 9> kScaleColours = {{{0.001F, 0.000F, 0.014F},
+                                                    {0.122F, 0.047F, 0.282F},
+                                                    {0.333F, 0.059F, 0.427F},
+                                                    {0.533F, 0.134F, 0.415F},
+                                                    {0.729F, 0.212F, 0.333F},
+                                                    {0.890F, 0.349F, 0.200F},
+                                                    {0.976F, 0.549F, 0.039F},
+                                                    {0.976F, 0.789F, 0.198F},
+                                                    {0.988F, 1.000F, 0.645F}}};
+  const double stop = std::clamp(share, 0.0, 1.0) * (kScaleColours.size() - 1);
+  const std::size_t first = std::min(static_cast<std::size_t>(stop), kScaleColours.size() - 2);
   const auto part = static_cast<float>(stop - static_cast<double>(first));
   Colour colour{};
   for (std::size_t c = 0; c < 3; ++c) {
-    colour[c] = kStops[first][c] + (kStops[first + 1][c] - kStops[first][c]) * part;
+    colour[c] =
+        kScaleColours[first][c] + (kScaleColours[first + 1][c] - kScaleColours[first][c]) * part;
   }
   return colour;
 }
 
-double scale_end(std::vector<double> values) {
+double round_scale_end(std::vector<double> values) {
   double limit = 1e-9;
   if (!values.empty()) {
     const std::size_t rank = values.size() * 97 / 100 - (values.size() * 97 % 100 == 0 ? 1 : 0);
@@ -127,8 +128,8 @@ double scale_end(std::vector<double> values) {
   return 10 * power;
 }
 
-Image coloured(const Image& values, const Scale& scale,
-               const std::function<std::optional<Colour>(float)>& other) {
+Image map_to_colours(const Image& values, const Scale& scale,
+                     const std::function<std::optional<Colour>(float)>& other) {
   Image result{values.width, values.height, 3, {}};
   result.pixels.reserve(values.pixels.size() * 3);
   for (const float value : values.pixels) {
@@ -144,7 +145,8 @@ std::uint64_t bytes_of(const PictureGeometry& size, std::uint64_t count) {
 }
 
 Image draw_with_room(const Scene& scene, const RenderOptions& options, std::uint64_t bytes) {
-  constexpr std::uint64_t kBytesOfLaunches = 8 << 20;  // PoCL keeps 6 MiB after the first picture
+  constexpr std::uint64_t kBytesOfLaunches =
+      8 << 20;  // after the first picture PoCL keeps 6 MiB allocated
   const ReservedMemory reserved(bytes == 0 ? 0 : bytes + kBytesOfLaunches);
   return scene.draw(options);
 }
@@ -160,12 +162,12 @@ Image make_sheet(const std::vector<Panel>& panels, const std::optional<Scale>& s
     for (const std::string& text : panel.captions) captions = std::max(captions, wide(text));
   }
   const std::int64_t cell = std::max(width, captions) + kGap;
-  const std::int64_t row = height + static_cast<std::int64_t>(lines) * kLine + 2 * kGap;
+  const std::int64_t row = height + static_cast<std::int64_t>(lines) * kTextLineHeight + 2 * kGap;
   if (columns == 0) columns = choose_columns(panels.size(), cell, row);
   const auto across = static_cast<std::int64_t>(columns);
   const auto rows = static_cast<std::int64_t>((panels.size() + columns - 1) / columns);
   const Legend legend =
-      place_legend(scale, std::max(across * cell, bar_width(scale.value_or(Scale{}))));
+      place_legend(scale, std::max(across * cell, scale_bar_width(scale.value_or(Scale{}))));
   const std::int64_t page = std::max(across * cell, legend.width) + kGap;
   Canvas canvas(static_cast<std::uint32_t>(page),
                 static_cast<std::uint32_t>(rows * row + legend.height + kGap));
@@ -191,7 +193,7 @@ Image make_sheet(const std::vector<Panel>& panels, const std::optional<Scale>& s
 
 namespace {
 
-constexpr Colour kOneSided = {0.55F, 0.60F, 0.68F};
+constexpr Colour kOneMeshColour = {0.55F, 0.60F, 0.68F};
 
 }  // namespace
 
@@ -219,13 +221,15 @@ Scale AnglePictures::scale() const {
       if (angle >= 0) values.push_back(angle);
     }
   }
-  return {scale_end(std::move(values)), "degrees", {{kOneSided, "visible in only one mesh"}}};
+  return {round_scale_end(std::move(values)),
+          "degrees",
+          {{kOneMeshColour, "visible in only one mesh"}}};
 }
 
 Image AnglePictures::picture(std::size_t index, const Scale& scale) const {
-  return coloured(angles_[index], scale, [](float angle) -> std::optional<Colour> {
+  return map_to_colours(angles_[index], scale, [](float angle) -> std::optional<Colour> {
     if (angle >= 0) return std::nullopt;
-    return angle == -1 ? kWhite : kOneSided;
+    return angle == -1 ? kWhite : kOneMeshColour;
   });
 }
 

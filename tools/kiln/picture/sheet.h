@@ -31,13 +31,13 @@ struct Scale {
 Colour scale_colour(double share);
 
 /// The smallest number that is 1, 2 or 5 times a power of ten, and that at most 3% of the values exceed.
-double scale_end(std::vector<double> values);
+double round_scale_end(std::vector<double> values);
 
 /// Converts values to colours.
 /// \param values  an image of one channel
 /// \param other  returns the colour of a value that is not on the scale; nullopt otherwise
-Image coloured(const Image& values, const Scale& scale,
-               const std::function<std::optional<Colour>(float)>& other);
+Image map_to_colours(const Image& values, const Scale& scale,
+                     const std::function<std::optional<Colour>(float)>& other);
 
 /// Arranges panels in columns. Cells are at least as wide as the widest caption.
 /// \param columns  number of columns; 0: for an aspect ratio of about 8 : 5

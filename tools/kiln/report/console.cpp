@@ -33,7 +33,7 @@ bool is_control(std::string_view character) {
 }  // namespace
 
 std::string printable(std::string_view text) {
-  constexpr const char* kDigits = "0123456789abcdef";
+  constexpr const char* kHexDigits = "0123456789abcdef";
   std::string result;
   result.reserve(text.size());
   while (!text.empty()) {
@@ -45,7 +45,7 @@ std::string printable(std::string_view text) {
     } else {
       for (const char c : character) {
         const auto byte = static_cast<unsigned char>(c);
-        result += {'\\', 'x', kDigits[byte >> 4], kDigits[byte & 15]};
+        result += {'\\', 'x', kHexDigits[byte >> 4], kHexDigits[byte & 15]};
       }
     }
     text.remove_prefix(length);
@@ -60,12 +60,12 @@ std::string_view first_columns(std::string_view text, std::size_t columns) {
 }
 
 void print_line(std::FILE* to, std::string_view text) {
-  std::string indented;
+  std::string indented_text;
   for (const char c : text) {
-    indented += c;
-    if (c == '\n') indented += "  ";
+    indented_text += c;
+    if (c == '\n') indented_text += "  ";
   }
-  print_text(to, indented);
+  print_text(to, indented_text);
 }
 
 void print_text(std::FILE* to, std::string_view text) {

@@ -9,8 +9,8 @@ import numpy as np
 from . import _core
 from ._errors import Error
 
-_LITTLE = 16 << 20  #: bytes: smaller arrays skip the memory check
-_MOST_FACES = 0xFFFFFFFF  // 3 #: corner indices have 32 bits
+_MIN_BYTES_TO_CHECK = 16 << 20  #: bytes: smaller arrays skip the memory check
+_MAX_FACE_ROWS = 0xFFFFFFFF  // 3 #: corner indices have 32 bits
 
 
 def _fail(parameter: str, what: str, code: str) -> None:
@@ -36,7 +36,7 @@ def as_array(values: Any, parameter: str) -> np.ndarray:
         _fail(parameter, f"expected numbers, not {type(values).__name__}.", "array-type")
     # A broadcast array needs no memory for repeated values, but a copy of it does.
     needed = 4 * array.size
-    if needed > _LITTLE and needed > (left := _core.memory_left()):
+    if needed > _MIN_BYTES_TO_CHECK and needed > (left := _core.memory_left()):
         raise Error(
             f"{parameter}: {array.shape} would take {needed >> 20} MiB of memory, but only {left >> 20} MiB are left.",
             "memory",
@@ -73,8 +73,8 @@ def checked(
     if parameter in ("faces", "vertices"):
         _refuse_repeats(array, parameter)
     kind = array.dtype.kind
-    if below is not None and array.shape[0] > _MOST_FACES:
-        raise Error(f"{parameter}: at most {_MOST_FACES} rows, not {array.shape[0]}.", "array-shape", "input", parameter)
+    if below is not None and array.shape[0] > _MAX_FACE_ROWS:
+        raise Error(f"{parameter}: at most {_MAX_FACE_ROWS} rows, not {array.shape[0]}.", "array-shape", "input", parameter)
     if below is not None:
         if kind not in "iu":
             _fail(parameter, f"expected whole numbers, not {array.dtype}.", "array-type")

@@ -36,7 +36,7 @@ _FORMATS = {
     ".ktx2": "ktx2",
     ".dds": "dds",
 }
-_NO_PICTURES = (".bmp", ".gif", ".hdr", ".jpeg", ".jpg")
+_UNWRITABLE_SUFFIXES = (".bmp", ".gif", ".hdr", ".jpeg", ".jpg")
 
 
 class SampleStatus(enum.IntEnum):
@@ -190,7 +190,7 @@ class Bake(Mapping[str, "np.ndarray"]):
         """
         target = Path(path_of(path))
         suffix = target.suffix.lower()
-        if suffix in _NO_PICTURES and not target.is_dir():
+        if suffix in _UNWRITABLE_SUFFIXES and not target.is_dir():
             text = f"path: '{target}' is not a picture format that Kiln writes: use .png, .exr, .tif, .tga, .webp, .ktx2 or .dds."
             raise Error(text, "output", "usage", "path")
         if suffix in _FORMATS and not target.is_dir():
@@ -514,7 +514,7 @@ def bake_sets(
     source = _source_of(
         high,
         keywords.pop("device", ""),
-        None if report is None else _share(report, 0, 0.1),
+        None if report is None else _progress_share(report, 0, 0.1),
         keywords.pop("high_normals", None),
     )
     if len(parts) > 1:
@@ -522,18 +522,18 @@ def bake_sets(
     baked: dict[str, Bake] = {}
     words: dict[str, str] = {}  # names of materials and objects as used in file names
     for i, (name, (own, tile, mesh)) in enumerate(zip(names, parts)):
-        part = None if report is None else _share(report, 0.1 + 0.9 * i / len(parts), 0.9 / len(parts))
+        part = None if report is None else _progress_share(report, 0.1 + 0.9 * i / len(parts), 0.9 / len(parts))
         token = texture_set.set(name)
         try:
             made = bake(source, mesh, size=sizes.get(name, sizes.get(own, 2048)), progress=part, **keywords)
         finally:
             texture_set.reset(token)
         if own and own not in words:
-            plain = re.sub(r'[\x00- \x7f/\\:*?"<>|]', "_", own).encode()[:100].decode(errors="ignore") or "set"
-            word, k = plain, 1
+            safe_name = re.sub(r'[\x00- \x7f/\\:*?"<>|]', "_", own).encode()[:100].decode(errors="ignore") or "set"
+            word, k = safe_name, 1
             while word.lower() in [other.lower() for other in words.values()]:
                 k += 1
-                word = f"{plain}_{k}"
+                word = f"{safe_name}_{k}"
             words[own] = word
         if name:
             made.report.warnings = [w for w in made.report.warnings if w["code"] != "uv-missing"]
@@ -542,7 +542,7 @@ def bake_sets(
     return baked
 
 
-def _share(report: Callable[[float, str], object], start: float, share: float) -> Callable[[float, str], object]:
+def _progress_share(report: Callable[[float, str], object], start: float, share: float) -> Callable[[float, str], object]:
     return lambda done, stage: report(start + share * done, stage)
 
 

@@ -105,7 +105,7 @@ def device_of(device: Any) -> str:
 
 
 #: Names of arguments in other packages.
-_OTHER_WORDS = {
+_NAMES_IN_OTHER_PACKAGES = {
     "size": ("texture_size",),
     "resolution": ("texture_size", "size"),
     "texture_resolution": ("texture_size", "size"),
@@ -136,7 +136,7 @@ def unknown_keyword(name: str, function: str, own: Iterable[str], near: str | No
 
     names = list(own)
     word = name.lower().replace("-", "_")
-    meant = [other for other in _OTHER_WORDS.get(word, ()) if other in names]
+    meant = [other for other in _NAMES_IN_OTHER_PACKAGES.get(word, ()) if other in names]
     known = [*names, near] if near else names
     meant = meant or difflib.get_close_matches(word, known, 1, 0.75) or ([near] if near else [])
     text = f"{function}() got an unexpected keyword argument '{name}'"

@@ -60,7 +60,7 @@ def _check_layout(low: _core.Mesh, normal: Any) -> None:
         warn("other-layout", text + "another low poly, or to other UVs.", int(empty.sum()))
 
 
-def _as_baked(
+def _normal_map_with_encoding(
     normal: Any, space: str | None, flip_y: bool | None, bitangent: str | None
 ) -> tuple[Any, str, bool, str]:
     """Returns the pixels of a normal map, and their encoding."""
@@ -108,7 +108,7 @@ def render(
     report = callback_of(progress)
     mesh = as_mesh(mesh)
     _check_layout(mesh, normal)
-    pixels, space, flip_y, bitangent = _as_baked(normal, space, flip_y, bitangent)
+    pixels, space, flip_y, bitangent = _normal_map_with_encoding(normal, space, flip_y, bitangent)
     picture: np.ndarray = _core.render(
         mesh,
         pixels,
@@ -159,7 +159,7 @@ def measure(
     report = callback_of(progress)
     low = as_mesh(low, "low")
     _check_layout(low, normal)
-    pixels, space, flip_y, bitangent = _as_baked(normal, space, flip_y, bitangent)
+    pixels, space, flip_y, bitangent = _normal_map_with_encoding(normal, space, flip_y, bitangent)
     figures = NormalError(
         _core.measure(
             as_high(high, high_normals),

@@ -54,7 +54,7 @@ def as_mesh(given: Any, parameter: str = "mesh", up: str | None = None) -> Mesh:
     if hasattr(given, "geometry") and hasattr(given, "to_mesh"):
         given = given.to_mesh()
     if hasattr(given, "vertices") and hasattr(given, "faces"):
-        return _of_object(given, parameter not in ("low", "cage_mesh", "ao_occluders"), up)
+        return _mesh_of_trimesh(given, parameter not in ("low", "cage_mesh", "ao_occluders"), up)
     hint = ""
     raise Error(
         f"{parameter}: expected a kiln.Mesh, a path, a file's bytes, (vertices, faces), or an object with vertices "
@@ -100,11 +100,11 @@ def _extension(data: bytes) -> str:
 
 
 #: Members of a trimesh material that are read.
-_FACTORS = ("baseColorFactor", "metallicFactor", "roughnessFactor", "emissiveFactor")
-_PICTURES = ("baseColorTexture", "metallicRoughnessTexture", "normalTexture", "occlusionTexture", "emissiveTexture")
+_FACTOR_MEMBERS = ("baseColorFactor", "metallicFactor", "roughnessFactor", "emissiveFactor")
+_PICTURE_MEMBERS = ("baseColorTexture", "metallicRoughnessTexture", "normalTexture", "occlusionTexture", "emissiveTexture")
 
 
-def _of_object(given: Any, with_material: bool, up: str | None = None) -> Mesh:
+def _mesh_of_trimesh(given: Any, with_material: bool, up: str | None = None) -> Mesh:
     """Converts an object like trimesh.Trimesh: visual.uv, visual.vertex_colors, explicit vertex normals, and the
     material. Warnings state what is left out."""
     visual = getattr(given, "visual", None)
@@ -136,8 +136,8 @@ def _with_material(mesh: Mesh, material: Any, visual: Any) -> Mesh:
     """Adds a trimesh material, which a GLB of one triangle transports."""
     if hasattr(material, "diffuse") and hasattr(material, "to_pbr"):
         material = _pbr_of_simple(material)
-    pictures = [name for name in _PICTURES if getattr(material, name, None) is not None]
-    factors = [name for name in _FACTORS if getattr(material, name, None) is not None]
+    pictures = [name for name in _PICTURE_MEMBERS if getattr(material, name, None) is not None]
+    factors = [name for name in _FACTOR_MEMBERS if getattr(material, name, None) is not None]
     of_many = len(getattr(material, "materials", ())) > 0
     if not pictures and not factors and not of_many:
         return mesh

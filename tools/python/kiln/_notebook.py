@@ -21,7 +21,7 @@ _MAX_MAPS = 8  #: maps that are shown; others are named
 _MAX_FACES = 2_000_000  #: larger meshes are not rendered to be shown
 
 
-def _small(pixels: np.ndarray, longest: int) -> np.ndarray:
+def _downsample(pixels: np.ndarray, longest: int) -> np.ndarray:
     """Reduces an image to three channels and at most `longest` pixels per side, by averaging blocks of texels."""
     import numpy as np
 
@@ -64,7 +64,7 @@ def _maps(maps: dict[str, np.ndarray]) -> str:
     text = ""
     for name in list(maps)[:_MAX_MAPS]:
         height, width = maps[name].shape[:2]
-        text += _image(_png(_small(maps[name], _MAP_PIXELS)), f"{name}, {width} × {height}", _MAP_PIXELS)
+        text += _image(_png(_downsample(maps[name], _MAP_PIXELS)), f"{name}, {width} × {height}", _MAP_PIXELS)
     others = list(maps)[_MAX_MAPS:]
     return text + (f"<p>and {html.escape(', '.join(others))}</p>" if others else "")
 

@@ -41,7 +41,7 @@ def checked(given: Mapping[str, Any], function: str = "bake", own: Iterable[str]
 
 def json_of(options: Mapping[str, Any]) -> str:
     """Converts options and their values to JSON."""
-    return json.dumps({name: _value(name, value) for name, value in options.items() if value is not None})
+    return json.dumps({name: _json_value(name, value) for name, value in options.items() if value is not None})
 
 
 def plain(value: Any) -> Any:
@@ -57,14 +57,14 @@ def is_number(value: Any) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
-def _value(name: str, value: Any) -> Any:
+def _json_value(name: str, value: Any) -> Any:
     value = plain(value)
     if isinstance(value, os.PathLike):
         value = os.fspath(value)
     if isinstance(value, list) and value:
-        return [_value(name, part) for part in value]
+        return [_json_value(name, part) for part in value]
     if isinstance(value, Mapping) and value:
-        return {str(key): _value(name, part) for key, part in value.items()}
+        return {str(key): _json_value(name, part) for key, part in value.items()}
     if is_number(value):
         # JSON cannot represent infinite and huge numbers, so they become text; the library's error
         # then names the option.

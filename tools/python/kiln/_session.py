@@ -103,7 +103,7 @@ class BakeSession:
     def bake(self) -> Bake:
         """Bakes all outdated texels. Returns a copy of all maps, which later bakes do not change."""
         made = Bake(self._core.bake(), self._keywords)
-        made.report.errors.measure = _no_errors
+        made.report.errors.measure = _refuse_error_measurement
         return made
 
     @property
@@ -137,7 +137,7 @@ class BakeSession:
         self.close()
 
 
-def _no_errors(name: str) -> NoReturn:
+def _refuse_error_measurement(name: str) -> NoReturn:
     text = "report: a session does not measure errors: use kiln.Source(session.mesh, bounds=session.bounds).bake()."
     raise Error(text, "option-contradiction", "usage", "report")
 
