@@ -71,6 +71,24 @@ void warn_of_no_data(const std::string& path, const NoData& found, const Image& 
   }
 }
 
+/// Checks the memory of a bake from a height field before its mesh is built: a picture of 100 KB may hold 134 million
+/// triangles, which would otherwise fail in a later stage, minutes on.
+void require_field_memory(const std::string& path, const Image& image) {
+  // The mesh, its repair and its BVH: 370 bytes a pixel at 2048 x 2048, 400 at 4096 x 4096.
+  constexpr std::uint64_t kBytesPerPixel = 350;
+  std::uint64_t heights = 0;
+  for (std::size_t i = 0; i < image.pixels.size(); i += image.channels) {
+    heights += std::isfinite(image.pixels[i]) ? 1 : 0;
+  }
+  require_memory("A bake of the height field '" + path + "' of " + std::to_string(image.width) +
+                     " x " + std::to_string(image.height) + " pixels",
+                 kBytesPerPixel * heights, [](const std::string& problem) {
+                   throw Error(ErrorCode::input,
+                               problem + ". Scale the height field down, or raise the " +
+                                   option("memory_limit") + ".");
+                 });
+}
+
 }  // namespace
 
 HeightFieldOptions prepare_heights(const std::string& path, Heights& read,
@@ -126,24 +144,6 @@ HighPolyInput load_high(const std::vector<JobInput>& inputs, const HeightFieldOp
   input.mesh = std::move(read.mesh);
   input.beside = std::move(read.beside);
   return input;
-}
-
-/// Checks the memory of a bake from a height field before its mesh is built: a picture of 100 KB may hold 134 million
-/// triangles, which would otherwise fail in a later stage, minutes on.
-void require_field_memory(const std::string& path, const Image& image) {
-  // The mesh, its repair and its BVH: 370 bytes a pixel at 2048 x 2048, 400 at 4096 x 4096.
-  constexpr std::uint64_t kBytesPerPixel = 350;
-  std::uint64_t heights = 0;
-  for (std::size_t i = 0; i < image.pixels.size(); i += image.channels) {
-    heights += std::isfinite(image.pixels[i]) ? 1 : 0;
-  }
-  require_memory("A bake of the height field '" + path + "' of " + std::to_string(image.width) +
-                     " x " + std::to_string(image.height) + " pixels",
-                 kBytesPerPixel * heights, [](const std::string& problem) {
-                   throw Error(ErrorCode::input,
-                               problem + ". Scale the height field down, or raise the " +
-                                   option("memory_limit") + ".");
-                 });
 }
 
 HighPolyInput load_high(const std::string& path, const HeightFieldOptions& heights,
