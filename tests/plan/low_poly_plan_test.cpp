@@ -227,8 +227,8 @@ TEST(LowPolyPlan, SizesOnScreenAreThoseOfTheMesh) {
   const auto extent = [&](const Picture& picture, const Vec3d& axis) {
     double low = 1e300, high = -1e300;
     for (const Vec3& p : impl_of(source).positions) {
-      low = std::min(low, dot(to_double(p) - picture.middle, axis));
-      high = std::max(high, dot(to_double(p) - picture.middle, axis));
+      low = std::min(low, dot(to_double(p) - picture.center, axis));
+      high = std::max(high, dot(to_double(p) - picture.center, axis));
     }
     EXPECT_NEAR(low + high, 0, 1e-5) << "in the middle";
     return high - low;
@@ -237,7 +237,7 @@ TEST(LowPolyPlan, SizesOnScreenAreThoseOfTheMesh) {
   ASSERT_EQ(shown.pictures.size(), kPlanViews);
   for (const Picture& picture : shown.pictures) {
     const double wide = std::max(extent(picture, picture.right), extent(picture, picture.up));
-    EXPECT_NEAR(50 * picture.footprint, wide, 1e-5);
+    EXPECT_NEAR(50 * picture.pixel_footprint, wide, 1e-5);
     EXPECT_NEAR(2 * picture.half_side, wide, 1e-5);
   }
 }

@@ -35,7 +35,7 @@ struct Observation {
 
 /// The arguments of this program, without --watch.
 std::vector<std::string> words_without_watch() {
-  std::vector<std::string> words = os::words_without_watch();
+  std::vector<std::string> words = os::own_words();
   std::erase(words, "--watch");
   if (words.empty()) {
     throw Error(ErrorCode::internal,
