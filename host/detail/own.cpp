@@ -292,7 +292,7 @@ void check_source(const OwnMap& map) {
   std::string line;
   for (std::size_t number = 1; std::getline(source_lines, line); ++number) {
     if (has_assembly(line)) {
-      fail("contains assembly code in line " + std::to_string(number) +
+      fail("contains inline assembly in line " + std::to_string(number) +
            ", which not every device can run: write OpenCL C.");
     }
     const auto skip_blanks = [&](std::size_t from) { return line.find_first_not_of(" \t", from); };

@@ -254,6 +254,17 @@ FoundSets make_sets(const BakeScene& scene, const BakeOptions& options, SetsBy b
   for (TextureSet& set : find_texture_sets(scene.low.mesh, by)) {
     found.sets.emplace_back().set = std::move(set);
   }
+  // Each set costs at least 7 ms and a file: 10,000 take a minute. Far more of them are a mistake of an exporter.
+  constexpr std::size_t kMaxTextureSets = 20000;
+  refuse_if(found.sets.size() > kMaxTextureSets,
+            "LOW has " + with_commas(found.sets.size()) + " texture sets (" +
+                option("sets", name_of(Words(kSets), job.sets)) + "), but at most " +
+                with_commas(kMaxTextureSets) + " can be baked: join its " +
+                (by == SetsBy::object ? "objects"
+                 : by == SetsBy::udim ? "tiles"
+                                      : "materials") +
+                ", or give " + option("unwrap") + " with " + option("sets", "one") +
+                " for new UVs in one atlas.");
   const auto is_moved = [](const BakedSet& set) { return set.set.tile_u + set.set.tile_v > 0; };
   refuse_if(any_match_uses_option(job, "match.uv") &&
                 (by == SetsBy::udim || std::any_of(found.sets.begin(), found.sets.end(), is_moved)),

@@ -422,14 +422,12 @@ TEST(SetsCommand, LossesByCopiesAreWeighted) {
   EXPECT_NEAR(report["recall"]["by_copies"].get<double>(), lost * 2 / 3, 0.01);
 }
 
-/// Many small sets: each is baked, in names of its own.
-TEST(SetsCommand, SeveralHundredSetsAreBakedAndNamed) {
-  KILN_REQUIRE_DEVICE();
-  constexpr std::uint32_t kSets = 300;
+/// A row of squares, each with a material and the unit square of its own, over a plain one of the same shape.
+fs::path make_scene_of_squares(std::uint32_t count) {
   const fs::path scene = make_scene();
-  Mesh low = test::plane(kSets, 1, kSets, 1), high = low;
+  Mesh low = test::plane(count, 1, count, 1), high = low;
   low.uvs = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-  for (std::uint32_t i = 0; i < kSets; ++i) {
+  for (std::uint32_t i = 0; i < count; ++i) {
     low.material_names.push_back("m" + std::to_string(i));
     low.materials.insert(low.materials.end(), 2, i);
     low.uv_triangles[std::size_t{2} * i] = {0, 1, 2};
@@ -437,6 +435,21 @@ TEST(SetsCommand, SeveralHundredSetsAreBakedAndNamed) {
   }
   save_obj(low, scene / "low.obj");
   save_obj(high, scene / "high.obj");
+  return scene;
+}
+
+TEST(SetsCommand, MoreThanCanBeBakedAreRefused) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = make_scene_of_squares(20001);
+  expect_exit(call_kiln(command(scene)), 2, {"20,001 texture sets", "at most 20,000", "--sets"});
+  EXPECT_TRUE(names(scene / "o").empty());
+}
+
+/// Many small sets: each is baked, in names of its own.
+TEST(SetsCommand, SeveralHundredSetsAreBakedAndNamed) {
+  KILN_REQUIRE_DEVICE();
+  constexpr std::uint32_t kSets = 300;
+  const fs::path scene = make_scene_of_squares(kSets);
   std::vector<std::string> words = with(command(scene), {"--json", scene / "r.json"});
   words[6] = "8";
   expect_exit(call_kiln(words), 0, {});
