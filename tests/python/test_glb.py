@@ -764,6 +764,42 @@ def test_bytes_of_a_file_need_no_temporary_file(tmp_path, monkeypatch):
     assert kiln.as_mesh(pickle.loads(pickle.dumps(mesh))).material_names == mesh.material_names
 
 
+def test_arrays_of_primitives_with_16_bit_indices_are_joined():
+    """Two primitives of 40,000 vertices: faces of the second begin at 40,000. The second alone has tangents."""
+    count = 40000
+    arrays = {
+        "POSITION": np.zeros((count, 3), np.float32),
+        "NORMAL": np.tile(np.array([0, 0, 1], np.float32), (count, 1)),
+        "TEXCOORD_0": np.zeros((count, 2), np.float32),
+        "TANGENT": np.tile(np.array([1, 0, 0, -1], np.float32), (count, 1)),
+        "indices": np.array([[0], [count - 1], [1]], np.uint16),
+    }
+    views, accessors, body = [], [], b""
+    for array in arrays.values():
+        views.append({"buffer": 0, "byteOffset": len(body), "byteLength": array.nbytes})
+        kind = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}[array.shape[1]]
+        component = 5123 if array.dtype == np.uint16 else 5126
+        accessors.append({"bufferView": len(views) - 1, "componentType": component, "count": len(array), "type": kind})
+        body += array.tobytes() + bytes(-array.nbytes % 4)
+    bare = {"POSITION": 0, "NORMAL": 1, "TEXCOORD_0": 2}
+    primitives = [{"attributes": bare, "indices": 4}, {"attributes": bare | {"TANGENT": 3}, "indices": 4}]
+
+    def joined(some):
+        document = {"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+                    "meshes": [{"primitives": some}], "accessors": accessors, "bufferViews": views,
+                    "buffers": [{"byteLength": len(body)}]}
+        text = json.dumps(document).encode()
+        text += b" " * (-len(text) % 4)
+        chunks = len(text).to_bytes(4, "little") + b"JSON" + text + len(body).to_bytes(4, "little") + b"BIN\0" + body
+        return kiln._glb.arrays_of(b"glTF" + (2).to_bytes(4, "little") + (12 + len(chunks)).to_bytes(4, "little") + chunks)
+
+    both = joined(primitives)
+    assert both["faces"].tolist() == [[0, count - 1, 1], [count, 2 * count - 1, count + 1]]
+    assert both["tangents"].shape == (2 * count, 4)
+    assert (both["tangents"][:count] == 0).all() and (both["tangents"][count:] == [1, 0, 0, -1]).all()
+    assert joined(primitives[:1])["tangents"].shape == (0, 4)
+
+
 def test_arrays_are_in_the_scene_space_of_turned_and_stretched_nodes(tmp_path):
     """Nodes stay as the file has them; a plane z = x through them is a plane, and its normal known."""
     vertices, faces, uvs = sheet(8, lambda x, y: x)

@@ -90,7 +90,8 @@ class Glb:
 
     @property
     def tangents(self) -> np.ndarray:
-        """(V, 4) float32: along u, and the bitangent's sign. (0, 4) without a normal map, which alone needs them."""
+        """(V, 4) float32: along u, and the bitangent's sign; zeros at vertices of materials without a normal map,
+        which alone needs tangents. (0, 4) if no material has one."""
         return self._part("tangents")
 
 
@@ -115,6 +116,7 @@ def arrays_of(data: bytes) -> dict[str, np.ndarray]:
         return np.ndarray((accessor["count"], width), dtype, data, first, (stride, np.dtype(dtype).itemsize))
 
     parts: dict[str, list[np.ndarray]] = {name: [] for name in ("vertices", "faces", "uvs", "normals", "tangents")}
+    any_tangents: list[bool] = []
     count = 0
 
     def add(primitive: dict[str, Any], world: np.ndarray) -> None:
@@ -123,15 +125,18 @@ def arrays_of(data: bytes) -> dict[str, np.ndarray]:
         if "TEXCOORD_0" not in attributes:  # a primitive without UVs is a collision hull
             return
         positions, normals = values(attributes["POSITION"]), values(attributes["NORMAL"])
-        tangents = values(attributes["TANGENT"]) if "TANGENT" in attributes else np.zeros((0, 4), np.float32)
-        faces = values(primitive["indices"]).reshape(-1, 3) + np.uint32(count)
+        has_tangents = "TANGENT" in attributes
+        tangents = values(attributes["TANGENT"]) if has_tangents else np.zeros((len(positions), 4), np.float32)
+        any_tangents.append(has_tangents)
+        faces = values(primitive["indices"]).reshape(-1, 3).astype(np.uint32) + np.uint32(count)
         if (world != np.eye(4)).any():
             linear = world[:3, :3]
             positions = positions @ linear.T + world[:3, 3]
             normals = _unit(normals @ np.linalg.inv(linear)).astype(np.float32)
-            along = _unit(tangents[:, :3] @ linear.T)
-            sign = tangents[:, 3:] * np.sign(np.linalg.det(linear))
-            tangents = np.concatenate([along, sign], axis=1).astype(np.float32)
+            if has_tangents:
+                along = _unit(tangents[:, :3] @ linear.T)
+                sign = tangents[:, 3:] * np.sign(np.linalg.det(linear))
+                tangents = np.concatenate([along, sign], axis=1).astype(np.float32)
             if np.linalg.det(linear) < 0:
                 faces = faces[:, ::-1]
         parts["vertices"].append(positions)
@@ -151,6 +156,8 @@ def arrays_of(data: bytes) -> dict[str, np.ndarray]:
 
     for root in document["scenes"][document.get("scene", 0)]["nodes"]:
         visit(root, np.eye(4))
+    if not any(any_tangents):
+        parts["tangents"] = [np.zeros((0, 4), np.float32)]
     return {name: np.concatenate(arrays) for name, arrays in parts.items()}
 
 
@@ -262,7 +269,7 @@ def pack_glb(
     >>> import kiln
     >>> corners, faces = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2], [0, 2, 3]]
     >>> square = kiln.Mesh(corners, faces, uvs=[[0, 0], [1, 0], [1, 1], [0, 1]])
-    >>> kiln.pack_glb(square, {"color": [[[1.0, 0.0, 0.0]]]}).tangents[0]
+    >>> kiln.pack_glb(square, {"normal": [[[0.5, 0.5, 1.0]]]}).tangents[0]
     array([1., 0., 0., 1.], dtype=float32)
     """
     from ._arrays import image
