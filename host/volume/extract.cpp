@@ -208,9 +208,10 @@ void report_atlas(const Atlas& atlas, const Volume& volume, const ExtractOptions
   report.non_manifold_edges = nonmanifold_edges(atlas.mesh);
   if (atlas.border != options.border_texels) {
     report.warnings.push_back({"border-shrunk",
-                               "Charts are many for the map's size: their border is " +
+                               "The map has too many charts for the requested padding: it is " +
                                    std::to_string(atlas.border) + " texels instead of " +
-                                   std::to_string(options.border_texels) + ".",
+                                   std::to_string(options.border_texels) +
+                                   ". Use a larger map, or ask for fewer faces.",
                                atlas.charts.size()});
   }
   warn_of_fine_map(volume, report);
@@ -235,23 +236,23 @@ void check_extract_options(const ExtractOptions& options) {
          " cells: give one above 0, or a number of faces.");
   }
   if (!(options.min_part >= 0 && options.min_part <= 1)) {
-    fail("The least part is " + decimal(options.min_part) +
-         " of the largest: give a share from 0 to 1.");
+    fail("The size below which parts are left out is " + decimal(options.min_part) +
+         " of the largest part's: give a share from 0 to 1.");
   }
   if (!options.choose.size && (options.size < 16 || options.size > 8192)) {
     fail("The map's size is " + std::to_string(options.size) + " texels; use 16 to 8192.");
   }
   if (options.unwrap == UnwrapMethod::squares) {
-    fail("Equal squares are for unwrap(): low polys from volumes have pairs or charts.");
+    fail("Low polys from volumes cannot be unwrapped into equal squares: choose pairs or charts.");
   }
   if (options.density == TexelDensity::detail && options.unwrap != UnwrapMethod::charts) {
-    fail("Texels by detail are for large charts: polygons by themselves have them by area.");
+    fail("Only large charts can get texels by their detail: choose charts, or texels by area.");
   }
   if (options.border_texels < 1 || options.border_texels > 64) {
     fail("The border is " + std::to_string(options.border_texels) + " texels; use 1 to 64.");
   }
   if (options.space == NormalMapSpace::face) {
-    fail("Maps from volumes are in tangent or object space, not in the faces' own.");
+    fail("Maps from volumes cannot be in face space: choose tangent or object space.");
   }
 }
 

@@ -88,9 +88,10 @@ VolumeSession& VolumeSession::operator=(VolumeSession&& other) noexcept {
 
 ExtractResult VolumeSession::extract(const ExtractOptions& options) const {
   if (!(options.contour == impl_->options)) {
-    throw Error(ErrorCode::usage,
-                "The session contoured its volume with other options: give extract() the same, or "
-                "make a session of its own for these.");
+    throw Error(
+        ErrorCode::usage,
+        "The session contoured its volume with other options: give extract() the same ones, or "
+        "make another session.");
   }
   return extract_from(context_of(impl_->device), impl_->volume, impl_->fine.surface(), *impl_->tree,
                       options, impl_->report, 0);
