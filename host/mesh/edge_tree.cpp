@@ -40,8 +40,6 @@ constexpr double kRoundedArea = 1e-9;
 // Share of the radius within which a piece counts as inside of a ball without a look at its corners; the rest exceeds
 // the rounding error of their distances.
 constexpr double kInsideShare = 1 - 1e-6;
-// Bounding box of no normals
-constexpr CoarseNormal kNormalsLow{127, 127, 127}, kNormalsHigh{-127, -127, -127};
 constexpr std::size_t kMaxSampledLeaves = 2048;  // Maximum number of leaves that represent a sheet
 
 /// Squared distance from the origin to a box.
@@ -206,7 +204,7 @@ const EdgeTree::Cell& EdgeTree::cell_of(const Vec3d& centre, Scratch& scratch) c
 bool EdgeTree::collect_pieces(const Vec3d& low, const Vec3d& high, Cell& cell,
                               std::uint64_t& steps) const {
   cell.pieces.clear();
-  cell.normal_low = kNormalsLow, cell.normal_high = kNormalsHigh;
+  cell.normals = {};
   if (count_ == 0) return true;
   std::array<std::size_t, 66> stack{};  // Depth first: at most one node per tree level waits
   std::size_t height = 1;
@@ -237,9 +235,8 @@ bool EdgeTree::collect_pieces(const Vec3d& low, const Vec3d& high, Cell& cell,
       for (std::size_t k = 0; k < 3; ++k) {
         near.corner[k] = to_double(pieces_[i].corner[k]);
         farthest = std::max(farthest, length(near.corner[k] - near.centre));
-        cell.normal_low[k] = std::min(cell.normal_low[k], near.piece.normal[k]);
-        cell.normal_high[k] = std::max(cell.normal_high[k], near.piece.normal[k]);
       }
+      cell.normals.add(near.piece.normal);
       const double reach = radius_ + farthest;
       const double inside = std::max(0.0, radius_ * kInsideShare - farthest);
       near.squared_reach = reach * reach;
@@ -277,21 +274,23 @@ void EdgeTree::find_start_boxes(const Vec3d& low, const Vec3d& high, Cell& cell,
   }
 }
 
-namespace {
+void NormalBox::add(const CoarseNormal& normal) { add(NormalBox{normal, normal}); }
 
-/// True if a normal in a box of normals may be opposed to the sheet.
-bool may_be_opposed(const CoarseNormal& normal_low, const CoarseNormal& normal_high,
-                    const Sheet& sheet) {
+void NormalBox::add(const NormalBox& other) {
+  for (std::size_t k = 0; k < 3; ++k) {
+    low[k] = std::min(low[k], other.low[k]);
+    high[k] = std::max(high[k], other.high[k]);
+  }
+}
+
+bool NormalBox::may_be_opposed(const Sheet& sheet) const {
   const auto least = [](double along, std::int8_t from, std::int8_t to) {
     return along * (along > 0 ? from : to);
   };
-  return least(sheet.normal.x, normal_low[0], normal_high[0]) +
-             least(sheet.normal.y, normal_low[1], normal_high[1]) +
-             least(sheet.normal.z, normal_low[2], normal_high[2]) <
+  return least(sheet.normal.x, low[0], high[0]) + least(sheet.normal.y, low[1], high[1]) +
+             least(sheet.normal.z, low[2], high[2]) <
          Sheet::kMaxOpposedCosine * 127;
 }
-
-}  // namespace
 
 bool EdgeTree::may_hold_opposed(const Vec3d& centre, const Sheet& sheet, Scratch& scratch) const {
   const auto reaches = [&](const BendPiece& piece) {
@@ -301,7 +300,7 @@ bool EdgeTree::may_hold_opposed(const Vec3d& centre, const Sheet& sheet, Scratch
   };
   const Cell& cell = cell_of(centre, scratch);
   if (cell.few) {
-    if (!may_be_opposed(cell.normal_low, cell.normal_high, sheet)) return false;
+    if (!cell.normals.may_be_opposed(sheet)) return false;
     scratch.steps += cell.pieces.size();
     return std::any_of(cell.pieces.begin(), cell.pieces.end(), [&](const Near& near) {
       return sheet.is_opposed(near.piece.normal) && reaches(near.piece);
@@ -313,7 +312,7 @@ bool EdgeTree::may_hold_opposed(const Vec3d& centre, const Sheet& sheet, Scratch
     const std::size_t at = height != 0 ? stack[--height] : cell.boxes[box++];
     const Node& node = nodes_[at];
     ++scratch.steps;
-    if (!may_be_opposed(node.normal_low, node.normal_high, sheet) ||
+    if (!node.normals.may_be_opposed(sheet) ||
         squared_nearest_distance(to_double(node.low) - centre, to_double(node.high) - centre) >=
             squared_) {
       continue;
@@ -350,7 +349,7 @@ BendSums EdgeTree::within(const Vec3d& centre, const Sheet& sheet, Scratch& scra
     if (squared_nearest_distance(to_double(node.low) - centre, to_double(node.high) - centre) >=
         squared_)
       continue;
-    if (!may_be_opposed(node.normal_low, node.normal_high, sheet) &&
+    if (!node.normals.may_be_opposed(sheet) &&
         try_add_unopened(node, centre, /*coarse=*/false, sums))
       continue;
     if (at < first_node_of_level(levels_)) {
@@ -393,7 +392,7 @@ BendSums EdgeTree::sum_by_leaves(const Sheet& sheet, const Vec3d& centre, Scratc
     if (squared_nearest_distance(to_double(node.low) - centre, to_double(node.high) - centre) >=
         squared_)
       return true;
-    return !may_be_opposed(node.normal_low, node.normal_high, sheet) &&
+    return !node.normals.may_be_opposed(sheet) &&
            try_add_unopened(node, centre, /*coarse=*/true, sums);
   });
   for (const std::size_t at : scratch.next) {
@@ -563,16 +562,15 @@ void EdgeTree::split_node(std::vector<Item>& order, std::uint32_t level, std::si
 void EdgeTree::fill_leaf(std::size_t leaf) {
   Box<Vec3> box;
   BendSums all;
-  CoarseNormal low = kNormalsLow, high = kNormalsHigh;
+  NormalBox normals;
   for (std::size_t i = first_piece_of(levels_, leaf); i < first_piece_of(levels_, leaf + 1); ++i) {
     BendPiece& piece = pieces_[i];
     std::array<Vec3d, 3> p{};
     for (std::size_t k = 0; k < 3; ++k) {
       box.add(piece.corner[k]);
       p[k] = to_double(piece.corner[k]);
-      low[k] = std::min(low[k], piece.normal[k]);
-      high[k] = std::max(high[k], piece.normal[k]);
     }
+    normals.add(piece.normal);
     piece.area = static_cast<float>(length(cross(p[1] - p[0], p[2] - p[0])) / 2);
     double bend = 0;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -581,7 +579,7 @@ void EdgeTree::fill_leaf(std::size_t leaf) {
     piece.bend = static_cast<float>(bend);
     all += {piece.area, piece.bend};
   }
-  nodes_[first_node_of_level(levels_) + leaf] = {box.low, box.high, all, low, high};
+  nodes_[first_node_of_level(levels_) + leaf] = {box.low, box.high, all, normals};
 }
 
 void EdgeTree::join(std::size_t at) {
@@ -590,12 +588,9 @@ void EdgeTree::join(std::size_t at) {
   box.join({right.low, right.high});
   BendSums sums = left.sums;
   sums += right.sums;
-  CoarseNormal low = left.normal_low, high = left.normal_high;
-  for (std::size_t k = 0; k < 3; ++k) {
-    low[k] = std::min(low[k], right.normal_low[k]);
-    high[k] = std::max(high[k], right.normal_high[k]);
-  }
-  nodes_[at] = {box.low, box.high, sums, low, high};
+  NormalBox normals = left.normals;
+  normals.add(right.normals);
+  nodes_[at] = {box.low, box.high, sums, normals};
 }
 
 namespace {

@@ -102,6 +102,16 @@ struct Sheet {
   }
 };
 
+/// Bounding box of normals.
+struct NormalBox {
+  CoarseNormal low{127, 127, 127}, high{-127, -127, -127};  ///< Initially of no normals
+
+  void add(const CoarseNormal& normal);
+  void add(const NormalBox& other);
+  /// True if a normal in the box may be opposed to the sheet.
+  bool may_be_opposed(const Sheet& sheet) const;
+};
+
 /// A balanced box tree over pieces of triangles, with the sums of each box.
 ///
 /// The sums of a ball are exact if its boundary crosses at most 4,096 pieces. Otherwise, boxes with a diagonal below
@@ -126,9 +136,9 @@ class EdgeTree {
     std::array<std::int64_t, 3> at{};
     bool is_filled = false;
     bool few = false;  ///< True if `pieces` holds all candidates; if not, searches start at `boxes`
-    std::vector<Near> pieces;                  ///< Candidate pieces, in tree order
-    CoarseNormal normal_low{}, normal_high{};  ///< Bounding box of the candidates' normals
-    std::vector<std::size_t> boxes;            ///< Nodes at which searches start, in tree order
+    std::vector<Near> pieces;        ///< Candidate pieces, in tree order
+    NormalBox normals;               ///< Of the candidates
+    std::vector<std::size_t> boxes;  ///< Nodes at which searches start, in tree order
   };
   /// Reusable scratch memory and step counter; one per thread and tree.
   struct Scratch {
@@ -160,7 +170,7 @@ class EdgeTree {
   struct Node {
     Vec3 low, high;
     BendSums sums;
-    CoarseNormal normal_low{}, normal_high{};  ///< Bounding box of the pieces' normals
+    NormalBox normals;  ///< Of the pieces
   };
   struct Item {
     std::array<float, 3> centre;
