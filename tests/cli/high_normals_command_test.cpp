@@ -148,6 +148,55 @@ TEST(HighNormals, RenderSaysThatAMapOfSmoothNormalsDoesNotFit) {
   EXPECT_GT(warned("smooth"), 10);
 }
 
+TEST(HighNormals, AreForAllCommandsThatReadHigh) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path scene = cube_scene();
+  expect_exit(bake(scene, {"--high-normals", "smooth"}), 0, {});
+  // With the high poly's normals as smooth as those that were baked, the map fits.
+  expect_exit(call_kiln({"render", scene / "low.obj", "--normal", scene / "out" / "low_normal.png",
+                         "--reference", scene / "high.stl", "--high-normals", "smooth", "--out",
+                         scene / "seen.png", "--size", "64", "--json", scene / "seen.json"}),
+              0, {});
+  EXPECT_LT(
+      test::read_json(scene / "seen.json")["rendered_normals"]["with_map"]["mean_angle_degrees"]
+          .get<double>(),
+      1);
+  expect_exit(call_kiln({"render", scene / "low.obj", "--high-normals", "smooth", "--out",
+                         scene / "seen.png"}),
+              2, {"--reference"});
+
+  const Words sizes = {"--size", "16", "--pixels", "32"};
+  const auto call = [&](Words words, const Words& more) {
+    words.insert(words.end(), sizes.begin(), sizes.end());
+    words.insert(words.end(), more.begin(), more.end());
+    return call_kiln(words);
+  };
+  const Words measure = {
+      "measure", scene / "high.stl", scene / "low.obj",   "--match", "ray", "--directions",
+      "12",      "--json",           scene / "rated.json"};
+  const auto warns_of_bent_planes = [&](const fs::path& report) {
+    return warns(test::read_json(report), "bent-planes");
+  };
+  for (const bool smooth : {false, true}) {
+    const Words rule = {"--high-normals", smooth ? "smooth" : "flat"};
+    expect_exit(call(measure, rule), 0, {});
+    EXPECT_EQ(warns_of_bent_planes(scene / "rated.json"), smooth);
+    expect_exit(
+        call({"gallery", scene / "high.stl", scene / "low.obj", "--match", "ray", "--picture-size",
+              "64", "--out", scene / "gallery", "--json", scene / "gallery.json"},
+             rule),
+        0, {});
+    EXPECT_EQ(warns_of_bent_planes(scene / "gallery.json"), smooth);
+    expect_exit(call({"chart", scene / "high.stl", scene / "low.obj", "--settings", "ray",
+                      "--repeat", "1", "--directions", "12", "--out", scene / "chart"},
+                     rule),
+                0, {});
+    EXPECT_EQ(warns_of_bent_planes(scene / "chart" / "chart.json"), smooth);
+  }
+  // A mesh alone is rated by its UVs, for which normals of HIGH do not matter.
+  EXPECT_EQ(call_kiln({"measure", scene / "low.obj", "--high-normals", "flat"}).exit_code, 2);
+}
+
 TEST(HighNormals, OfADrilledPart) {
   KILN_REQUIRE_DEVICE();
   KILN_REQUIRE_DATA("cases/stl_cad");

@@ -108,8 +108,8 @@ void check_volumes(const Arguments& a) {
   const std::string volume = "'" + a.meshes.front() + "'";
   refuse_if(!a.surface.iso, volume + " is a volume: give the value of its surface by --iso VALUE.");
   refuse(a,
-         {"--triangulate", "--up", "--unit", "--uv-set", "--allow-outside", "--height", "--extent",
-          "--ao", "--ao-error", "--ao-budget", "--directions"},
+         {"--triangulate", "--up", "--unit", "--uv-set", "--allow-outside", "--high-normals",
+          "--height", "--extent", "--ao", "--ao-error", "--ao-budget", "--directions"},
          "meshes and height fields, but " + volume + " is a volume.");
   cli::check(a.surface);
   check_settings(a, volume_setting_names(), "volumes");
@@ -208,9 +208,10 @@ Run add_chart(Command& app) {
   };
   files[0].value.words = "LOW [HIGH2 LOW2 ...]";
   add_options(*command, files, a.get());
-  const std::vector<OptionRow> shared = lab_rows(
-      {"--size", "--max-distance", "--directions", "--pixels", "--height", "--extent",
-       "--triangulate", "--up", "--unit", "--uv-set", "--allow-outside", "--device", "--quiet"});
+  const std::vector<OptionRow> shared =
+      lab_rows({"--size", "--max-distance", "--directions", "--pixels", "--height", "--extent",
+                "--triangulate", "--up", "--unit", "--uv-set", "--allow-outside", "--high-normals",
+                "--device", "--quiet"});
   LabArguments* const job = a.get();
   add_options(*command, shared, job);
   add_options(*command, chart_rows(), a.get());

@@ -124,7 +124,7 @@ Run add_measure(Command& app) {
           has_match_flag || !(layout_flags.contains(flag) || mesh_flags.contains(flag));
       if (!a->matching_flags.contains(flag)) continue;
       a->bake.given.insert(flag);
-      if (a->study.empty() || mesh_flags.contains(flag)) continue;
+      if (a->study.empty() || mesh_flags.contains(flag) || flag == "--high-normals") continue;
       fail_usage(flag + " is for rating matches: leave it or --study out.");
     }
     if (!a->study.empty()) return run_study(*a);

@@ -165,7 +165,7 @@ Run add_gallery(Command& app) {
   const std::vector<OptionRow> rows =
       lab_rows({"--match", "--size", "--max-distance", "--picture-size", "--pixels", "--height",
                 "--extent", "--triangulate", "--up", "--unit", "--uv-set", "--allow-outside",
-                "--device", "--json", "--quiet"});
+                "--high-normals", "--device", "--json", "--quiet"});
   add_options(*command, rows, a.get());
   add_options(*command, view_rows<LabArguments>(), a.get());
   return [a, command, rows] {

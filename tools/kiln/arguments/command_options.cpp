@@ -55,10 +55,10 @@ std::set<std::string> add_matching_flags(Command& command, Job& job,
                                          const std::set<std::string>& without) {
   // flags of mesh input that affect the match
   static const std::set<std::string> mesh_input_flags = {
-      "--high",         "--low",       "--triangulate",    "--tangents",
-      "--uv-copies",    "--two-sided", "--split-at-seams", "--traversal",
-      "--load-match",   "--up",        "--unit",           "--uv-set",
-      "--allow-outside"};
+      "--high",          "--low",         "--triangulate",    "--tangents",
+      "--uv-copies",     "--two-sided",   "--split-at-seams", "--traversal",
+      "--load-match",    "--up",          "--unit",           "--uv-set",
+      "--allow-outside", "--high-normals"};
   static const std::set<std::string> excluded_flags = {
       "--visibility-clusters", "--visibility-deviation", "--save-cage", "--reasons", "--recall"};
   const std::vector<OptionRow> rows =

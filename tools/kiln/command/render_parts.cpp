@@ -72,6 +72,8 @@ void check_bake(const RenderArguments& arguments) {
             "--high names further files of --reference: add --reference.");
   check_drawn_cage(arguments);
   const auto& given = arguments.bake.given;
+  refuse_if(given.contains("--high-normals") && arguments.reference.empty(),
+            "--high-normals chooses the normals of --reference: add --reference HIGH.");
   refuse_if(
       given.contains("--tangents") && !requests_baked_map(arguments) && arguments.normal.empty(),
       "--tangents is for a normal map: add --normal MAP.");
