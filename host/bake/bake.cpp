@@ -40,7 +40,7 @@ BakeResult bake_clusters(const Source::Impl& high, const Mesh& low, const BakeOp
   BakeResult result;
   for (; clusters.cluster < cluster_count; ++clusters.cluster) {
     const double begin = clusters.cluster;
-    BakeResult baked = Pipeline({high, low, options}, Bands::pass,
+    BakeResult baked = Pipeline({high, low, options}, BandStorage::reused,
                                 progress.part(begin / cluster_count, (begin + 1) / cluster_count))
                            .run(clusters);
     if (clusters.cluster == 0) {
@@ -59,7 +59,7 @@ BakeResult bake_drawn(const Source::Impl& high, const Mesh& low, const BakeOptio
                       Image* drawn) {
   check_options(options);
   Clusters clusters;
-  return Pipeline({high, low, options}, Bands::pass, BakeProgress(options.progress))
+  return Pipeline({high, low, options}, BandStorage::reused, BakeProgress(options.progress))
       .run(clusters, drawn);
 }
 

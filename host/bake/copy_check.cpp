@@ -36,8 +36,8 @@ bool holds_lengths(const BakeOptions& options) {
 
 /// Makes a ray matcher for the check, if the bake's matcher reads band data that the check does not have; otherwise
 /// returns null.
-std::unique_ptr<Matcher> matcher_for_check(const MatchRequest& request,
-                                           const BakeOptions& options) {
+std::unique_ptr<Matcher> make_check_matcher(const MatchRequest& request,
+                                            const BakeOptions& options) {
   if (!any_in_chain(options,
                     [](const MatchRow& row) { return obeys(row.info, "match.visibility"); })) {
     return nullptr;
@@ -93,7 +93,7 @@ CopyCheck::CopyCheck(const MatchRequest& request, const BakeOptions& options, Ma
                      std::function<void(TexelBand&)> prepare)
     : source_(request.source),
       surface_(request.surface),
-      own_matcher_(matcher_for_check(request, options)),
+      own_matcher_(make_check_matcher(request, options)),
       matcher_(own_matcher_ != nullptr ? *own_matcher_ : matcher),
       prepare_(std::move(prepare)),
       two_sided_(options.match.two_sided),
@@ -169,9 +169,10 @@ std::vector<CopyCheck::Point> CopyCheck::match(std::span<const Place> places) {
 
 bool CopyCheck::are_same(const Place& place, const Point& point, const Place& baked,
                          const Point& other) const {
-  const UvFrame copy_frame(surface_.triangles[place.triangle]),
-      baked_frame(surface_.triangles[baked.triangle]);
-  const Vec3d away = copy_frame.transfer_to_triangle(point.offset, baked_frame) - other.offset;
+  const UvFrame frame_of_copy(surface_.triangles[place.triangle]),
+      frame_of_baked(surface_.triangles[baked.triangle]);
+  const Vec3d away =
+      frame_of_copy.transfer_to_triangle(point.offset, frame_of_baked) - other.offset;
   if (!(dot(away, away) <= max_distance_ * max_distance_)) return false;
   if (!source_.materials.of.empty() &&
       source_.materials.of[point.triangle] != source_.materials.of[other.triangle]) {
@@ -185,14 +186,14 @@ bool CopyCheck::are_same(const Place& place, const Point& point, const Place& ba
     return two_sided_ && dot(normal, low.normal) < 0 ? normal * -1.0 : normal;
   };
   Vec3d carried =
-      copy_frame.transfer_to_triangle(shown_normal(point.normal, copy_frame), baked_frame);
+      frame_of_copy.transfer_to_triangle(shown_normal(point.normal, frame_of_copy), frame_of_baked);
   const double size = length(carried);
   if (!(size > 0)) return true;
-  return dot(carried * (1 / size), shown_normal(other.normal, baked_frame)) >= kMinNormalCosine;
+  return dot(carried * (1 / size), shown_normal(other.normal, frame_of_baked)) >= kMinNormalCosine;
 }
 
-std::vector<CopyCheck::Finding> CopyCheck::find(std::span<const Place> places) {
-  std::vector<Finding> result(places.size());
+std::vector<CopyCheck::CopyComparison> CopyCheck::find(std::span<const Place> places) {
+  std::vector<CopyComparison> result(places.size());
   // Two entries for each place: the point on the copy, then the point with the same UV on the baked triangle
   std::vector<Place> place_pairs;
   std::vector<std::size_t> pair_place;
@@ -209,11 +210,11 @@ std::vector<CopyCheck::Finding> CopyCheck::find(std::span<const Place> places) {
   for (std::size_t k = 0; k < pair_place.size(); ++k) {
     const Point &copy_point = points[2 * k], &baked_point = points[2 * k + 1];
     if (!copy_point.found) continue;
-    Finding& finding = result[pair_place[k]];
-    finding.found = copy_point.at;
+    CopyComparison& comparison = result[pair_place[k]];
+    comparison.found = copy_point.at;
     const bool is_same = baked_point.found && are_same(place_pairs[2 * k], copy_point,
                                                        place_pairs[2 * k + 1], baked_point);
-    finding.verdict = is_same ? Verdict::same : Verdict::other;
+    comparison.outcome = is_same ? CopyOutcome::same : CopyOutcome::other;
   }
   return result;
 }
@@ -246,21 +247,22 @@ double CopyCheck::check_copies(const Mesh& low, std::vector<Warning>& warnings) 
         static_cast<std::size_t>(area_end - cumulative_area.begin()), copies.size() - 1);
     places.push_back({copies[copy], static_cast<float>(u), static_cast<float>(v)});
   }
-  const std::vector<Finding> findings = find(places);
+  const std::vector<CopyComparison> comparisons = find(places);
   struct Pair {
     std::uint64_t count = 0;
     std::uint32_t copy = 0, baked = 0;
   };
   std::map<std::pair<std::string, std::string>, Pair> place_pairs;
   std::uint64_t differing_count = 0;
-  for (std::size_t i = 0; i < findings.size(); ++i) {
-    if (findings[i].verdict != Verdict::other) continue;
+  for (std::size_t i = 0; i < comparisons.size(); ++i) {
+    if (comparisons[i].outcome != CopyOutcome::other) continue;
     ++differing_count;
     Pair& pair = place_pairs[{triangle_names(low, places[i].triangle),
-                              triangle_names(low, findings[i].baked)}];
-    if (pair.count++ == 0) pair = {1, places[i].triangle, findings[i].baked};
+                              triangle_names(low, comparisons[i].baked)}];
+    if (pair.count++ == 0) pair = {1, places[i].triangle, comparisons[i].baked};
   }
-  const double share = static_cast<double>(differing_count) / static_cast<double>(findings.size());
+  const double share =
+      static_cast<double>(differing_count) / static_cast<double>(comparisons.size());
   if (share <= kMinShareToWarn) return share;
   const auto largest_part = std::max_element(
       place_pairs.begin(), place_pairs.end(),

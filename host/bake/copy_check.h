@@ -16,27 +16,28 @@
 
 namespace kiln {
 
-/// Compares the match of a copy (LowSurface::copy_of) with the match of the baked triangle.
+/// Compares the match of a UV copy (LowSurface::copy_of), a triangle that shares the texels of another one, with the
+/// match of that other triangle, which is baked.
 class CopyCheck {
  public:
   static constexpr const char* kWarning = "uv-copies-differ";
 
   using Place = LowPolyPoint;
 
-  enum class Verdict : std::uint8_t {
+  enum class CopyOutcome : std::uint8_t {
     missed,  ///< The match finds no point for the copy
-    same,    ///< The match finds the same point as for the baked triangle
+    same,    ///< The match finds the same point as for the triangle whose texels the copy shares
     other,   ///< The match finds another surface, which the map loses
   };
 
-  struct Finding {
-    Verdict verdict = Verdict::missed;
+  struct CopyComparison {
+    CopyOutcome outcome = CopyOutcome::missed;
     std::uint32_t baked = 0;  ///< Triangle that is baked instead of the copy
     Vec3d found{};            ///< The copy's matched point, frame units; undefined if missed
   };
 
   /// Creates the check. All arguments must outlive it.
-  /// \param matcher  the bake's matcher
+  /// \param matcher  the matcher of the bake
   /// \param prepare  sets the directions of samples as the bake does
   CopyCheck(const MatchRequest& request, const BakeOptions& options, Matcher& matcher,
             std::function<void(TexelBand&)> prepare);
@@ -46,7 +47,7 @@ class CopyCheck {
   /// (0.1% if a map holds lengths), 5 degrees between normals and 32 of 255 between vertex colours, and have the same
   /// material.
   /// \param places points on copies
-  std::vector<Finding> find(std::span<const Place> places);
+  std::vector<CopyComparison> find(std::span<const Place> places);
 
   /// Checks points all over the copies. \returns the share of their area that differs; if it exceeds 5%, a warning
   /// names the parts with the largest differing area
@@ -69,7 +70,7 @@ class CopyCheck {
 
   const Source::Impl& source_;
   const LowSurface& surface_;
-  // Used instead of the bake's matcher if that reads band data that the check does not have; otherwise null
+  // Replaces the bake's matcher if that needs data of bands, which the check has none of; otherwise null
   std::unique_ptr<Matcher> own_matcher_;
   Matcher& matcher_;
   std::function<void(TexelBand&)> prepare_;

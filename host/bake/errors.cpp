@@ -141,19 +141,19 @@ class FinerEvaluation {
     const std::size_t size = std::size_t{texels.row_count} * options_.width;
     finer_coverage_.assign(size, kCoverageEmpty);
     finer_values_.resize(map_errors_.size());
-    layers_.next_band();
+    layers_.invalidate_band_results();
     for (std::size_t l = 0; l < map_errors_.size(); ++l) {
       const Layer& layer = layers_.all()[l];
       finer_values_[l].assign(size * layer.row->info.channels, 0.0F);
-      layer.maker->run(texels, match, {finer_values_[l], finer_coverage_});
+      layer.map_maker->run(texels, match, {finer_values_[l], finer_coverage_});
     }
     if (scene_.blend == nullptr) return;
     scene_.blend->run(context_, texels, matcher_,
                       [&](const DeviceCorrespondence& other, const cl::Array<float>& shares) {
-                        layers_.next_band();
+                        layers_.invalidate_band_results();
                         for (std::size_t l = 0; l < map_errors_.size(); ++l) {
-                          layers_.all()[l].maker->run_blended(texels, match, other, shares,
-                                                              {finer_values_[l], finer_coverage_});
+                          layers_.all()[l].map_maker->run_blended(
+                              texels, match, other, shares, {finer_values_[l], finer_coverage_});
                         }
                       });
   }

@@ -57,8 +57,8 @@ FallbackBlend::FallbackBlend(std::uint32_t width, std::uint32_t height, std::uin
       texel_triangles_(std::size_t{width} * height, KILN_NO_TRIANGLE),
       texel_methods_(texel_triangles_.size()) {}
 
-void FallbackBlend::store(BandReads& reads, const TexelBand& band,
-                          std::span<const DecidingMethod> deciding_methods) {
+void FallbackBlend::record_band(BandReads& reads, const TexelBand& band,
+                                std::span<const DecidingMethod> deciding_methods) {
   if (band.texel_count == 0) return;
   const std::vector<std::uint32_t>& index = reads.read(band.texel_index, band.texel_count);
   const std::vector<std::uint32_t>& first =

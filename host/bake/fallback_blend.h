@@ -29,8 +29,8 @@ class FallbackBlend {
   /// Creates a blend. \param reach  width of the blend in texels, above 0
   FallbackBlend(std::uint32_t width, std::uint32_t height, std::uint32_t reach);
 
-  void store(BandReads& reads, const TexelBand& band,
-             std::span<const DecidingMethod> deciding_methods);
+  void record_band(BandReads& reads, const TexelBand& band,
+                   std::span<const DecidingMethod> deciding_methods);
 
   /// Computes the distance of every texel from the border, after all bands.
   void plan(const LowSurface& surface);

@@ -101,8 +101,9 @@ struct LowPolyFace {
 };
 
 /// The nearest triangle of the low poly for each place; cached for all texture sets.
-struct NearestLow {
-  std::uint64_t of = 0;  ///< Hash of the places and the search distance, to validate the cache
+struct NearestLowFaces {
+  std::uint64_t input_hash =
+      0;  ///< Hash of the places and the search distance, to validate the cache
   std::vector<std::uint32_t> triangle;
 };
 
@@ -189,7 +190,7 @@ HighCoverage::HighCoverage(const MatchRequest& request, Places places, CopyCheck
   if (places_.empty()) return;
   select_near_places(request, copies);
   select_seen_places(request);
-  make_grid();
+  build_place_grid();
   const double samples =
       double{1} * request.width * request.height * request.samples * request.samples;
   const double triangles = static_cast<double>(request.source.triangles.size());
@@ -198,7 +199,7 @@ HighCoverage::HighCoverage(const MatchRequest& request, Places places, CopyCheck
   const double share = static_cast<double>(counting) / static_cast<double>(places_.size());
   const double min_samples_to_cull =
       std::max(kMinSamplesToCull * share, kMinSamplesPerTriangleToCull);
-  if (samples > min_samples_to_cull * triangles) find_triangles(request.source);
+  if (samples > min_samples_to_cull * triangles) list_places_by_triangle(request.source);
 }
 
 void HighCoverage::select_near_places(const MatchRequest& request, CopyCheck* copies) {
@@ -210,8 +211,8 @@ void HighCoverage::select_near_places(const MatchRequest& request, CopyCheck* co
   const auto count = static_cast<std::uint32_t>(places_.size());
   ClosestQuery query;
   query.max_distance = static_cast<float>(std::min(search_distance(request), double{kRayLength}));
-  NearestLow nearest_low;
-  nearest_low.of = hash_bytes(places_, std::array{query.max_distance});
+  NearestLowFaces nearest_low;
+  nearest_low.input_hash = hash_bytes(places_, std::array{query.max_distance});
   const auto find = [&] {
     DeviceCorrespondence nearest(context, count);
     const ClosestFinder low_poly_finder(context, low->tree, request.source.traversal);
@@ -220,9 +221,9 @@ void HighCoverage::select_near_places(const MatchRequest& request, CopyCheck* co
     nearest.triangle.read(context, nearest_low.triangle);
     return nearest_low;
   };
-  const auto cached_nearest = surface.made->get<NearestLow>(find);
+  const auto cached_nearest = surface.made->get<NearestLowFaces>(find);
   std::vector<std::uint32_t> triangle =
-      (cached_nearest->of == nearest_low.of ? *cached_nearest : find()).triangle;
+      (cached_nearest->input_hash == nearest_low.input_hash ? *cached_nearest : find()).triangle;
   for (std::uint32_t i = 0; i < count; ++i) {
     if (triangle[i] == KILN_NO_TRIANGLE) continue;
     const std::uint32_t face_of_tree = std::exchange(triangle[i], low->of[triangle[i]]);
@@ -252,13 +253,13 @@ void HighCoverage::select_near_places(const MatchRequest& request, CopyCheck* co
     places.push_back({triangle[i], static_cast<float>(u), static_cast<float>(v)});
     place_of_point.push_back(i);
   }
-  const std::vector<CopyCheck::Finding> findings = copies->find(places);
-  for (std::size_t k = 0; k < findings.size(); ++k) {
+  const std::vector<CopyCheck::CopyComparison> comparisons = copies->find(places);
+  for (std::size_t k = 0; k < comparisons.size(); ++k) {
     const std::uint32_t i = place_of_point[k];
-    is_lost_by_copies_[i] = findings[k].verdict == CopyCheck::Verdict::other ? 1 : 0;
-    if (findings[k].verdict != CopyCheck::Verdict::same) continue;
+    is_lost_by_copies_[i] = comparisons[k].outcome == CopyCheck::CopyOutcome::other ? 1 : 0;
+    if (comparisons[k].outcome != CopyCheck::CopyOutcome::same) continue;
     // The map represents the place if the match finds this place, and not a layer above it.
-    const Vec3d away = findings[k].found - to_double(places_[i].position);
+    const Vec3d away = comparisons[k].found - to_double(places_[i].position);
     const double copy_radius = std::max(double{place_radii_[i]}, kCopyRadius);
     is_covered_[i] = dot(away, away) <= copy_radius * copy_radius ? 1 : 0;
   }
@@ -294,7 +295,7 @@ void HighCoverage::select_seen_places(const MatchRequest& request) {
     rays.clear();
     place_of_ray.clear();
   };
-  const std::vector<std::uint32_t> along_curve = near_places_along_curve();
+  const std::vector<std::uint32_t> along_curve = near_places_in_morton_order();
   for (const Vec3& w : directions) {
     for (const std::uint32_t i : along_curve) {
       const Vec3d normal = to_double(places_[i].normal);
@@ -308,10 +309,10 @@ void HighCoverage::select_seen_places(const MatchRequest& request) {
   cast();
 }
 
-std::vector<std::uint32_t> HighCoverage::near_places_along_curve() const {
-  std::vector<std::uint32_t> curve_order;
+std::vector<std::uint32_t> HighCoverage::near_places_in_morton_order() const {
+  std::vector<std::uint32_t> morton_order;
   for (std::uint32_t i = 0; i < places_.size(); ++i) {
-    if (place_radii_[i] > 0) curve_order.push_back(i);
+    if (place_radii_[i] > 0) morton_order.push_back(i);
   }
   constexpr std::uint32_t kBits = 10;             // Number of bits of a coordinate
   const auto spread_bits = [](std::uint64_t x) {  // inserts two zeros after each bit
@@ -320,12 +321,12 @@ std::vector<std::uint32_t> HighCoverage::near_places_along_curve() const {
     return spread;
   };
   Box<Vec3d> box;
-  for (const std::uint32_t i : curve_order) box.add(to_double(places_[i].position));
+  for (const std::uint32_t i : morton_order) box.add(to_double(places_[i].position));
   const Vec3d size = box.size();
   const double side = std::max({size.x, size.y, size.z});
   const double cells = side > 0 && std::isfinite(side) ? ((1U << kBits) - 1) / side : 0;
   std::vector<std::uint64_t> keys(places_.size());
-  for (const std::uint32_t i : curve_order) {
+  for (const std::uint32_t i : morton_order) {
     const Vec3d grid_position = (to_double(places_[i].position) - box.low) * cells;
     std::uint64_t key = 0;
     for (const double x : {grid_position.x, grid_position.y, grid_position.z}) {
@@ -333,9 +334,9 @@ std::vector<std::uint32_t> HighCoverage::near_places_along_curve() const {
     }
     keys[i] = key;
   }
-  std::stable_sort(curve_order.begin(), curve_order.end(),
+  std::stable_sort(morton_order.begin(), morton_order.end(),
                    [&](std::uint32_t a, std::uint32_t b) { return keys[a] < keys[b]; });
-  return curve_order;
+  return morton_order;
 }
 
 std::uint64_t HighCoverage::cell(const std::array<std::int64_t, 3>& at) {
@@ -353,7 +354,7 @@ std::int64_t HighCoverage::cell_coordinate(double x) const {
 }
 
 /// Inserts each place into all cells within its radius, so that a sample reads only one cell.
-void HighCoverage::make_grid() {
+void HighCoverage::build_place_grid() {
   occupied_cell_filter_.assign(kBloomFilterBits / 64, 0);
   // Minimum radius in frame units. It keeps the numbers of cells far below 2^63
   constexpr float kMinRadius = 0x1p-22F;
@@ -381,7 +382,7 @@ void HighCoverage::make_grid() {
   }
 }
 
-void HighCoverage::find_triangles(const Source::Impl& high) {
+void HighCoverage::list_places_by_triangle(const Source::Impl& high) {
   std::vector<std::uint32_t> visible_places;
   std::vector<Vec3> points(places_.size());
   double farthest = 0;
@@ -394,11 +395,11 @@ void HighCoverage::find_triangles(const Source::Impl& high) {
     box_of_near_places.add(to_double(points[i]));
   }
   const CoverageSlabs coverage_slabs(points, std::move(visible_places));
-  struct NearCopy {
+  struct PlacesByTriangle {
     std::vector<std::uint32_t> triangles, ends, places;
   };
   const std::size_t count = high.triangles.size();
-  std::vector<NearCopy> found((count + kPlacesPerTask - 1) / kPlacesPerTask);
+  std::vector<PlacesByTriangle> found((count + kPlacesPerTask - 1) / kPlacesPerTask);
   parallel_for(count, kPlacesPerTask, [&](std::size_t begin, std::size_t end) {
     // Structured bindings cannot be captured by the lambda below, so the elements get names.
     std::vector<std::uint32_t>& triangles = found[begin / kPlacesPerTask].triangles;
@@ -431,22 +432,22 @@ void HighCoverage::find_triangles(const Source::Impl& high) {
     }
   });
   triangle_state_.assign(count, kNoPlacesState);
-  list_first_ = {0};
+  place_list_begins_ = {0};
   for (const auto& [triangles, ends, places] : found) {
-    const auto base = static_cast<std::uint32_t>(lists_.size());
-    lists_.insert(lists_.end(), places.begin(), places.end());
+    const auto base = static_cast<std::uint32_t>(listed_places_.size());
+    listed_places_.insert(listed_places_.end(), places.begin(), places.end());
     for (std::size_t k = 0; k < triangles.size(); ++k) {
       const bool many = ends[k] == (k == 0 ? 0 : ends[k - 1]);
       triangle_state_[triangles[k]] =
           many ? kSearchGridState
-               : kFirstListState + static_cast<std::uint32_t>(list_first_.size()) - 1;
-      if (!many) list_first_.push_back(base + ends[k]);
+               : kFirstListState + static_cast<std::uint32_t>(place_list_begins_.size()) - 1;
+      if (!many) place_list_begins_.push_back(base + ends[k]);
     }
   }
 }
 
 /// Marks a place as covered if this sample covers it. \returns whether this sample or an earlier one covers it
-bool HighCoverage::cover_place(std::uint32_t i, const Sample& sample) {
+bool HighCoverage::mark_if_covered(std::uint32_t i, const Sample& sample) {
   std::atomic_ref<std::uint8_t> covered(is_covered_[i]);
   if (covered.load(std::memory_order_relaxed) != 0) return true;
   const Vec3d direction = to_double(places_[i].position) - sample.point;
@@ -456,27 +457,27 @@ bool HighCoverage::cover_place(std::uint32_t i, const Sample& sample) {
   return true;
 }
 
-void HighCoverage::mark(const Sample& sample) {
+void HighCoverage::mark_covered_places(const Sample& sample) {
   const Vec3d& p = sample.point;
   const std::uint64_t key =
       cell({cell_coordinate(p.x), cell_coordinate(p.y), cell_coordinate(p.z)});
   if ((occupied_cell_filter_[key % kBloomFilterBits / 64] >> (key % 64) & 1) == 0) return;
   const auto found = places_in_cell_.find(key);
   if (found == places_in_cell_.end()) return;
-  for (const std::uint32_t i : found->second) cover_place(i, sample);
+  for (const std::uint32_t i : found->second) mark_if_covered(i, sample);
 }
 
-bool HighCoverage::mark_listed(std::uint32_t list_index, const Sample& sample) {
+bool HighCoverage::mark_listed_places(std::uint32_t list_index, const Sample& sample) {
   bool all_listed_covered = true;
-  for (std::uint32_t k = list_first_[list_index]; k < list_first_[list_index + std::size_t{1}];
-       ++k) {
-    if (!cover_place(lists_[k], sample)) all_listed_covered = false;
+  for (std::uint32_t k = place_list_begins_[list_index];
+       k < place_list_begins_[list_index + std::size_t{1}]; ++k) {
+    if (!mark_if_covered(listed_places_[k], sample)) all_listed_covered = false;
   }
   return all_listed_covered;
 }
 
-void HighCoverage::store(const Source::Impl& high, BandReads& reads,
-                         const DeviceCorrespondence& match) {
+void HighCoverage::record_band(const Source::Impl& high, BandReads& reads,
+                               const DeviceCorrespondence& match) {
   if (places_in_cell_.empty() || match.count == 0) return;
   const std::vector<std::uint32_t>& triangle = reads.read(match.triangle, match.count);
   const std::vector<float>& u = reads.read(match.barycentric, match.count);
@@ -499,8 +500,8 @@ void HighCoverage::store(const Source::Impl& high, BandReads& reads,
       const Vec3d ab = b - a, ac = c - a;
       const Sample sample{a + ab * double{u[i]} + ac * double{v[i]}, ab, ac};
       if (triangle_state == kSearchGridState) {
-        mark(sample);
-      } else if (mark_listed(triangle_state - kFirstListState, sample)) {
+        mark_covered_places(sample);
+      } else if (mark_listed_places(triangle_state - kFirstListState, sample)) {
         // All places of this triangle are covered, so that its further samples can be skipped.
         std::atomic_ref<std::uint32_t>(triangle_state_[triangle_index])
             .store(kNoPlacesState, std::memory_order_relaxed);

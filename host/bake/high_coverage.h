@@ -40,7 +40,7 @@ class HighCoverage {
   HighCoverage(const MatchRequest& request, Places places, CopyCheck* copies);
 
   /// Marks the places that a band's samples represent as covered.
-  void store(const Source::Impl& high, BandReads& reads, const DeviceCorrespondence& match);
+  void record_band(const Source::Impl& high, BandReads& reads, const DeviceCorrespondence& match);
 
   /// Computes the share of detail that is lost, and locates the largest lost part.
   HighCoverageReport report(const Frame& frame) const;
@@ -53,23 +53,23 @@ class HighCoverage {
   void select_seen_places(const MatchRequest& request);
   /// Indices of the places near the low poly, in the order of a Morton curve. With many texture sets, each
   /// has few places.
-  std::vector<std::uint32_t> near_places_along_curve() const;
-  void make_grid();
-  /// Culls triangles for store(): on large maps, most samples lie on triangles that have no place within reach, or
+  std::vector<std::uint32_t> near_places_in_morton_order() const;
+  void build_place_grid();
+  /// Culls triangles for record_band(): on large maps, most samples lie on triangles that have no place within reach, or
   /// whose places are all covered. The test is conservative, since it uses bounding boxes.
-  void find_triangles(const Source::Impl& high);
+  void list_places_by_triangle(const Source::Impl& high);
   static std::uint64_t cell(const std::array<std::int64_t, 3>& at);
   std::int64_t cell_coordinate(double x) const;
   /// A sample's point, and two edges of its triangle, from which the normal's direction is computed.
   struct Sample {
     Vec3d point{}, ab{}, ac{};
   };
-  bool cover_place(std::uint32_t place, const Sample& sample);
+  bool mark_if_covered(std::uint32_t place, const Sample& sample);
   /// Marks all places that a sample represents, found by the grid.
-  void mark(const Sample& sample);
+  void mark_covered_places(const Sample& sample);
   /// Marks the places that a sample represents among those listed for its triangle. \returns whether all
   /// listed places are covered
-  bool mark_listed(std::uint32_t list_index, const Sample& sample);
+  bool mark_listed_places(std::uint32_t list_index, const Sample& sample);
 
   std::vector<Place> places_;
   double place_spacing_ = 0;
@@ -80,11 +80,11 @@ class HighCoverage {
   std::vector<std::uint8_t> is_covered_;
   /// 1 if the place is lost because charts share texels
   std::vector<std::uint8_t> is_lost_by_copies_;
-  /// State of each triangle (find_triangles()); empty: not computed.
+  /// State of each triangle (list_places_by_triangle()); empty: not computed.
   std::vector<std::uint32_t> triangle_state_;
   /// Indices of the places within reach of a triangle, list after list, and the index at which each triangle's list
   /// begins
-  std::vector<std::uint32_t> lists_, list_first_;
+  std::vector<std::uint32_t> listed_places_, place_list_begins_;
   double cells_per_unit_ = 0;                        ///< Cells of the grid per frame unit
   std::vector<std::uint64_t> occupied_cell_filter_;  ///< Bloom filter of occupied grid cells
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> places_in_cell_;

@@ -31,14 +31,14 @@ std::uint64_t pad(cl::Context& context, const MapInfo& map, const BakeOptions& o
   // texels.
   if (texels < 0) gutter.texels = kUnlimitedPadding;
   gutter.fill_missed = false;
-  std::vector<std::uint8_t> named = coverage;
+  std::vector<std::uint8_t> coverage_to_fill = coverage;
   if (options.encoding.miss == MissPolicy::fill) {
-    std::replace(named.begin(), named.end(), std::uint8_t{kCoverageMissed},
+    std::replace(coverage_to_fill.begin(), coverage_to_fill.end(), std::uint8_t{kCoverageMissed},
                  std::uint8_t{kCoverageEmpty});
   }
-  const std::uint64_t count = fill_gutter(context, image, named, gutter);
-  for (std::size_t i = 0; i < named.size(); ++i) {
-    if (coverage[i] == kCoverageEmpty) coverage[i] = named[i];
+  const std::uint64_t count = fill_gutter(context, image, coverage_to_fill, gutter);
+  for (std::size_t i = 0; i < coverage_to_fill.size(); ++i) {
+    if (coverage[i] == kCoverageEmpty) coverage[i] = coverage_to_fill[i];
   }
   return count;
 }
@@ -61,10 +61,10 @@ void encode_texels(const MapInfo& map, const BakeOptions& options,
                    const std::vector<std::uint8_t>& coverage, Image& image) {
   const std::array<float, 4> empty = map_background(map, options);
   const std::size_t channels = image.channels;
-  const bool marks = options.encoding.miss == MissPolicy::mark;
-  const bool copies_values = map.type != MapType::unit_vector && !marks;
-  const bool is_halved = map.type == MapType::unit_vector && !marks && !options.encoding.raw &&
-                         !options.encoding.two_component;
+  const bool marks_misses = options.encoding.miss == MissPolicy::mark;
+  const bool copies_values = map.type != MapType::unit_vector && !marks_misses;
+  const bool is_halved = map.type == MapType::unit_vector && !marks_misses &&
+                         !options.encoding.raw && !options.encoding.two_component;
   parallel_for(coverage.size(), kTexelsPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (coverage[i] == kCoverageEmpty) {
@@ -171,14 +171,14 @@ BandPixels Layers::pixels(Layer& layer, const TexelBand& band) {
 }
 
 void Layers::run(const TexelBand& band, const DeviceCorrespondence& match) {
-  for (Layer& layer : layers_) layer.maker->run(band, match, pixels(layer, band));
+  for (Layer& layer : layers_) layer.map_maker->run(band, match, pixels(layer, band));
 }
 
 void Layers::run_blended(const TexelBand& band, const DeviceCorrespondence& match,
                          const DeviceCorrespondence& other, const cl::Array<float>& shares) {
   shared_results_.next_band();
   for (Layer& layer : layers_) {
-    layer.maker->run_blended(band, match, other, shares, pixels(layer, band));
+    layer.map_maker->run_blended(band, match, other, shares, pixels(layer, band));
   }
 }
 
@@ -192,7 +192,7 @@ void Layers::recompute_texels(const TexelBand& part, const DeviceCorrespondence&
     if (layer.row->follows_positions) continue;
     const std::size_t channels = layer.image.channels;
     values.resize(channels * places.size());
-    layer.maker->run(part, match, {values, coverage});
+    layer.map_maker->run(part, match, {values, coverage});
     for (std::size_t i = 0; i < places.size(); ++i) {
       std::copy_n(&values[channels * i], channels, &layer.image.pixels[channels * places[i]]);
     }

@@ -16,7 +16,7 @@ namespace kiln {
 /// One map of a bake: its values before padding and encoding.
 struct Layer {
   const MapRow* row = nullptr;
-  std::unique_ptr<MapMaker> maker;
+  std::unique_ptr<MapMaker> map_maker;
   Image image;
 };
 
@@ -33,14 +33,14 @@ class Layers {
   Layers& operator=(const Layers&) = delete;
 
   /// Invalidates cached results of the last band or match.
-  void next_band() { shared_results_.next_band(); }
+  void invalidate_band_results() { shared_results_.next_band(); }
   /// Invalidates cached results of the high poly.
-  void next_source() { shared_results_.next_source(); }
+  void invalidate_source_results() { shared_results_.next_source(); }
   /// Computes a band's texels in all maps and sets their coverage.
   void run(const TexelBand& band, const DeviceCorrespondence& match);
-  /// Extends the images to their full size, also where no band was computed. Bands extend them only to their own end:
-  /// so a band's pages are in the cache when its texels are written, where clearing whole images would pass twice
-  /// through all of memory.
+  /// Extends the images to their full size, also where no band was computed. Each band extends them only up to its own
+  /// last row: its pages are then in the cache when its texels are written, whereas clearing whole images would pass
+  /// twice through all of memory.
   void extend_images();
   void run_blended(const TexelBand& band, const DeviceCorrespondence& match,
                    const DeviceCorrespondence& other, const cl::Array<float>& shares);

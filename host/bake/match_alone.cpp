@@ -28,9 +28,9 @@ MatchResult match_alone(const Source::Impl& high, const Mesh& low, BakeOptions o
   options.encoding.mips = false;
   options.report.keep_match = true;
   Clusters clusters;
-  Pipeline pipeline({high, low, options}, Bands::pass, progress);
+  Pipeline pipeline({high, low, options}, BandStorage::reused, progress);
   pipeline.prepare_match(clusters);
-  pipeline.run_over_bands({.match = true, .measure = false, .read = false});
+  pipeline.run_over_bands({.match = true, .update_distances = false, .compute_maps = false});
   pipeline.finish_match(true);
   pipeline.finish_report();
   progress.report(1, "done");

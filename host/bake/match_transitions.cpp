@@ -25,8 +25,8 @@ MethodTransitions::MethodTransitions(const Mesh& low, std::span<const std::uint3
       texel_methods_(std::size_t{width} * height, kNotCovered),
       texel_charts_(texel_methods_.size()) {}
 
-void MethodTransitions::store(BandReads& reads, const TexelBand& band,
-                              std::span<const DecidingMethod> deciding_methods) {
+void MethodTransitions::record_band(BandReads& reads, const TexelBand& band,
+                                    std::span<const DecidingMethod> deciding_methods) {
   if (band.texel_count == 0) return;
   const std::vector<std::uint32_t>& index = reads.read(band.texel_index, band.texel_count);
   const std::vector<std::uint32_t>& first =

@@ -23,8 +23,8 @@ class MethodTransitions {
 
   /// Records the method of each texel's first sample.
   /// \param deciding_methods  for each sample of the band, the method that decided it
-  void store(BandReads& reads, const TexelBand& band,
-             std::span<const DecidingMethod> deciding_methods);
+  void record_band(BandReads& reads, const TexelBand& band,
+                   std::span<const DecidingMethod> deciding_methods);
 
   /// Compares the map's unit vectors between neighbouring texels of one chart. Neighbours of different charts, and
   /// texels across a seam, are not compared.

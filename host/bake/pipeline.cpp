@@ -33,12 +33,12 @@ struct SourceHash {
 
 }  // namespace
 
-Pipeline::Pipeline(const Scene& scene, Bands bands, BakeProgress progress)
+Pipeline::Pipeline(const Scene& scene, BandStorage bands, BakeProgress progress)
     : scene_(scene),
       context_(context_of(scene.high.device)),
       band_storage_(bands),
       progress_(std::move(progress)),
-      unit_(1 / scene.high.frame.scale),
+      units_per_frame_unit_(1 / scene.high.frame.scale),
       low_(scene.high.low_surface(scene.low, scene.options.match.cage_mesh,
                                   scene.options.match.uv_copies)),
       surface_(*low_),
@@ -65,7 +65,7 @@ Pipeline::Pipeline(const Scene& scene, Bands bands, BakeProgress progress)
     chart_of_triangle_ = uv_charts(scene_.low, surface_.with_uvs);
     charts_ = ChartMap(std::size_t{options.width} * options.height, options.samples);
   }
-  bands_.resize(band_storage_ == Bands::stay ? sampler_.band_count() : 1);
+  bands_.resize(band_storage_ == BandStorage::kept ? sampler_.band_count() : 1);
   result_.report.seconds_mips = stopwatch_.lap();
 }
 
@@ -80,9 +80,9 @@ EdgeTurn Pipeline::make_edge_turn() {
                     "' has no vertex colours, but this direction of rays needs them as weights of "
                     "the normals: paint them in a modelling tool, or choose another direction.");
   }
-  const double built = scene_.high.stats().build_seconds;
+  const double source_seconds_before = scene_.high.stats().build_seconds;
   EdgeTurn turn = edge_turn(options, scene_.high, surface_, &result_.report.edges);
-  result_.report.seconds_build += scene_.high.stats().build_seconds - built;
+  result_.report.seconds_build += scene_.high.stats().build_seconds - source_seconds_before;
   return turn;
 }
 
@@ -95,12 +95,12 @@ void Pipeline::restart_stopwatch() {
 
 void Pipeline::sample() {
   for (std::uint32_t b = 0; b < bands_.size(); ++b) load_band(b);
-  has_stored_bands_ = band_storage_ == Bands::stay;
+  has_stored_bands_ = band_storage_ == BandStorage::kept;
 }
 
 /// Samples a band and allocates its correspondence.
 PipelineBand& Pipeline::sample_band(std::uint32_t number) {
-  PipelineBand& band = bands_[band_storage_ == Bands::stay ? number : 0];
+  PipelineBand& band = bands_[band_storage_ == BandStorage::kept ? number : 0];
   band.texels = sampler_.sample(number, std::move(band.texels));
   edge_turn_.set_directions(context_, band.texels);
   sheet_reach_.write_search_distances(context_, band.texels);
@@ -136,7 +136,7 @@ bool Pipeline::keeps_matcher() const {
 void Pipeline::prepare_match(Clusters& clusters) {
   if (matcher_ != nullptr && keeps_matcher()) return;
   BakeReport& report = result_.report;
-  const double built = report.seconds_build;
+  const double source_seconds_before = report.seconds_build;
   cluster_ = clusters.cluster;
   report.views.reset();
   report.warnings.clear();
@@ -146,7 +146,7 @@ void Pipeline::prepare_match(Clusters& clusters) {
   matcher_warnings_ = std::exchange(report.warnings, {});
   prepare_copies();
   context_.finish();
-  report.seconds_match += stopwatch_.lap() - (report.seconds_build - built);
+  report.seconds_match += stopwatch_.lap() - (report.seconds_build - source_seconds_before);
 }
 
 /// Prepares the check of triangles that share texels. It is skipped for matches by UVs, which find the same point for
@@ -154,8 +154,8 @@ void Pipeline::prepare_match(Clusters& clusters) {
 void Pipeline::prepare_copies() {
   const BakeOptions& options = scene_.options;
   copy_check_.reset();
-  if (band_storage_ == Bands::stay || surface_.copy_of.empty() || options.match.saved != nullptr ||
-      match_row(options.match.method).at_uvs != nullptr)
+  if (band_storage_ == BandStorage::kept || surface_.copy_of.empty() ||
+      options.match.saved != nullptr || match_row(options.match.method).at_uvs != nullptr)
     return;
   if (scene_.high.is_streamed()) {
     matcher_warnings_.push_back(
@@ -233,7 +233,7 @@ void Pipeline::run_over_bands(const Pass& pass) {
     distance_sum_ = 0;
     clear_counts(report);
   }
-  if (scene_.options.report.keep_match && (pass.match || pass.measure)) {
+  if (scene_.options.report.keep_match && (pass.match || pass.update_distances)) {
     result_.match = make_empty_match();
   }
   report.seconds_image += stopwatch_.lap();
@@ -244,7 +244,7 @@ void Pipeline::run_over_bands(const Pass& pass) {
     progress_.at(preparing_share + (kBlendProgress - preparing_share) * b / count, "baking");
     PipelineBand& band = load_band(b);
     find(band, pass);
-    if (pass.read) layers_.run(band.texels, band.match);
+    if (pass.compute_maps) layers_.run(band.texels, band.match);
     report.seconds_detail += stopwatch_.lap();
     record_samples(band, pass);
   }
@@ -253,20 +253,20 @@ void Pipeline::run_over_bands(const Pass& pass) {
 
 /// Matches a band's samples.
 void Pipeline::find(PipelineBand& band, const Pass& pass) {
-  layers_.next_band();
-  const double built = scene_.high.stats().build_seconds;
+  layers_.invalidate_band_results();
+  const double source_seconds_before = scene_.high.stats().build_seconds;
   if (pass.match) {
     matcher_->run(band.texels, band.match);
-  } else if (pass.measure) {
+  } else if (pass.update_distances) {
     matcher_->measure(band.texels, band.match);
   }
   context_.finish();
-  const double building = scene_.high.stats().build_seconds - built;  // of chunks
+  const double building = scene_.high.stats().build_seconds - source_seconds_before;  // of chunks
   result_.report.seconds_build += building;
   result_.report.seconds_match += stopwatch_.lap() - building;
   if (streamed_part_ == nullptr) return;
   streamed_part_->read_matched(band.match);
-  layers_.next_source();
+  layers_.invalidate_source_results();
   result_.report.seconds_detail += stopwatch_.lap();
 }
 
@@ -274,18 +274,18 @@ void Pipeline::find(PipelineBand& band, const Pass& pass) {
 void Pipeline::record_samples(const PipelineBand& band, const Pass& pass) {
   BakeReport& report = result_.report;
   if (method_transitions_)
-    method_transitions_->store(layers_.reads(), band.texels, matcher_->deciding_methods());
+    method_transitions_->record_band(layers_.reads(), band.texels, matcher_->deciding_methods());
   if (fallback_blend_)
-    fallback_blend_->store(layers_.reads(), band.texels, matcher_->deciding_methods());
+    fallback_blend_->record_band(layers_.reads(), band.texels, matcher_->deciding_methods());
   report.seconds_image += stopwatch_.lap();
-  if (coverage_) coverage_->store(scene_.high, layers_.reads(), band.match);
-  if (vertex_coverage_) vertex_coverage_->store(scene_.high, layers_.reads(), band.match);
+  if (coverage_) coverage_->record_band(scene_.high, layers_.reads(), band.match);
+  if (vertex_coverage_) vertex_coverage_->record_band(scene_.high, layers_.reads(), band.match);
   report.seconds_recall += stopwatch_.lap();
-  if (result_.match && (pass.match || pass.measure)) {
-    store_band(context_, band.texels, band.match, unit_, *result_.match);
+  if (result_.match && (pass.match || pass.update_distances)) {
+    store_band(context_, band.texels, band.match, units_per_frame_unit_, *result_.match);
   }
   if (pass.match) {
-    count_samples(layers_.reads(), band.match, unit_, report, distance_sum_);
+    count_samples(layers_.reads(), band.match, units_per_frame_unit_, report, distance_sum_);
     report.texels += band.texels.texel_count;
     report.samples += band.texels.sample_count;
   }
@@ -329,7 +329,7 @@ void Pipeline::warn_about_coarse_views() {
   BakeReport& report = result_.report;
   if (!report.views) return;
   const ViewArea area = view_area(surface_, 0, 1e300);
-  const double radius = area.radius * unit_;
+  const double radius = area.radius * units_per_frame_unit_;
   if (!(report.views->pixel > radius / 25)) return;
   report.warnings.push_back({"coarse-views",
                              "A pixel of the depth views is " +
@@ -376,7 +376,7 @@ void Pipeline::blend() {
 /// The last stages: mip chain, padding, encoding.
 void Pipeline::finish_maps(Image* drawn) {
   // Frees the memory of bands, which the following stages need
-  if (band_storage_ == Bands::pass) bands_.clear();
+  if (band_storage_ == BandStorage::reused) bands_.clear();
   const BakeOptions& options = scene_.options;
   BakeReport& report = result_.report;
   if (options.encoding.two_component) {
@@ -389,11 +389,11 @@ void Pipeline::finish_maps(Image* drawn) {
   if (options.encoding.mips) {
     progress_.at(kMipsProgress, "mip-maps");
     mips = layers_.mips(context_, options, charts_);
-    if (band_storage_ == Bands::pass) charts_ = {};
+    if (band_storage_ == BandStorage::reused) charts_ = {};
     report.seconds_mips += stopwatch_.lap();
   }
   progress_.at(kPaddingProgress, "gutter");
-  std::vector<Image> images = layers_.finish(context_, options, band_storage_ == Bands::stay,
+  std::vector<Image> images = layers_.finish(context_, options, band_storage_ == BandStorage::kept,
                                              result_.coverage, report.gutter_texels, drawn);
   result_.maps.clear();
   for (std::size_t l = 0; l < images.size(); ++l) {
@@ -409,7 +409,7 @@ void Pipeline::measure_errors(Clusters& clusters) {
   BakeReport& report = result_.report;
   report.seconds_image += stopwatch_.lap();
   const auto make = [&](const BakeOptions& options) {
-    BakeReport discarded_report;  // Receives notes of the match that would repeat the bake's own
+    BakeReport discarded_report;  // The second matcher's notes repeat those of the bake's matcher
     return make_matcher(scene_.high, surface_, options, discarded_report, clusters, BakeProgress(),
                         edge_turn_.blends_directions());
   };
@@ -420,7 +420,7 @@ void Pipeline::measure_errors(Clusters& clusters) {
 }
 
 /// Maximum distance of points from the low poly, world units.
-double Pipeline::reach() const {
+double Pipeline::max_point_distance() const {
   const BakeOptions& options = scene_.options;
   const bool looks =
       options.match.saved == nullptr && !any_in_chain(options, [](const MatchRow& row) {
@@ -429,14 +429,14 @@ double Pipeline::reach() const {
   if (!looks) return scene_.high.frame.diagonal;
   const MatchRequest request = match_request(options, scene_.high, surface_);
   const double cage =
-      std::max(request.cage.value_or(0) * unit_,
+      std::max(request.cage.value_or(0) * units_per_frame_unit_,
                result_.report.cage_mesh ? result_.report.cage_mesh->outward_most : 0);
   // Rays that start on a cage pass through the low poly.
-  return std::max(cage, request.distance * unit_ - (request.cage ? cage : 0));
+  return std::max(cage, request.distance * units_per_frame_unit_ - (request.cage ? cage : 0));
 }
 
 void Pipeline::finish_report() {
-  const double farthest = reach();
+  const double farthest = max_point_distance();
   BakeReport& report = result_.report;
   for (BakedMap& map : result_.maps) {
     const auto layer =
@@ -444,7 +444,7 @@ void Pipeline::finish_report() {
                      [&](const Layer& made) { return made.row->info.kind == map.kind; });
     map.ranges = ranges_of(*layer->row, {scene_.high, scene_.options, farthest});
     map.unit = layer->row->unit;
-    layer->maker->report(map, report.warnings);
+    layer->map_maker->report(map, report.warnings);
     if (find_variant(scene_.options, map.kind.name) != nullptr) continue;
     if (!map.ids.empty()) report.ids = map.ids;
     if (map.occlusion) report.occlusion = map.occlusion;
@@ -474,7 +474,7 @@ BakeResult Pipeline::run(Clusters& clusters, Image* drawn) {
 Match Pipeline::stored_match() {
   Match match = make_empty_match();
   for (const PipelineBand& band : bands_) {
-    store_band(context_, band.texels, band.match, unit_, match);
+    store_band(context_, band.texels, band.match, units_per_frame_unit_, match);
   }
   return match;
 }

@@ -25,14 +25,14 @@ struct PipelineBand {
   DeviceCorrespondence match;
 };
 
-/// Whether bands pass, so that each reuses the memory of the one before, or stay on the device for further bakes.
-enum class Bands { pass, stay };
+/// Memory of bands: each band reuses that of the previous one, or all bands are kept on the device for further bakes.
+enum class BandStorage { reused, kept };
 
 /// Which steps a pass over the bands runs.
 struct Pass {
-  bool match = true;     ///< Match the samples again
-  bool measure = false;  ///< Keep the matched points, but update their distances
-  bool read = true;      ///< Compute all maps
+  bool match = true;              ///< Match the samples again
+  bool update_distances = false;  ///< Keep the matched points, but update their distances
+  bool compute_maps = true;       ///< Compute all maps from the matched points
 };
 
 class Pipeline {
@@ -45,7 +45,7 @@ class Pipeline {
     std::uint32_t finer = 1;  ///< Refinement of maps' own sampling; see MapRequest::finer
   };
 
-  Pipeline(const Scene& scene, Bands bands, BakeProgress progress = BakeProgress());
+  Pipeline(const Scene& scene, BandStorage bands, BakeProgress progress = BakeProgress());
 
   /// Runs all stages. \throws Cancelled
   /// \param drawn  see Layers::finish(); null: not computed
@@ -53,7 +53,7 @@ class Pipeline {
 
   // Single stages, for callers that bake repeatedly
 
-  /// Samples all bands and keeps them. Requires Bands::stay.
+  /// Samples all bands and keeps them. Requires BandStorage::kept.
   void sample();
   /// Makes the matcher, unless there is one that is updated when the high poly changes.
   void prepare_match(Clusters& clusters);
@@ -87,7 +87,7 @@ class Pipeline {
   Match stored_match();
 
  private:
-  double reach() const;
+  double max_point_distance() const;
   bool keeps_matcher() const;
   void prepare_copies();
   PipelineBand& sample_band(std::uint32_t number);
@@ -104,9 +104,9 @@ class Pipeline {
 
   Scene scene_;
   cl::Context& context_;
-  Bands band_storage_;
+  BandStorage band_storage_;
   BakeProgress progress_;
-  double unit_;  // world units per frame unit
+  double units_per_frame_unit_;  // world units per frame unit
   Stopwatch stopwatch_;
   BakeResult result_;
   std::shared_ptr<LowSurface> low_;
@@ -118,7 +118,7 @@ class Pipeline {
   EdgeTurn edge_turn_;
   SheetReach sheet_reach_;
   Layers layers_;
-  std::vector<PipelineBand> bands_;  // The current band; with Bands::stay, all bands
+  std::vector<PipelineBand> bands_;  // The current band; with BandStorage::kept, all bands
   bool has_stored_bands_ = false;    // true once all bands are sampled and stored
   std::unique_ptr<Matcher> matcher_;
   std::optional<CopyCheck> copy_check_;    // set if triangles share texels

@@ -63,7 +63,7 @@ BakeSession::Impl::Impl(const Device& device, Mesh&& dense, Mesh&& low_mesh,
                       session.traversal},
       source(device, check_vertices(high), traversal_of(session.traversal), session_options.bounds),
       normals(high, source.positions),
-      pipeline({mark_as_moving(source), low, check_vertices(options)}, Bands::stay),
+      pipeline({mark_as_moving(source), low, check_vertices(options)}, BandStorage::kept),
       texels((pipeline.sample(), pipeline), high.triangles.size(), options.width),
       corners_of_vertex(
           Adjacency::make(high.positions.size(), high.triangles.size() * 3,
@@ -79,33 +79,33 @@ bool BakeSession::Impl::padding_is_copied() {
 }
 
 /// Runs the stages that a change requires.
-void BakeSession::Impl::bake_maps(const HighPolyNormals::Change& change, bool any_moved) {
+void BakeSession::Impl::bake_maps(const HighPolyNormals::Change& normal_change, bool any_moved) {
   Layers& layers = pipeline.layers();
   Pass pass;
   pass.match = !baked || (any_moved && !pipeline.keeps_surface_points());
-  pass.measure =
+  pass.update_distances =
       !pass.match && any_moved && (options.report.keep_match || layers.any_follows_positions());
-  pass.read = pass.match || change.rebuilt || layers.any_reads_around() ||
-              (any_moved && layers.any_follows_positions());
+  pass.compute_maps = pass.match || normal_change.rebuilt || layers.any_reads_around() ||
+                      (any_moved && layers.any_follows_positions());
   if (pass.match) {
     pipeline.prepare_match(visibility);
     texels.invalidate();
   }
   update.matched = pass.match;
-  pass.read = pass.read || !texels.choose(normals, change);
-  if (pass.match || pass.measure || pass.read) pipeline.run_over_bands(pass);
+  pass.compute_maps = pass.compute_maps || !texels.choose_texels(normals, normal_change);
+  if (pass.match || pass.update_distances || pass.compute_maps) pipeline.run_over_bands(pass);
   // Only at the first bake, the match checks its conditions
   if (pass.match) pipeline.finish_match(!baked);
-  if (!pass.read) texels.read();
-  update.texels = pass.read ? texels.count() : texels.chosen_count();
+  if (!pass.compute_maps) texels.read();
+  update.texels = pass.compute_maps ? texels.count() : texels.chosen_count();
   update.seconds_detail = pipeline.lap();
   // With two_component, finish_maps() is required, since only it raises normals below the surface and warns
   // about them.
   const bool is_partial = padding_is_copied() && !options.encoding.two_component;
-  if (pass.read && baked && is_partial && texels.coverage_stays()) {
+  if (pass.compute_maps && baked && is_partial && texels.coverage_stays()) {
     texels.finish_all_texels(options);
     update.dirty = {0, 0, options.width, options.height};
-  } else if (pass.read || !is_partial) {
+  } else if (pass.compute_maps || !is_partial) {
     pipeline.finish_maps();
     update.dirty = {0, 0, options.width, options.height};
   } else {
@@ -119,11 +119,11 @@ const BakeResult& BakeSession::Impl::bake() {
   const bool any_moved = !moved.items().empty();
   if (baked && !any_moved && set.items().empty()) return pipeline.result();
   pipeline.restart_stopwatch();
-  const HighPolyNormals::Change change = update_source();
-  pipeline.layers().next_source();
+  const HighPolyNormals::Change normal_change = update_source();
+  pipeline.layers().invalidate_source_results();
   pipeline.context().finish();
   update.seconds_source = pipeline.lap();
-  bake_maps(change, any_moved);
+  bake_maps(normal_change, any_moved);
   moved.clear();
   if (!baked) texels.prepare(options, padding_is_copied());
   baked = true;

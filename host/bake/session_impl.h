@@ -47,7 +47,7 @@ class SessionTexels {
   /// \param copied true: padding texels are copies of baked texels
   void prepare(const BakeOptions& options, bool copied);
   /// Selects the texels whose triangles have a changed normal. \returns false if they are more than half of all
-  bool choose(const HighPolyNormals& normals, const HighPolyNormals::Change& change);
+  bool choose_texels(const HighPolyNormals& normals, const HighPolyNormals::Change& normal_change);
   /// Computes the selected texels of all maps that do not depend on positions.
   void read();
   /// Writes the selected texels into the finished maps. \returns bounds of these texels and of the padding
@@ -97,7 +97,7 @@ struct KILN_HIDDEN BakeSession::Impl {
   const BakeResult& bake();
   /// Applies moved vertices and changed normals. \returns the changed entries of the pool of normals
   HighPolyNormals::Change update_source();
-  void bake_maps(const HighPolyNormals::Change& change, bool any_moved);
+  void bake_maps(const HighPolyNormals::Change& normal_change, bool any_moved);
 
   Mesh high, low;
   BakeOptions options;
@@ -115,8 +115,8 @@ struct KILN_HIDDEN BakeSession::Impl {
   Update update;
 
  private:
-  void move_vertices(IndexSet& triangles, HighPolyNormals::Change& change);
-  void upload_normals(IndexSet& triangles, const HighPolyNormals::Change& change);
+  void move_vertices(IndexSet& triangles, HighPolyNormals::Change& normal_change);
+  void upload_normals(IndexSet& triangles, const HighPolyNormals::Change& normal_change);
   bool padding_is_copied();
 };
 

@@ -5,7 +5,7 @@ namespace kiln {
 
 /// Applies new positions and recomputes normals that depend on them. \param triangles out: triangles with
 /// moved corners
-void BakeSession::Impl::move_vertices(IndexSet& triangles, HighPolyNormals::Change& change) {
+void BakeSession::Impl::move_vertices(IndexSet& triangles, HighPolyNormals::Change& normal_change) {
   if (moved.items().empty()) return;
   moved.sort();
   for (const std::uint32_t vertex : moved.items()) {
@@ -19,41 +19,42 @@ void BakeSession::Impl::move_vertices(IndexSet& triangles, HighPolyNormals::Chan
   }
   source.move(first, positions, triangles.items());
   pipeline.move(first, positions);
-  change = normals.move(high, source.positions, triangles.items());
+  normal_change = normals.move(high, source.positions, triangles.items());
 }
 
 /// Uploads changed normals. \param triangles in/out: triangles whose normals changed
-void BakeSession::Impl::upload_normals(IndexSet& triangles, const HighPolyNormals::Change& change) {
+void BakeSession::Impl::upload_normals(IndexSet& triangles,
+                                       const HighPolyNormals::Change& normal_change) {
   cl::Context& context = pipeline.context();
   const CornerNormals& corners = normals.corners();
-  if (change.rebuilt) {
+  if (normal_change.rebuilt) {
     source.attributes = SourceAttributes(context, corners);
     for (std::uint32_t t = 0; t < high.triangles.size(); ++t) triangles.add(t);
     return;
   }
-  if (change.entries.empty()) return;
-  const std::uint32_t first = change.entries.front();
-  const std::size_t count = change.entries.back() - first + std::size_t{1};
+  if (normal_change.entries.empty()) return;
+  const std::uint32_t first = normal_change.entries.front();
+  const std::size_t count = normal_change.entries.back() - first + std::size_t{1};
   source.attributes.normals.write(context,
                                   std::span<const float>(&corners.normals[first].x, count * 3),
                                   std::size_t{3} * first);
-  for (const std::uint32_t entry : change.entries) {
+  for (const std::uint32_t entry : normal_change.entries) {
     for (const std::uint32_t corner : normals.corners_of(entry)) triangles.add(corner / 3);
   }
 }
 
 HighPolyNormals::Change BakeSession::Impl::update_source() {
-  HighPolyNormals::Change change;
+  HighPolyNormals::Change normal_change;
   IndexSet triangles(high.triangles.size());
-  move_vertices(triangles, change);
-  if (!set.items().empty() && !change.rebuilt) {
+  move_vertices(triangles, normal_change);
+  if (!set.items().empty() && !normal_change.rebuilt) {
     set.sort();
-    change = normals.set(high, source.positions, set.items());
+    normal_change = normals.set(high, source.positions, set.items());
   }
   set.clear();
-  upload_normals(triangles, change);
+  upload_normals(triangles, normal_change);
   update.triangles = triangles.items().size();
-  return change;
+  return normal_change;
 }
 
 }  // namespace kiln

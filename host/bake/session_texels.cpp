@@ -74,12 +74,13 @@ void SessionTexels::index() {
   for (std::uint32_t& item : texels_of_triangle_.items) item = pairs[item].second;
 }
 
-bool SessionTexels::choose(const HighPolyNormals& normals, const HighPolyNormals::Change& change) {
+bool SessionTexels::choose_texels(const HighPolyNormals& normals,
+                                  const HighPolyNormals::Change& normal_change) {
   chosen_texels_.clear();
   // If most normals changed, most texels changed, too, and the lookup is skipped.
-  if (change.entries.size() > normals.corners().normals.size() / 2) return false;
+  if (normal_change.entries.size() > normals.corners().normals.size() / 2) return false;
   if (texels_of_triangle_.first.empty()) index();
-  for (const std::uint32_t entry : change.entries) {
+  for (const std::uint32_t entry : normal_change.entries) {
     for (const std::uint32_t corner : normals.corners_of(entry)) {
       for (const std::uint32_t texel : texels_of_triangle_.of(corner / 3))
         chosen_texels_.add(texel);

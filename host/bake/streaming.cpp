@@ -41,16 +41,16 @@ Message streaming_obstacle(const BakeOptions& options) {
   for (const auto& map : options.own_maps) maps.push_back(map.name);
   if (!maps.empty()) {
     return Message(maps.size() == 1 ? "the map " : "the maps ") + join_names(maps) +
-           (maps.size() == 1 ? " needs" : " need") + " all of it at once: bake " +
-           streaming_maps() + " alone.";
+           (maps.size() == 1 ? " needs" : " need") + " the whole high poly in memory: bake only " +
+           streaming_maps() + ".";
   }
   const auto stays = [](const MatchRow& row) { return !row.supports_large_high_poly; };
   if (options.match.saved == nullptr && any_in_chain(options, stays)) {
-    return Message("the match needs all of it at once: match by ") +
+    return Message("the match needs the whole high poly in memory: match by ") +
            match_names([](const MatchRow& row) { return row.supports_large_high_poly; }) + ".";
   }
   const auto needs = [](const Message& what) {
-    return what + " needs all of it at once: leave it out.";
+    return what + " needs the whole high poly in memory: leave it out.";
   };
   if (options.match.saved != nullptr) return needs(option("match.saved"));
   if (options.match.parts != nullptr) return needs(option("match.parts"));

@@ -10,8 +10,8 @@
 namespace kiln {
 namespace {
 
-/// Returns checked options without maps.
-BakeOptions match_alone(BakeOptions options) {
+/// Checks options, and removes all maps from them.
+BakeOptions options_without_maps(BakeOptions options) {
   check_options(options);
   ask_for(options, {});
   options.encoding.mips = false;
@@ -21,13 +21,13 @@ BakeOptions match_alone(BakeOptions options) {
 
 }  // namespace
 
-/// A pipeline that matches view by view: its bands stay, and it has no maps.
+/// A pipeline that matches view by view: it keeps its bands, and computes no maps.
 struct KILN_HIDDEN ViewSession::Impl {
   Impl(const Source& dense, const Mesh& low_mesh, const BakeOptions& wanted)
       : source(dense),
         low(low_mesh),
-        options(match_alone(wanted)),
-        pipeline({impl_of(source), low, options}, Bands::stay) {
+        options(options_without_maps(wanted)),
+        pipeline({impl_of(source), low, options}, BandStorage::kept) {
     const Source::Impl& high = impl_of(source);
     query = view_query(match_request(options, high, pipeline.surface()));
     Rasterizer& raster = high.raster();

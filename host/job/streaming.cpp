@@ -24,13 +24,14 @@ constexpr std::uint64_t kBytesPerTexel = 32;
 /// Explains which option of the job needs the whole high poly in memory; empty if none does.
 Message find_streaming_obstacle(const Job& job, const BakeOptions& options, const RunHooks& hooks) {
   const auto explain_whole_mesh_need = [](const Message& what) {
-    return what + " needs all of it at once: leave it out.";
+    return what + " needs the whole high poly in memory: leave it out.";
   };
   if (job.low.given.empty()) {
     return Message("no LOW is made from it: give one, or simplify it before (kiln simplify).");
   }
   if (!asset_file(job).empty()) {
-    return Message("the materials of an asset need all of it at once: name a folder for ") +
+    return Message(
+               "the materials of an asset need the whole high poly in memory: name a folder for ") +
            option("out") + ".";
   }
   if (job.match_auto) return explain_whole_mesh_need(option("match", kAutomatic));

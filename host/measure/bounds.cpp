@@ -174,7 +174,8 @@ std::vector<MapReached> reached_bounds(const Source::Impl& high, const Mesh& low
   const BakeOptions options = point_options(bake, bounds, result, side);
   Clusters clusters;
   const std::uint32_t finer = std::max(1U, kMaxMapSize / side);
-  const BakeResult points = Pipeline({high, low, options, finer}, Bands::pass).run(clusters);
+  const BakeResult points =
+      Pipeline({high, low, options, finer}, BandStorage::reused).run(clusters);
   const Rows rows(bake);
   for (const MapBound& bound : bounds) {
     const MapRow& row = *rows.find(bound.kind);

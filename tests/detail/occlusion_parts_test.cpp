@@ -43,7 +43,7 @@ std::vector<std::vector<float>> in_bands(const Source::Impl& source, const Mesh&
   if (bands != nullptr) *bands = sampler.band_count();
   for (std::uint32_t b = 0; b < sampler.band_count(); ++b) {
     const TexelBand band = sampler.sample(b);
-    layers.next_band();
+    layers.invalidate_band_results();
     layers.run(band, look(source, band, -0.1F, 0.1F));
   }
   std::vector<std::vector<float>> values;

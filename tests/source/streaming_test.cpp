@@ -474,7 +474,8 @@ TEST(Streaming, AJobStreamsWhereTheMemoryLimitAsksForIt) {
     EXPECT_EQ(whole.maps[m].map.image.pixels, streamed.maps[m].map.image.pixels)
         << whole.maps[m].name;
   }
-  EXPECT_NE(error.find("larger than memory, and the map ao needs all of it"), std::string::npos)
+  EXPECT_NE(error.find("larger than memory, and the map ao needs the whole high poly"),
+            std::string::npos)
       << error;
 }
 
