@@ -367,7 +367,7 @@ HolePatch make_hole_patch(const HoleRim& rim,
     for (std::uint32_t i = 0; i < corners; ++i) all[i] = i;
     split_as_convex(all, ears);
   } else if (shortest_ears(at, flat, ears)) {
-    raise_angles(flat, ears);
+    raise_smallest_angles(flat, ears);
   }
   HolePatch patch;
   patch.is_flat = continuation_cosine(rim) < kMinCurvedCosine;

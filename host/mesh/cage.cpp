@@ -301,7 +301,8 @@ std::vector<Vec3> corners_of(const Mesh& low, std::span<const Vec3> low_position
                                 [](auto pair) { return pair != kNoPartner; });
   for (std::size_t i = 0; i < piece_partners.size() && some && low_pieces.size() > 1; ++i) {
     if (piece_partners[i] == kNoPartner) {
-      mismatch = "it has nothing of the name of the low poly's " + in_quotes(low_pieces[i].name);
+      mismatch =
+          "none of its parts has the name of the low poly's " + in_quotes(low_pieces[i].name);
     } else if (cage_pieces[piece_partners[i]].triangles.size() != low_pieces[i].triangles.size()) {
       mismatch = "its " + in_quotes(cage_pieces[piece_partners[i]].name) + " has " +
                  std::to_string(cage_pieces[piece_partners[i]].triangles.size()) +
@@ -338,7 +339,7 @@ std::vector<Vec3> corners_of(const Mesh& low, std::span<const Vec3> low_position
       return std::vector<Vec3>{};
     }
     std::vector<Vec3> corners = partners.corners();
-    if (corners.empty()) mismatch = "vertices of the low poly would lie in two places";
+    if (corners.empty()) mismatch = "some vertices of the low poly would get two positions";
     return corners;
   };
   std::vector<Vec3> corners = pair_all();

@@ -27,12 +27,12 @@ struct GapRule {
   static constexpr double kMinGapRatio = 1.5;
   /// Smallest share of the weight above a gap; in a cube of ten million triangles, it is 1e-3
   static constexpr double kMinWeightAbove = 2e-4;
-  /// Smallest share (by weight) of the edges above a gap that form lines
+  /// Smallest share, by weight, of the edges with turns above the gap that continue in another such edge at both ends
   static constexpr double kMinLineShare = 0.8;
-  /// Parts with fewer edges have hard edges only if they contain planes, or hardly any weak edges
+  /// Parts with fewer edges have hard edges only if planes hold at least kMinPlaneShareOfSmall of the weight, or if at
+  /// most kMaxWeakShareOfSmall of it lies in edges with turns below the gap
   static constexpr std::size_t kMinEdgesWithoutPlanes = 100;
-  static constexpr double kMinPlaneShareOfSmall = 0.1,
-                          kMaxWeakShareOfSmall = 0.05;  ///< Largest shares of weak edges, by weight
+  static constexpr double kMinPlaneShareOfSmall = 0.1, kMaxWeakShareOfSmall = 0.05;
   /// Minimum number of edges of a part that is examined separately; a tetrahedron has 6 edges
   static constexpr std::size_t kMinEdges = 12;
 };

@@ -325,7 +325,7 @@ void split_as_convex(std::span<const std::uint32_t> corners, CornerTriangles& tr
   }
 }
 
-void raise_angles(const FlatPolygon& flat, CornerTriangles& triangles) {
+void raise_smallest_angles(const FlatPolygon& flat, CornerTriangles& triangles) {
   // Sides, sorted by their corners in ascending order, to find the neighbour across each side.
   std::vector<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>> triangle_sides;
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {

@@ -39,6 +39,6 @@ void split_as_convex(std::span<const std::uint32_t> corners, CornerTriangles& tr
 /// Flips diagonals if that enlarges the smallest angle of the two adjacent triangles (Lawson 1977). The result is the
 /// constrained Delaunay triangulation if the polygon is simple. This avoids needles at corners that rounding moved
 /// off a straight edge.
-void raise_angles(const FlatPolygon& flat, CornerTriangles& triangles);
+void raise_smallest_angles(const FlatPolygon& flat, CornerTriangles& triangles);
 
 }  // namespace kiln

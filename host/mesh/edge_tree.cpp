@@ -240,7 +240,7 @@ bool EdgeTree::collect_pieces(const Vec3d& low, const Vec3d& high, Cell& cell,
       const double reach = radius_ + farthest;
       const double inside = std::max(0.0, radius_ * kInsideShare - farthest);
       near.squared_reach = reach * reach;
-      near.squared_inside = inside * inside;
+      near.squared_inside_distance = inside * inside;
     }
     if (cell.pieces.size() > kMaxCellPieces) return false;
   }
@@ -336,7 +336,7 @@ BendSums EdgeTree::within(const Vec3d& centre, const Sheet& sheet, Scratch& scra
   const Cell& cell = cell_of(centre, scratch);
   if (cell.few) {
     return sum_by_pieces(cell, centre, scratch,
-                         [&](const BendPiece& piece) { return sheet.belongs(piece); });
+                         [&](const BendPiece& piece) { return sheet.belongs_to_sheet(piece); });
   }
   BendSums sums;
   bool has_left_out = false;
@@ -375,7 +375,7 @@ BendSums EdgeTree::sum_leaf(std::size_t leaf, const Sheet& sheet, const Vec3d& c
   for (std::size_t i = first_piece_of(levels_, leaf); i < first_piece_of(levels_, leaf + 1); ++i) {
     bool is_cut_by_ball = false;
     const BendSums piece = clipped(pieces_[i], centre, is_cut_by_ball);
-    if (sheet.belongs(pieces_[i])) {
+    if (sheet.belongs_to_sheet(pieces_[i])) {
       sums += piece;
     } else {
       has_left_out = has_left_out || piece.area > kRoundedArea * squared_;
@@ -428,7 +428,7 @@ BendSums EdgeTree::sum_by_pieces(const Cell& cell, const Vec3d& centre, Scratch&
     const Vec3d offset = near.centre - centre;
     const double squared = dot(offset, offset);
     if (squared >= near.squared_reach || !belongs(near.piece)) continue;
-    if (squared < near.squared_inside) {
+    if (squared < near.squared_inside_distance) {
       sums += {near.piece.area, near.piece.bend};
       continue;
     }
@@ -625,8 +625,8 @@ BendSums EdgeTree::clipped(const BendPiece& piece, const std::array<Vec3d, 3>& p
   return sums;
 }
 
-/// Fractions of one piece, which represent its whole box. The bend's fraction uses lengths and absolute angles, since
-/// angles of opposite signs may cancel out.
+/// Fractions of a piece's area and bend that lie in the ball; they are used for the whole box that the piece represents.
+/// The fraction of the bend is weighted by absolute angles, since angles of opposite signs may cancel out.
 EdgeTree::BallShares EdgeTree::shares_in_ball(const BendPiece& piece, const Vec3d& centre) const {
   const std::array<Vec3d, 3> p = corners(piece, centre);
   const BallClip clip = clip_by_ball(p, squared_);

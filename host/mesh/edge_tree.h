@@ -96,7 +96,7 @@ struct Sheet {
     return normal.x * other[0] + normal.y * other[1] + normal.z * other[2] <
            kMaxOpposedCosine * 127;
   }
-  bool belongs(const BendPiece& piece) const {
+  bool belongs_to_sheet(const BendPiece& piece) const {
     return !is_opposed(piece.normal) ||
            (connected != nullptr && connected->contains(piece.triangle));
   }
@@ -128,7 +128,7 @@ class EdgeTree {
     /// Squared distance of the ball's centre from which on the sphere lies outside of the ball
     double squared_reach = 0;
     /// Squared distance below which the sphere lies inside of the ball; 0: nowhere
-    double squared_inside = 0;
+    double squared_inside_distance = 0;
   };
   /// Space is divided into cubes with sides of one radius; a cell caches candidates for balls around points in its
   /// cube.

@@ -78,12 +78,12 @@ void remove_back_to_back(std::vector<Triangle>& triangles) {
   });
   std::vector<std::uint8_t> is_removed(triangles.size(), 0);
   for (std::size_t begin = 0, end = 0; begin < sorted_triangles.size(); begin = end) {
-    std::size_t odd_begin = begin;
+    std::size_t first_odd_order = begin;
     while (end < sorted_triangles.size() &&
            sorted_triangles[end].sorted_corners == sorted_triangles[begin].sorted_corners) {
-      if (!sorted_triangles[end++].is_odd_order) odd_begin = end;
+      if (!sorted_triangles[end++].is_odd_order) first_odd_order = end;
     }
-    for (std::size_t i = begin, j = odd_begin; i < odd_begin && j < end; ++i, ++j) {
+    for (std::size_t i = begin, j = first_odd_order; i < first_odd_order && j < end; ++i, ++j) {
       is_removed[sorted_triangles[i].index] = is_removed[sorted_triangles[j].index] = 1;
     }
   }
@@ -109,18 +109,19 @@ std::vector<std::uint32_t> split_into_fans(std::span<Triangle> triangles, std::s
     // Union-find over corners: two corners of one vertex are united if their triangles are joined along a side.
     DisjointSets fans(old_triangles.size() * 3);
     for (std::size_t begin = 0, end = 0; begin < triangle_sides.size(); begin = end) {
-      std::size_t backward_begin = begin;
+      std::size_t first_backward_side = begin;
       while (end < triangle_sides.size() && triangle_sides[end].key == triangle_sides[begin].key) {
-        if (triangle_sides[end++].forward) backward_begin = end;
+        if (triangle_sides[end++].forward) first_backward_side = end;
       }
-      const std::size_t pairs = std::min(backward_begin - begin, end - backward_begin);
+      const std::size_t pairs = std::min(first_backward_side - begin, end - first_backward_side);
       if (pairs == 0) continue;
       const auto again =
           std::equal_range(shifted_edges.begin(), shifted_edges.end(), triangle_sides[begin].key);
       const auto shift = static_cast<std::size_t>(again.second - again.first);
       for (std::size_t i = 0; i < pairs; ++i) {
         const Side& ahead = triangle_sides[begin + i];
-        const Side& back = triangle_sides[backward_begin + (i + shift) % (end - backward_begin)];
+        const Side& back =
+            triangle_sides[first_backward_side + (i + shift) % (end - first_backward_side)];
         fans.join(corner(ahead, 0), corner(back, 1));
         fans.join(corner(ahead, 1), corner(back, 0));
       }

@@ -103,9 +103,9 @@ std::vector<Vec3> Frame::to_frame_within(const Mesh& mesh, double reach) const {
     if (!has_area(mesh.positions, t)) continue;
     for (const std::uint32_t corner : t) used[corner] = 1;
   }
-  constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
+  constexpr float kNoPosition = std::numeric_limits<float>::quiet_NaN();
   for (std::size_t i = 0; i < result.size(); ++i) {
-    if (used[i] == 0 && !inside(result[i])) result[i] = {kNowhere, kNowhere, kNowhere};
+    if (used[i] == 0 && !inside(result[i])) result[i] = {kNoPosition, kNoPosition, kNoPosition};
   }
   return result;
 }

@@ -61,7 +61,7 @@ std::vector<HardSide> hard_sides_of(const LowSurface& surface) {
   return triangle_sides;
 }
 
-bool differ(const Vec3& a, const Vec3& b) {
+bool normals_differ(const Vec3& a, const Vec3& b) {
   return dot(to_double(a), to_double(b)) <
          kSameNormalCosine * length(to_double(a)) * length(to_double(b));
 }
@@ -150,10 +150,10 @@ HardEdges HardEdges::of(const LowSurface& surface) {
     const HardSide& one = triangle_sides[first];
     bool hard = false;
     for (std::size_t i = first + 1; i < end && !hard; ++i) {
-      hard = differ(corner(one, one.at_a).normal,
-                    corner(triangle_sides[i], triangle_sides[i].at_a).normal) ||
-             differ(corner(one, one.at_b).normal,
-                    corner(triangle_sides[i], triangle_sides[i].at_b).normal);
+      hard = normals_differ(corner(one, one.at_a).normal,
+                            corner(triangle_sides[i], triangle_sides[i].at_a).normal) ||
+             normals_differ(corner(one, one.at_b).normal,
+                            corner(triangle_sides[i], triangle_sides[i].at_b).normal);
     }
     const Vec3 from = corner(one, one.at_a).position;
     const Vec3 along = to_float(to_double(corner(one, one.at_b).position) - to_double(from));

@@ -16,12 +16,12 @@ bool same_bits(const Vec3& a, const Vec3& b) { return std::memcmp(&a, &b, sizeof
 }  // namespace
 
 HighPolyNormals::HighPolyNormals(const Mesh& mesh, std::span<const Vec3> positions)
-    : computed_(mesh.normal_triangles.empty()) {
+    : is_computed_(mesh.normal_triangles.empty()) {
   rebuild(mesh, positions);
 }
 
-bool HighPolyNormals::has_extra(const Mesh& mesh) const {
-  return corners_.normals.size() != (computed_ ? mesh.positions.size() : mesh.normals.size());
+bool HighPolyNormals::has_extra_normals(const Mesh& mesh) const {
+  return corners_.normals.size() != (is_computed_ ? mesh.positions.size() : mesh.normals.size());
 }
 
 void HighPolyNormals::index() {
@@ -34,7 +34,7 @@ HighPolyNormals::Change HighPolyNormals::rebuild(const Mesh& mesh,
                                                  std::span<const Vec3> positions) {
   corners_ = corner_normals(mesh, positions);
   index();
-  if (computed_) {
+  if (is_computed_) {
     welded_ = weld_vertices(positions);
     weights_.resize(mesh.triangles.size());
     parallel_for(weights_.size(), kNormalsPerTask, [&](std::size_t begin, std::size_t end) {
@@ -44,7 +44,7 @@ HighPolyNormals::Change HighPolyNormals::rebuild(const Mesh& mesh,
   return {true, {}};
 }
 
-std::vector<std::uint32_t> HighPolyNormals::first_of_polygons(
+std::vector<std::uint32_t> HighPolyNormals::first_triangles_of_polygons(
     const Mesh& mesh, std::span<const std::uint32_t> triangles) {
   std::vector<std::uint32_t> first_triangles(triangles.begin(), triangles.end());
   if (mesh.polygons.empty()) return first_triangles;
@@ -59,9 +59,10 @@ std::vector<std::uint32_t> HighPolyNormals::first_of_polygons(
 
 HighPolyNormals::Change HighPolyNormals::move(const Mesh& mesh, std::span<const Vec3> positions,
                                               std::span<const std::uint32_t> triangles) {
-  if (!computed_ && !has_extra(mesh)) return {};
-  if (has_extra(mesh) || weld_vertices(positions) != welded_) return rebuild(mesh, positions);
-  const std::vector<std::uint32_t> first_triangles = first_of_polygons(mesh, triangles);
+  if (!is_computed_ && !has_extra_normals(mesh)) return {};
+  if (has_extra_normals(mesh) || weld_vertices(positions) != welded_)
+    return rebuild(mesh, positions);
+  const std::vector<std::uint32_t> first_triangles = first_triangles_of_polygons(mesh, triangles);
   parallel_for(first_triangles.size(), kNormalsPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t t = first_triangles[i];
@@ -109,7 +110,7 @@ HighPolyNormals::Change HighPolyNormals::move(const Mesh& mesh, std::span<const 
 
 HighPolyNormals::Change HighPolyNormals::set(const Mesh& mesh, std::span<const Vec3> positions,
                                              std::span<const std::uint32_t> entries) {
-  if (has_extra(mesh)) return rebuild(mesh, positions);
+  if (has_extra_normals(mesh)) return rebuild(mesh, positions);
   Change change;
   for (const std::uint32_t entry : entries) {
     const Vec3d n = to_double(mesh.normals[entry]);

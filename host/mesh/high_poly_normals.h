@@ -67,14 +67,14 @@ class HighPolyNormals {
  private:
   Change rebuild(const Mesh& mesh, std::span<const Vec3> positions);
   /// The first triangles of the polygons of given triangles.
-  static std::vector<std::uint32_t> first_of_polygons(const Mesh& mesh,
-                                                      std::span<const std::uint32_t> triangles);
+  static std::vector<std::uint32_t> first_triangles_of_polygons(
+      const Mesh& mesh, std::span<const std::uint32_t> triangles);
   void index();
   /// True if some corners have computed normals in place of invalid ones, so that pool entries do not determine all
   /// normals.
-  bool has_extra(const Mesh& mesh) const;
+  bool has_extra_normals(const Mesh& mesh) const;
 
-  bool computed_;  // True if normals are computed from positions
+  bool is_computed_;  // True if normals are computed from positions
   std::vector<std::uint32_t> welded_;
   CornerNormals corners_;
   Adjacency corners_of_entry_;

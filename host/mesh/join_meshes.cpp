@@ -78,7 +78,7 @@ void check_sizes(std::span<const Mesh> meshes, const std::string& name) {
 
 /// Appends a mesh's additional UV sets after its first one; sets that only one of the two has get NaN.
 void append_other_uvs(Mesh& joined_mesh, const Mesh& mesh, std::size_t before) {
-  constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
+  constexpr float kNoUv = std::numeric_limits<float>::quiet_NaN();
   for (const UvSet& set : mesh.other_uvs) {
     if (set.uvs.size() != mesh.uvs.size()) continue;
     auto to = std::find_if(joined_mesh.other_uvs.begin(), joined_mesh.other_uvs.end(),
@@ -87,11 +87,10 @@ void append_other_uvs(Mesh& joined_mesh, const Mesh& mesh, std::size_t before) {
       joined_mesh.other_uvs.push_back({set.set, {}});
       to = joined_mesh.other_uvs.end() - 1;
     }
-    to->uvs.resize(before, {kNowhere, kNowhere});
+    to->uvs.resize(before, {kNoUv, kNoUv});
     to->uvs.insert(to->uvs.end(), set.uvs.begin(), set.uvs.end());
   }
-  for (UvSet& set : joined_mesh.other_uvs)
-    set.uvs.resize(joined_mesh.uvs.size(), {kNowhere, kNowhere});
+  for (UvSet& set : joined_mesh.other_uvs) set.uvs.resize(joined_mesh.uvs.size(), {kNoUv, kNoUv});
 }
 
 /// The attributes of the joined mesh.
@@ -142,10 +141,10 @@ void append_attributes(Mesh& joined_mesh, const Mesh& mesh, const PresentAttribu
     if (warnings != nullptr) warnings->push_back({code, "'" + mesh.name + "' has " + what, count});
   };
   if (has.uvs) {
-    constexpr float kNowhere = std::numeric_limits<float>::quiet_NaN();
+    constexpr float kNoUv = std::numeric_limits<float>::quiet_NaN();
     const std::size_t before = joined_mesh.uvs.size();
     append(joined_mesh.uvs, joined_mesh.uv_triangles, mesh.uvs, mesh.uv_triangles, triangles,
-           Vec2{kNowhere, kNowhere});
+           Vec2{kNoUv, kNoUv});
     append_other_uvs(joined_mesh, mesh, before);
     if (mesh.uv_triangles.empty()) {
       warn("missing-uvs", "no UVs, which others have: no map is baked for it, and no texture read.",

@@ -199,7 +199,8 @@ struct Fault {
 
 class FaultFinder {
  public:
-  FaultFinder(const Mesh& mesh, MeshParts& parts, Trusted trust) : parts_(parts), trusted_(trust) {
+  FaultFinder(const Mesh& mesh, MeshParts& parts, Trusted trust)
+      : parts_(parts), is_trusted_(trust) {
     measure_errors(mesh);
     fault_of_part_.resize(parts.list.size());
     const bool styled = has_foreign_normals();
@@ -278,9 +279,10 @@ class FaultFinder {
     const auto size = [&](std::uint32_t p) { return std::abs(parts_.list[p].flux); };
     std::stable_sort(solid.begin(), solid.end(),
                      [&](std::uint32_t a, std::uint32_t b) { return size(a) > size(b); });
-    constexpr std::size_t kMaxContainers = 1000;  // Only the largest parts are tested as containers
+    constexpr std::size_t kMaxEnclosingParts =
+        1000;  // Only the largest parts are tested as containers
     for (std::size_t i = 1; i < solid.size(); ++i) {
-      for (std::size_t k = 0; k < std::min(i, kMaxContainers); ++k) {
+      for (std::size_t k = 0; k < std::min(i, kMaxEnclosingParts); ++k) {
         if (!parts_.list[solid[k]].box.contains(parts_.list[solid[i]].box)) continue;
         fault_of_part_[solid[i]].has_wrong_faces = fault_of_part_[solid[k]].has_wrong_faces;
         break;
@@ -306,13 +308,13 @@ class FaultFinder {
       if (fault_of_part_[p].is_decided) continue;
       fault_of_part_[p].has_wrong_faces = face_error_area != normal_error_area
                                               ? face_error_area > normal_error_area
-                                              : trusted_ == Trusted::normals;
+                                              : is_trusted_ == Trusted::normals;
       fault_of_part_[p].is_decided = face_error_area != normal_error_area;
     }
   }
 
   MeshParts& parts_;
-  Trusted trusted_;
+  Trusted is_trusted_;
   std::vector<Fault> fault_of_part_;
 };
 

@@ -101,8 +101,9 @@ class PartNamer {
   }
 
  private:
-  /// Patterns of one side of a list; the first match counts. Indexed by the text before the first star, the text
-  /// after the last, and the longest text between stars, so that not every name is compared with every pattern.
+  /// The patterns of a list for names of one mesh (LOW or HIGH); the first pattern that matches a name counts. Patterns
+  /// are indexed by the text before the first star, the text after the last one, and the longest text between stars,
+  /// so that not every name is compared with every pattern.
   class PatternList {
    public:
     void add(const std::string& pattern, std::size_t pair) {
@@ -169,13 +170,13 @@ std::size_t edit_distance(std::string_view a, std::string_view b, std::size_t li
   for (std::size_t i = 1; i <= a.size(); ++i) {
     const std::size_t from = i > limit ? i - limit : 1, to = std::min(b.size(), i + limit);
     std::size_t corner = std::exchange(row[from - 1], from == 1 ? std::min(i, limit) : limit);
-    std::size_t row_minimum = row[from - 1];
+    std::size_t smallest_in_row = row[from - 1];
     for (std::size_t j = from; j <= to; ++j) {
       const std::size_t changed = corner + (a[i - 1] == b[j - 1] ? 0 : 1);
       corner = std::exchange(row[j], std::min({changed, row[j] + 1, row[j - 1] + 1, limit}));
-      row_minimum = std::min(row_minimum, row[j]);
+      smallest_in_row = std::min(smallest_in_row, row[j]);
     }
-    if (row_minimum >= limit) return limit;
+    if (smallest_in_row >= limit) return limit;
   }
   return row.back();
 }
@@ -379,8 +380,9 @@ std::size_t count_pairs_by(const PartNames& names, const NamedGroups& low,
 
 /// Describes patterns that would pair more groups of the low poly; empty if there are none. The suggested patterns
 /// are those that fit most pairs of an unpaired name and its most similar name.
-Message suggest_patterns(const PartNames& names, const NamedGroups& low, const NamedGroups& high,
-                         const std::map<std::string, std::uint32_t>& pairs) {
+Message suggest_name_patterns(const PartNames& names, const NamedGroups& low,
+                              const NamedGroups& high,
+                              const std::map<std::string, std::uint32_t>& pairs) {
   if (names.by != PartsBy::name) return {};
   std::map<PatternPair, std::size_t> pattern_votes;
   std::size_t sampled_names = 0, paired_groups = 0;
@@ -459,26 +461,27 @@ Parts pair_parts(const Mesh& high, const Mesh& low, const PartNames& names) {
     throw Error(ErrorCode::usage, "The list of parts is empty.");
   }
   const PartNamer part_name(names);
-  NamedGroups of_high(high, names, part_name, PartSide::high);
-  NamedGroups of_low(low, names, part_name, PartSide::low);
-  for (const auto& [groups, mesh] : {std::pair(&of_low, &low), std::pair(&of_high, &high)}) {
+  NamedGroups part_of_high_name(high, names, part_name, PartSide::high);
+  NamedGroups part_of_low_name(low, names, part_name, PartSide::low);
+  for (const auto& [groups, mesh] :
+       {std::pair(&part_of_low_name, &low), std::pair(&part_of_high_name, &high)}) {
     if (groups->used.empty()) {
       throw Error(ErrorCode::input,
                   "'" + mesh->name + "' has no triangles: there are no parts to pair.");
     }
   }
   Parts parts;
-  pair_by_words(of_low, of_high, parts.warnings);
-  const std::unordered_set<std::string> high_parts(of_high.parts_of_used.begin(),
-                                                   of_high.parts_of_used.end());
+  pair_by_words(part_of_low_name, part_of_high_name, parts.warnings);
+  const std::unordered_set<std::string> high_parts(part_of_high_name.parts_of_used.begin(),
+                                                   part_of_high_name.parts_of_used.end());
   std::map<std::string, std::uint32_t> pairs;
-  for (const std::string& part : of_low.parts_of_used) {
+  for (const std::string& part : part_of_low_name.parts_of_used) {
     if (high_parts.contains(part)) pairs.emplace(part, 0);
   }
-  const Message remedy = suggest_patterns(names, of_low, of_high, pairs);
+  const Message remedy = suggest_name_patterns(names, part_of_low_name, part_of_high_name, pairs);
   if (pairs.empty()) {
-    const std::string& name = of_low.used.front();
-    const std::string* similar_name = most_similar_name(name, of_high.used);
+    const std::string& name = part_of_low_name.used.front();
+    const std::string* similar_name = most_similar_name(name, part_of_high_name.used);
     throw Error(
         ErrorCode::input,
         "No " + std::string(name_kind_of(names.by).one) +
@@ -487,7 +490,7 @@ Parts pair_parts(const Mesh& high, const Mesh& low, const PartNames& names) {
             quote_name(name) + " is " +
             (similar_name != nullptr
                  ? "nearest to " + quote_name(*similar_name)
-                 : "near to none, such as " + kiln::quote_name(of_high.used.front())) +
+                 : "near to none, such as " + kiln::quote_name(part_of_high_name.used.front())) +
             "." +
             (names.by == PartsBy::name && remedy.empty()
                  ? " " + option("part_names.low") + " and " + option("part_names.high") +
@@ -514,14 +517,14 @@ Parts pair_parts(const Mesh& high, const Mesh& low, const PartNames& names) {
     }
     return result;
   };
-  parts.low = number(of_low);
-  parts.high = number(of_high);
+  parts.low = number(part_of_low_name);
+  parts.high = number(part_of_high_name);
   if (rest) {
     ++parts.count;
     parts.names.emplace_back();
   }
-  warn(PartSide::low, of_low, names.by, of_high, pairs, remedy, parts.warnings);
-  warn(PartSide::high, of_high, names.by, of_low, pairs, "", parts.warnings);
+  warn(PartSide::low, part_of_low_name, names.by, part_of_high_name, pairs, remedy, parts.warnings);
+  warn(PartSide::high, part_of_high_name, names.by, part_of_low_name, pairs, "", parts.warnings);
   return parts;
 }
 

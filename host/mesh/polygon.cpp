@@ -82,7 +82,7 @@ bool triangulate(std::span<const std::array<double, 3>> corners,
     return false;
   }
   const bool is_simple = shortest_ears(ring, flat, triangles);
-  raise_angles(flat, triangles);
+  raise_smallest_angles(flat, triangles);
   for (auto& triangle : triangles) {
     for (std::uint32_t& corner : triangle) corner = corner_order[corner];
   }

@@ -56,7 +56,7 @@ Quadric bent_planes(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d&
   return sum;
 }
 
-Quadric standing_plane(const Vec3d& a, const Vec3d& b, const Vec3d& face, double weight) {
+Quadric perpendicular_plane(const Vec3d& a, const Vec3d& b, const Vec3d& face, double weight) {
   Quadric sum;
   const Vec3d across = cross(b - a, face);
   const Vec3d normal = across * (1 / length(across));
@@ -67,7 +67,7 @@ Quadric standing_plane(const Vec3d& a, const Vec3d& b, const Vec3d& face, double
 Quadric border_planes(const Vec3d& a, const Vec3d& b, const Vec3d& face) {
   // There is one triangle instead of two; each vertex gets half of its weight.
   const double weight = kCurvatureWeight * std::numbers::pi * length(b - a) / 2;
-  Quadric sum = standing_plane(a, b, face, weight);
+  Quadric sum = perpendicular_plane(a, b, face, weight);
   const double size = length(face);
   if (!(size > 0)) return sum;
   sum.add_plane(face * (1 / size), a, weight);
@@ -93,7 +93,7 @@ Quadric line_planes(const Vec3d& a, const Vec3d& b, const Vec3d& one, const Vec3
       share * line_weight(one, other) * kCurvatureWeight * std::numbers::pi * length(b - a) / 4;
   Quadric sum;
   for (const Vec3d& face : {one, other}) {
-    const Quadric plane = standing_plane(a, b, face, weight);
+    const Quadric plane = perpendicular_plane(a, b, face, weight);
     sum += plane;
   }
   sum.area = 2 * weight;

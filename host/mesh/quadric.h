@@ -76,7 +76,7 @@ Quadric bent_planes(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d&
 
 /// The plane through an open border from a to b, perpendicular to the face; empty if it has no direction.
 /// \param face  the triangle's normal, of any length
-Quadric standing_plane(const Vec3d& a, const Vec3d& b, const Vec3d& face, double weight);
+Quadric perpendicular_plane(const Vec3d& a, const Vec3d& b, const Vec3d& face, double weight);
 
 /// bent_planes() of an open border. A border lies on the outline in every view that shows it, like an edge with a
 /// turn of 180 degrees. The triangle's plane and the perpendicular plane have equal weights.

@@ -26,7 +26,7 @@ class FloatGrid {
  public:
   FloatGrid(std::span<const Triangle> triangles,
             const std::function<Vec3d(std::uint32_t vertex)>& position);
-  /// The largest step of the three axes at a point.
+  /// The spacing of stored coordinates at a point, for the axis on which it is largest.
   Step step(const Vec3d& p) const;
 
  private:

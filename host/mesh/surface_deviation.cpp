@@ -107,8 +107,8 @@ DistanceReport one_sided_distance(std::span<const Vec3> dense_positions,
       const Vec3& c = dense_positions[t[2]];
       const Vec3 point = distance_point(dense_positions, t, sample % 4);
       if (const Vec3* same = kept.find({a, b, c}); same != nullptr) {
-        squared_distances[i] =
-            squared_to_triangle(to_double(point), same, std::numeric_limits<double>::infinity());
+        squared_distances[i] = squared_distance_to_triangle(
+            to_double(point), same, std::numeric_limits<double>::infinity());
       } else {
         // Bounds the search by the previous sample's distance plus the distance between the two samples.
         double within = std::numeric_limits<double>::infinity();
@@ -124,7 +124,7 @@ DistanceReport one_sided_distance(std::span<const Vec3> dense_positions,
     }
     searched_samples += searched_in_task;
   });
-  report.searched = searched_samples;
+  report.searched_count = searched_samples;
   set_statistics(squared_distances, report);
   return report;
 }

@@ -52,7 +52,7 @@ std::size_t count_boxes(std::size_t count) {
 
 double squared_length(const Vec3d& v) { return dot(v, v); }
 
-double squared_to_segment(const Vec3d& offset, const Vec3d& edge) {
+double squared_distance_to_segment(const Vec3d& offset, const Vec3d& edge) {
   const double length2 = dot(edge, edge), projection = dot(offset, edge);
   if (!(projection > 0)) return squared_length(offset);
   return squared_length(offset - (projection < length2 ? edge * (projection / length2) : edge));
@@ -78,7 +78,7 @@ bool both_farther(const Vec3d& p, const Vec3* one, const Vec3* other, double bes
 
 }  // namespace
 
-double squared_to_triangle(const Vec3d& p, const Vec3* c, double best) {
+double squared_distance_to_triangle(const Vec3d& p, const Vec3* c, double best) {
   const Vec3d a = to_double(c[0]);
   const Vec3d ab = to_double(c[1]) - a, ac = to_double(c[2]) - a, ap = p - a;
   const Vec3d n = cross(ab, ac);
@@ -93,9 +93,10 @@ double squared_to_triangle(const Vec3d& p, const Vec3* c, double best) {
     if (v >= 0 && w >= 0 && v + w <= d00 * d11 - d01 * d01)
       return normal_offset * normal_offset / n2;
   }
-  const double e0 = squared_to_segment(ap, ab);
-  const double e1 = squared_to_segment(ap, ac);
-  const double e2 = squared_to_segment(p - to_double(c[1]), to_double(c[2]) - to_double(c[1]));
+  const double e0 = squared_distance_to_segment(ap, ab);
+  const double e1 = squared_distance_to_segment(ap, ac);
+  const double e2 =
+      squared_distance_to_segment(p - to_double(c[1]), to_double(c[2]) - to_double(c[1]));
   return std::min(std::min(e0, e1), e2);
 }
 
@@ -301,7 +302,7 @@ double SurfaceDistance::search_nearest(const Vec3& point, std::uint32_t& leaf_in
   };
   std::array<PendingBox, 64> stack;  // The depth is at most 32, and each level leaves one entry
   std::size_t top = 0;
-  PendingBox pending{0, squared_to_boxes(at, nodes_[0], nodes_[0])[0]};
+  PendingBox pending{0, squared_distances_to_boxes(at, nodes_[0], nodes_[0])[0]};
   for (;;) {
     while (!(pending.distance < best)) {
       if (top == 0) return best;
@@ -315,7 +316,7 @@ double SurfaceDistance::search_nearest(const Vec3& point, std::uint32_t& leaf_in
       continue;
     }
     const std::uint32_t left = pending.box + 1, right = box.first;
-    const Double2 to = squared_to_boxes(at, nodes_[left], nodes_[right]);
+    const Double2 to = squared_distances_to_boxes(at, nodes_[left], nodes_[right]);
     const bool is_right_nearer = to[1] < to[0];
     const PendingBox farther_child =
         is_right_nearer ? PendingBox{left, to[0]} : PendingBox{right, to[1]};
@@ -335,7 +336,7 @@ void SurfaceDistance::test_leaf(const Vec3d& at, const Node& leaf, std::uint32_t
       continue;
     }
     for (std::uint32_t t = i; t <= next; ++t) {
-      const double distance = squared_to_triangle(at, &corners_[std::size_t{3} * t], best);
+      const double distance = squared_distance_to_triangle(at, &corners_[std::size_t{3} * t], best);
       if (distance >= best) continue;
       best = distance;
       leaf_index = t;
@@ -352,7 +353,7 @@ void SurfaceDistance::each_within(const Vec3& center, double squared_radius,
   while (top != 0) {
     const std::uint32_t index = stack[--top];
     const Node& box = nodes_[index];
-    if (squared_to_boxes(at, box, box)[0] > squared_radius) continue;
+    if (squared_distances_to_boxes(at, box, box)[0] > squared_radius) continue;
     if (box.count == 0) {
       stack[top++] = box.first;
       stack[top++] = index + 1;
@@ -360,7 +361,7 @@ void SurfaceDistance::each_within(const Vec3& center, double squared_radius,
     }
     for (std::uint32_t i = box.first; i < box.first + box.count; ++i) {
       const Vec3* corners = &corners_[std::size_t{3} * i];
-      if (squared_to_triangle(at, corners, std::numeric_limits<double>::infinity()) <=
+      if (squared_distance_to_triangle(at, corners, std::numeric_limits<double>::infinity()) <=
           squared_radius)
         body(corners);
     }

@@ -82,7 +82,7 @@ class SurfaceDistance {
 /// edge.
 /// \param corners  three corners
 /// \param best     results above this need not be exact
-double squared_to_triangle(const Vec3d& point, const Vec3* corners, double best);
+double squared_distance_to_triangle(const Vec3d& point, const Vec3* corners, double best);
 
 /// One-sided distance statistics.
 struct DistanceReport {
@@ -92,7 +92,7 @@ struct DistanceReport {
   std::uint64_t samples = 0;
   /// Number of samples that required a search, since they lie on triangles that the low poly does not contain
   /// unchanged.
-  std::uint64_t searched = 0;
+  std::uint64_t searched_count = 0;
 };
 
 /// Index of the i-th of `count` samples, evenly spaced in the list of four samples per triangle (corners, then
@@ -111,7 +111,7 @@ inline Vec3 distance_point(std::span<const Vec3> positions, const Triangle& t, s
 }
 
 /// Distances from the low poly to the high poly, sampled at corners, centroids and edge midpoints of its triangles.
-/// `searched` stays 0. Does not depend on threads.
+/// `searched_count` stays 0. Does not depend on threads.
 DistanceReport low_to_high_distance(const SurfaceDistance& dense, std::span<const Vec3> positions,
                                     std::span<const Triangle> triangles);
 

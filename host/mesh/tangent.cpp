@@ -21,7 +21,7 @@ struct Face {
   /// True if the UVs have no orientation; the face adopts that of the first group that reaches it
   bool has_no_orientation = false;
   /// True if two corners coincide or a value is not finite; the face is ignored
-  bool degenerate = false;
+  bool is_degenerate = false;
   /// Neighbour across the edge k -> k + 1
   std::array<std::uint32_t, 3> neighbor{kNone, kNone, kNone};
   std::array<std::uint32_t, 3> group{kNoGroup, kNoGroup, kNoGroup};
@@ -96,7 +96,7 @@ std::vector<Face> first_order_tangents(const Corners& corners,
                  std::isfinite(uv[k].x) && std::isfinite(uv[k].y);
       }
       if (!finite || p[0] == p[1] || p[1] == p[2] || p[2] == p[0]) {
-        face.degenerate = true;
+        face.is_degenerate = true;
         continue;
       }
       const Vec3d edge1 = to_double(p[1]) - to_double(p[0]);
@@ -129,7 +129,7 @@ void find_neighbors(std::span<const std::uint32_t> vertex, std::vector<Face>& fa
   std::vector<std::uint32_t> bucket_start(vertex.size() + 1, 0);
   const auto for_each_edge = [&](const auto& body) {
     for (std::size_t f = 0; f < faces.size(); ++f) {
-      if (faces[f].degenerate) continue;
+      if (faces[f].is_degenerate) continue;
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t a = vertex[3 * f + k];
         const std::uint32_t b = vertex[3 * f + (k + 1) % 3];
@@ -178,7 +178,7 @@ TangentGroups grow_groups(std::span<const std::uint32_t> vertex, std::vector<Fac
   std::vector<std::uint32_t> stack;
   for (std::size_t seed = 0; seed < vertex.size(); ++seed) {
     const Face& seed_face = faces[seed / 3];
-    if (seed_face.degenerate || seed_face.has_no_orientation ||
+    if (seed_face.is_degenerate || seed_face.has_no_orientation ||
         seed_face.group[seed % 3] != kNoGroup)
       continue;
     const auto group = static_cast<std::uint32_t>(groups.first.size() - 1);

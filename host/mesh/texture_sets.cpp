@@ -112,7 +112,7 @@ bool clearly_overlap(const Mesh& low, const SetOf& set_of, bool in_tile) {
   constexpr std::uint32_t kNoTriangle = 0xFFFFFFFFU;
   std::vector<std::uint32_t> owner(std::size_t{kOverlapGrid} * kOverlapGrid, kNoTriangle);
   std::vector<std::uint8_t> is_cell_shared(owner.size(), 0);
-  const auto max_cells =
+  const auto max_grid_cells =
       static_cast<std::uint64_t>(kMaxOverlapShare * static_cast<double>(owner.size()));
   std::uint64_t cells = 0;
   const auto is_copy_in_tile = [&](const UvCorners& uvs) {
@@ -124,7 +124,7 @@ bool clearly_overlap(const Mesh& low, const SetOf& set_of, bool in_tile) {
                                       cell(uvs[0].x, uvs[1].x, uvs[2].x)];
     return known != kNoTriangle && are_copies(corner_uvs(low, known), uvs);
   };
-  for (std::uint32_t t = 0; t < low.triangles.size() && cells <= max_cells; ++t) {
+  for (std::uint32_t t = 0; t < low.triangles.size() && cells <= max_grid_cells; ++t) {
     const UvCorners uvs = corner_uvs(low, t);
     if (!has_uvs(uvs)) continue;
     const auto [u, v] = in_tile ? tile_of(uvs) : std::pair<std::int64_t, std::int64_t>(0, 0);
@@ -138,7 +138,7 @@ bool clearly_overlap(const Mesh& low, const SetOf& set_of, bool in_tile) {
       ++cells;
     });
   }
-  return cells > max_cells;
+  return cells > max_grid_cells;
 }
 
 TextureSet whole_mesh_set(const Mesh& low) {
@@ -149,8 +149,8 @@ TextureSet whole_mesh_set(const Mesh& low) {
   return set;
 }
 
-std::vector<TextureSet> sets_by_names(const Mesh& low, const std::vector<std::uint32_t>& of,
-                                      const std::vector<std::string>& names) {
+std::vector<TextureSet> texture_sets_by_name(const Mesh& low, const std::vector<std::uint32_t>& of,
+                                             const std::vector<std::string>& names) {
   std::vector<TextureSet> sets(names.size());
   for (std::size_t i = 0; i < sets.size(); ++i) {
     sets[i].name = names[i];
@@ -181,7 +181,7 @@ void check_tiles(const Mesh& low) {
   }
 }
 
-std::vector<TextureSet> sets_by_tiles(const Mesh& low) {
+std::vector<TextureSet> texture_sets_by_tile(const Mesh& low) {
   check_tiles(low);  // Checked here, before thousands of sets are created
   // Sets of the tiles, row by row
   std::map<std::pair<std::int64_t, std::int64_t>, TextureSet> tiles;
@@ -224,7 +224,7 @@ bool tiles_overlap(const Mesh& low) {
 }
 
 /// Removes the UVs of all triangles outside of a set.
-void keep_uvs_of(const TextureSet& set, Mesh& low) {
+void remove_uvs_outside(const TextureSet& set, Mesh& low) {
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
   const auto nowhere = static_cast<std::uint32_t>(low.uvs.size());
   low.uvs.push_back({kNaN, kNaN});
@@ -234,8 +234,8 @@ void keep_uvs_of(const TextureSet& set, Mesh& low) {
 }
 
 /// The tile that contains all triangles of a set with UV area; nullopt if there are several.
-std::optional<std::pair<std::uint32_t, std::uint32_t>> only_tile(const Mesh& low,
-                                                                 const TextureSet& set) {
+std::optional<std::pair<std::uint32_t, std::uint32_t>> tile_if_single(const Mesh& low,
+                                                                      const TextureSet& set) {
   std::optional<std::pair<std::uint32_t, std::uint32_t>> single_tile;
   for (const std::uint32_t t : set.members) {
     const UvCorners uvs = corner_uvs(low, t);
@@ -252,7 +252,7 @@ std::vector<TextureSet> split_sets_by_tiles(const Mesh& low, std::vector<Texture
   if (!lies_in_tiles(low)) return sets;
   std::vector<TextureSet> result;
   for (TextureSet& set : sets) {
-    if (const auto tile = only_tile(low, set)) {
+    if (const auto tile = tile_if_single(low, set)) {
       std::tie(set.tile_u, set.tile_v) = *tile;
       result.push_back(std::move(set));
       continue;
@@ -262,8 +262,8 @@ std::vector<TextureSet> split_sets_by_tiles(const Mesh& low, std::vector<Texture
     own.triangles = low.triangles;
     own.uvs = low.uvs;
     own.uv_triangles = low.uv_triangles;
-    keep_uvs_of(set, own);
-    std::vector<TextureSet> tiles = sets_by_tiles(own);
+    remove_uvs_outside(set, own);
+    std::vector<TextureSet> tiles = texture_sets_by_tile(own);
     if (!tiles_overlap(own)) {
       result.push_back(std::move(set));
       continue;
@@ -288,13 +288,13 @@ std::vector<TextureSet> find_texture_sets(const Mesh& low, SetsBy by) {
   };
   std::vector<TextureSet> sets;
   if (by == SetsBy::udim) {
-    sets = sets_by_tiles(low);
+    sets = texture_sets_by_tile(low);
   } else if (by == SetsBy::material) {
     if (low.materials.empty()) missing("materials");
-    sets = sets_by_names(low, low.materials, low.material_names);
+    sets = texture_sets_by_name(low, low.materials, low.material_names);
   } else {
     if (low.objects.empty()) missing("objects");
-    sets = sets_by_names(low, low.objects, low.object_names);
+    sets = texture_sets_by_name(low, low.objects, low.object_names);
   }
   std::erase_if(sets, [](const TextureSet& set) { return set.triangles == 0; });
   if (sets.empty()) return {whole_mesh_set(low)};

@@ -8,7 +8,7 @@ namespace kiln {
 
 /// Squared distances of a point to two boxes as a vector, without branches, which would be unpredictable.
 template <typename Box>
-Double2 squared_to_boxes(const Vec3d& p, const Box& one, const Box& other) {
+Double2 squared_distances_to_boxes(const Vec3d& p, const Box& one, const Box& other) {
   const auto outside = [](double at, float low, float other_low, float high, float other_high) {
     const Double2 distance_below = Double2{low, other_low} - Double2{at, at};
     const Double2 distance_above = Double2{at, at} - Double2{high, other_high};

@@ -25,12 +25,13 @@ bool has_area(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
 
 std::uint64_t count_without_area(std::span<const Vec3> positions,
                                  std::span<const Triangle> triangles) {
-  constexpr std::size_t kBlock = 1 << 16;
-  std::vector<std::uint64_t> block_counts((triangles.size() + kBlock - 1) / kBlock);
-  parallel_for(triangles.size(), kBlock, [&](std::size_t begin, std::size_t end) {
+  constexpr std::size_t kTrianglesPerBlock = 1 << 16;
+  std::vector<std::uint64_t> block_counts((triangles.size() + kTrianglesPerBlock - 1) /
+                                          kTrianglesPerBlock);
+  parallel_for(triangles.size(), kTrianglesPerBlock, [&](std::size_t begin, std::size_t end) {
     std::uint64_t count = 0;
     for (std::size_t i = begin; i < end; ++i) count += has_area(positions, triangles[i]) ? 0 : 1;
-    block_counts[begin / kBlock] = count;
+    block_counts[begin / kTrianglesPerBlock] = count;
   });
   return std::accumulate(block_counts.begin(), block_counts.end(), std::uint64_t{0});
 }

@@ -23,7 +23,7 @@ std::uint32_t hash_of(const Vec3& p) {
   hash = (hash ^ (hash >> 29) ^ bits(p.z)) * 0xBF58476D1CE4E5B9u;
   return static_cast<std::uint32_t>(hash ^ (hash >> 32));
 }
-std::size_t table_of(std::uint32_t hash) { return hash >> 28; }
+std::size_t table_of_hash(std::uint32_t hash) { return hash >> 28; }
 
 /// Welds a subset of vertices, in order.
 void weld(std::span<const Vec3> positions, std::span<const std::uint32_t> subset,
@@ -60,7 +60,7 @@ std::vector<std::uint32_t> weld_vertices(std::span<const Vec3> positions) {
   };
   each_part([&](std::size_t i, std::array<std::uint32_t, kHashTables>& own) {
     hashes[i] = hash_of(positions[i]);
-    ++own[table_of(hashes[i])];
+    ++own[table_of_hash(hashes[i])];
   });
   std::array<std::uint32_t, kHashTables + 1> start{};
   std::uint32_t sum = 0;
@@ -69,7 +69,7 @@ std::vector<std::uint32_t> weld_vertices(std::span<const Vec3> positions) {
     start[table + 1] = sum;
   }
   each_part([&](std::size_t i, std::array<std::uint32_t, kHashTables>& own) {
-    order[own[table_of(hashes[i])]++] = static_cast<std::uint32_t>(i);
+    order[own[table_of_hash(hashes[i])]++] = static_cast<std::uint32_t>(i);
   });
   parallel_for(kHashTables, count > kVerticesPerBlock ? 1 : kHashTables,
                [&](std::size_t begin, std::size_t end) {

@@ -31,7 +31,7 @@ EdgeCollapser::EdgeCollapser(CollapseMesh& mesh, CollapseConstraint* rule, Snap 
       vertex_errors_(mesh.points.size()),
       vertex_stamps_(mesh.points.size(), 0),
       fixed_(std::move(fixed)),
-      border_(mesh.points.size(), 0),
+      is_on_border_(mesh.points.size(), 0),
       bad_shape_factor_(rule == nullptr ? kBadShapeFactor : kBadShapeFactorOfSquares) {
   rebuild_queue();
 }
@@ -53,7 +53,8 @@ bool EdgeCollapser::would_duplicate_triangle(std::uint32_t a, std::uint32_t b) {
     if (mesh_.is_hub(p) && mesh_.is_hub(q)) return true;  // Both fans are too large to search.
     mesh_.visits += std::min(mesh_.valence[p], mesh_.valence[q]);
     bool twin = false;
-    mesh_.each_on_edge(p, q, [&](std::uint32_t other) { twin = twin || mesh_.contains(other, a); });
+    mesh_.each_triangle_on_edge(
+        p, q, [&](std::uint32_t other) { twin = twin || mesh_.contains(other, a); });
     if (twin) return true;
   }
   return false;
@@ -73,7 +74,7 @@ bool EdgeCollapser::keeps_topology(std::uint32_t a, std::uint32_t b) {
   }
   for (const CollapseMesh::Neighbour& n : near_b_)
     is_b_on_border = is_b_on_border || n.triangles == 1;
-  mesh_.find_common(near_a_, near_b_, common_neighbours_);
+  mesh_.find_common_neighbours(near_a_, near_b_, common_neighbours_);
   if (edge_triangles == 0 || common_neighbours_.size() != edge_triangles) return false;
   if (is_a_on_border && is_b_on_border && edge_triangles != 1) return false;
   // Some triangles must remain, and no two triangles may get the same corners.
@@ -97,11 +98,11 @@ bool EdgeCollapser::keeps_topology_at_hub(std::uint32_t hub, std::uint32_t b) {
     if (mesh_.is_hub(n.vertex)) return false;
     bool is_adjacent = false;
     mesh_.visits += mesh_.valence[n.vertex];
-    mesh_.each_on_edge(n.vertex, hub, [&](std::uint32_t) { is_adjacent = true; });
+    mesh_.each_triangle_on_edge(n.vertex, hub, [&](std::uint32_t) { is_adjacent = true; });
     if (is_adjacent) common_neighbours_.push_back(n.vertex);
   }
   if (edge_triangles == 0 || common_neighbours_.size() != edge_triangles) return false;
-  if (border_[hub] != 0 && is_b_on_border && edge_triangles != 1) return false;
+  if (is_on_border_[hub] != 0 && is_b_on_border && edge_triangles != 1) return false;
   return !would_duplicate_triangle(hub, b);
 }
 
@@ -122,7 +123,7 @@ void EdgeCollapser::collapse(std::uint32_t a, std::uint32_t b, const Step& step)
   quadrics_[kept] += quadrics_[gone];
   vertex_errors_[kept] = quadrics_[kept].off(step.target);
   if (!line_quadrics_.empty()) line_quadrics_[kept] += line_quadrics_[gone];
-  border_[kept] = border_[kept] | border_[gone];
+  is_on_border_[kept] = is_on_border_[kept] | is_on_border_[gone];
   shape_limits_.merge(kept, gone);
   if (step.anchor != Anchor::none) mesh_.gather(gone, near_b_);
   mesh_.merge(kept, gone);
@@ -140,7 +141,7 @@ void EdgeCollapser::collapse(std::uint32_t a, std::uint32_t b, const Step& step)
     return;
   }
   mesh_.gather_unordered(kept, near_a_);
-  push_all(kept, near_a_);
+  queue_edges(kept, near_a_);
   if (deviation_bound_ == nullptr) return;
   touched_vertices_[kept] = 1;
   for (const CollapseMesh::Neighbour& n : near_a_) touched_vertices_[n.vertex] = 1;
@@ -180,7 +181,7 @@ bool EdgeCollapser::collapse_if_allowed(const Entry& entry) {
 }
 
 /// The collapse of a UV copy of an edge; nullopt if it is not allowed.
-std::optional<EdgeCollapser::Step> EdgeCollapser::copied_step(const Entry& twin) {
+std::optional<EdgeCollapser::Step> EdgeCollapser::twin_step(const Entry& twin) {
   Step step = step_for(twin.a, twin.b);
   if (!step.allowed || step.anchor != Anchor::none) return std::nullopt;
   if (round_point_) step.target = round_point_(step.target);
@@ -201,7 +202,7 @@ bool EdgeCollapser::collapse_with_twins(const Entry& entry, Step& step) {
     return twin;
   };
   for (std::size_t i = 0; all && i < twins.size(); ++i)
-    all = copied_step(entry_of(twins[i])).has_value();
+    all = twin_step(entry_of(twins[i])).has_value();
   // The bound is checked last, because it stores the samples' new triangles for the collapse that it allowed.
   if (all && !twins.empty()) all = is_within_bound(entry, step);
   if (all) {
@@ -217,7 +218,7 @@ bool EdgeCollapser::collapse_with_twins(const Entry& entry, Step& step) {
       }
       // If the first collapse has made the copy's collapse impossible, triangles there are no longer copies, and
       // remain.
-      const std::optional<Step> own = copied_step(entry_of(last));
+      const std::optional<Step> own = twin_step(entry_of(last));
       if (!own) break;
       collapse(last[0], last[1], *own);
       if (last[1] != last[0]) replacement_of.emplace(last[1], last[0]);
@@ -259,7 +260,7 @@ void EdgeCollapser::compact() {
   renumber_values(vertex_errors_, number);
   renumber_values(vertex_stamps_, number);
   renumber_values(fixed_, number);
-  renumber_values(border_, number);
+  renumber_values(is_on_border_, number);
 }
 
 /// Prefetches data of the next queue entries, since the cheapest edges are scattered in memory.
@@ -269,7 +270,7 @@ void EdgeCollapser::prefetch_next_entries() const {
   if (const Entry* e = queue_.peek(kEntriesToVertex)) {
     for (const std::uint32_t v : {e->a, e->b}) {
       prefetch(&vertex_stamps_[v]);
-      mesh_.fetch(v);
+      mesh_.prefetch_vertex(v);
     }
   }
   const auto current = [&](std::size_t others) {
@@ -278,19 +279,19 @@ void EdgeCollapser::prefetch_next_entries() const {
   };
   if (const Entry* e = current(kEntriesToList)) {
     for (const std::uint32_t v : {e->a, e->b}) {
-      mesh_.fetch_list(v);
+      mesh_.prefetch_list(v);
       prefetch_planes(v);
     }
   }
   if (const Entry* e = current(kEntriesToTriangles)) {
-    for (const std::uint32_t v : {e->a, e->b}) mesh_.fetch_triangles(v);
+    for (const std::uint32_t v : {e->a, e->b}) mesh_.prefetch_triangles(v);
   }
   if (const Entry* e = current(kEntriesToCorners)) {
-    for (const std::uint32_t v : {e->a, e->b}) mesh_.fetch_corners(v);
+    for (const std::uint32_t v : {e->a, e->b}) mesh_.prefetch_corners(v);
   }
 }
 
-void EdgeCollapser::run_cheap(double cost) {
+void EdgeCollapser::collapse_up_to_cost(double cost) {
   constexpr std::uint8_t kVisitedVertex = 2;
   deferred_vertices_.emplace();
   for (const Entry* front = nullptr; (front = queue_.front(vertex_stamps_)) != nullptr;) {
@@ -309,7 +310,7 @@ void EdgeCollapser::run_cheap(double cost) {
     std::erase_if(near_a_, [&](const CollapseMesh::Neighbour& n) {
       return is_pending[n.vertex] != 0 && n.vertex < v;
     });
-    push_all(v, near_a_);
+    queue_edges(v, near_a_);
     is_pending[v] = kVisitedVertex;
   }
   if (2 * mesh_.faces < mesh_.triangles.size()) compact();
@@ -320,7 +321,7 @@ void EdgeCollapser::run(std::size_t faces) {
   std::size_t unproductive_rounds = 0, looked = 0;
   while (true) {
     std::size_t collapse_count = 0;
-    while (mesh_.all_faces() > faces && queue_.front(vertex_stamps_) != nullptr) {
+    while (mesh_.face_count_with_backs() > faces && queue_.front(vertex_stamps_) != nullptr) {
       if (++looked % kPollInterval == 0) ProgressGuard::poll();
       if (rebuild_when_due()) continue;
       const Entry entry = *queue_.front(vertex_stamps_);
@@ -328,7 +329,7 @@ void EdgeCollapser::run(std::size_t faces) {
       prefetch_next_entries();
       if (is_current(entry)) collapse_count += collapse_if_allowed(entry);
     }
-    if (mesh_.all_faces() <= faces || collapse_count == 0) return;
+    if (mesh_.face_count_with_backs() <= faces || collapse_count == 0) return;
     if (collapse_count * kTrianglesPerCollapse < mesh_.faces &&
         ++unproductive_rounds > kMaxUnproductiveRounds)
       return;

@@ -59,12 +59,12 @@ class EdgeCollapser {
     deviation_bound_ = deviation;
     shape_limits_.limit_edges(sharpening);
     touched_vertices_.assign(mesh_.points.size(), 1);
-    bound_lines(bound);
+    limit_line_error(bound);
   }
 
   /// Moves one vertex after another to the position that minimizes the sample distances around it, within the bound.
   /// Then rebuilds the quadrics.
-  void relax(Distances which);
+  void relax(DistanceNorm which);
 
   /// Collapses until at most `faces` triangles are left (backs of two-sided triangles count), or no collapse is
   /// allowed. A later call with fewer `faces` continues.
@@ -75,7 +75,7 @@ class EdgeCollapser {
 
   /// Collapses all edges that cost at most `cost`, cheapest first. Edges of a changed vertex are deferred to the next
   /// call.
-  void run_cheap(double cost);
+  void collapse_up_to_cost(double cost);
 
   /// Repairs a bad triangle: moves one of its corners or collapses one of its sides, whichever deviates least and
   /// leaves no bad triangle around it. Returns false if no such step exists.
@@ -95,7 +95,7 @@ class EdgeCollapser {
 
   std::vector<std::uint64_t> build_quadrics();
   void rebuild_queue();
-  void bound_lines(double bound);
+  void limit_line_error(double bound);
   bool keeps_lines(std::uint32_t a, std::uint32_t b, const Vec3d& target) const;
   bool rebuild_when_due();
   void compact();
@@ -103,7 +103,7 @@ class EdgeCollapser {
   void prefetch_planes(std::uint32_t vertex) const {
     prefetch(&quadrics_[vertex]);
     prefetch(&quadrics_[vertex].area);
-    mesh_.fetch(vertex);
+    mesh_.prefetch_vertex(vertex);
   }
   bool is_current(const Entry& entry) const {
     return entry.stamp_a == vertex_stamps_[entry.a] && entry.stamp_b == vertex_stamps_[entry.b];
@@ -113,18 +113,18 @@ class EdgeCollapser {
   Entry entry_for(std::uint32_t a, std::uint32_t b) const;
   void make_entries(std::span<const std::uint64_t> edges, Entry* entries) const;
   void push(std::uint32_t a, std::uint32_t b);
-  void push_all(std::uint32_t v, const std::vector<CollapseMesh::Neighbour>& others);
+  void queue_edges(std::uint32_t v, const std::vector<CollapseMesh::Neighbour>& others);
   bool keeps_topology(std::uint32_t a, std::uint32_t b);
   bool keeps_topology_at_hub(std::uint32_t hub, std::uint32_t b);
   bool would_duplicate_triangle(std::uint32_t a, std::uint32_t b);
   bool keeps_shapes(const Entry& entry, const Step& step);
   void collapse(std::uint32_t a, std::uint32_t b, const Step& step);
-  void relax_at(std::uint32_t vertex, Distances which);
+  void relax_vertex(std::uint32_t vertex, DistanceNorm which);
   bool bound_allows(std::uint32_t a, std::uint32_t b, Anchor anchor, const Vec3d& target);
   bool is_within_bound(const Entry& entry, Step& step);
   bool collapse_if_allowed(const Entry& entry);
   bool has_twins(std::uint32_t a, std::uint32_t b, const Step& step);
-  std::optional<Step> copied_step(const Entry& twin);
+  std::optional<Step> twin_step(const Entry& twin);
   bool collapse_with_twins(const Entry& entry, Step& step);
   bool repair_by_moving(std::uint32_t triangle, const auto& bad);
   bool repair_by_collapse(std::uint32_t triangle, const auto& bad);
@@ -147,13 +147,13 @@ class EdgeCollapser {
   std::vector<std::uint32_t> vertex_stamps_;
   std::vector<std::uint8_t> fixed_;  ///< By vertex, 1 if it may not move; if empty, all may
   /// By vertex, 1 if it lies on an open border or a border vertex was merged into it.
-  std::vector<std::uint8_t> border_;
+  std::vector<std::uint8_t> is_on_border_;
   double bad_shape_factor_;  ///< Factor on the cost of a collapse that leaves bad shapes.
   CollapseQueue queue_;
   /// Changed vertices whose edges are not queued yet.
   std::optional<std::vector<std::uint32_t>> deferred_vertices_;
   std::vector<CollapseMesh::Neighbour> near_a_, near_b_;
-  std::vector<std::uint64_t> edges_;  ///< Scratch memory of push_all()
+  std::vector<std::uint64_t> edges_;  ///< Scratch memory of queue_edges()
   std::vector<Entry> entries_;
   std::vector<std::uint32_t> common_neighbours_;  ///< Common neighbours of an edge's two vertices
 };

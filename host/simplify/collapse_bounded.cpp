@@ -21,16 +21,16 @@ bool EdgeCollapser::keeps_lines(std::uint32_t a, std::uint32_t b, const Vec3d& t
 bool EdgeCollapser::is_within_bound(const Entry& entry, Step& step) {
   if (!keeps_lines(entry.a, entry.b, step.target)) return false;
   if (bound_allows(entry.a, entry.b, step.anchor, step.target)) return true;
-  if (rule_ != nullptr || step.anchor != Anchor::none || border_[entry.a] != 0 ||
-      border_[entry.b] != 0 || !deviation_bound_->may_be_near()) {
+  if (rule_ != nullptr || step.anchor != Anchor::none || is_on_border_[entry.a] != 0 ||
+      is_on_border_[entry.b] != 0 || !deviation_bound_->may_be_near()) {
     return false;
   }
-  const Vec3d target = deviation_bound_->improved_position(step.target, Distances::large);
+  const Vec3d target = deviation_bound_->improved_position(step.target, DistanceNorm::large);
   step.target = round_point_ ? round_point_(target) : target;
   return keeps_shapes(entry, step) && bound_allows(entry.a, entry.b, step.anchor, step.target);
 }
 
-void EdgeCollapser::relax_at(std::uint32_t v, Distances which) {
+void EdgeCollapser::relax_vertex(std::uint32_t v, DistanceNorm which) {
   const Vec3d from = mesh_.points[v];
   if (!bound_allows(v, kNoVertex, Anchor::none, from)) return;
   const double before = deviation_bound_->energy(which);
@@ -50,9 +50,9 @@ void EdgeCollapser::relax_at(std::uint32_t v, Distances which) {
   }
 }
 
-void EdgeCollapser::relax(Distances which) {
+void EdgeCollapser::relax(DistanceNorm which) {
   for (std::uint32_t v = 0; v < mesh_.points.size(); ++v) {
-    if (mesh_.valence[v] != 0 && border_[v] == 0 && !mesh_.is_hub(v)) relax_at(v, which);
+    if (mesh_.valence[v] != 0 && is_on_border_[v] == 0 && !mesh_.is_hub(v)) relax_vertex(v, which);
   }
   touched_vertices_.assign(mesh_.points.size(), 1);
   rebuild_queue();

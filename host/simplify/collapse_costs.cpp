@@ -107,7 +107,8 @@ void EdgeCollapser::push(std::uint32_t a, std::uint32_t b) {
 }
 
 /// Queues the edges from a vertex to some of its neighbours.
-void EdgeCollapser::push_all(std::uint32_t v, const std::vector<CollapseMesh::Neighbour>& others) {
+void EdgeCollapser::queue_edges(std::uint32_t v,
+                                const std::vector<CollapseMesh::Neighbour>& others) {
   for (const CollapseMesh::Neighbour& n : others) prefetch_planes(n.vertex);
   mesh_.visits += others.size();
   edges_.clear();

@@ -14,7 +14,7 @@ bool EdgeCollapser::repair_by_moving(std::uint32_t triangle, const auto& bad) {
   std::uint32_t moved_vertex = kNoVertex;
   Vec3d best{};
   for (const std::uint32_t v : mesh_.triangles[triangle]) {
-    if (mesh_.is_hub(v) || border_[v] != 0) continue;
+    if (mesh_.is_hub(v) || is_on_border_[v] != 0) continue;
     mesh_.gather(v, near_a_);
     Vec3d mean_neighbour{};
     for (const CollapseMesh::Neighbour& n : near_a_) mean_neighbour += mesh_.points[n.vertex];
@@ -58,7 +58,7 @@ bool EdgeCollapser::has_twins(std::uint32_t a, std::uint32_t b, const Step& step
 bool EdgeCollapser::repair_by_collapse(std::uint32_t triangle, const auto& bad) {
   Step best{Quadric()};
   best.cost = std::numeric_limits<double>::infinity();
-  std::uint32_t best_a = 0, best_b = 0;
+  std::uint32_t best_gone = 0, best_kept = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     const auto [a, b] =
         std::minmax({mesh_.triangles[triangle][k], mesh_.triangles[triangle][(k + 1) % 3]});
@@ -81,13 +81,13 @@ bool EdgeCollapser::repair_by_collapse(std::uint32_t triangle, const auto& bad) 
       if (!bad.no_bad_around(a, b, step.target) || !bad.no_bad_around(b, a, step.target)) continue;
       if (!bound_allows(a, b, step.anchor, step.target)) continue;
       best = step;
-      best_a = a;
-      best_b = b;
+      best_gone = a;
+      best_kept = b;
     }
   }
   if (!std::isfinite(best.cost)) return false;
-  bound_allows(best_a, best_b, best.anchor, best.target);
-  collapse(best_a, best_b, best);
+  bound_allows(best_gone, best_kept, best.anchor, best.target);
+  collapse(best_gone, best_kept, best);
   return true;
 }
 

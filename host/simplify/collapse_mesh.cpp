@@ -43,7 +43,7 @@ void CollapseMesh::count_sides(std::vector<std::uint8_t> of_triangles) {
 void CollapseMesh::gather_unordered(std::uint32_t vertex, std::vector<Neighbour>& neighbours) {
   neighbours.clear();
   visits += valence[vertex];
-  each_around(vertex, [&](std::uint32_t t) {
+  each_triangle_around(vertex, [&](std::uint32_t t) {
     for (const std::uint32_t other : triangles[t]) {
       if (other == vertex) continue;
       if (triangle_counts_[other] != 0) {
@@ -63,9 +63,9 @@ void CollapseMesh::gather(std::uint32_t vertex, std::vector<Neighbour>& neighbou
             [](const Neighbour& a, const Neighbour& b) { return a.vertex < b.vertex; });
 }
 
-void CollapseMesh::find_common(const std::vector<Neighbour>& one,
-                               const std::vector<Neighbour>& other,
-                               std::vector<std::uint32_t>& common) {
+void CollapseMesh::find_common_neighbours(const std::vector<Neighbour>& one,
+                                          const std::vector<Neighbour>& other,
+                                          std::vector<std::uint32_t>& common) {
   common.clear();
   for (const Neighbour& n : one) triangle_counts_[n.vertex] = 1;
   for (const Neighbour& n : other) {

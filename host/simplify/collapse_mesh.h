@@ -39,14 +39,14 @@ class CollapseMesh {
   bool is_hub(std::uint32_t vertex) const { return valence[vertex] > kMaxValence; }
   /// Calls `body` for each triangle of an edge, in the order of the triangle list of the vertex that has fewer.
   template <class Body>
-  void each_on_edge(std::uint32_t a, std::uint32_t b, const Body& body) const {
+  void each_triangle_on_edge(std::uint32_t a, std::uint32_t b, const Body& body) const {
     if (valence[b] < valence[a]) std::swap(a, b);
     for (const std::uint32_t t : around(a)) {
       if (alive[t] != 0 && contains(t, b)) body(t);
     }
   }
   template <class Body>
-  void each_around(std::uint32_t vertex, const Body& body) const {
+  void each_triangle_around(std::uint32_t vertex, const Body& body) const {
     for (const std::uint32_t t : around(vertex)) {
       if (alive[t] != 0) body(t);
     }
@@ -58,19 +58,19 @@ class CollapseMesh {
   }
   /// Prefetches a vertex into the processor's cache. The four fetches form a chain, in which each needs the data that
   /// the previous one loaded: the vertex's record, its list, the list's triangles, their corners.
-  void fetch(std::uint32_t vertex) const {
+  void prefetch_vertex(std::uint32_t vertex) const {
     prefetch(&triangle_lists_[vertex]);
     prefetch(&points[vertex]);
   }
-  void fetch_list(std::uint32_t vertex) const { prefetch(around(vertex).data()); }
-  void fetch_triangles(std::uint32_t vertex) const {
+  void prefetch_list(std::uint32_t vertex) const { prefetch(around(vertex).data()); }
+  void prefetch_triangles(std::uint32_t vertex) const {
     if (is_hub(vertex)) return;
     for (const std::uint32_t t : around(vertex)) {
       prefetch(&triangles[t]);
       prefetch(&alive[t]);
     }
   }
-  void fetch_corners(std::uint32_t vertex) const {
+  void prefetch_corners(std::uint32_t vertex) const {
     if (is_hub(vertex)) return;
     for (const std::uint32_t t : around(vertex)) {
       for (const std::uint32_t v : triangles[t]) prefetch(&points[v]);
@@ -81,16 +81,17 @@ class CollapseMesh {
   /// As gather(), unordered and faster.
   void gather_unordered(std::uint32_t vertex, std::vector<Neighbour>& neighbours);
   /// Finds vertices that are in both lists of neighbours.
-  void find_common(const std::vector<Neighbour>& one, const std::vector<Neighbour>& other,
-                   std::vector<std::uint32_t>& common);
+  void find_common_neighbours(const std::vector<Neighbour>& one,
+                              const std::vector<Neighbour>& other,
+                              std::vector<std::uint32_t>& common);
   /// All edges, each once, as lower vertex << 32 | higher vertex, in order.
   std::vector<std::uint64_t> edges() const;
   /// Replaces vertex `gone` by `kept` in all triangles. Triangles that contain both are removed.
   void merge(std::uint32_t kept, std::uint32_t gone);
-  /// Sets which triangles are two-sided: all_faces() counts these twice.
+  /// Sets which triangles are two-sided: face_count_with_backs() counts these twice.
   void count_sides(std::vector<std::uint8_t> of_triangles);
   /// Number of triangles; two-sided ones count twice.
-  std::size_t all_faces() const { return faces + backs; }
+  std::size_t face_count_with_backs() const { return faces + backs; }
   /// Removes dead triangles and vertices from the arrays. The remaining ones keep their order.
   /// \returns the new index of each vertex; kNoVertex for removed ones
   std::vector<std::uint32_t> compact();

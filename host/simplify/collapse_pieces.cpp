@@ -37,7 +37,8 @@ std::size_t count_at_fixed(const Work& work, const std::vector<std::uint8_t>& fi
 std::vector<std::uint8_t> fixed_vertices(const Work& work,
                                          const std::vector<std::vector<std::uint32_t>>& pieces,
                                          std::span<const Place> untouched) {
-  std::vector<std::uint8_t> fixed = between_pieces(pieces, work.triangles, work.points.size());
+  std::vector<std::uint8_t> fixed =
+      vertices_between_pieces(pieces, work.triangles, work.points.size());
   constexpr std::uint32_t kNoLabel = kNoVertex, kSeveralLabels = kNoVertex - 1;
   std::vector<std::uint32_t> label_of(work.labels.empty() ? 0 : work.points.size(), kNoLabel);
   for (std::size_t t = 0; t < work.labels.size(); ++t) {
@@ -154,8 +155,8 @@ class Piece {
 
 }  // namespace
 
-Work collapsed_in_pieces(const Work& dense, std::span<const Vec3> positions, std::size_t faces,
-                         std::span<const Place> untouched, const EdgeCollapser::Snap& snap) {
+Work collapse_in_pieces(const Work& dense, std::span<const Vec3> positions, std::size_t faces,
+                        std::span<const Place> untouched, const EdgeCollapser::Snap& snap) {
   std::vector<std::vector<std::uint32_t>> lists =
       pieces_of(positions, dense.triangles, kMinPieceTriangles);
   const std::vector<std::uint8_t> fixed = fixed_vertices(dense, lists, untouched);
@@ -179,7 +180,7 @@ Work collapsed_in_pieces(const Work& dense, std::span<const Vec3> positions, std
     each([&](std::size_t i) {
       double piece_triangles = cost;
       for (int step = 0; step < steps; ++step)
-        pieces[i]->collapser().run_cheap(piece_triangles *= kCostLimitGrowth);
+        pieces[i]->collapser().collapse_up_to_cost(piece_triangles *= kCostLimitGrowth);
     });
     cost *= std::pow(kCostLimitGrowth, steps);
     left = 0;

@@ -14,7 +14,7 @@ namespace kiln {
 /// triangles. The pieces depend on the mesh alone, not on the number of threads. Unused vertices are removed.
 /// \param untouched  balls in which no vertex moves
 /// \param positions  the mesh's vertex positions in single precision
-Work collapsed_in_pieces(const Work& dense, std::span<const Vec3> positions, std::size_t faces,
-                         std::span<const Place> untouched, const EdgeCollapser::Snap& snap);
+Work collapse_in_pieces(const Work& dense, std::span<const Vec3> positions, std::size_t faces,
+                        std::span<const Place> untouched, const EdgeCollapser::Snap& snap);
 
 }  // namespace kiln

@@ -85,7 +85,7 @@ Vec3d normal_at(const std::vector<Vec3d>& points, const Triangle& v) {
 
 /// Adds perpendicular planes through each line, weighted by its length. Creases need no such planes, since the
 /// bound's samples hold the faces on both sides.
-void EdgeCollapser::bound_lines(double bound) {
+void EdgeCollapser::limit_line_error(double bound) {
   line_quadrics_.clear();
   max_line_error_ = bound;
   const LiveTriangles left(mesh_);
@@ -176,12 +176,13 @@ std::vector<std::uint64_t> EdgeCollapser::build_quadrics() {
         const Vec3d normal = normal_of(triangles[edge_sides[0].index / 3]);
         if (rule_ == nullptr) return border_planes(points[a], points[b], normal);
         const Vec3d edge = points[b] - points[a];
-        return standing_plane(points[a], points[b], normal, kBorderWeight * dot(edge, edge) / 2);
+        return perpendicular_plane(points[a], points[b], normal,
+                                   kBorderWeight * dot(edge, edge) / 2);
       },
       [&](std::size_t i, const Quadric& quadric) {
         const auto [a, b] = ends_of(i);
         if (sides_by_edge[i].size() == 1) {
-          border_[a] = border_[b] = 1;
+          is_on_border_[a] = is_on_border_[b] = 1;
         } else if (sides_by_edge[i].size() != 2 || rule_ != nullptr) {
           return;
         }

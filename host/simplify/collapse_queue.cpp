@@ -13,7 +13,7 @@ constexpr std::size_t kMinBatch = 1024, kBatchDivisor = 16;
 /// Number of costs sampled to estimate the limit of the next batch.
 constexpr std::size_t kCostSamples = 4096;
 
-void erase_old(std::vector<CollapseEntry>& entries, const std::vector<std::uint32_t>& stamps) {
+void erase_outdated(std::vector<CollapseEntry>& entries, const std::vector<std::uint32_t>& stamps) {
   std::erase_if(entries, [&](const CollapseEntry& e) {
     return e.stamp_a != stamps[e.a] || e.stamp_b != stamps[e.b];
   });
@@ -26,15 +26,15 @@ bool CollapseEntry::operator<(const CollapseEntry& o) const {
 }
 
 void CollapseQueue::assign(std::vector<CollapseEntry>&& entries) {
-  sorted_.clear();
+  sorted_entries_.clear();
   added_heap_.clear();
-  unsorted_ = std::move(entries);
+  unsorted_entries_ = std::move(entries);
   sorted_cost_limit_ = -std::numeric_limits<double>::infinity();
 }
 
 void CollapseQueue::push(const CollapseEntry& entry) {
   if (entry.cost > sorted_cost_limit_) {
-    unsorted_.push_back(entry);
+    unsorted_entries_.push_back(entry);
     return;
   }
   added_heap_.push_back(entry);
@@ -43,7 +43,7 @@ void CollapseQueue::push(const CollapseEntry& entry) {
 
 void CollapseQueue::pop() {
   if (added_heap_.empty() || !is_added_first()) {
-    sorted_.pop_back();
+    sorted_entries_.pop_back();
     return;
   }
   std::pop_heap(added_heap_.begin(), added_heap_.end());
@@ -52,33 +52,33 @@ void CollapseQueue::pop() {
 
 void CollapseQueue::renumber(const std::vector<std::uint32_t>& number,
                              const std::vector<std::uint32_t>& stamps) {
-  for (std::vector<CollapseEntry>* entries : {&sorted_, &added_heap_, &unsorted_}) {
-    erase_old(*entries, stamps);
+  for (std::vector<CollapseEntry>* entries : {&sorted_entries_, &added_heap_, &unsorted_entries_}) {
+    erase_outdated(*entries, stamps);
     for (CollapseEntry& e : *entries) e.a = number[e.a], e.b = number[e.b];
   }
   std::make_heap(added_heap_.begin(), added_heap_.end());
 }
 
 void CollapseQueue::sort_next_batch(const std::vector<std::uint32_t>& stamps) {
-  erase_old(unsorted_, stamps);
-  if (unsorted_.empty()) return;
+  erase_outdated(unsorted_entries_, stamps);
+  if (unsorted_entries_.empty()) return;
   sorted_cost_limit_ = std::numeric_limits<double>::infinity();
-  if (const std::size_t taken = std::max(kMinBatch, unsorted_.size() / kBatchDivisor);
-      taken < unsorted_.size()) {
+  if (const std::size_t taken = std::max(kMinBatch, unsorted_entries_.size() / kBatchDivisor);
+      taken < unsorted_entries_.size()) {
     sampled_costs_.clear();
-    const std::size_t step = (unsorted_.size() + kCostSamples - 1) / kCostSamples;
-    for (std::size_t i = 0; i < unsorted_.size(); i += step)
-      sampled_costs_.push_back(unsorted_[i].cost);
+    const std::size_t step = (unsorted_entries_.size() + kCostSamples - 1) / kCostSamples;
+    for (std::size_t i = 0; i < unsorted_entries_.size(); i += step)
+      sampled_costs_.push_back(unsorted_entries_[i].cost);
     const auto last = sampled_costs_.begin() + static_cast<std::ptrdiff_t>(taken / step);
     std::nth_element(sampled_costs_.begin(), last, sampled_costs_.end());
     sorted_cost_limit_ = *last;
   }
   const auto dearer =
-      std::partition(unsorted_.begin(), unsorted_.end(),
+      std::partition(unsorted_entries_.begin(), unsorted_entries_.end(),
                      [&](const CollapseEntry& e) { return e.cost > sorted_cost_limit_; });
-  sorted_.assign(dearer, unsorted_.end());
-  unsorted_.erase(dearer, unsorted_.end());
-  std::sort(sorted_.begin(), sorted_.end());
+  sorted_entries_.assign(dearer, unsorted_entries_.end());
+  unsorted_entries_.erase(dearer, unsorted_entries_.end());
+  std::sort(sorted_entries_.begin(), sorted_entries_.end());
 }
 
 }  // namespace kiln

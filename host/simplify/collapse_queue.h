@@ -30,13 +30,15 @@ class CollapseQueue {
   /// \param stamps  current stamp of each vertex; entries with an older stamp are dropped
   /// \returns the cheapest entry; null if the queue is empty
   const CollapseEntry* front(const std::vector<std::uint32_t>& stamps) {
-    if (sorted_.empty() && added_heap_.empty() && !unsorted_.empty()) sort_next_batch(stamps);
-    if (added_heap_.empty()) return sorted_.empty() ? nullptr : &sorted_.back();
-    return is_added_first() ? &added_heap_.front() : &sorted_.back();
+    if (sorted_entries_.empty() && added_heap_.empty() && !unsorted_entries_.empty())
+      sort_next_batch(stamps);
+    if (added_heap_.empty()) return sorted_entries_.empty() ? nullptr : &sorted_entries_.back();
+    return is_added_first() ? &added_heap_.front() : &sorted_entries_.back();
   }
   /// An entry that will become the cheapest after at least `others` pops, for prefetching; null if unknown.
   const CollapseEntry* peek(std::size_t others) const {
-    return others < sorted_.size() ? &sorted_[sorted_.size() - 1 - others] : nullptr;
+    return others < sorted_entries_.size() ? &sorted_entries_[sorted_entries_.size() - 1 - others]
+                                           : nullptr;
   }
   /// Renumbers vertices; they must keep their order. Drops outdated entries.
   /// \param number  new index of each vertex; kNoVertex for removed ones
@@ -45,12 +47,14 @@ class CollapseQueue {
 
  private:
   void sort_next_batch(const std::vector<std::uint32_t>& stamps);
-  bool is_added_first() const { return sorted_.empty() || sorted_.back() < added_heap_.front(); }
+  bool is_added_first() const {
+    return sorted_entries_.empty() || sorted_entries_.back() < added_heap_.front();
+  }
 
   std::vector<CollapseEntry>
-      sorted_;  ///< Entries with costs up to `sorted_cost_limit_`, the cheapest last.
+      sorted_entries_;  ///< Entries with costs up to `sorted_cost_limit_`, the cheapest last.
   std::vector<CollapseEntry> added_heap_;  ///< Heap of entries added after sorting.
-  std::vector<CollapseEntry> unsorted_;
+  std::vector<CollapseEntry> unsorted_entries_;
   std::vector<double> sampled_costs_;
   double sorted_cost_limit_ = 0;
 };

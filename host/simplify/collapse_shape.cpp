@@ -143,7 +143,7 @@ bool CollapseShape::creates_folds(CollapseMesh& mesh, std::uint32_t a, std::uint
     }
     if (mesh.is_hub(s.first) && mesh.is_hub(s.second)) continue;
     mesh.visits += std::min(mesh.valence[s.first], mesh.valence[s.second]);
-    mesh.each_on_edge(s.first, s.second, [&](std::uint32_t t) {
+    mesh.each_triangle_on_edge(s.first, s.second, [&](std::uint32_t t) {
       if (mesh.contains(t, a) || mesh.contains(t, b)) return;
       const Triangle& v = mesh.triangles[t];
       const Vec3d normal =

@@ -19,8 +19,8 @@ constexpr double kZeroDistanceWeight = 0.01, kBoundTangentialWeight = 0.02;
 /// Rounds to single precision, in which final deviations are measured.
 Vec3d round_to_single(const Vec3d& p) { return to_double(to_float(p)); }
 
-double squared_to_segment_point(const Vec3d& offset, const Vec3d& edge, double edge2,
-                                double& share) {
+double squared_distance_to_segment_point(const Vec3d& offset, const Vec3d& edge, double edge2,
+                                         double& share) {
   const double along = dot(offset, edge);
   share = along > 0 ? (along < edge2 ? along / edge2 : 1.0) : 0.0;
   const Vec3d rest = offset - edge * share;
@@ -30,7 +30,8 @@ double squared_to_segment_point(const Vec3d& offset, const Vec3d& edge, double e
 /// Squared distance of a point to a triangle, and barycentric coordinates of the nearest point.
 /// \param best  best squared distance so far; the result may be infinity if the distance certainly exceeds it
 template <class Face>
-double squared_to_face(const Face& f, const Vec3d& p, double best, std::array<double, 3>* share) {
+double squared_distance_to_face(const Face& f, const Vec3d& p, double best,
+                                std::array<double, 3>* share) {
   const Vec3d ap = p - f.a;
   const double along = dot(ap, f.normal);
   if (f.size > 0) {
@@ -48,9 +49,9 @@ double squared_to_face(const Face& f, const Vec3d& p, double best, std::array<do
   }
   double s0 = 0, s1 = 0, s2 = 0;
   const Vec3d bc = f.ac - f.ab;
-  const double e0 = squared_to_segment_point(ap, f.ab, f.ab2, s0),
-               e1 = squared_to_segment_point(ap, f.ac, f.ac2, s1),
-               e2 = squared_to_segment_point(ap - f.ab, bc, dot(bc, bc), s2);
+  const double e0 = squared_distance_to_segment_point(ap, f.ab, f.ab2, s0),
+               e1 = squared_distance_to_segment_point(ap, f.ac, f.ac2, s1),
+               e2 = squared_distance_to_segment_point(ap - f.ab, bc, dot(bc, bc), s2);
   if (share != nullptr) {
     if (e0 <= e1 && e0 <= e2)
       *share = {1 - s0, s0, 0};
@@ -104,8 +105,8 @@ DeviationBound::DeviationBound(const CollapseMesh& mesh, const BoundSamples& sam
         const Face face =
             face_of(of[i], round_to_single(mesh.points[t[0]]), round_to_single(mesh.points[t[1]]),
                     round_to_single(mesh.points[t[2]]));
-        squared[i] = squared_to_face(face, to_double(samples.points[i]),
-                                     std::numeric_limits<double>::infinity(), nullptr);
+        squared[i] = squared_distance_to_face(face, to_double(samples.points[i]),
+                                              std::numeric_limits<double>::infinity(), nullptr);
       }
     });
     was_within_bound_ =
@@ -183,7 +184,7 @@ DeviationBound::SampleAssignment DeviationBound::nearest_new_triangle(std::uint3
   const Vec3d p = to_double(samples_.points[sample]);
   const std::size_t count = new_triangles_.size();
   for (std::size_t k = 0, i = first; k < count; ++k, i = i + 1 == count ? 0 : i + 1) {
-    const double squared = squared_to_face(new_triangles_[i], p, result.squared, nullptr);
+    const double squared = squared_distance_to_face(new_triangles_[i], p, result.squared, nullptr);
     if (!(squared < result.squared)) continue;
     result.squared = squared;
     result.face = static_cast<std::uint32_t>(i);
@@ -262,9 +263,9 @@ void DeviationBound::collapse() {
   }
 }
 
-/// Minimizes the squared distances in the directions of the samples; Distances::large weights each squared distance
+/// Minimizes the squared distances in the directions of the samples; DistanceNorm::large weights each squared distance
 /// by the fourth power of the distance.
-Vec3d DeviationBound::improved_position(const Vec3d& target, Distances which) {
+Vec3d DeviationBound::improved_position(const Vec3d& target, DistanceNorm which) {
   double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0, weight = 0;
   Vec3d right_side{};
   std::size_t count = 0;
@@ -281,13 +282,13 @@ Vec3d DeviationBound::improved_position(const Vec3d& target, Distances which) {
       const Face& f = new_triangles_[found.face];
       const Vec3d p = to_double(samples_.points[s]);
       std::array<double, 3> share{};
-      squared_to_face(f, p, 0, &share);
+      squared_distance_to_face(f, p, 0, &share);
       if (!(share[0] > 0)) continue;
       const Vec3d rest = p - f.a - f.ab * share[1] - f.ac * share[2];
       const double size = length(rest), relative = found.squared;
       Vec3d along = f.size > 0 ? f.normal * (1 / std::sqrt(f.size)) : Vec3d{};
       if (relative > 1e-6) along = rest * (1 / size);
-      const double w = which == Distances::all
+      const double w = which == DistanceNorm::all
                            ? share[0]
                            : (relative * relative + kZeroDistanceWeight) * share[0];
       const double square = w * share[0], pull = w * dot(along, rest);
@@ -307,11 +308,11 @@ Vec3d DeviationBound::improved_position(const Vec3d& target, Distances which) {
          (c12 * right_side.x + c20 * right_side.y + c01 * right_side.z) * (1 / dot(row0, c12));
 }
 
-double DeviationBound::energy(Distances which) const {
+double DeviationBound::energy(DistanceNorm which) const {
   double sum = 0;
   for (const SampleAssignment& s : new_assignments_) {
-    sum += which == Distances::all ? s.squared
-                                   : s.squared * (s.squared * s.squared + kZeroDistanceWeight);
+    sum += which == DistanceNorm::all ? s.squared
+                                      : s.squared * (s.squared * s.squared + kZeroDistanceWeight);
   }
   return sum;
 }

@@ -24,12 +24,12 @@ struct BoundSamples {
 
   std::vector<Vec3> points;
   std::vector<std::uint32_t> triangles;  ///< High-poly triangle on which each sample lies
-  SurfaceDistance surface;               ///< Distances to the high poly.
+  SurfaceDistance surface;               ///< DistanceNorm to the high poly.
 };
 
 /// The norm that moved vertices minimize: `large` is the sum of sixth powers, which large distances dominate; `all`
 /// is least squares.
-enum class Distances : std::uint8_t { large, all };
+enum class DistanceNorm : std::uint8_t { large, all };
 
 /// Rejects collapses after which a high-poly sample would be farther from the low poly than a bound.
 /// Each sample is assigned to a triangle. A collapse reassigns the samples of the triangles around it to the nearest
@@ -49,21 +49,21 @@ class DeviationBound {
   /// Divides the limit by 4 for samples in any of the balls.
   void tighten_limits(std::span<const Place> places);
 
-  /// True if an edge may collapse to `target`. Remembers the new assignment for collapse().
+  /// True if an edge may collapse to `target`. Stores the samples' new triangles for the collapse that follows.
   /// \param b  second vertex of the edge; kNoVertex if `a` is moved without a collapse
   bool keeps(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, Anchor anchor,
              const Vec3d& target);
   /// True if a position near the one that keeps() has just rejected may be within the bound.
   bool may_be_near() const { return refused_ratio_ < kMaxRecoverableRatio; }
   /// A position of the vertex near `target` that reduces the distances of the samples that the last keeps() assigned.
-  Vec3d improved_position(const Vec3d& target, Distances which);
+  Vec3d improved_position(const Vec3d& target, DistanceNorm which);
   /// True if keeps() has ever rejected a collapse.
   bool has_refused() const { return has_refused_; }
   /// Applies the sample assignment that the last keeps() computed; that call must have returned true.
   void collapse();
 
   /// Sum of powers of the sample distances of the last keeps(): sixth powers or squares.
-  double energy(Distances which) const;
+  double energy(DistanceNorm which) const;
 
  private:
   /// Ratio of a sample's squared distance to its squared limit up to which moving the vertex can still help.

@@ -86,7 +86,7 @@ void each_open_edge(const CollapseMesh& mesh, std::uint32_t vertex, const Body& 
   };
   thread_local std::vector<Side> sides;
   sides.clear();
-  mesh.each_around(vertex, [&](std::uint32_t t) {
+  mesh.each_triangle_around(vertex, [&](std::uint32_t t) {
     const Triangle& v = mesh.triangles[t];
     const std::size_t k = v[0] == vertex ? 0 : v[1] == vertex ? 1 : 2;
     sides.push_back({v[(k + 1) % 3], t, true});
@@ -114,9 +114,9 @@ void add_half_space(const Vec3d& normal, const Vec3d& through,
   half_spaces.push_back({unit, dot(unit, through)});
 }
 
-void add_spaces(const CollapseMesh& mesh, std::uint32_t vertex, bool open,
-                std::vector<HalfSpace>& half_spaces) {
-  mesh.each_around(vertex, [&](std::uint32_t t) {
+void add_half_spaces_around(const CollapseMesh& mesh, std::uint32_t vertex, bool open,
+                            std::vector<HalfSpace>& half_spaces) {
+  mesh.each_triangle_around(vertex, [&](std::uint32_t t) {
     const Triangle& v = mesh.triangles[t];
     const Vec3d& p = mesh.points[v[0]];
     add_half_space(cross(mesh.points[v[1]] - p, mesh.points[v[2]] - p), p, half_spaces);
@@ -191,7 +191,7 @@ EnclosingHullConstraint::EnclosingHullConstraint(const CollapseMesh& mesh, Snap 
 bool EnclosingHullConstraint::is_outside(const CollapseMesh& mesh, std::uint32_t vertex,
                                          const Vec3d& target) const {
   bool is_outside_planes = true;
-  mesh.each_around(vertex, [&](std::uint32_t t) {
+  mesh.each_triangle_around(vertex, [&](std::uint32_t t) {
     const Triangle& v = mesh.triangles[t];
     const Vec3d& p = mesh.points[v[0]];
     const Vec3d normal = cross(mesh.points[v[1]] - p, mesh.points[v[2]] - p);
@@ -210,17 +210,17 @@ bool EnclosingHullConstraint::is_outside(const CollapseMesh& mesh, std::uint32_t
 std::optional<Vec3d> EnclosingHullConstraint::place(const CollapseMesh& mesh, std::uint32_t a,
                                                     std::uint32_t b, Anchor anchor,
                                                     Quadric& sum) const {
-  const bool is_a_fixed = anchor == Anchor::first || fixed_[a] != 0;
-  const bool is_b_fixed = anchor == Anchor::second || fixed_[b] != 0;
-  if (is_a_fixed && is_b_fixed) return std::nullopt;
-  if (is_a_fixed || is_b_fixed) {
-    const Vec3d& target = mesh.points[is_a_fixed ? a : b];
-    return is_outside(mesh, is_a_fixed ? b : a, target) ? std::optional(target) : std::nullopt;
+  const bool is_first_fixed = anchor == Anchor::first || fixed_[a] != 0;
+  const bool is_second_fixed = anchor == Anchor::second || fixed_[b] != 0;
+  if (is_first_fixed && is_second_fixed) return std::nullopt;
+  if (is_first_fixed || is_second_fixed) {
+    const Vec3d& target = mesh.points[is_first_fixed ? a : b];
+    return is_outside(mesh, is_first_fixed ? b : a, target) ? std::optional(target) : std::nullopt;
   }
   thread_local std::vector<HalfSpace> half_spaces;
   half_spaces.clear();
-  add_spaces(mesh, a, is_on_open_border_[a] != 0, half_spaces);
-  add_spaces(mesh, b, is_on_open_border_[b] != 0, half_spaces);
+  add_half_spaces_around(mesh, a, is_on_open_border_[a] != 0, half_spaces);
+  add_half_spaces_around(mesh, b, is_on_open_border_[b] != 0, half_spaces);
   // Tries the exact planes first, then planes moved slightly outwards, so that the position stays outside after
   // rounding to the mesh's precision.
   for (const double slack : {0.0, slack_, 4 * slack_}) {

@@ -207,7 +207,7 @@ Mesh height_field_mesh(const Image& image, const HeightFieldOptions& options) {
     const double v = 1 - row / (image.height - 1.0);
     for (std::uint32_t column = 0; column < image.width; ++column) {
       const double u = column / (image.width - 1.0);
-      // A vertex without height has no triangle.
+      // A vertex whose pixel has no height belongs to no triangle.
       const float value = *image.at(column, row);
       mesh.positions.push_back(
           {static_cast<float>((u - 0.5) * field_size.width),

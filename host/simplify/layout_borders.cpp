@@ -177,7 +177,7 @@ std::uint32_t LayoutBorders::row(float v) const {
 
 void LayoutBorders::remove(std::uint32_t uv) {
   if (index_of_uv_[uv] == kNoIndex) return;
-  BorderPlace& place = border_places_[place_of_uv_[uv]];
+  BorderPosition& place = border_places_[place_of_uv_[uv]];
   const std::uint32_t last = border_corners_[place.first + --place.count];
   border_corners_[index_of_uv_[uv]] = last;
   index_of_uv_[last] = index_of_uv_[uv];

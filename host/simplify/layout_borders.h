@@ -38,7 +38,7 @@ class LayoutBorders {
   std::uint32_t row(float v) const;
 
   /// Corners at one position that are copies of each other; usually one of them represents all.
-  struct BorderPlace {
+  struct BorderPosition {
     std::uint32_t first = 0, count = 0;  ///< Range of remaining border corners in border_corners_.
   };
 
@@ -50,7 +50,7 @@ class LayoutBorders {
   std::uint32_t cells_per_side_ = 1;  ///< Cells along a side of the grid.
   std::vector<std::uint32_t>
       first_place_of_cell_;  ///< First place of each grid cell; one extra entry at the end
-  std::vector<BorderPlace> border_places_;
+  std::vector<BorderPosition> border_places_;
   std::vector<std::uint32_t> border_corners_;  ///< UVs of border corners, grouped by place.
   std::vector<std::uint32_t> place_of_uv_;     ///< Place of each UV on a border.
   std::vector<std::uint32_t>

@@ -32,8 +32,8 @@ std::uint64_t cell_key(std::int64_t x, std::int64_t y) {
 }  // namespace
 
 LayoutCopies::LayoutCopies(std::span<const Vec2> uvs, std::span<const Triangle> corners)
-    : on_fold_(uvs.size(), 0), first_triangle_(corners.size()) {
-  std::iota(first_triangle_.begin(), first_triangle_.end(), 0U);
+    : on_fold_(uvs.size(), 0), first_triangle_copy_(corners.size()) {
+  std::iota(first_triangle_copy_.begin(), first_triangle_copy_.end(), 0U);
   std::vector<CopyCenter> places(corners.size());
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> triangles_of_cell;
   triangles_of_cell.reserve(corners.size());
@@ -90,21 +90,21 @@ LayoutCopies::LayoutCopies(std::span<const Vec2> uvs, std::span<const Triangle> 
       continue;
     }
     any_ = true;
-    first_triangle_[t] = first_copy;
+    first_triangle_copy_[t] = first_copy;
     for (std::size_t k = 0; k < 3; ++k) {
       copy_sets.join(corners[t][k], corners[first_copy][of[k]]);
       if (corners[t][k] == corners[first_copy][of[k]]) on_fold_[corners[t][k]] = 1;
     }
   }
   if (!any_) return;
-  next_.resize(uvs.size());
-  first_.resize(uvs.size());
-  std::iota(next_.begin(), next_.end(), 0U);
+  next_copy_.resize(uvs.size());
+  first_copy_.resize(uvs.size());
+  std::iota(next_copy_.begin(), next_copy_.end(), 0U);
   for (std::uint32_t uv = 0; uv < uvs.size(); ++uv) {
-    first_[uv] = copy_sets.find(uv);
-    if (first_[uv] == uv) continue;
-    next_[uv] = next_[first_[uv]];
-    next_[first_[uv]] = uv;
+    first_copy_[uv] = copy_sets.find(uv);
+    if (first_copy_[uv] == uv) continue;
+    next_copy_[uv] = next_copy_[first_copy_[uv]];
+    next_copy_[first_copy_[uv]] = uv;
   }
 }
 

@@ -61,9 +61,9 @@ std::vector<std::vector<std::uint32_t>> pieces_of(std::span<const Vec3> position
   return result;
 }
 
-std::vector<std::uint8_t> between_pieces(const std::vector<std::vector<std::uint32_t>>& pieces,
-                                         std::span<const Triangle> triangles,
-                                         std::size_t vertices) {
+std::vector<std::uint8_t> vertices_between_pieces(
+    const std::vector<std::vector<std::uint32_t>>& pieces, std::span<const Triangle> triangles,
+    std::size_t vertices) {
   constexpr auto kNone = static_cast<std::uint32_t>(-1);
   std::vector<std::uint32_t> piece_of(vertices, kNone);
   std::vector<std::uint8_t> is_between_pieces(vertices, 0);

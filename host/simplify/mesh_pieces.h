@@ -18,7 +18,8 @@ std::vector<std::vector<std::uint32_t>> pieces_of(std::span<const Vec3> position
                                                   std::size_t least);
 
 /// By vertex, 1 where triangles of several pieces meet, else 0.
-std::vector<std::uint8_t> between_pieces(const std::vector<std::vector<std::uint32_t>>& pieces,
-                                         std::span<const Triangle> triangles, std::size_t vertices);
+std::vector<std::uint8_t> vertices_between_pieces(
+    const std::vector<std::vector<std::uint32_t>>& pieces, std::span<const Triangle> triangles,
+    std::size_t vertices);
 
 }  // namespace kiln

@@ -98,7 +98,7 @@ NormalFans::NormalFans(const Mesh& low, const TwoSided& sides, double least_turn
   for (Triangle& t : welded_) {
     for (std::uint32_t& vertex : t) vertex = first[vertex];
   }
-  const std::size_t vertices = split_sides(sides, low.positions.size());
+  const std::size_t vertices = split_sheet_sides(sides, low.positions.size());
   if (low.uv_triangles.size() == low.triangles.size() && !low.uvs.empty()) {
     const std::vector<std::uint32_t> first_uv = first_uvs(low);
     uvs_.reserve(3 * low.triangles.size());
@@ -127,7 +127,7 @@ NormalFans::NormalFans(const Mesh& low, const TwoSided& sides, double least_turn
 
 /// Splits the vertices of two-sided sheets (fronts from backs) and of one-sided sheets (from bodies).
 /// \returns the number of vertices afterwards
-std::size_t NormalFans::split_sides(const TwoSided& sides, std::size_t vertices) {
+std::size_t NormalFans::split_sheet_sides(const TwoSided& sides, std::size_t vertices) {
   if (sides.empty()) return vertices;
   for (std::size_t t = 0; t < welded_.size(); ++t) {
     const std::size_t shift = vertices * (sides.backs[t] != 0 ? 2 : sides.has_only_pairs[t]);

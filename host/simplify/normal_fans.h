@@ -78,7 +78,7 @@ class NormalFans {
     return {{{corner(one, a), corner(other, a)}, {corner(one, b), corner(other, b)}}};
   }
   void find_seams(std::size_t vertices);
-  std::size_t split_sides(const TwoSided& sides, std::size_t vertices);
+  std::size_t split_sheet_sides(const TwoSided& sides, std::size_t vertices);
   void join_over_edges(const Mesh& low, std::size_t vertices, double least_turn,
                        const std::vector<bool>& hard);
 

@@ -224,7 +224,7 @@ std::vector<NormalFit::Place> NormalFit::places(std::size_t count, const Mesh& l
   const auto surely_within = [&](const Vec3& point, std::uint32_t triangle) {
     const Triangle& c = triangles[triangle];
     const std::array<Vec3, 3> corners{low_points[c[0]], low_points[c[1]], low_points[c[2]]};
-    const double known = squared_to_triangle(to_double(point), corners.data(), kInfinity);
+    const double known = squared_distance_to_triangle(to_double(point), corners.data(), kInfinity);
     return known * (1 + kNormalRounding) + kNormalRounding * kNormalRounding;
   };
   parallel_for(count, kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
@@ -342,7 +342,8 @@ class NormalFit::Solver {
 
   /// Estimates the surface's roughness per triangle from the squared residuals, blended with the overall mean where
   /// samples are few.
-  void find_roughness(const Normals& normals, const std::vector<std::uint32_t>& normal_of_corner) {
+  void estimate_roughness(const Normals& normals,
+                          const std::vector<std::uint32_t>& normal_of_corner) {
     constexpr double kPriorSamples = 4;  // Weight of the overall mean, in samples.
     std::vector<double> number(residuals_.size(), 0.0);
     residuals_.assign(residuals_.size(), 0.0);
@@ -384,9 +385,9 @@ class NormalFit::Solver {
   std::vector<double> residuals_;  ///< Mean squared residual of each triangle's samples
 };
 
-const std::vector<NormalFit::Place>& NormalFit::sampled_places(const Mesh& low,
-                                                               const TwoSided& sides,
-                                                               Samples& last) const {
+const std::vector<NormalFit::Place>& NormalFit::sampled_positions(const Mesh& low,
+                                                                  const TwoSided& sides,
+                                                                  Samples& last) const {
   const bool known = !last.places_.empty() && last.triangles_ == low.triangles;
   if (known && last.positions_ == low.positions) return last.places_;
   const std::size_t wanted =
@@ -405,7 +406,7 @@ void NormalFit::run(Mesh& low, const FitNormalsOptions& options, FitNormalsRepor
   }
   const TwoSided sides = TwoSided::of(low);
   Samples none;
-  fit(low, sides, sampled_places(low, sides, last != nullptr ? *last : none), purpose, options,
+  fit(low, sides, sampled_positions(low, sides, last != nullptr ? *last : none), purpose, options,
       kTolerance, report);
 }
 
@@ -436,7 +437,7 @@ void NormalFit::fit(Mesh& low, const TwoSided& sides, const std::vector<Place>& 
   NormalFans fans(low, sides, with_creases ? cosine_of(options.crease_degrees) : -1, hard);
   std::vector<std::uint32_t> normal_of_corner = fans.normal_of_corner();
   Normals normals = solver.solve(normal_of_corner, fans.count());
-  solver.find_roughness(normals, normal_of_corner);
+  solver.estimate_roughness(normals, normal_of_corner);
   fans.soften(normals, normal_of_corner, cosine_of(options.hard_degrees),
               cosine_of(hard.empty() ? kMinFittedCreaseDegrees : kMinHardEdgeDegrees));
   normal_of_corner = fans.normal_of_corner();

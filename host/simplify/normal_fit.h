@@ -47,8 +47,8 @@ class NormalFit {
 
   std::vector<bool> along_hard_edges(const std::vector<Vec3>& positions,
                                      const std::vector<Triangle>& triangles) const;
-  const std::vector<Place>& sampled_places(const Mesh& low, const TwoSided& sides,
-                                           Samples& last) const;
+  const std::vector<Place>& sampled_positions(const Mesh& low, const TwoSided& sides,
+                                              Samples& last) const;
 
   const Mesh& high_;
   Frame frame_;

@@ -116,7 +116,7 @@ std::vector<Triangle> simplify_piece(const PositionsAndTriangles& mesh,
 std::vector<std::size_t> count_along_borders(const std::vector<std::vector<std::uint32_t>>& pieces,
                                              const PositionsAndTriangles& mesh) {
   const std::vector<std::uint8_t> between =
-      between_pieces(pieces, mesh.triangles, mesh.positions.size());
+      vertices_between_pieces(pieces, mesh.triangles, mesh.positions.size());
   std::vector<std::size_t> count;
   for (const std::vector<std::uint32_t>& piece : pieces) {
     count.push_back(static_cast<std::size_t>(

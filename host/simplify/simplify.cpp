@@ -168,7 +168,7 @@ SimplifyLevels::SimplifyLevels(const Mesh& high, std::span<const std::uint32_t> 
 SimplifyLevels::~SimplifyLevels() = default;
 
 std::size_t SimplifyLevels::count() const { return impl_->results.size(); }
-std::uint32_t SimplifyLevels::asked(std::size_t level) const {
+std::uint32_t SimplifyLevels::requested_faces_of(std::size_t level) const {
   return impl_->requested_faces.at(level);
 }
 std::size_t SimplifyLevels::faces(std::size_t level) const {
@@ -256,7 +256,7 @@ std::vector<SimplifiedLevel> simplify_levels(const Mesh& high, std::span<const s
   for (const std::uint32_t number : faces) {
     // A face count without a separate mesh gets the level of the previous count, which has at most as many faces.
     const std::size_t previous_level = level;
-    while (level + 1 < levels.count() && levels.asked(level + 1) >= number) ++level;
+    while (level + 1 < levels.count() && levels.requested_faces_of(level + 1) >= number) ++level;
     if (!result.empty() && level == previous_level) {
       result.push_back(result.back());
       continue;

@@ -90,7 +90,7 @@ std::vector<Neighbours> neighbours_of(const std::vector<Vec3d>& normals,
 /// cell and count.
 /// \param body  returns whether to continue
 template <class Body>
-void each_run(const Vec3d& low, const Vec3d& high, const Body& body) {
+void each_cell_run(const Vec3d& low, const Vec3d& high, const Body& body) {
   const auto at = [](double x) {
     return static_cast<std::size_t>(
         std::clamp(static_cast<int>((x + 1) / 2 * kGridCells), 0, kGridCells - 1));
@@ -127,10 +127,11 @@ void SimplifyCheck::load_near(const std::vector<Vec3d>& points,
     for (auto* cells : {&needed_cells, &marked_cells}) {
       const double cell_margin = cells == &needed_cells ? reach : reach + kSearchMargin;
       const Vec3d cell_margins{cell_margin, cell_margin, cell_margin};
-      each_run(low - cell_margins, high + cell_margins, [&](std::size_t first, std::size_t count) {
-        std::memset(cells->data() + first, 1, count);
-        return true;
-      });
+      each_cell_run(low - cell_margins, high + cell_margins,
+                    [&](std::size_t first, std::size_t count) {
+                      std::memset(cells->data() + first, 1, count);
+                      return true;
+                    });
     }
   }
   const bool known = std::equal(
@@ -145,7 +146,7 @@ void SimplifyCheck::load_near(const std::vector<Vec3d>& points,
       bounding_box_of(
           {to_double(positions_[t[0]]), to_double(positions_[t[1]]), to_double(positions_[t[2]])},
           from, to);
-      each_run(from, to, [&](std::size_t first, std::size_t count) {
+      each_cell_run(from, to, [&](std::size_t first, std::size_t count) {
         is_in_marked_cell[i] = std::memchr(marked_cells.data() + first, 1, count) != nullptr;
         return is_in_marked_cell[i] == 0;
       });
@@ -165,7 +166,7 @@ bool SimplifyCheck::faces_away(const TriangleCorners& p, bool shell) const {
   const Vec3d normal = unit_or_zero(normal_of(p));
   const double longest = std::max({length(p[1] - p[0]), length(p[2] - p[1]), length(p[0] - p[2])});
   const double between = shell ? std::min(kShellReach * longest, kSearchRadius) : 0;
-  std::size_t points_away = 0;
+  std::size_t faces_away_at = 0;
   for (std::size_t i = 0; i < 4; ++i) {
     Vec3d at{};
     for (std::size_t k = 0; k < 3; ++k) at += p[k] * (i == 3 ? 1.0 / 3 : i == k ? 0.6 : 0.2);
@@ -188,10 +189,10 @@ bool SimplifyCheck::faces_away(const TriangleCorners& p, bool shell) const {
         if (agreement(c) > kShellCosine) best = 1;
       });
     }
-    points_away += best < kMaxAwayCosine;
-    if (i >= points_away + 1) return false;  // At most two points can still face away.
+    faces_away_at += best < kMaxAwayCosine;
+    if (i >= faces_away_at + 1) return false;  // At most two points can still face away.
   }
-  return points_away >= 3;
+  return faces_away_at >= 3;
 }
 
 /// True if the high poly near the triangle has a sharp edge or is thin.

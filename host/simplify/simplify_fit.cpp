@@ -74,7 +74,7 @@ bool SimplifyJob::fit(SimplifyResult& result) {
   surface_fit().run(fitted.points, fitted.triangles, fitted.labels, planes_of(fitted));
   revert_flawed(fitted, result);
   report_.mended = mend(fitted);
-  if (!is_good(fitted)) return false;
+  if (!has_no_flaws(fitted)) return false;
   result = std::move(fitted);
   return true;
 }

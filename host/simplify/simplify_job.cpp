@@ -31,8 +31,8 @@ namespace {
 /// meshes, which meshoptimizer spoils, are collapsed in pieces instead, up to kFineLimit triangles.
 constexpr std::size_t kDirectLimit = 100'000, kMinDirectLimit = 50'000, kFineLimit = 2'500'000;
 /// Minimum ratio of presimplified triangles to the goal: kMinStartRatio as long as that gives at most kDirectLimit
-/// triangles, kMinLargeStartRatio for more.
-constexpr std::size_t kMinStartRatio = 10, kMinLargeStartRatio = 4;
+/// triangles, kMinStartRatioOfLargeGoals for more.
+constexpr std::size_t kMinStartRatio = 10, kMinStartRatioOfLargeGoals = 4;
 /// Smallest number of faces of a closed component: a tetrahedron.
 constexpr std::uint32_t kMinComponentFaces = 4;
 /// Ratio of faces to the requested number above which components are removed, and the largest number of such rounds.
@@ -52,7 +52,7 @@ constexpr std::size_t kMaxFlawedPlaces = 256;
 std::size_t presimplified_faces(std::size_t faces) {
   if (faces == 0) return kDirectLimit;
   const std::size_t small = std::clamp(kMinStartRatio * faces, kMinDirectLimit, kDirectLimit);
-  return std::max(small, kMinLargeStartRatio * faces);
+  return std::max(small, kMinStartRatioOfLargeGoals * faces);
 }
 
 /// \param place_of  formats the position of the first degenerate (false) or folded (true) triangle
@@ -82,9 +82,9 @@ void warn_of_flaws(SimplifyReport& report, const std::function<std::string(bool)
 }  // namespace
 
 /// Turns folded triangles back where possible.
-void SimplifyState::unfold(std::span<const Fold> folds) {
-  constexpr int kRounds = 3;  // One fold may block the repair of another.
-  for (int round = 0; round < kRounds; ++round) {
+void SimplifyState::turn_back_folds(std::span<const Fold> folds) {
+  constexpr int kMaxUnfoldRounds = 3;  // One fold may block the repair of another.
+  for (int round = 0; round < kMaxUnfoldRounds; ++round) {
     bool any = false;
     for (const Fold& fold : folds) {
       const auto bad = [&](const TriangleCorners& p) {
@@ -108,7 +108,7 @@ void SimplifyJob::report_progress(double share) {
 
 SimplifyResult SimplifyJob::simplify_to_count(const Work& work) const {
   SimplifyState simplify_state(work, layout(), options_, scale_);
-  simplify_state.count_sides(sides_of(work));
+  simplify_state.count_sides(two_sided_flags(work));
   simplify_state.collapser().run(options_.faces);
   SimplifyResult result;
   simplify_state.extract(result);
@@ -136,7 +136,7 @@ std::size_t SimplifyJob::mend(SimplifyResult& result) {
 }
 
 /// Counts remaining folds, degenerate triangles, and holes that the high poly does not have.
-bool SimplifyJob::is_good(SimplifyResult& result) {
+bool SimplifyJob::has_no_flaws(SimplifyResult& result) {
   const Flaws flaws = check_.find(result.points, result.triangles);
   report_.folded = flaws.folded.size() + flaws.facing_down.size();
   report_.without_area = flaws.flat.size();
@@ -156,13 +156,13 @@ bool SimplifyJob::is_good(SimplifyResult& result) {
 }
 
 /// True if the high poly is first reduced in pieces, see is_finely_curved().
-bool SimplifyJob::is_fine() {
-  if (!is_fine_) {
+bool SimplifyJob::is_finely_tessellated() {
+  if (!is_finely_tessellated_) {
     const std::size_t count = dense_.triangles.size();
-    is_fine_ = options_.faces != 0 && count > kDirectLimit && count <= kFineLimit &&
-               !options_.height_field && is_finely_curved(dense_);
+    is_finely_tessellated_ = options_.faces != 0 && count > kDirectLimit && count <= kFineLimit &&
+                             !options_.height_field && is_finely_curved(dense_);
   }
-  return *is_fine_;
+  return *is_finely_tessellated_;
 }
 
 /// The high poly, or its presimplification for a number of faces.
@@ -175,8 +175,8 @@ Work SimplifyJob::start(std::size_t faces, std::span<const Place> untouched, boo
   const bool dense = dense_.triangles.size() > std::max(kDirectLimit, near_goal) &&
                      !options_.keep_uvs && !options_.hull;
   if (dense && finely_curved) {
-    return collapsed_in_pieces(dense_, dense_positions_, near_goal, untouched,
-                               [this](const Vec3d& p) { return scale_.snap(p); });
+    return collapse_in_pieces(dense_, dense_positions_, near_goal, untouched,
+                              [this](const Vec3d& p) { return scale_.snap(p); });
   }
   Work work = dense_;
   if (dense) {
@@ -192,9 +192,9 @@ Work SimplifyJob::start(std::size_t faces, std::span<const Place> untouched, boo
 
 std::vector<SimplifyResult> SimplifyJob::levels(std::vector<std::uint32_t>& faces) {
   std::vector<SimplifyResult> results;
-  const Work work = start(faces.empty() ? 0 : faces.front(), {}, false, is_fine());
+  const Work work = start(faces.empty() ? 0 : faces.front(), {}, false, is_finely_tessellated());
   SimplifyState simplify_state(work, layout(), options_, scale_);
-  simplify_state.count_sides(sides_of(work));
+  simplify_state.count_sides(two_sided_flags(work));
   std::vector<std::uint32_t> found;
   for (const std::uint32_t goal : faces) {
     const std::size_t before = simplify_state.faces();
@@ -212,7 +212,7 @@ std::vector<SimplifyResult> SimplifyJob::levels(std::vector<std::uint32_t>& face
 bool SimplifyJob::improve(SimplifyResult& result) {
   if (fit(result)) return true;
   report_.mended = mend(result);
-  return is_good(result);
+  return has_no_flaws(result);
 }
 
 bool SimplifyJob::may_solve() { return dense_.triangles.size() > kDirectLimit; }
@@ -239,12 +239,12 @@ bool SimplifyJob::simplify_from(const Work& work, bool last, SimplifyResult& res
     result.bound = true;
     return last;
   }
-  if (is_error_goal) return is_good(result) || last;
+  if (is_error_goal) return has_no_flaws(result) || last;
   const bool fits = fit(result);
   report_progress(0.7);
   if (fits) return true;
   report_.mended = mend(result);
-  return is_good(result) || last;
+  return has_no_flaws(result) || last;
 }
 
 /// Places where the next presimplification keeps the high poly.
@@ -261,7 +261,7 @@ SimplifyResult SimplifyJob::solve() {
   SimplifyResult result;
   std::vector<Place> places;
   PresimplifiedPieces known;
-  const bool finely_curved = is_fine();
+  const bool finely_curved = is_finely_tessellated();
   const int max_attempts = options_.faces == 0 ? kMaxBoundStarts : kMaxStarts;
   for (int attempt = 0; attempt < max_attempts; ++attempt) {
     const Work work = start(options_.faces, places, true, finely_curved, &known);
@@ -285,7 +285,7 @@ void SimplifyJob::drop_components(const ComponentSizes& parts,
   const auto count = static_cast<std::uint64_t>(std::count(dropped.begin(), dropped.end(), 1));
   report_.dropped_parts += count;
   dense_ = parts.without_components(dense_, dropped);
-  is_fine_.reset();
+  is_finely_tessellated_.reset();
   fit_.reset();
   dense_positions_ = to_floats(dense_.points);
   check_ = SimplifyCheck(dense_positions_, dense_.triangles, options_.height_field);
@@ -301,20 +301,21 @@ void SimplifyJob::drop_components(const ComponentSizes& parts,
 /// \returns true if any was removed
 bool SimplifyJob::drop_small_components() {
   if (options_.keep_parts || options_.faces == 0 || !has_free_vertices(options_)) return false;
-  AsyncTask<bool> finely_curved(
-      [this] { return is_fine(); });  // Computed in parallel; rarely needed below.
+  AsyncTask<bool> finely_curved([this] {
+    return is_finely_tessellated();
+  });  // Computed meanwhile for start(), which rarely needs it
   const ComponentSizes parts(dense_);
   finely_curved.get();
   if (parts.is_whole()) return false;
-  const std::size_t of_one_side =
-      std::max<std::size_t>(options_.faces * dense_.triangles.size() / faces_of_dense(), 1);
+  const std::size_t of_one_side = std::max<std::size_t>(
+      options_.faces * dense_.triangles.size() / face_count_of_dense_mesh(), 1);
   const std::string faces = counted(options_.faces, "face");
   const std::vector<std::uint8_t> surplus_components =
       parts.surplus_components(of_one_side, kMinComponentFaces);
   if (std::find(surplus_components.begin(), surplus_components.end(), 1) !=
       surplus_components.end()) {
     drop_components(parts, surplus_components,
-                    "others that need all of the " + faces + " asked for");
+                    "others, which need all of the requested " + faces + ",");
     return true;
   }
   // A low poly never deviates by more than its edge length.
@@ -330,7 +331,7 @@ bool SimplifyJob::drop_small_components() {
   if (std::find(smaller_than.begin(), smaller_than.end(), 1) == smaller_than.end()) return false;
   drop_components(
       parts, smaller_than,
-      percent(size, 2) + " of its diagonal, which a low poly of " + faces + " is off by");
+      percent(size, 2) + " of its diagonal, by which a low poly of " + faces + " deviates,");
   return true;
 }
 
@@ -347,14 +348,15 @@ bool SimplifyJob::drop_surplus(const SimplifyResult& result) {
   if (parts.is_whole()) return false;
   const std::uint64_t count = count_components(result.triangles, result.points.size());
   const auto least = static_cast<std::uint32_t>(result.triangles.size() / count + 1);
-  const std::size_t of_one_side =
-      std::max<std::size_t>(options_.faces * dense_.triangles.size() / faces_of_dense(), 1);
+  const std::size_t of_one_side = std::max<std::size_t>(
+      options_.faces * dense_.triangles.size() / face_count_of_dense_mesh(), 1);
   const std::vector<std::uint8_t> surplus_components = parts.surplus_components(of_one_side, least);
   if (std::find(surplus_components.begin(), surplus_components.end(), 1) ==
       surplus_components.end())
     return false;
-  drop_components(parts, surplus_components,
-                  "others that need all of the " + counted(options_.faces, "face") + " asked for");
+  drop_components(
+      parts, surplus_components,
+      "others, which need all of the requested " + counted(options_.faces, "face") + ",");
   return true;
 }
 
@@ -365,7 +367,7 @@ void SimplifyJob::warn_of_count(const SimplifyResult& result) {
   report_.warnings.push_back(
       {"faces-not-reached",
        counted(options_.faces, "face") + (options_.faces == 1 ? " was" : " were") +
-           " asked for, but " + std::to_string(left) + " are needed to keep the shape" +
+           " requested, but " + std::to_string(left) + " are needed to keep the shape" +
            (options_.keep_uvs ? " and the UVs of " : " of ") + counted(parts, "connected part") +
            ": no part, hole or handle may vanish, and no face turn over",
        left});
@@ -450,14 +452,15 @@ Mesh SimplifyJob::run(bool with_deviation) {
     warn_of_inside_out(
         dense_, [&](const Vec3d& p) { return place_in_words(p); }, report_.warnings);
   }
-  const std::size_t count = faces_of_dense();
+  const std::size_t count = face_count_of_dense_mesh();
   if (options_.faces == 0 || options_.faces < count) {
-    if (options_.faces < count && drop_small_components() && faces_of_dense() <= options_.faces) {
+    if (options_.faces < count && drop_small_components() &&
+        face_count_of_dense_mesh() <= options_.faces) {
       return make_result(unchanged_high_poly(), with_deviation);
     }
     SimplifyResult result = solve();
     for (int round = 0; round < kMaxSurplusRounds && drop_surplus(result); ++round) {
-      if (faces_of_dense() <= options_.faces)
+      if (face_count_of_dense_mesh() <= options_.faces)
         return make_result(unchanged_high_poly(), with_deviation);
       result = solve();
     }
@@ -468,7 +471,7 @@ Mesh SimplifyJob::run(bool with_deviation) {
   if (options_.faces > count) {
     report_.warnings.push_back({"faces-above-input",
                                 std::to_string(options_.faces) +
-                                    " faces were asked for, but the mesh has " +
+                                    " faces were requested, but the mesh has " +
                                     std::to_string(count) + " that can be used; all were kept",
                                 count});
   }

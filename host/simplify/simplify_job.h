@@ -44,7 +44,7 @@ struct SimplifyResult {
   DistanceReport deviation;
   DistanceReport back;  ///< Deviation from low to high poly; only with a bound.
   bool bound = false;   ///< True if a bound limited the collapses.
-  /// Flawed triangles that SimplifyJob::is_good() found: degenerate ones first.
+  /// Flawed triangles that SimplifyJob::has_no_flaws() found: degenerate ones first.
   std::vector<Place> flawed;
 };
 
@@ -54,7 +54,7 @@ class SimplifyState {
   SimplifyState(const Work& work, const Layout* layout, const SimplifyOptions& options,
                 const Scale& scale)
       : SimplifyState(work.points, work.triangles, work.labels, layout, options, scale) {
-    unfold(work.folds);
+    turn_back_folds(work.folds);
   }
   SimplifyState(const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles,
                 const std::vector<std::uint32_t>& labels, const Layout* layout,
@@ -82,8 +82,8 @@ class SimplifyState {
     return deviation_bound_->was_within_bound();
   }
   void run_within();
-  bool is_bound() const { return deviation_bound_->has_refused(); }
-  std::size_t faces() const { return mesh_.all_faces(); }
+  bool is_bounded() const { return deviation_bound_->has_refused(); }
+  std::size_t faces() const { return mesh_.face_count_with_backs(); }
   /// \param of_triangles  see CollapseMesh::two_sided
   void count_sides(std::vector<std::uint8_t> of_triangles) {
     mesh_.count_sides(std::move(of_triangles));
@@ -91,8 +91,8 @@ class SimplifyState {
 
   /// \param of  receives the original index of each triangle; may be null
   void extract(SimplifyResult& result, std::vector<std::uint32_t>* of = nullptr) const {
-    std::vector<std::uint32_t> local_sources;
-    std::vector<std::uint32_t>& sources = of != nullptr ? *of : local_sources;
+    std::vector<std::uint32_t> unrequested_sources;
+    std::vector<std::uint32_t>& sources = of != nullptr ? *of : unrequested_sources;
     mesh_.extract(result.points, result.triangles, sources);
     result.quadrics.clear();
     for (std::uint32_t v = 0; v < mesh_.points.size(); ++v) {
@@ -116,7 +116,7 @@ class SimplifyState {
   }
 
  private:
-  void unfold(std::span<const Fold> folds);
+  void turn_back_folds(std::span<const Fold> folds);
   /// True if vertices may move without a collapse, too.
   bool may_relax() const { return !layout_ && !hull_constraint_; }
   CollapseConstraint* rule() const {
@@ -194,8 +194,10 @@ class SimplifyJob {
   }
   /// Number of triangles including backs.
   std::size_t count_faces(std::size_t triangles, const std::vector<std::uint32_t>& labels) const;
-  std::size_t faces_of_dense() const { return count_faces(dense_.triangles.size(), dense_.labels); }
-  std::vector<std::uint8_t> sides_of(const Work& work) const;
+  std::size_t face_count_of_dense_mesh() const {
+    return count_faces(dense_.triangles.size(), dense_.labels);
+  }
+  std::vector<std::uint8_t> two_sided_flags(const Work& work) const;
   void add_backs(const SimplifyResult& result, std::vector<Vec3d>& points,
                  std::vector<Triangle>& triangles) const;
   DistanceReport measure(const SimplifyResult& result, std::uint64_t samples) const;
@@ -212,8 +214,8 @@ class SimplifyJob {
   }
   SimplifyResult simplify_to_count(const Work& work) const;
   SimplifyResult simplify_within(double bound, const Work& work);
-  std::size_t mend_within(SimplifyState& shrinking, SimplifyResult& result);
-  bool is_fine();
+  std::size_t repair_within(SimplifyState& shrinking, SimplifyResult& result);
+  bool is_finely_tessellated();
   Work start(std::size_t faces, std::span<const Place> untouched, bool parts, bool finely_curved,
              PresimplifiedPieces* known = nullptr) const;
   void find_labels();
@@ -228,7 +230,7 @@ class SimplifyJob {
   bool fit(SimplifyResult& result);
   void revert_flawed(SimplifyResult& fitted, const SimplifyResult& before);
   std::size_t mend(SimplifyResult& result);
-  bool is_good(SimplifyResult& result);
+  bool has_no_flaws(SimplifyResult& result);
   bool simplify_from(const Work& work, bool last, SimplifyResult& result);
   std::vector<Place> flawed_places(const SimplifyResult& result, const Work& work) const;
   void warn_of_count(const SimplifyResult& result);
@@ -254,7 +256,8 @@ class SimplifyJob {
   /// A triangle on the back for each label; see Labels::backs
   std::vector<std::uint32_t> label_back_;
   std::unique_ptr<BoundSamples> bound_samples_;  ///< Samples for bounds; built on first use.
-  std::optional<bool> is_fine_;                  ///< Result of is_fine(), once computed.
+  std::optional<bool>
+      is_finely_tessellated_;  ///< Result of is_finely_tessellated(), once computed.
   std::optional<double>
       reported_progress_;          ///< Largest progress reported; nullopt: run() is not active
   std::optional<SurfaceFit> fit_;  ///< Fit of vertices; built on first use.

@@ -12,7 +12,7 @@ namespace {
 
 /// True if lines between labels were held in place during simplification. If not, transfer_labels() assigns names
 /// more accurately.
-bool have_held_lines(const SimplifyResult& result) {
+bool have_kept_label_lines(const SimplifyResult& result) {
   double length_of_lines = 0, length_of_all = 0;
   SideLists(result.triangles, result.points.size())
       .each_edge([&](std::uint32_t a, std::span<const SideLists::Item> sides) {
@@ -49,7 +49,8 @@ void SimplifyJob::assign_labels(const SimplifyResult& result, Mesh& mesh) const 
                                              : single_label.empty() ? result.labels
                                                                     : single_label;
   const std::vector<std::uint32_t>& source = laid_out ? layout_.group_of : label_source_;
-  if (labels.empty() || (!laid_out && single_label.empty() && !have_held_lines(result))) return;
+  if (labels.empty() || (!laid_out && single_label.empty() && !have_kept_label_lines(result)))
+    return;
   const auto keep = [&](const std::vector<std::uint32_t>& from, std::vector<std::uint32_t>& to) {
     if (from.size() != high_.triangles.size()) return;
     for (const std::uint32_t label : labels) to.push_back(from[source[label]]);

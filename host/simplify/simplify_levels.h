@@ -36,8 +36,8 @@ class SimplifyLevels {
 
   /// Number of different levels: requested counts below the fewest faces that keep the topology are left out.
   std::size_t count() const;
-  std::uint32_t asked(std::size_t level) const;  ///< Requested number of faces
-  std::size_t faces(std::size_t level) const;    ///< Number of triangles before repair
+  std::uint32_t requested_faces_of(std::size_t level) const;  ///< Requested number of faces
+  std::size_t faces(std::size_t level) const;                 ///< Number of triangles before repair
   std::size_t vertices(std::size_t level) const;
 
   /// A level's mesh, repaired as by simplify(), without vertex colours: call transfer_colors() for meshes that are

@@ -13,7 +13,7 @@ std::size_t SimplifyJob::count_faces(std::size_t triangles,
   return count;
 }
 
-std::vector<std::uint8_t> SimplifyJob::sides_of(const Work& work) const {
+std::vector<std::uint8_t> SimplifyJob::two_sided_flags(const Work& work) const {
   std::vector<std::uint8_t> sides(label_back_.empty() ? 0 : work.triangles.size());
   for (std::size_t t = 0; t < sides.size(); ++t) sides[t] = has_back(work.labels, t);
   return sides;

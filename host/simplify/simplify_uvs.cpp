@@ -19,18 +19,18 @@ namespace {
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
 /// A corner without a finite UV in triangles that have finite UVs, too: one entry per vertex and UV index.
-struct BareCorner {
+struct CornerWithoutUv {
   double u = 0, v = 0, count = 0;  ///< Sum and number of the finite UVs of its triangles
   std::uint32_t given = kNone;     ///< UV of an adjacent triangle of the same chart at that vertex
 
   Vec2 mean() const { return {static_cast<float>(u / count), static_cast<float>(v / count)}; }
 };
 
-/// Bare corners, keyed by vertex and UV index.
-using BareCorners = std::map<std::array<std::uint32_t, 2>, BareCorner>;
+/// Corners without a finite UV, keyed by vertex and UV index.
+using CornersWithoutUv = std::map<std::array<std::uint32_t, 2>, CornerWithoutUv>;
 
 /// How many of a triangle's corners have no finite UV.
-int bare_corners(const Mesh& mesh, std::size_t t) {
+int corners_without_uv(const Mesh& mesh, std::size_t t) {
   const Triangle& uv = mesh.uv_triangles[t];
   return static_cast<int>(std::count_if(uv.begin(), uv.end(),
                                         [&](std::uint32_t v) { return !is_finite(mesh.uvs[v]); }));
@@ -50,8 +50,9 @@ bool continues_chart(const Mesh& mesh, std::size_t t, std::size_t other, std::ui
   return false;
 }
 
-BareCorners find_bare_corners(const Mesh& mesh, std::span<const std::uint32_t> partial_triangles) {
-  BareCorners found;
+CornersWithoutUv find_corners_without_uv(const Mesh& mesh,
+                                         std::span<const std::uint32_t> partial_triangles) {
+  CornersWithoutUv found;
   // For each vertex, triangles without a finite UV at it
   std::map<std::uint32_t, std::vector<std::uint32_t>> at;
   for (const std::uint32_t t : partial_triangles) {
@@ -59,7 +60,7 @@ BareCorners find_bare_corners(const Mesh& mesh, std::span<const std::uint32_t> p
       const std::uint32_t vertex = mesh.triangles[t][k], uv = mesh.uv_triangles[t][k];
       if (is_finite(mesh.uvs[uv])) continue;
       at[vertex].push_back(t);
-      BareCorner& corner = found[{vertex, uv}];
+      CornerWithoutUv& corner = found[{vertex, uv}];
       for (const std::uint32_t from : mesh.uv_triangles[t]) {
         const Vec2& other = mesh.uvs[from];
         if (is_finite(other)) corner.u += other.x, corner.v += other.y, corner.count += 1;
@@ -89,7 +90,7 @@ BareCorners find_bare_corners(const Mesh& mesh, std::span<const std::uint32_t> p
 std::optional<Mesh> with_finite_uvs(const Mesh& mesh, std::vector<Warning>& warnings) {
   std::vector<std::uint32_t> partial_triangles;
   for (std::uint32_t t = 0; t < mesh.uv_triangles.size(); ++t) {
-    const int bare = bare_corners(mesh, t);
+    const int bare = corners_without_uv(mesh, t);
     if (bare == 1 || bare == 2) partial_triangles.push_back(t);
   }
   if (partial_triangles.empty()) return std::nullopt;
@@ -101,7 +102,7 @@ std::optional<Mesh> with_finite_uvs(const Mesh& mesh, std::vector<Warning>& warn
            "adjacent triangles there, or by the mean of its triangle's others",
        bad});
   Mesh result = mesh;
-  BareCorners corners = find_bare_corners(mesh, partial_triangles);
+  CornersWithoutUv corners = find_corners_without_uv(mesh, partial_triangles);
   for (auto& [key, corner] : corners) {
     if (corner.given != kNone) continue;
     corner.given = static_cast<std::uint32_t>(result.uvs.size());
@@ -120,7 +121,7 @@ std::uint64_t count_outside(const Mesh& mesh) {
   std::uint64_t count = 0;
   for (std::size_t t = 0; t < mesh.uv_triangles.size(); ++t) {
     const Triangle& corners = mesh.uv_triangles[t];
-    count += bare_corners(mesh, t) == 0 &&
+    count += corners_without_uv(mesh, t) == 0 &&
              std::any_of(corners.begin(), corners.end(), [&](std::uint32_t v) {
                const Vec2& uv = mesh.uvs[v];
                return uv.x < 0 || uv.x > 1 || uv.y < 0 || uv.y > 1;
@@ -140,7 +141,7 @@ struct UvTriangles {
     for (const Vec2& uv : mesh.uvs) positions.push_back({uv.x, uv.y, 0});
     std::set<std::array<std::pair<float, float>, 3>> known;
     for (std::size_t t = 0; t < mesh.uv_triangles.size(); ++t) {
-      if (bare_corners(mesh, t) != 0) continue;
+      if (corners_without_uv(mesh, t) != 0) continue;
       const Triangle& corners = mesh.uv_triangles[t];
       const auto uv = [&](std::size_t k) {
         return std::pair(mesh.uvs[corners[k]].x, mesh.uvs[corners[k]].y);

@@ -33,17 +33,17 @@ constexpr std::size_t kMaxFlaws = 32, kFacesPerFlaw = 500;
 void SimplifyState::run_within() {
   collapser_.run(0);
   for (int round = 0; round < kRelaxRounds && may_relax(); ++round) {
-    collapser_.relax(Distances::large);
+    collapser_.relax(DistanceNorm::large);
     collapser_.run(0);
   }
   for (int round = 0; round < kFinalRelaxRounds && may_relax(); ++round) {
-    collapser_.relax(Distances::all);
+    collapser_.relax(DistanceNorm::all);
   }
 }
 
 /// Repairs flaws within the bound.
 /// \returns the number of repaired triangles
-std::size_t SimplifyJob::mend_within(SimplifyState& shrinking, SimplifyResult& result) {
+std::size_t SimplifyJob::repair_within(SimplifyState& shrinking, SimplifyResult& result) {
   std::vector<std::uint32_t> sources;
   shrinking.extract(result, &sources);
   Flaws flaws = check_.find(result.points, result.triangles);
@@ -74,14 +74,14 @@ SimplifyResult SimplifyJob::simplify_within(double bound, const Work& work) {
   double limit = (1 - kDistanceRounding) * bound;
   std::vector<std::vector<Place>> flawed_sets;
   SimplifyResult best;
-  std::size_t best_mended = 0;
+  std::size_t repaired_count_of_best = 0;
   double sharpening = kSharpening;
   for (int run = 0; run < kMaxRuns; ++run) {
     SimplifyState shrinking(work, layout(), options_, scale_);
     if (!shrinking.limit_deviation(*bound_samples_, limit, own, flawed_sets, sharpening)) break;
     shrinking.run_within();
     SimplifyResult result;
-    const std::size_t mended = mend_within(shrinking, result);
+    const std::size_t mended = repair_within(shrinking, result);
     result.deviation = measure(result, kMaxSamples);
     if (result.deviation.largest > bound) {
       limit *= 0.95 * bound / result.deviation.largest;
@@ -89,11 +89,11 @@ SimplifyResult SimplifyJob::simplify_within(double bound, const Work& work) {
     }
     result.back =
         low_to_high_distance(bound_samples_->surface, to_floats(result.points), result.triangles);
-    result.bound = shrinking.is_bound();
-    const bool good = is_good(result);
+    result.bound = shrinking.is_bounded();
+    const bool good = has_no_flaws(result);
     if (best.triangles.empty() || result.flawed.size() < best.flawed.size()) {
       best = result;
-      best_mended = mended;
+      repaired_count_of_best = mended;
     }
     const std::size_t most = kMaxFlaws + result.triangles.size() / kFacesPerFlaw;
     if (good || result.flawed.empty() || result.flawed.size() > most) break;
@@ -102,14 +102,14 @@ SimplifyResult SimplifyJob::simplify_within(double bound, const Work& work) {
     // The ball shrinks from the radius within which presimplification keeps the high poly to the flawed triangle alone.
     for (Place& place : flawed_sets.back()) place.radius -= kFlawRadius;
   }
-  report_.mended = best_mended;
+  report_.mended = repaired_count_of_best;
   return best;
 }
 
 /// Warns if the bound keeps nearly all faces.
 void SimplifyJob::warn_of_bound(const SimplifyResult& result) {
   if (options_.faces != 0) return;
-  const std::size_t left = count_faces(result), all = faces_of_dense();
+  const std::size_t left = count_faces(result), all = face_count_of_dense_mesh();
   const std::string bound = formatted("%.4g%% of the diagonal", 100 * options_.max_error);
   const std::string faces = std::to_string(all) + " faces";
   if (left == all && all == 1) {

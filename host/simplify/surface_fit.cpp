@@ -143,7 +143,7 @@ struct StepEquations {
   /// Pulls the vertex towards a plane, but not along it: tangential pull displaced vertices that their quadrics
   /// hardly hold, as
   /// on shallow fillets.
-  void pull_to_plane(const Vec3d& normal, const Vec3d& missing, double w) {
+  void add_plane_equation(const Vec3d& normal, const Vec3d& missing, double w) {
     add(normal, normal * dot(normal, missing), 1, w);
   }
   /// Penalizes moving across lines, in proportion to the total weight of the equations so far.
@@ -153,7 +153,8 @@ struct StepEquations {
   }
   /// Pulls the vertex towards the planes of its quadric.
   /// \param collapsed_position  the vertex's position after the collapses, on those planes
-  void pull_to_quadric(const Quadric& planes, const Vec3d& collapsed_position, const Vec3d& p) {
+  void add_quadric_equation(const Quadric& planes, const Vec3d& collapsed_position,
+                            const Vec3d& p) {
     if (!(missed > 0) || !(planes.area > 0)) return;
     const double off =
         planes.at(collapsed_position) / planes.area + missed / weight / kMaxQuadricFactor;
@@ -343,8 +344,8 @@ void SurfaceFit::match(const std::vector<std::uint8_t>& is_movable,
     const Triangle& t = low[triangle];
     const std::array<Vec3, 3> corners{single_positions[t[0]], single_positions[t[1]],
                                       single_positions[t[2]]};
-    const double distance = squared_to_triangle(to_double(point), corners.data(),
-                                                std::numeric_limits<double>::infinity());
+    const double distance = squared_distance_to_triangle(to_double(point), corners.data(),
+                                                         std::numeric_limits<double>::infinity());
     return !movable_tree.is_within(point, distance);
   };
   found.resize(samples_.size());
@@ -404,10 +405,10 @@ void SurfaceFit::run(std::vector<Vec3d>& points, const std::vector<Triangle>& lo
       if (!(step_equations.weight > 0)) continue;
       const double nearest_plane_weight =
           height_field_ ? 0 : kNearestPlaneWeight * step_equations.weight;
-      step_equations.pull_to_plane(nearest->normal, nearest->point - points[v],
-                                   nearest_plane_weight);
+      step_equations.add_plane_equation(nearest->normal, nearest->point - points[v],
+                                        nearest_plane_weight);
       if (!planes.empty())
-        step_equations.pull_to_quadric(planes[v], collapsed_position[v], points[v]);
+        step_equations.add_quadric_equation(planes[v], collapsed_position[v], points[v]);
       if (!lines.empty()) step_equations.restrict_to_lines(lines[v]);
       Vec3d step = step_equations.step();
       const double size = length(step), longest = moving_mesh.longest_step(v);

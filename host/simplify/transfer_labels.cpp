@@ -15,12 +15,12 @@
 namespace kiln {
 namespace {
 
-using NameIndices = std::vector<std::uint32_t>;
+using TriangleNames = std::vector<std::uint32_t>;
 
 constexpr std::size_t kNamesPerTask = 256;
 
 /// True if not all triangles have the same name.
-bool have_several_names(const NameIndices& names) {
+bool have_several_names(const TriangleNames& names) {
   return std::any_of(names.begin(), names.end(),
                      [&](std::uint32_t name) { return name != names.front(); });
 }
@@ -66,7 +66,7 @@ std::vector<std::array<std::uint32_t, 4>> nearest_of(const Mesh& high, const Mes
 }
 
 /// The majority of four names; the first on a tie.
-std::uint32_t majority_of(const std::array<std::uint32_t, 4>& nearest, const NameIndices& names) {
+std::uint32_t majority_of(const std::array<std::uint32_t, 4>& nearest, const TriangleNames& names) {
   std::uint32_t best = names[nearest[0]];
   std::ptrdiff_t most_votes = 0;
   for (const std::uint32_t t : nearest) {
@@ -84,8 +84,8 @@ std::uint32_t majority_of(const std::array<std::uint32_t, 4>& nearest, const Nam
 
 void transfer_labels(const Mesh& high, Mesh& low) {
   struct Kind {
-    const NameIndices& from;
-    NameIndices& to;
+    const TriangleNames& from;
+    TriangleNames& to;
     const std::vector<std::string>& names;
     std::vector<std::string>& names_to;
   };

@@ -82,7 +82,7 @@ UvSeamConstraint::UvSeamConstraint(const CollapseMesh& mesh, Layout layout)
   for (const std::uint64_t edge : edges) {
     const auto a = static_cast<std::uint32_t>(edge >> 32), b = static_cast<std::uint32_t>(edge);
     if (!is_uv_border(mesh, a, b)) continue;
-    mesh.each_on_edge(a, b, [&](std::uint32_t t) {
+    mesh.each_triangle_on_edge(a, b, [&](std::uint32_t t) {
       is_on_border[corner_at(mesh, t, a)] = is_on_border[corner_at(mesh, t, b)] = 1;
     });
   }
@@ -155,10 +155,10 @@ void UvSeamConstraint::add_planes(const CollapseMesh& mesh, std::vector<Quadric>
         !is_line(mesh, a, b))
       continue;
     std::uint32_t sides = 0;
-    mesh.each_on_edge(a, b, [&](std::uint32_t) { ++sides; });
+    mesh.each_triangle_on_edge(a, b, [&](std::uint32_t) { ++sides; });
     if (sides < 2) continue;
     const Vec3d along = mesh.points[b] - mesh.points[a];
-    mesh.each_on_edge(a, b, [&](std::uint32_t t) {
+    mesh.each_triangle_on_edge(a, b, [&](std::uint32_t t) {
       const Triangle& v = mesh.triangles[t];
       const Vec3d& origin = mesh.points[v[0]];
       Vec3d normal = cross(along, cross(mesh.points[v[1]] - origin, mesh.points[v[2]] - origin));
@@ -182,7 +182,7 @@ bool UvSeamConstraint::is_uv_border(const CollapseMesh& mesh, std::uint32_t a,
                                     std::uint32_t b) const {
   std::uint32_t count = 0, at_a = 0, at_b = 0;
   bool is_same_edge = true;
-  mesh.each_on_edge(a, b, [&](std::uint32_t t) {
+  mesh.each_triangle_on_edge(a, b, [&](std::uint32_t t) {
     const std::uint32_t ca = corner_at(mesh, t, a), cb = corner_at(mesh, t, b);
     if (count++ == 0) {
       at_a = ca;
@@ -198,7 +198,7 @@ bool UvSeamConstraint::is_line(const CollapseMesh& mesh, std::uint32_t a, std::u
   if (layout_.groups.empty()) return false;
   std::uint32_t group = kNoVertex;
   bool is_same_edge = true;
-  mesh.each_on_edge(a, b, [&](std::uint32_t t) {
+  mesh.each_triangle_on_edge(a, b, [&](std::uint32_t t) {
     is_same_edge = is_same_edge && (group == kNoVertex || layout_.groups[t] == group);
     group = layout_.groups[t];
   });
@@ -208,7 +208,7 @@ bool UvSeamConstraint::is_line(const CollapseMesh& mesh, std::uint32_t a, std::u
 /// Finds the pairs of corners that merge, from the edge's triangles. False if the edge has more than two triangles.
 bool UvSeamConstraint::pair_corners(const CollapseMesh& mesh, Plan& plan) const {
   bool is_consistent = true;
-  mesh.each_on_edge(plan.gone, plan.kept, [&](std::uint32_t t) {
+  mesh.each_triangle_on_edge(plan.gone, plan.kept, [&](std::uint32_t t) {
     const Pair pair{corner_at(mesh, t, plan.gone), corner_at(mesh, t, plan.kept)};
     for (std::size_t i = 0; i < plan.count; ++i) {
       if (plan.pairs[i].gone != pair.gone) continue;
@@ -371,7 +371,7 @@ bool UvSeamConstraint::keeps_uvs(const CollapseMesh& mesh, std::uint32_t vertex,
 bool UvSeamConstraint::keeps_line(const CollapseMesh& mesh, const Plan& plan) const {
   std::uint32_t before = kNoVertex;
   bool free = true;
-  mesh.each_around(plan.gone, [&](std::uint32_t t) {
+  mesh.each_triangle_around(plan.gone, [&](std::uint32_t t) {
     for (const std::uint32_t v : mesh.triangles[t]) {
       if (v == plan.gone || v == plan.kept || !is_line(mesh, plan.gone, v)) continue;
       before = v;
@@ -381,7 +381,7 @@ bool UvSeamConstraint::keeps_line(const CollapseMesh& mesh, const Plan& plan) co
   });
   if (!free || before == kNoVertex) return false;
   if (!is_uv_border(mesh, plan.gone, plan.kept)) return true;
-  mesh.each_on_edge(plan.gone, before, [&](std::uint32_t t) {
+  mesh.each_triangle_on_edge(plan.gone, before, [&](std::uint32_t t) {
     const std::uint32_t corner = corner_at(mesh, t, plan.gone);
     for (std::size_t i = 0; i < plan.count; ++i) {
       if (plan.pairs[i].gone != corner) continue;
@@ -412,7 +412,7 @@ void UvSeamConstraint::collapse(const CollapseMesh& mesh, std::uint32_t a, std::
     if (chosen.kind == Plan::Kind::inside) layout_.uvs[pair.kept] = uv;
     if (pair.gone != pair.kept) chart_borders_.remove(pair.gone);
   }
-  mesh.each_around(chosen.gone, [&](std::uint32_t t) {
+  mesh.each_triangle_around(chosen.gone, [&](std::uint32_t t) {
     for (std::size_t k = 0; k < 3; ++k) {
       if (mesh.triangles[t][k] != chosen.gone) continue;
       for (std::size_t i = 0; i < chosen.count; ++i) {
@@ -424,7 +424,8 @@ void UvSeamConstraint::collapse(const CollapseMesh& mesh, std::uint32_t a, std::
   });
   if (layout_copies_.any()) {
     for (const std::uint32_t end : {chosen.gone, chosen.kept}) {
-      mesh.each_around(end, [&](std::uint32_t t) { vertex_of_[corner_at(mesh, t, end)] = kept; });
+      mesh.each_triangle_around(
+          end, [&](std::uint32_t t) { vertex_of_[corner_at(mesh, t, end)] = kept; });
     }
   }
   vertex_class_[kept] = vertex_class_[chosen.kept];
@@ -470,7 +471,7 @@ std::uint32_t UvSeamConstraint::find_twin_corner(const CollapseMesh& mesh, std::
     return std::pair<int, std::uint32_t>(uv < pair.kept ? 1 : 2, ~uv);
   };
   std::uint32_t found = kNoVertex;
-  mesh.each_around(vertex_of_[gone], [&](std::uint32_t t) {
+  mesh.each_triangle_around(vertex_of_[gone], [&](std::uint32_t t) {
     const Triangle& c = layout_.corners[t];
     if (std::find(c.begin(), c.end(), gone) == c.end()) return;
     for (const std::uint32_t other : c) {

@@ -63,8 +63,8 @@ class ProxyCollapse {
       from.area += surface.area[t];
       if (mate_[h] != kNoIndex) continue;
       const double squared_length = surface.length[h] * surface.length[h];
-      const Quadric plane = standing_plane(position_[at_[h]], position_[end(h)], surface.normal[t],
-                                           kBorderWeight * squared_length);
+      const Quadric plane = perpendicular_plane(position_[at_[h]], position_[end(h)],
+                                                surface.normal[t], kBorderWeight * squared_length);
       from += plane;
       quadric_[end(h)] += plane;
     }

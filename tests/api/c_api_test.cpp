@@ -349,7 +349,7 @@ TEST(CInterface, TellsWhatWasHandled) {
   options.faces = 2;  // a closed mesh has four
   ASSERT_EQ(kiln_simplify(high, &options, &low), KILN_OK);
   ASSERT_NE(kiln_warning(0), nullptr);
-  EXPECT_NE(std::string(kiln_warning(0)).find("2 faces were asked for"), std::string::npos);
+  EXPECT_NE(std::string(kiln_warning(0)).find("2 faces were requested"), std::string::npos);
   EXPECT_EQ(kiln_warning(1000), nullptr);
   // Of this thread's last call.
   std::thread([] { EXPECT_EQ(kiln_warning(0), nullptr); }).join();

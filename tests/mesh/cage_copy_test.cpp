@@ -142,7 +142,7 @@ TEST(CageCopy, SaysWhatDoesNotFit) {
   EXPECT_EQ(mismatch(low, read(obj({{"a", 0, 0.5}, {"b", 8, 0.5, 2}}), "cage.obj")),
             "its 'b' has 8 triangles, and the low poly's 'b' has 18");
   EXPECT_EQ(mismatch(low, read(obj({{"a_cage", 0, 0.5}}), "cage.obj")),
-            "it has nothing of the name of the low poly's 'b'");
+            "none of its parts has the name of the low poly's 'b'");
   Mesh other = read(obj({{"a", 0, 0.5}, {"b", 8, 0.5}}), "cage.obj");
   std::swap(other.triangles[18], other.triangles[35]);
   EXPECT_EQ(mismatch(low, other),

@@ -198,13 +198,14 @@ TEST(SurfaceDistance, OfNeedlesIsThatOfTheNearest) {
     const Vec3 at = anywhere({}, 1.2F);
     double least = endless;
     for (std::size_t t = 0; t < needles.size(); ++t) {
-      least = std::min(least, squared_to_triangle(to_double(at), &points[3 * t], endless));
+      least = std::min(least, squared_distance_to_triangle(to_double(at), &points[3 * t], endless));
     }
     ASSERT_DOUBLE_EQ(tree.squared(at), least) << i;
     const std::uint32_t nearest = tree.nearest(at);
     ASSERT_LT(nearest, needles.size());
-    ASSERT_DOUBLE_EQ(squared_to_triangle(to_double(at), &points[std::size_t{3} * nearest], endless),
-                     least);
+    ASSERT_DOUBLE_EQ(
+        squared_distance_to_triangle(to_double(at), &points[std::size_t{3} * nearest], endless),
+        least);
   }
 }
 
@@ -229,8 +230,8 @@ TEST(SurfaceDistance, OfSliversIsThatOfTheirSides) {
     const double expected = along * along + 1.0 * at.y * at.y + 1.0 * at.z * at.z;
     EXPECT_NEAR(tree.squared(at), expected, 1e-7);
     const std::uint32_t nearest = tree.nearest(at);
-    const double own = squared_to_triangle(to_double(at), &points[std::size_t{3} * nearest],
-                                           std::numeric_limits<double>::infinity());
+    const double own = squared_distance_to_triangle(
+        to_double(at), &points[std::size_t{3} * nearest], std::numeric_limits<double>::infinity());
     EXPECT_EQ(tree.nearest(at, own * (1 + 1e-9)), nearest);
   }
 }

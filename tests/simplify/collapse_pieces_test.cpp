@@ -43,7 +43,7 @@ Work ring(std::uint32_t around, std::uint32_t across) {
 }
 
 Work collapsed(const Work& dense, std::span<const Place> untouched = {}) {
-  return collapsed_in_pieces(dense, to_floats(dense.points), 5000, untouched, {});
+  return collapse_in_pieces(dense, to_floats(dense.points), 5000, untouched, {});
 }
 
 double volume(const Work& work) {

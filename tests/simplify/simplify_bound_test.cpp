@@ -230,7 +230,7 @@ TEST(DeviationBound, HoldsEverySample) {
   EXPECT_LE(measured(mesh).largest, bound * (1 + 1e-6));
   EXPECT_GT(measured(mesh).largest, 0.9 * bound);
   const double mean = measured(mesh).mean;
-  for (int i = 0; i < 3; ++i) collapser.relax(Distances::all);
+  for (int i = 0; i < 3; ++i) collapser.relax(DistanceNorm::all);
   EXPECT_LE(measured(mesh).largest, bound * (1 + 1e-6));
   EXPECT_LT(measured(mesh).mean, mean);
   unbounded.run(before);

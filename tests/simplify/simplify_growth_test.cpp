@@ -165,10 +165,10 @@ TEST(SimplifyGrowth, TrianglesThatAreKeptAreMeasuredWithoutASearch) {
     const SurfaceDistance all(high.positions, high.triangles), half(high.positions, kept);
     const DistanceReport whole = one_sided_distance(high.positions, high.triangles, all, 1 << 20);
     EXPECT_EQ(whole.samples, 8000U);
-    EXPECT_EQ(whole.searched, 0U);
+    EXPECT_EQ(whole.searched_count, 0U);
     EXPECT_LT(whole.largest, 1e-7);
     const DistanceReport some = one_sided_distance(high.positions, high.triangles, half, 1 << 20);
-    EXPECT_EQ(some.searched, 4000U);
+    EXPECT_EQ(some.searched_count, 4000U);
     double largest = 0;
     for (const Triangle& t : high.triangles) {
       for (const std::uint32_t v : t)
@@ -184,7 +184,7 @@ TEST(SurfaceDistanceGrowth, ATriangleTurnedRoundIsNotTheSame) {
   const std::vector<Triangle> one{{0, 1, 2}}, turned{{0, 2, 1}};
   const SurfaceDistance light(corners, turned);
   const DistanceReport report = one_sided_distance(corners, one, light, 4);
-  EXPECT_EQ(report.searched, 4U);
+  EXPECT_EQ(report.searched_count, 4U);
   EXPECT_EQ(report.largest, 0);
 }
 

@@ -50,7 +50,7 @@ TEST(SimplifyLevels, GoOnWhereAGoalGivesNoMeshOfItsOwn) {
   EXPECT_GE(levels.count(), 20U);
   EXPECT_LE(levels.faces(levels.count() - 1), 10U);
   for (std::size_t i = 0; i < levels.count(); ++i) {
-    EXPECT_LE(levels.faces(i), levels.asked(i));
+    EXPECT_LE(levels.faces(i), levels.requested_faces_of(i));
     if (i > 0) EXPECT_LT(levels.faces(i), levels.faces(i - 1));
   }
 }
