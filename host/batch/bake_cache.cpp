@@ -502,10 +502,10 @@ bool BakeCache::restore(const BatchAsset& asset, CacheDecision& decision) {
     file_offset += bytes;
   }
   const bool checks_record = asset_file(asset.job).empty() && !asset.job.force;
-  if (checks_record) check_low_record(out, low_stem(asset.job), low_source(asset.job));
+  if (checks_record) check_folder_holds_same_low(out, low_stem(asset.job), low_source(asset.job));
   for (const auto& [path, bytes] : files) {
     if (lower_extension(path) == ".obj" || lower_extension(path) == ".mtl")
-      check_not_foreign(path, asset.job.force);
+      check_obj_is_replaceable(path, asset.job.force);
     prepare_output_folder(path.parent_path());
   }
   for (const auto& [path, bytes] : files) {

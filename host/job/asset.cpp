@@ -62,7 +62,7 @@ struct AssetMesh {
 /// The alpha mode that applies to all materials; nullopt if each material keeps the mode of its source.
 std::optional<AlphaMode> common_alpha_mode(const BakeScene& scene, const AssetParts& asset) {
   if (scene.run.job.alpha) return scene.run.job.alpha;
-  const std::vector<Material>& high = scene.high.input.beside.materials;
+  const std::vector<Material>& high = scene.high.input.nodes_and_materials.materials;
   const bool any_transparent = std::any_of(high.begin(), high.end(), is_transparent);
   if (!asset.has_opacity || (any_transparent && !asset.opacity_is_sampled)) return std::nullopt;
   const bool blends = std::any_of(high.begin(), high.end(), [](const Material& m) {
@@ -96,8 +96,8 @@ AssetMesh make_asset_mesh(const BakeScene& scene, const Mesh& low_poly, const As
   AssetMesh result{low_poly, {}, {}, {}};
   Mesh& mesh = result.mesh;
   const std::span<const BakedSet> sets = scene.sets;
-  const std::vector<Material>&high = scene.high.input.beside.materials,
-        &low = scene.low.beside.materials;
+  const std::vector<Material>&high = scene.high.input.nodes_and_materials.materials,
+        &low = scene.low.nodes_and_materials.materials;
   const MaterialNames high_names(high), low_names(low);
   const std::optional<AlphaMode> common = common_alpha_mode(scene, asset);
   const std::string default_name = mesh.name.empty() ? "mesh" : mesh.name;
@@ -164,12 +164,12 @@ AssetMesh make_asset_mesh(const BakeScene& scene, const Mesh& low_poly, const As
 }
 
 /// Returns the node of each object, found by the object's name; AssetNode::kNone if the file has no such node.
-std::vector<std::uint32_t> object_nodes(const Asset& beside, const Mesh& mesh) {
+std::vector<std::uint32_t> object_nodes(const Asset& nodes_and_materials, const Mesh& mesh) {
   std::vector<std::uint32_t> nodes;
-  const std::vector<std::string>& names = beside.mesh.object_names;
+  const std::vector<std::string>& names = nodes_and_materials.mesh.object_names;
   std::unordered_map<std::string_view, std::uint32_t> node_by_name;
   for (std::size_t i = 0; i < names.size(); ++i)
-    node_by_name.emplace(names[i], beside.object_nodes[i]);
+    node_by_name.emplace(names[i], nodes_and_materials.object_nodes[i]);
   for (const std::string& object : mesh.object_names) {
     const auto found = node_by_name.find(object);
     nodes.push_back(found == node_by_name.end() ? AssetNode::kNone : found->second);
@@ -214,7 +214,7 @@ void find_materials_hit(const BakeScene& scene, const BakeResult& result, AssetP
   if (!result.match) return;
   const Match& match = *result.match;
   const Mesh &low = scene.low.mesh, &high = scene.high.mesh();
-  const std::vector<Material>& materials = scene.high.input.beside.materials;
+  const std::vector<Material>& materials = scene.high.input.nodes_and_materials.materials;
   asset.materials_hit.resize(low.triangles.size(), AssetParts::kNoMaterial);
   constexpr int kSamplesPerEdge = 8;  // sample points per edge of a triangle
   const auto texel = [](double value, std::uint32_t size) {
@@ -259,8 +259,8 @@ void set_default_asset_maps(Job& job) {
 
 bool add_material_maps(Job& job, const LoadedHigh& high, RunLog& log) {
   if (asset_file(job).empty() || job.given.contains("--maps")) return false;
-  const MaterialMaps found =
-      material_maps(high.mesh(), high.input.beside.materials, writes_gltf(job), log.warnings);
+  const MaterialMaps found = material_maps(high.mesh(), high.input.nodes_and_materials.materials,
+                                           writes_gltf(job), log.warnings);
   for (const std::string& name : found.maps) job.bake.maps.emplace_back(name);
   job.transfers.insert(job.transfers.end(), found.transfers.begin(), found.transfers.end());
   return true;
@@ -269,7 +269,7 @@ bool add_material_maps(Job& job, const LoadedHigh& high, RunLog& log) {
 bool needs_asset_match(const BakeScene& scene) {
   const Job& job = scene.run.job;
   if (asset_file(job).empty() || job.low.given.empty()) return false;
-  const std::vector<Material>& materials = scene.high.input.beside.materials;
+  const std::vector<Material>& materials = scene.high.input.nodes_and_materials.materials;
   if (std::none_of(materials.begin(), materials.end(), is_transparent_or_double_sided))
     return false;
   const std::vector<std::string>& names = scene.low.mesh.material_names;
@@ -343,7 +343,8 @@ namespace {
 SaveAssetOptions asset_options(const BakeScene& scene, const Mesh& written) {
   const Job& job = scene.run.job;
   const LowMesh& low = scene.low;
-  const Asset& source_asset = job.low.given.empty() ? scene.high.input.beside : low.beside;
+  const Asset& source_asset =
+      job.low.given.empty() ? scene.high.input.nodes_and_materials : low.nodes_and_materials;
   SaveAssetOptions options;
   options.nodes = source_asset.nodes;
   if (!options.nodes.empty()) options.object_nodes = object_nodes(source_asset, written);

@@ -140,14 +140,14 @@ PlannedLow make_byte_plan(const BakeScene& scene, const Source& source, const Ba
   };
   PlannedLow planned;
   try {
-    planned.within_bytes = plan_within_bytes(source, scene.high.mesh(), options);
+    planned.byte_plan_result = plan_within_bytes(source, scene.high.mesh(), options);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::usage) throw;
     fail_usage(option("max_bytes") + ": " + error.message() +
                " Allow more, bake fewer maps, or give " + option("mesh_compression") + " or " +
                option("format") + ".");
   }
-  planned.plan = std::exchange(planned.within_bytes->plan, {});
+  planned.plan = std::exchange(planned.byte_plan_result->plan, {});
   const LowPolyPlan& plan = planned.plan;
   if (plan.cancelled) throw Cancelled{};
   if (plan.wanted > 0 && plan.chosen.measured > plan.wanted) {
@@ -184,8 +184,8 @@ void fit_asset_maps(const BakeScene& scene, const Source& source, const AssetMap
     };
   }
   std::vector<std::pair<PictureSlot, double>> picture_coarseness;
-  if (planned != nullptr && planned->within_bytes)
-    picture_coarseness = planned->within_bytes->coarseness;
+  if (planned != nullptr && planned->byte_plan_result)
+    picture_coarseness = planned->byte_plan_result->coarseness;
   const double weight = surface_share(scene, fitted);
   for (PictureLadder& ladder : picture_ladders(maps, options)) {
     ladder.weight = weight;
@@ -235,7 +235,7 @@ namespace {
 /// The plan within Job::max_bytes; null if the low poly was not planned.
 const BytePlan* byte_plan_of(const RunOutcome& outcome) {
   const PlannedLow* const planned = outcome.planned;
-  return planned != nullptr && planned->within_bytes ? &*planned->within_bytes : nullptr;
+  return planned != nullptr && planned->byte_plan_result ? &*planned->byte_plan_result : nullptr;
 }
 
 }  // namespace

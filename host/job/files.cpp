@@ -166,7 +166,7 @@ bool is_obj_by_kiln(const fs::path& obj) {
   return is_readable_file(obj) && head_of_file(obj, 6) == "# Kiln";
 }
 
-void check_not_foreign(const fs::path& obj, bool force) {
+void check_obj_is_replaceable(const fs::path& obj, bool force) {
   if (force || !is_readable_file(obj) || is_obj_by_kiln(obj)) return;
   throw OptionError("'" + obj.string() +
                         "' exists and was not written by Kiln: choose another folder, or add " +
@@ -213,7 +213,8 @@ fs::path first_map_in(const fs::path& folder, const std::string& stem) {
 
 }  // namespace
 
-void check_low_record(const fs::path& folder, const std::string& stem, const fs::path& source) {
+void check_folder_holds_same_low(const fs::path& folder, const std::string& stem,
+                                 const fs::path& source) {
   const fs::path recorded = recorded_source(folder, stem);
   std::error_code ignored;
   // The recorded mesh may have been renamed, so a missing one is no conflict.

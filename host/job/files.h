@@ -31,7 +31,7 @@ void check_paths(const std::vector<std::filesystem::path>& inputs,
                  const std::vector<std::filesystem::path>& outputs);
 
 /// Rejects an existing OBJ that Kiln did not write, unless `force` is set. \throws Error(output)
-void check_not_foreign(const std::filesystem::path& obj, bool force);
+void check_obj_is_replaceable(const std::filesystem::path& obj, bool force);
 /// True if Kiln wrote an OBJ, and no other program has overwritten it.
 bool is_obj_by_kiln(const std::filesystem::path& obj);
 
@@ -44,8 +44,8 @@ void prepare_parent(const std::filesystem::path& file);
 /// \param stem  stem of the maps' names
 /// \param source  LOW, or HIGH if Kiln makes LOW
 /// \throws Error(usage) that names both meshes and the remedy
-void check_low_record(const std::filesystem::path& folder, const std::string& stem,
-                      const std::filesystem::path& source);
+void check_folder_holds_same_low(const std::filesystem::path& folder, const std::string& stem,
+                                 const std::filesystem::path& source);
 
 /// Records the low poly of the maps in the hidden file FOLDER/.STEM.kiln.json. Its path is relative to the folder, so
 /// that both can be moved together. \throws Error(output)

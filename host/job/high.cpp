@@ -17,7 +17,7 @@ std::span<const Material> known_materials(const Job& job, const LoadedHigh& high
   const JobInput& first = job.high.front();
   const bool is_obj = !first.asset && lower_extension(first.name) == ".obj";
   if (is_obj || job.high.size() > 1) return {};
-  return high.input.beside.materials;
+  return high.input.nodes_and_materials.materials;
 }
 
 }  // namespace
@@ -33,9 +33,9 @@ LoadedHigh read_high(Job& job, RunLog& log) {
 }
 
 void repair_high(const Job& job, LoadedHigh& high, RunLog& log) {
-  high.cleaned = clean_high(high.input.mesh, clean_options(job), log.warnings);
+  high.repairs = clean_high(high.input.mesh, clean_options(job), log.warnings);
   shade(job.frame.shading, high.input, log.warnings);
-  if (job.load_match.empty() || (high.cleaned.warnings.empty() && !job.given.contains("--clean"))) {
+  if (job.load_match.empty() || (high.repairs.warnings.empty() && !job.given.contains("--clean"))) {
     return;
   }
   log.warnings.push_back({"match-of-clean",
@@ -55,7 +55,7 @@ void read_textures(const Job& job, LoadedHigh& high, BakeOptions& options, RunLo
   const std::size_t triangles = high.input.mesh.triangles.size();
   apply_alpha_test(job, options, high.input.mesh, log.warnings);
   // The alpha test may have removed outer faces.
-  if (high.input.mesh.triangles.size() != triangles) high.cleaned.faces_outwards = false;
+  if (high.input.mesh.triangles.size() != triangles) high.repairs.faces_outwards = false;
 }
 
 }  // namespace kiln

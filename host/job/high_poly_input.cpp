@@ -116,7 +116,7 @@ bool is_height_field(const std::string& path) {
 
 HighPolyInput load_high(const std::vector<JobInput>& inputs, const HeightFieldOptions& heights,
                         const LoadMeshOptions& options, bool named, std::vector<Warning>& warnings,
-                        bool beside, bool keep_hulls) {
+                        bool with_materials, bool keep_hulls) {
   if (inputs.size() == 1 && !inputs[0].asset && is_height_field(inputs[0].name)) {
     return load_high(inputs[0].name, heights, warnings, options);
   }
@@ -132,7 +132,7 @@ HighPolyInput load_high(const std::vector<JobInput>& inputs, const HeightFieldOp
             option_of("--height") + ", " + option("extent") + " and " + option("no_data") +
                 " apply to height fields (PNG, EXR or TIFF), but " + quote_files(files) +
                 (files.size() == 1 ? " is a mesh." : " are meshes."));
-  MeshFiles read = load_meshes(inputs, options, named, warnings, beside);
+  MeshFiles read = load_meshes(inputs, options, named, warnings, with_materials);
   if (!keep_hulls) {
     drop_hidden_hulls(read.mesh, warnings);
     keep_named_materials(read);
@@ -142,7 +142,7 @@ HighPolyInput load_high(const std::vector<JobInput>& inputs, const HeightFieldOp
   correct_normals("HIGH", Trusted::faces, read.mesh, warnings);
   HighPolyInput input;
   input.mesh = std::move(read.mesh);
-  input.beside = std::move(read.beside);
+  input.nodes_and_materials = std::move(read.nodes_and_materials);
   return input;
 }
 

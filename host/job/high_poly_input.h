@@ -33,20 +33,21 @@ struct HighPolyInput {
   Mesh mesh;
   /// The heights of a height field, NaN in holes; nullopt for a mesh
   std::optional<Image> heights;
-  Asset beside;  ///< Nodes and materials of the files; see MeshFiles::beside
+  Asset
+      nodes_and_materials;  ///< Nodes and materials of the files; see MeshFiles::nodes_and_materials
   /// Options of the height field, with the file's extent if none was given
   HeightFieldOptions field = {};
   ShadingReport shading;  ///< How the normals were computed: the result of shade()
 };
 
 /// Reads the high poly. Several files must be meshes, and are joined.
-/// \param named, beside  see load_meshes()
+/// \param named, with_materials  see load_meshes()
 /// \param options  of meshes
 /// \param keep_hulls  false removes collision hulls that engines never draw, with a warning; see drop_hidden_hulls()
 /// \throws Error(usage) if a mesh has options of height fields, Error(input) like the readers
 HighPolyInput load_high(const std::vector<JobInput>& inputs, const HeightFieldOptions& heights,
                         const LoadMeshOptions& options, bool named, std::vector<Warning>& warnings,
-                        bool beside = false, bool keep_hulls = false);
+                        bool with_materials = false, bool keep_hulls = false);
 HighPolyInput load_high(const std::string& path, const HeightFieldOptions& heights,
                         std::vector<Warning>& warnings, const LoadMeshOptions& options = {});
 

@@ -43,7 +43,7 @@ Json level_json(const LodLevel& level, std::size_t number, const std::vector<std
   return json;
 }
 
-/// Adds a level to PlannedLow::lod_levels. \param coverage  see lod_coverages(); for levels in one file
+/// Adds a level to PlannedLow::lod_descriptions. \param coverage  see lod_coverages(); for levels in one file
 void describe_level(const StoredMaps& stored, PlannedLow& planned, std::size_t number,
                     const std::vector<std::string>& files, std::optional<double> coverage = {}) {
   const LodLevel& level = planned.lods->levels[number];
@@ -51,9 +51,9 @@ void describe_level(const StoredMaps& stored, PlannedLow& planned, std::size_t n
   if (!stored.ranges.empty()) json["ranges"] = stored.ranges;
   if (!stored.mips.empty()) json["mips"] = stored.mips;
   if (!stored.errors.empty()) json["stored_errors"] = stored.errors;
-  if (number > 0 && !level.own_maps) json["maps"] = planned.lod_levels[0]["maps"];
+  if (number > 0 && !level.own_maps) json["maps"] = planned.lod_descriptions[0]["maps"];
   if (coverage) json["coverage"] = *coverage;
-  planned.lod_levels.push_back(std::move(json));
+  planned.lod_descriptions.push_back(std::move(json));
 }
 
 /// Writes one level. \param scene  a scene whose low poly is that of the level
@@ -75,8 +75,8 @@ struct CoarserLevel {
   AssetParts asset;
 };
 
-CoarserLevel take_level(const Job& job, LodLevel& level, std::size_t number,
-                        const BakedLayout& first, const AssetParts& first_asset) {
+CoarserLevel extract_level(const Job& job, LodLevel& level, std::size_t number,
+                           const BakedLayout& first, const AssetParts& first_asset) {
   LowPolyPlan& plan = level.plan;
   CoarserLevel taken;
   taken.low.mesh = std::move(plan.low);
@@ -100,7 +100,7 @@ void save_joined_levels(const BakeScene& scene, const Source& source, PlannedLow
   std::vector<StoredMaps> stored = {first.stored};
   const std::vector<double> coverages = lod_coverages(chain);
   for (std::size_t k = 1; k < chain.levels.size(); ++k) {
-    CoarserLevel level = take_level(job, chain.levels[k], k, first, asset);
+    CoarserLevel level = extract_level(job, chain.levels[k], k, first, asset);
     const BakeScene level_scene{scene.run, scene.high, level.low};
     if (level.asset.pictures.empty()) {
       encode_asset_maps(level_scene, source, &planned, level.baked, level.asset);
@@ -112,7 +112,7 @@ void save_joined_levels(const BakeScene& scene, const Source& source, PlannedLow
       if (material.name == level.low.mesh.name) material.name = scene.low.mesh.name;
     }
     stored.push_back(level.baked.stored);
-    first.stored.add_common(level.baked.stored);
+    first.stored.copy_shared_properties(level.baked.stored);
   }
   const std::string file = asset_file(job);
   write_asset(scene, file, asset_extras(scene, first.result.report, first.stored.errors, {}), asset,
@@ -185,16 +185,16 @@ void save_lods(const BakeScene& scene, const Source& source, PlannedLow& planned
   } else {
     save_level(scene, source, asset_file(job), planned, 0, first, asset, outputs);
     for (std::size_t k = 1; k < chain.levels.size(); ++k) {
-      CoarserLevel level = take_level(job, chain.levels[k], k, first, asset);
+      CoarserLevel level = extract_level(job, chain.levels[k], k, first, asset);
       const std::string file = writes_gltf(job) ? lod_asset(job, k) : asset_file(job);
       save_level({scene.run, scene.high, level.low}, source, file, planned, k, level.baked,
                  level.asset, outputs);
-      first.stored.add_common(level.baked.stored);
+      first.stored.copy_shared_properties(level.baked.stored);
     }
   }
   const fs::path path = fs::path(out_folder(job)) / lods_file(job);
   outputs.files.push_back(path.string());
-  save_text(path, to_text({{"version", version()}, {"levels", planned.lod_levels}}));
+  save_text(path, to_text({{"version", version()}, {"levels", planned.lod_descriptions}}));
 }
 
 std::vector<std::string> lod_table(const LodChain& chain) {

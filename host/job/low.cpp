@@ -38,7 +38,7 @@ void detect_soft_seams(const Job& job, LowMesh& low) {
   const SoftSeams seams = soft_seams(low.mesh, kMinSoftSeamDegrees);
   low.soft_seams = seams.edges;
   if (job.split_at_seams) {
-    low.unsplit = low.mesh;
+    low.mesh_before_split = low.mesh;
     low.mesh = split_at_seams(low.mesh);
     low.made = true;
     return;
@@ -61,12 +61,12 @@ void detect_soft_seams(const Job& job, LowMesh& low) {
       world_coordinate(low.mesh.origin[0], seams.example.x),
       world_coordinate(low.mesh.origin[1], seams.example.y),
       world_coordinate(low.mesh.origin[2], seams.example.z), seams.example_degrees);
-  low.seam_warning = {"soft-seams",
-                      "LOW " + quote_files(low_files(job)) + text +
-                          "The normal map needs gradients there. Make these edges hard in the "
-                          "modelling tool, or add " +
-                          option("split_at_seams") + ".",
-                      seams.between_flats};
+  low.soft_seam_warning = {"soft-seams",
+                           "LOW " + quote_files(low_files(job)) + text +
+                               "The normal map needs gradients there. Make these edges hard in the "
+                               "modelling tool, or add " +
+                               option("split_at_seams") + ".",
+                           seams.between_flats};
 }
 
 /// Unwraps each material or object into a unit square of its own.
@@ -133,7 +133,7 @@ LowMesh prepare_low(const Job& job, const LoadedHigh& loaded, RunLog& log) {
     MeshFiles files = load_low_files(job, warnings);
     if (!job.unwrap) warn_of_shared_texels(files, warnings);
     low.mesh = std::move(files.mesh);
-    low.beside = std::move(files.beside);
+    low.nodes_and_materials = std::move(files.nodes_and_materials);
     low.hulls = std::move(files.hulls);
     low.polygons = count_polygons(low.mesh);
     if (low.mesh.triangles.size() > loaded.triangle_count()) {

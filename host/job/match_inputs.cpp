@@ -117,10 +117,11 @@ void remove_collision_hulls(MeshFiles& files, std::vector<Warning>& warnings) {
 
 }  // namespace
 
-MeshFiles load_low_files(const Job& arguments, std::vector<Warning>& warnings, bool beside) {
-  MeshFiles files =
-      load_meshes(arguments.low.given, load_options(arguments, MeshSide::low),
-                  has_more_files(arguments), warnings, beside || !asset_file(arguments).empty());
+MeshFiles load_low_files(const Job& arguments, std::vector<Warning>& warnings,
+                         bool with_materials) {
+  MeshFiles files = load_meshes(arguments.low.given, load_options(arguments, MeshSide::low),
+                                has_more_files(arguments), warnings,
+                                with_materials || !asset_file(arguments).empty());
   if (!arguments.file_tangents) {
     files.mesh.tangents = {};
   } else if (arguments.given.contains("--tangents") && files.mesh.tangents.empty()) {

@@ -56,9 +56,10 @@ class MatchInputs {
 };
 
 /// Reads the files of LOW, triangulated as requested.
-/// \param beside  true: also reads MeshFiles::beside, which is always read if the output is an asset
+/// \param with_materials  true: also reads MeshFiles::nodes_and_materials, which is always read if the output is an asset
 /// \throws Error(input) also if --tangents file was given and no file has tangents
-MeshFiles load_low_files(const Job& arguments, std::vector<Warning>& warnings, bool beside = false);
+MeshFiles load_low_files(const Job& arguments, std::vector<Warning>& warnings,
+                         bool with_materials = false);
 
 /// Reads LOW, joined from its files, and split at UV seams if requested.
 Mesh load_low(const Job& arguments, std::vector<Warning>& warnings);

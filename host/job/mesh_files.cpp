@@ -31,7 +31,7 @@ std::array<Vec2, 3> uvs_of(const Mesh& mesh, std::uint32_t t) {
 
 /// The distinct UVs of a triangle's polygon in a fixed order. Mirrored copies of quads are triangulated along the other
 /// diagonal, so that only polygons can be compared.
-std::vector<Vec2> polygon_uvs(const Mesh& mesh, std::uint32_t t) {
+std::vector<Vec2> uvs_per_group(const Mesh& mesh, std::uint32_t t) {
   std::uint32_t first = t, end = t + 1;
   if (!mesh.polygons.empty()) {
     while (first > 0 && mesh.polygons[first - 1] == mesh.polygons[t]) --first;
@@ -51,7 +51,7 @@ std::vector<Vec2> polygon_uvs(const Mesh& mesh, std::uint32_t t) {
 
 /// True if the polygons of two triangles have the same UVs, as copies of one part have.
 bool has_same_uvs(const Mesh& mesh, std::uint32_t t, std::uint32_t u) {
-  const std::vector<Vec2> a = polygon_uvs(mesh, t), b = polygon_uvs(mesh, u);
+  const std::vector<Vec2> a = uvs_per_group(mesh, t), b = uvs_per_group(mesh, u);
   if (a.size() != b.size()) return false;
   for (std::size_t k = 0; k < a.size(); ++k) {
     if (std::abs(a[k].x - b[k].x) > 1e-4F || std::abs(a[k].y - b[k].y) > 1e-4F) return false;
@@ -116,7 +116,7 @@ Asset load_with_materials(const std::string& file, const LoadMeshOptions& option
 }
 
 /// Appends the nodes and materials of a file to those of all files.
-void add_beside(const Asset& file, Asset& all) {
+void append_nodes_and_materials(const Asset& file, Asset& all) {
   const auto first = static_cast<std::uint32_t>(all.nodes.size());
   for (AssetNode node : file.nodes) {
     if (node.parent != AssetNode::kNone) node.parent += first;
@@ -186,7 +186,7 @@ const std::string& MeshFiles::file_of(std::size_t triangle) const {
 }
 
 MeshFiles load_meshes(const std::vector<JobInput>& inputs, const LoadMeshOptions& options,
-                      bool named, std::vector<Warning>& warnings, bool beside) {
+                      bool named, std::vector<Warning>& warnings, bool with_materials) {
   MeshFiles result;
   std::vector<Mesh> meshes;
   std::size_t triangles = 0;
@@ -195,11 +195,11 @@ MeshFiles load_meshes(const std::vector<JobInput>& inputs, const LoadMeshOptions
     const std::string& file = input.name;
     result.files.push_back(file);
     if (input.asset) {
-      if (beside) add_beside(*input.asset, result.beside);
+      if (with_materials) append_nodes_and_materials(*input.asset, result.nodes_and_materials);
       meshes.push_back(input.asset->mesh);
-    } else if (beside) {
+    } else if (with_materials) {
       Asset asset = load_with_materials(file, options, warnings);
-      add_beside(asset, result.beside);
+      append_nodes_and_materials(asset, result.nodes_and_materials);
       meshes.push_back(std::move(asset.mesh));
     } else {
       meshes.push_back(load_mesh(file, options, &warnings));
@@ -216,7 +216,7 @@ MeshFiles load_meshes(const std::vector<JobInput>& inputs, const LoadMeshOptions
 }
 
 void keep_named_materials(MeshFiles& files) {
-  std::vector<Material>& materials = files.beside.materials;
+  std::vector<Material>& materials = files.nodes_and_materials.materials;
   if (!materials.empty()) materials = sort_by_material_names(materials, files.mesh.material_names);
 }
 

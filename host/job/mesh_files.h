@@ -23,7 +23,7 @@ struct MeshFiles {
   std::vector<std::size_t> first;
   /// Nodes, and materials in the order of Mesh::material_names, if requested. Its `mesh` holds only names of objects,
   /// to which `object_nodes` refers.
-  Asset beside;
+  Asset nodes_and_materials;
   Mesh hulls;  ///< Collision hulls that were removed from `mesh`; see take_collision_hulls()
 
   /// The file that a triangle comes from.
@@ -33,10 +33,10 @@ struct MeshFiles {
 /// Reads the files, or uses meshes in memory, and joins them. MTL files are searched for from the first file's folder.
 /// A single mesh is unchanged, unless the other side of the bake has several files: then its parts get names.
 /// \param named   true: a file without groups or objects becomes one group with the file's name
-/// \param beside  true: also reads MeshFiles::beside, and warns if an MTL cannot be read ("materials-unread")
+/// \param with_materials  true: also reads MeshFiles::nodes_and_materials, and warns if an MTL cannot be read ("materials-unread")
 /// \throws Error(input) as load_mesh()
 MeshFiles load_meshes(const std::vector<JobInput>& inputs, const LoadMeshOptions& options,
-                      bool named, std::vector<Warning>& warnings, bool beside = false);
+                      bool named, std::vector<Warning>& warnings, bool with_materials = false);
 
 /// Reduces the materials of the files to those that the mesh still names, after triangles were removed.
 void keep_named_materials(MeshFiles& files);

@@ -88,7 +88,7 @@ SetNames BakeScene::names() const {
   return set != nullptr ? names_of(run.job, *set) : SetNames{low.stem, "", ""};
 }
 
-void StoredMaps::add_common(const StoredMaps& other) {
+void StoredMaps::copy_shared_properties(const StoredMaps& other) {
   variant_ids.update(other.variant_ids);
   if (other.origin) origin = other.origin;
 }
@@ -384,7 +384,7 @@ void check_outputs(const Job& job, std::span<const BakedSet> sets, const RunHook
     file_stems.clear();
   } else if (!asset_file(job).empty()) {
     outputs.push_back(fs::path(asset_file(job)).replace_extension(".mtl"));
-    check_not_foreign(outputs.back(), job.force);
+    check_obj_is_replaceable(outputs.back(), job.force);
   }
   for (const std::string& name : file_stems) {
     if (makes_low) outputs.push_back(folder / (name + ".obj"));
@@ -395,7 +395,7 @@ void check_outputs(const Job& job, std::span<const BakedSet> sets, const RunHook
   for (const BakedSet& set : sets) {
     const SetNames names = names_of(job, set);
     add_map_outputs(job, names, outputs);
-    if (!job.force) check_low_record(folder, names.stem, low_source(job));
+    if (!job.force) check_folder_holds_same_low(folder, names.stem, low_source(job));
   }
   if (job.low.make.lods > 0) outputs.push_back(folder / lods_file(job));
   std::vector<fs::path> inputs = {job.cage_mesh, job.match_list};
@@ -417,15 +417,15 @@ void check_outputs(const Job& job, std::span<const BakedSet> sets, const RunHook
   }
   check_paths(inputs, outputs);
   for (const std::string& name : file_stems) {
-    if (makes_low) check_not_foreign(folder / (name + ".obj"), job.force);
-    if (!job.force) check_low_record(folder, name, low_source(job));
+    if (makes_low) check_obj_is_replaceable(folder / (name + ".obj"), job.force);
+    if (!job.force) check_folder_holds_same_low(folder, name, low_source(job));
   }
 }
 
 namespace {
 
 /// Draws the reason of each texel in the colour of its ReasonInfo.
-Image draw_reasons(const Reasons& reasons) {
+Image reasons_image(const Reasons& reasons) {
   const auto infos = reason_infos();
   Image image;
   image.width = reasons.width;
@@ -500,7 +500,7 @@ void save_beside_maps(const BakeScene& scene, const BakedLayout& baked, JobOutpu
   if (baked.reasons) {
     const fs::path path = path_beside_maps(job, scene.names(), kReasonsName, ".png");
     register_output(scene.run, path, outputs);
-    save_image(draw_reasons(*baked.reasons), path, {ImageFormat::png8});
+    save_image(reasons_image(*baked.reasons), path, {ImageFormat::png8});
   }
   if (job.save_match.empty()) return;
   const std::string path = match_file(job.save_match, scene.names());

@@ -102,13 +102,13 @@ void add_optional_keys(const RunOutcome& outcome, Json& json) {
   if (baked.planned) json["auto"] = plan_json(*baked.planned);
   if (outcome.asset.fitted) json["bytes"] = bytes_json(outcome);
   const PlannedLow* const planned = outcome.planned;
-  if (planned != nullptr && !planned->within_bytes) {
+  if (planned != nullptr && !planned->byte_plan_result) {
     const std::string& screen = job.low.make.screen;
     json["plan"] = low_poly_plan_json(planned->plan,
                                       screen.empty() ? 0 : parse_pixels(option("screen"), screen));
   }
   if (!one_layout) json["sets"] = outcome.set_reports;
-  if (planned != nullptr && planned->lods) json["lods"] = planned->lod_levels;
+  if (planned != nullptr && planned->lods) json["lods"] = planned->lod_descriptions;
   if (!report.ids.empty()) json["ids"] = ids_json(report.ids);
   if (!stored.variant_ids.empty()) json["variant_ids"] = stored.variant_ids;
   if (!report.errors.empty()) {
@@ -127,7 +127,7 @@ void add_optional_keys(const RunOutcome& outcome, Json& json) {
                             {"without_texel", report.small_without_texel}};
   }
   if (!scene.high.input.heights) json["high_normals"] = describe(scene.high.input.shading);
-  if (clean_options(job)) json["clean"] = describe(scene.high.cleaned);
+  if (clean_options(job)) json["clean"] = describe(scene.high.repairs);
   if (baked.reasons) json["reasons"] = reasons_json(*baked.reasons);
   if (report.cage_mesh) json["cage"] = describe(*report.cage_mesh);
   if (const std::optional<FoundCage>& cage = outcome.match_inputs.found_cage()) {

@@ -54,14 +54,14 @@ std::vector<Warning> root_causes(const std::vector<Warning>& warnings, std::size
     }
     return false;
   };
-  std::vector<Warning> root_warnings;
+  std::vector<Warning> warnings_without_cause;
   for (const Warning& warning : warnings) {
     const bool has_cause = std::any_of(kCauses.begin(), kCauses.end(), [&](const CausedBy& row) {
       return warning.code == row.code && has(row.causing_code, row.of_high_file);
     });
-    if (!has_cause) root_warnings.push_back(warning);
+    if (!has_cause) warnings_without_cause.push_back(warning);
   }
-  return root_warnings;
+  return warnings_without_cause;
 }
 
 }  // namespace kiln

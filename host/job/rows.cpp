@@ -54,7 +54,7 @@ OptionValue first_input_value(const char* member, Inputs inputs) {
 
 /// The value of --high or --low: further files of a side.
 template <typename Inputs>
-OptionValue more_inputs_value(const char* member, Inputs inputs) {
+OptionValue further_inputs_value(const char* member, Inputs inputs) {
   OptionValue value = value_of<Job>(
       member, "list", "TEXT",
       [=](Job& job, OptionName, ValueWords words) {
@@ -500,7 +500,7 @@ std::vector<OptionRow> make_rows() {
 
       {.flag = "--high",
        .group = kFilesGroup,
-       .value = more_inputs_value(
+       .value = further_inputs_value(
            "high", [](Job & job) -> auto& { return job.high; }),
        .help =
            "A further file of the high poly, besides HIGH; may be given several times. Parts keep "
@@ -508,7 +508,7 @@ std::vector<OptionRow> make_rows() {
        .key = "-"},
       {.flag = "--low",
        .group = kFilesGroup,
-       .value = more_inputs_value(
+       .value = further_inputs_value(
            "low", [](Job & job) -> auto& { return job.low.given; }),
        .help = "A further file of the low poly, besides LOW; may be given several times. All files "
                "share one UV layout and one map; Kiln warns if their UVs overlap",

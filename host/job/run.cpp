@@ -66,10 +66,10 @@ const SimplifyReport* simplify_report_of(const Job& job, const LowMesh& low) {
 /// Searches as far as the simplified low poly deviates. The job gets the distance, too, since the report states it.
 void apply_search_distance(Job& job, const LoadedHigh& high, const LowMesh& low,
                            BakeOptions& options) {
-  const SimplifyReport* const simplify_report = simplify_report_of(job, low);
-  if (simplify_report == nullptr || high.is_height_field() || job.cage_auto || has_cage_mesh(job))
+  const SimplifyReport* const simplified = simplify_report_of(job, low);
+  if (simplified == nullptr || high.is_height_field() || job.cage_auto || has_cage_mesh(job))
     return;
-  look_as_far(*simplify_report, options.match);
+  look_as_far(*simplified, options.match);
   job.bake.match.near_distance = options.match.near_distance;
 }
 
@@ -280,7 +280,7 @@ JobResult run_stages(const std::function<Device()>& open_device, const Job& give
       save_found_cage(scene, match_inputs, outputs);
     }
   }
-  if (planned && !plan.within_bytes && hooks.draw_plan &&
+  if (planned && !plan.byte_plan_result && hooks.draw_plan &&
       !hooks.draw_plan(plan.plan, out_folder(job), low.stem, outputs.files, log.warnings)) {
     throw Cancelled{};
   }

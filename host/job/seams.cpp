@@ -41,25 +41,26 @@ void choose_seam_normals(const BakeScene& scene, const Source& source, const Bak
   // A warning requires that split seams reduce the error at least to this share.
   constexpr double kMaxErrorRatio = 0.98;
   constexpr std::uint32_t kTrialPictureSize = 64;  // pixels per side
-  if (!low.unsplit && !low.seam_warning) return;
+  if (!low.mesh_before_split && !low.soft_seam_warning) return;
   std::vector<Warning>& warnings = scene.run.log.warnings;
   // No trial is possible here: a saved match is valid only for one map size and an unchanged LOW, and a single trial
   // map would overlay the layouts of several sets.
   if (has_saved_match(scene.run.job) || !scene.sets.empty()) {
-    if (low.seam_warning) warnings.push_back(*low.seam_warning);
+    if (low.soft_seam_warning) warnings.push_back(*low.soft_seam_warning);
     return;
   }
   const ScreenPictures pictures(source, kTrialPictureSize);
-  const Mesh other = low.unsplit ? std::move(*low.unsplit) : split_at_seams(low.mesh);
-  const Mesh &unsplit_mesh = low.unsplit ? other : low.mesh,
-             &split_mesh = low.unsplit ? low.mesh : other;
+  const Mesh other =
+      low.mesh_before_split ? std::move(*low.mesh_before_split) : split_at_seams(low.mesh);
+  const Mesh &unsplit_mesh = low.mesh_before_split ? other : low.mesh,
+             &split_mesh = low.mesh_before_split ? low.mesh : other;
   const std::optional<double> unsplit_error =
       rendered_error(scene, source, unsplit_mesh, options, pictures);
   const std::optional<double> split_error =
       rendered_error(scene, source, split_mesh, options, pictures);
-  if (low.seam_warning) {
+  if (low.soft_seam_warning) {
     if (unsplit_error && split_error && *split_error < kMaxErrorRatio * *unsplit_error) {
-      warnings.push_back(*low.seam_warning);
+      warnings.push_back(*low.soft_seam_warning);
     }
     return;
   }

@@ -437,7 +437,7 @@ BakedLayout bake_sets(const RunContext& run, const LoadedHigh& high, const LowMe
       if (warning.code != "uv-missing") warnings.add(set_label(set.set), warning);
     }
     accumulate(sum, baked.result.report);
-    sums.stored.add_common(baked.stored);
+    sums.stored.copy_shared_properties(baked.stored);
     progress_done += set_share;
   }
   if (sum.samples > sum.missed) {

@@ -45,7 +45,7 @@ struct RunContext {
 /// The high poly in its final form: read, repaired and shaded, or prepared by the caller.
 struct LoadedHigh {
   HighPolyInput input;  ///< Has no mesh if `prepared` is set
-  CleanReport cleaned;  ///< Repairs of input.mesh
+  CleanReport repairs;  ///< Repairs of input.mesh
   const PreparedHigh* prepared = nullptr;
   /// Not null: HIGH is larger than memory, and input.mesh is a sample of its triangles, for messages
   std::shared_ptr<const MeshStream> streamed;
@@ -59,7 +59,7 @@ struct LoadedHigh {
   }
   bool may_face_inwards() const {
     if (streamed != nullptr) return false;  // not known
-    return prepared != nullptr ? prepared->faces_inwards : !cleaned.faces_outwards;
+    return prepared != nullptr ? prepared->faces_inwards : !repairs.faces_outwards;
   }
 };
 
@@ -71,18 +71,18 @@ struct PolygonCounts {
 /// The low poly: read, made from the high poly, or planned.
 struct LowMesh {
   Mesh mesh;
-  std::string path;  ///< The path of its file, for messages
-  std::string stem;  ///< Stem of the names of its maps
-  Asset beside;      ///< MeshFiles::beside of a low poly that was read
-  Mesh hulls;        ///< MeshFiles::hulls of a low poly that was read
+  std::string path;           ///< The path of its file, for messages
+  std::string stem;           ///< Stem of the names of its maps
+  Asset nodes_and_materials;  ///< MeshFiles::nodes_and_materials of a low poly that was read
+  Mesh hulls;                 ///< MeshFiles::hulls of a low poly that was read
   /// True if Kiln made the mesh, its UVs or its normals, so that it is written beside the maps
   bool made = false;
   PolygonCounts polygons;
   std::uint64_t soft_seams = 0;  ///< Number of soft seams before any split
   /// The mesh before its seams were split; choose_seam_normals() may restore it
-  std::optional<Mesh> unsplit;
+  std::optional<Mesh> mesh_before_split;
   /// A warning that choose_seam_normals() gives if a split at seams reduces the error
-  std::optional<Warning> seam_warning;
+  std::optional<Warning> soft_seam_warning;
   std::optional<SimplifyReport> simplified;
   std::optional<UnwrapReport> unwrapped;
 };
@@ -130,7 +130,7 @@ struct StoredMaps {
 
   /// Copies from `other`, the maps of another layout of the same bake, the origin and the legends of ids, which all
   /// layouts share.
-  void add_common(const StoredMaps& other);
+  void copy_shared_properties(const StoredMaps& other);
 };
 
 /// The baked maps of one layout: of the whole low poly, of a texture set, or of a level of detail.
@@ -153,9 +153,10 @@ struct BakedLayout {
 struct PlannedLow {
   LowPolyPlan plan;  ///< The plan, whose mesh and maps move_plan_result() moves out
   /// Trials of a plan within Job::max_bytes; `plan` is its result
-  std::optional<BytePlan> within_bytes;
-  std::optional<LodChain> lods;     ///< All levels of detail; `plan` is that of the first one
-  Json lod_levels = Json::array();  ///< Descriptions of the written levels
+  std::optional<BytePlan> byte_plan_result;
+  std::optional<LodChain> lods;  ///< All levels of detail; `plan` is that of the first one
+  Json lod_descriptions =
+      Json::array();  ///< Descriptions of the written levels of detail, for the report
 };
 
 struct HighPolyView;

@@ -206,7 +206,7 @@ void add_summary(const RunOutcome& outcome, const Source::Stats& source) {
     console.line("LOW: tangents of its file (" + option("tangents", "mikktspace") +
                  " computes them)");
   }
-  if (plan != nullptr && !outcome.planned->within_bytes) {
+  if (plan != nullptr && !outcome.planned->byte_plan_result) {
     for (const std::string& line : plan_table_lines(*plan)) console.line(line);
   }
   if (outcome.asset.fitted) {

@@ -54,7 +54,7 @@ std::string explain_map_or_match_name(const std::string& name) {
   return {};
 }
 
-std::string nearest_flag(const Command& command, const std::string& name) {
+std::string most_similar_flag(const Command& command, const std::string& name) {
   std::vector<std::string> known_flags = {"help"};
   for (const Option* option : command.get_options()) {
     known_flags.insert(known_flags.end(), option->get_lnames().begin(), option->get_lnames().end());
@@ -86,7 +86,7 @@ std::string explain_unknown_flag(const Command& command, const std::string& word
     if (std::string text = find_explanation("faces", name); !text.empty())
       return start + ". " + text;
   }
-  const std::string nearest = nearest_flag(command, name);
+  const std::string nearest = most_similar_flag(command, name);
   return start + (nearest.empty() ? "." : "; did you mean " + nearest + "?");
 }
 

@@ -22,7 +22,7 @@
 #include "kiln/texture_sets.h"
 #include "options/option_table.h"
 #include "options/parse.h"
-#include "picture/dressed.h"
+#include "picture/mapped_mesh.h"
 #include "picture/sheet.h"
 #include "picture/view_arguments.h"
 #include "report/console.h"
@@ -321,9 +321,9 @@ int run_render(const RenderArguments& arguments) {
   }
   const Device device = Device::open(arguments.device);
   for (Warning& warning : kernel_folder_warnings()) warnings.push_back(std::move(warning));
-  OwnMaps own_maps;
+  MaterialAtlases own_maps;
   if (shows_own_maps(arguments))
-    own_maps = take_own_maps(files_of_mesh.beside.materials, mesh, warnings);
+    own_maps = make_material_atlases(files_of_mesh.nodes_and_materials.materials, mesh, warnings);
   LitMaps worn = load_lit_maps(apply_maps);
   if (own_maps.any()) worn = {std::move(own_maps.color), std::move(own_maps.occlusion), {}};
   Image map_image = std::move(own_maps.normal);

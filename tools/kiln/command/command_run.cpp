@@ -67,12 +67,14 @@ int explain(const Batch& batch, const std::string& name) {
     if (asset.name != name && !pattern.selects(asset.name)) continue;
     found = true;
     print_line(stdout, asset.name);
-    std::size_t widest = 0;
-    for (const Setting& setting : asset.settings) widest = std::max(widest, setting.key.size());
+    std::size_t max_text_width = 0;
+    for (const Setting& setting : asset.settings)
+      max_text_width = std::max(max_text_width, setting.key.size());
     for (const Setting& setting : asset.settings) {
       const bool has_place = !setting.origin.file.empty();
-      print_line(stdout, "  " + setting.key + std::string(widest - setting.key.size(), ' ') +
-                             " = " + words_text(setting.words) + "  (" + setting.origin.layer +
+      print_line(stdout, "  " + setting.key +
+                             std::string(max_text_width - setting.key.size(), ' ') + " = " +
+                             words_text(setting.words) + "  (" + setting.origin.layer +
                              (has_place ? ", " + setting.origin.place() : "") + ")");
     }
     if (!asset.problem.empty()) print_line(stdout, "  cannot be baked: " + asset.problem);
@@ -84,12 +86,13 @@ int explain(const Batch& batch, const std::string& name) {
 }
 
 int list(const Batch& batch) {
-  std::size_t widest = 0;
+  std::size_t max_text_width = 0;
   double seconds = 0;
-  for (const BatchAsset& asset : batch.assets) widest = std::max(widest, asset.name.size());
+  for (const BatchAsset& asset : batch.assets)
+    max_text_width = std::max(max_text_width, asset.name.size());
   for (const BatchAsset& asset : batch.assets) {
     seconds += asset.expected_seconds;
-    print_line(stdout, asset.name + std::string(widest - asset.name.size(), ' ') +
+    print_line(stdout, asset.name + std::string(max_text_width - asset.name.size(), ' ') +
                            (asset.problem.empty()
                                 ? formatted("  %7.2f s  ", asset.expected_seconds) + asset.job.out
                                 : "  cannot be baked: " + asset.problem));
@@ -99,7 +102,7 @@ int list(const Batch& batch) {
   return 0;
 }
 
-ReportHead head_of(const RunArguments& arguments, double seconds) {
+ReportHead report_head_of(const RunArguments& arguments, double seconds) {
   return {arguments.file, arguments.profile, arguments.shard, seconds};
 }
 
@@ -287,7 +290,7 @@ void save_depfile(const RunArguments& arguments, const Batch& batch,
 }
 
 /// Removes all assets outside a shard such as "2/8" (the second of eight). \throws Error(usage)
-void keep_shard(const std::string& shard, Batch& batch) {
+void keep_assets_of_shard(const std::string& shard, Batch& batch) {
   const std::size_t slash = shard.find('/');
   double part = 0, count = 0;
   const bool is_valid = slash != std::string::npos && read_number(shard.substr(0, slash), part) &&
@@ -441,7 +444,7 @@ int run_job_file(const RunArguments& arguments) {
   if (!arguments.merge.empty()) return merge(arguments, console);
   const JobFile file = read_job_file(arguments.file, arguments.profile);
   Batch batch = expand_job_file(file, expand_options(arguments));
-  if (!arguments.shard.empty()) keep_shard(arguments.shard, batch);
+  if (!arguments.shard.empty()) keep_assets_of_shard(arguments.shard, batch);
   for (const Warning& warning : batch.warnings) console.warning(warning.message);
   if (!arguments.explain.empty()) return explain(batch, arguments.explain);
   if (arguments.list) return list(batch);
@@ -481,9 +484,9 @@ int run_job_file(const RunArguments& arguments) {
   options.device = arguments.device;
   options.cache = cache.get();
   options.rebake = arguments.rebake;
-  ResultChecks holder(arguments, file);
+  ResultChecks result_checks(arguments, file);
   options.check = [&](const BatchAsset& asset, const AssetResult& result) {
-    return holder.check(asset, result);
+    return result_checks.check(asset, result);
   };
   options.at_once = arguments.at_once;
   options.interrupted = interrupted;
@@ -534,9 +537,9 @@ int run_job_file(const RunArguments& arguments) {
       std::none_of(results.begin(), results.end(), [](const AssetResult& result) {
         return result.state == AssetState::failed && result.files.empty();
       });
-  const std::vector<std::string> problems = holder.finish(console, results, is_whole_run);
+  const std::vector<std::string> problems = result_checks.finish(console, results, is_whole_run);
   if (!arguments.json.empty() || !arguments.report.empty() || !arguments.junit.empty()) {
-    Json report = report_of(head_of(arguments, seconds), batch, results);
+    Json report = report_of(report_head_of(arguments, seconds), batch, results);
     if (!arguments.report.empty() &&
         !add_pictures(
             report, batch.assets, results, [&] { return Device::open(arguments.device); },

@@ -86,7 +86,7 @@ int run_simplify(const SimplifyArguments& arguments) {
   check_density(arguments.has_density_option, arguments.unwrap);
   check_mesh_frame(arguments.frame, {arguments.high}, {}, {});
   check_paths({arguments.high}, {out, arguments.json});
-  check_not_foreign(out, arguments.force);
+  check_obj_is_replaceable(out, arguments.force);
   prepare_parent(out);
   prepare_parent(arguments.json);
   std::vector<Warning> warnings;

@@ -18,7 +18,7 @@
 #include "kiln/render.h"
 #include "kiln/simplify.h"
 #include "options/option_table.h"
-#include "picture/dressed.h"
+#include "picture/mapped_mesh.h"
 #include "picture/view_arguments.h"
 #include "picture/view_page.h"
 #include "report/console.h"
@@ -69,7 +69,7 @@ void add_errors(const ViewCommandArguments& arguments, Mesh low,
                 const std::vector<Material>& materials, const Mesh& high, ViewPage& page,
                 std::vector<Warning>& warnings) {
   const Device device = Device::open(arguments.device);
-  OwnMaps maps = take_own_maps(materials, low, warnings);
+  MaterialAtlases maps = make_material_atlases(materials, low, warnings);
   NormalMap map;
   if (maps.normal.width != 0) map.image = &maps.normal;
   const Scene low_scene(device, low, map), high_scene(device, high);
@@ -99,7 +99,7 @@ void write_view(const ViewCommandArguments& arguments, Console& console) {
   std::vector<Warning> warnings;
   Job job;
   job.low.given = {arguments.mesh};
-  MeshFiles low = load_low_files(job, warnings, /*beside=*/true);
+  MeshFiles low = load_low_files(job, warnings, /*with_materials=*/true);
   ViewPage page;
   page.title = std::filesystem::path(arguments.mesh).filename().string();
   page.z_up = arguments.z_up;
@@ -114,7 +114,8 @@ void write_view(const ViewCommandArguments& arguments, Console& console) {
     warn_of_bounds_mismatch("--reference and MESH", high->mesh, low.mesh, warnings);
     page.facts.emplace_back("high poly", with_commas(high->mesh.triangles.size()) + " faces");
     if (!arguments.no_errors)
-      add_errors(arguments, low.mesh, low.beside.materials, high->mesh, page, warnings);
+      add_errors(arguments, low.mesh, low.nodes_and_materials.materials, high->mesh, page,
+                 warnings);
     if (high->mesh.triangles.size() > arguments.reference_faces) {
       SimplifyOptions options;
       options.faces = arguments.reference_faces;
@@ -123,8 +124,8 @@ void write_view(const ViewCommandArguments& arguments, Console& console) {
                               with_commas(high->mesh.triangles.size()) + " faces");
     }
   }
-  const ViewedMesh viewed_low{
-      &low.mesh, low.mesh.uvs.empty() ? std::vector<Material>() : low.beside.materials};
+  const ViewedMesh viewed_low{&low.mesh, low.mesh.uvs.empty() ? std::vector<Material>()
+                                                              : low.nodes_and_materials.materials};
   std::optional<ViewedMesh> viewed_high;
   if (high) viewed_high = ViewedMesh{&high->mesh};
   save_text(arguments.out,

@@ -308,8 +308,8 @@ int run_volume(const VolumeArguments& a) {
   files.insert(files.end(), meshes.begin(), meshes.end());
   files.insert(files.end(), maps.begin(), maps.end());
   check_paths({a.volume}, files);
-  for (const fs::path& mesh : meshes) check_not_foreign(mesh, a.force);
-  if (!a.full.empty()) check_not_foreign(a.full, a.force);
+  for (const fs::path& mesh : meshes) check_obj_is_replaceable(mesh, a.force);
+  if (!a.full.empty()) check_obj_is_replaceable(a.full, a.force);
   prepare_output_folder(folder);
   prepare_parent(a.full);
   prepare_parent(a.json);
@@ -319,7 +319,7 @@ int run_volume(const VolumeArguments& a) {
   if (!console.progress(0, "reading " + a.volume)) return kExitCancelled;
   Volume loaded = read_volume(a.volume, a.surface, warnings);
   const double load_seconds = watch.lap();
-  std::optional<ProgressScope> extraction_progress(console.stages_at(0.2));
+  std::optional<ProgressScope> extraction_progress(console.stages_at_share(0.2));
   std::optional<VolumeSession> session;
   if (a.lods != 0) session.emplace(device, std::move(loaded), options.contour);
   const Volume& volume = session ? session->volume() : loaded;

@@ -11,7 +11,7 @@
 #include "job/job_options.h"
 #include "kiln/kiln.h"
 #include "kiln/render.h"
-#include "picture/dressed.h"
+#include "picture/mapped_mesh.h"
 #include "picture/sheet.h"
 #include "picture/view_arguments.h"
 #include "report/console.h"

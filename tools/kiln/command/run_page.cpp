@@ -67,7 +67,7 @@ Json map_json(const MapPicture& map) {
                {"min", map.least},
                {"mean", map.mean},
                {"max", map.most},
-               {"shown", Json::array({map.shown_from, map.shown_to})},
+               {"shown", Json::array({map.value_shown_black, map.value_shown_white})},
                {"hash", map.hash},
                {"picture", data_uri(map.picture)}};
   if (map.alpha.width != 0) json["alpha"] = data_uri(map.alpha);

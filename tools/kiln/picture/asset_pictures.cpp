@@ -17,7 +17,7 @@
 #include "kiln/kiln.h"
 #include "kiln/render.h"
 #include "kiln/texture_sets.h"
-#include "picture/dressed.h"
+#include "picture/mapped_mesh.h"
 #include "picture/sheet.h"
 #include "picture/view_arguments.h"
 
@@ -139,8 +139,8 @@ MapPicture make_map_picture(const std::string& name, const Image& map, std::uint
     max_value = std::max(max_value, high);
   }
   // Values of EXR may have any range; those of other formats are in [0, 1].
-  result.shown_from = min_value;
-  result.shown_to = max_value;
+  result.value_shown_black = min_value;
+  result.value_shown_white = max_value;
   const Image reduced = downsample(map, side);
   // A PNG stores grey or RGB, so a map of two channels gets a third of 0.
   result.picture = channels_of(reduced, 0, reduced.channels == 1 ? 1 : 3, min_value, max_value);
@@ -175,7 +175,8 @@ DrawnAsset draw_asset(const Device& device, const Job& job, const std::vector<st
   Image normals;
   LitMaps worn;
   if (has_own_maps) {
-    OwnMaps maps = take_own_maps(low_files.beside.materials, low_mesh, warnings);
+    MaterialAtlases maps =
+        make_material_atlases(low_files.nodes_and_materials.materials, low_mesh, warnings);
     worn = {std::move(maps.color), std::move(maps.occlusion), {}};
     normals = std::move(maps.normal);
   } else if (choose_texture_sets(low_mesh) != SetsBy::none) {
@@ -226,7 +227,8 @@ std::vector<MapPicture> picture_maps(const Job& job, const std::vector<std::stri
   if (!asset.empty()) {
     std::vector<Warning> warnings;
     MeshFiles low = load_meshes({asset}, LoadMeshOptions(), false, warnings, true);
-    const OwnMaps own_maps = take_own_maps(low.beside.materials, low.mesh, warnings);
+    const MaterialAtlases own_maps =
+        make_material_atlases(low.nodes_and_materials.materials, low.mesh, warnings);
     for (const auto& [name, image] :
          {std::pair{"normals", &own_maps.normal}, std::pair{"colors", &own_maps.color},
           std::pair{"occlusion", &own_maps.occlusion}}) {

@@ -38,8 +38,9 @@ struct MapPicture {
   std::uint32_t width = 0, height = 0, channels = 0;
   std::vector<std::optional<double>> least, mean,
       most;  ///< Minimum and maximum of the finite values, per channel; nullopt if there are none
-  double shown_from = 0, shown_to = 1;  ///< The values that the picture shows as black and as white
-  std::string hash;                     ///< Hash of the map's values
+  double value_shown_black = 0,
+         value_shown_white = 1;  ///< The values that the picture shows as black and as white
+  std::string hash;              ///< Hash of the map's values
   Image picture;  ///< The map's first three channels, or its only one; values in [0, 1]
   Image alpha;    ///< The map's fourth channel; empty if it has none
 };

@@ -66,7 +66,7 @@ class LabelPositions:
             cost += LEADER_ON_MARK * (self.leader & (share_inside_box(mark, self.ends, box_around_mark(other)) > 0))
         self.cost = cost
 
-    def cost_beside(self, other, place):
+    def cost_next_to(self, other, place):
         """Additional cost of each place if another label is at a given place of its own."""
         if (other, place) not in self.known:
             box, end = other.boxes[place], other.ends[place]
@@ -98,7 +98,7 @@ def place_labels(marks, sizes, panel, kept=(), lines=()):
                 cost = labels[i].cost.copy()
                 for k, place in chosen.items():
                     if k != i:
-                        cost += labels[i].cost_beside(labels[k], place)
+                        cost += labels[i].cost_next_to(labels[k], place)
                 # Ties keep the current place, so that the search terminates.
                 if i not in chosen or cost.min() < cost[chosen[i]]:
                     chosen[i] = int(cost.argmin())

@@ -148,9 +148,10 @@ class PictureList {
                   : with_alpha ? -2
                                : -1,
                   factor.times[0], factor.plus};
-    const auto [entry, added] = known_.try_emplace(key, known_.size());
+    const auto [entry, added] =
+        picture_index_by_key_.try_emplace(key, picture_index_by_key_.size());
     if (!added) return entry->second;
-    held_.push_back(image);
+    kept_images_.push_back(image);
     Image picture{image->width, image->height, channel ? 1U : with_alpha ? 4U : 3U, {}};
     picture.pixels.resize(std::size_t{picture.width} * picture.height * picture.channels);
     for (std::size_t i = 0; i < std::size_t{picture.width} * picture.height; ++i) {
@@ -176,9 +177,9 @@ class PictureList {
 
  private:
   using Key = std::tuple<const Image*, int, float, float>;
-  std::map<Key, std::size_t> known_;
+  std::map<Key, std::size_t> picture_index_by_key_;
   /// Keeps images alive, since keys contain their addresses
-  std::vector<std::shared_ptr<const Image>> held_;
+  std::vector<std::shared_ptr<const Image>> kept_images_;
   Json list_ = Json::array();
 };
 

@@ -43,8 +43,8 @@ class Console {
 
   /// Shows the completed share of the work. \returns false if the user interrupted
   bool progress(double share, std::string_view stage);
-  /// Returns a callback that shows the stages of a call, with a constant share.
-  Progress stages_at(double share) {
+  /// Returns a callback that shows the stages of a call; the completed share stays at `share`.
+  Progress stages_at_share(double share) {
     return [this, share](double, std::string_view stage) { return progress(share, stage); };
   }
   /// Prints a line of the results.

@@ -47,7 +47,7 @@ Image map_sheet(const MappedMesh& dressed, const std::vector<std::string>& files
                 RenderOptions options);
 
 /// Maps on the UVs of a mesh; an empty image means none.
-struct OwnMaps {
+struct MaterialAtlases {
   /// Three channels each: normals as n/2 + 1/2, colours as sRGB, occlusion as grey
   Image normal, color, occlusion;
   bool any() const { return normal.width + color.width + occlusion.width != 0; }
@@ -59,7 +59,7 @@ struct OwnMaps {
 /// \param materials  in the order of Mesh::material_names; empty: no maps
 /// \param warnings   receives "own-maps" if the mesh is shown without maps, because its UVs leave the unit square while
 /// there are several, transformed or non-repeating textures, or because a texture cannot be read
-OwnMaps take_own_maps(const std::vector<Material>& materials, Mesh& mesh,
-                      std::vector<Warning>& warnings);
+MaterialAtlases make_material_atlases(const std::vector<Material>& materials, Mesh& mesh,
+                                      std::vector<Warning>& warnings);
 
 }  // namespace kiln::cli

@@ -10,7 +10,7 @@
 #include "image/wrap.h"
 #include "job/mesh_files.h"
 #include "kiln/texture_sets.h"
-#include "picture/dressed.h"
+#include "picture/mapped_mesh.h"
 
 namespace kiln::cli {
 namespace {
@@ -139,17 +139,17 @@ bool in_unit_square(const Mesh& mesh) {
 
 }  // namespace
 
-OwnMaps take_own_maps(const std::vector<Material>& materials, Mesh& mesh,
-                      std::vector<Warning>& warnings) {
+MaterialAtlases make_material_atlases(const std::vector<Material>& materials, Mesh& mesh,
+                                      std::vector<Warning>& warnings) {
   constexpr std::array kSlots = {MaterialSlot::normal, MaterialSlot::color,
                                  MaterialSlot::occlusion};
   constexpr std::array kPictures = {&Material::normal_map, &Material::color_map,
                                     &Material::occlusion_map};
-  OwnMaps maps;
+  MaterialAtlases maps;
   if (materials.empty() || mesh.uvs.empty()) return maps;
   const auto leave = [&](const std::string& why) {
     warnings.push_back({"own-maps", "MESH is shown without the maps of its materials: " + why, 1});
-    return OwnMaps();
+    return MaterialAtlases();
   };
   std::array<std::optional<Slot>, 3> slots;
   try {

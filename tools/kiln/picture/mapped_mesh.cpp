@@ -1,4 +1,4 @@
-#include "picture/dressed.h"
+#include "picture/mapped_mesh.h"
 
 #include <algorithm>
 #include <cmath>
