@@ -59,21 +59,22 @@ double leaf(const BandPoint& p, double x, double tip) {
   return 0.62 * rise * (0.09 * size + bulge + rim + rib + vein + curl);
 }
 
-constexpr int kKeyRows = 7, kKeyColumns = 8;
+constexpr int kMeanderRows = 7, kMeanderColumns = 8;
 // clang-format keeps one row a line for the comments.
-constexpr std::array<std::string_view, kKeyRows> kKeyPattern = {"#######.",   // the band's end
-                                                                "#.....#.",   //
-                                                                "#.###.#.",   //
-                                                                "#.#...#.",   //
-                                                                "#.#####.",   //
-                                                                "#.......",   //
-                                                                "########"};  // its start
+constexpr std::array<std::string_view, kMeanderRows> kMeanderPattern = {
+    "#######.",   // the band's end
+    "#.....#.",   //
+    "#.###.#.",   //
+    "#.#...#.",   //
+    "#.#####.",   //
+    "#.......",   //
+    "########"};  // its start
 
-double is_key_cell(int column, int row) {
-  if (row < 0 || row >= kKeyRows) return 0;
-  column = ((column % kKeyColumns) + kKeyColumns) % kKeyColumns;
-  return kKeyPattern[static_cast<std::size_t>(kKeyRows - 1 - row)]
-                    [static_cast<std::size_t>(column)] == '#'
+double is_raised_meander_cell(int column, int row) {
+  if (row < 0 || row >= kMeanderRows) return 0;
+  column = ((column % kMeanderColumns) + kMeanderColumns) % kMeanderColumns;
+  return kMeanderPattern[static_cast<std::size_t>(kMeanderRows - 1 - row)]
+                        [static_cast<std::size_t>(column)] == '#'
              ? 1.0
              : 0.0;
 }
@@ -161,16 +162,17 @@ double scales(const BandPoint& p, int rows) {
 
 double meander(const BandPoint& p) {
   const double margin = 0.04;
-  const double row = (p.y - margin) / (1 - 2 * margin) * kKeyRows - 0.5;
-  const double column = (p.x - std::floor(p.x)) * kKeyColumns - 0.5;
-  const double cell = std::min(p.width / kKeyColumns, p.height / kKeyRows);
+  const double row = (p.y - margin) / (1 - 2 * margin) * kMeanderRows - 0.5;
+  const double column = (p.x - std::floor(p.x)) * kMeanderColumns - 0.5;
+  const double cell = std::min(p.width / kMeanderColumns, p.height / kMeanderRows);
   const double half =
       std::min(0.5, 0.5 * p.edge / cell);  // half the width of a hard edge, in cells
   const int r = static_cast<int>(std::floor(row)), c = static_cast<int>(std::floor(column));
   const double v = smooth_step(0.5 - half, 0.5 + half, row - r);
   const double u = smooth_step(0.5 - half, 0.5 + half, column - c);
-  const double low = is_key_cell(c, r) * (1 - u) + is_key_cell(c + 1, r) * u;
-  const double high = is_key_cell(c, r + 1) * (1 - u) + is_key_cell(c + 1, r + 1) * u;
+  const double low = is_raised_meander_cell(c, r) * (1 - u) + is_raised_meander_cell(c + 1, r) * u;
+  const double high =
+      is_raised_meander_cell(c, r + 1) * (1 - u) + is_raised_meander_cell(c + 1, r + 1) * u;
   return 0.75 * cell * (low * (1 - v) + high * v);
 }
 

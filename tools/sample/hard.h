@@ -64,8 +64,8 @@ class HighPolyParts {
   void extrusion(const PartFrame& part_frame, const Outline& outline,
                  const std::array<double, 2>& centre, double half, double radius, int steps = 6);
   /// An open sheet z = height(x, y) over [-w, w] x [-h, h] that faces up.
-  void sheet(const PartFrame& part_frame, double w, double h, int steps,
-             double (*height)(double x, double y));
+  void open_sheet(const PartFrame& part_frame, double w, double h, int steps,
+                  double (*height)(double x, double y));
 
   /// Starts a group for the following shapes.
   void group(std::string name);
@@ -96,7 +96,7 @@ class LightParts {
   void group(std::string name);
 
   /// Packs the charts into the unit square, `gap` apart, and returns the mesh.
-  Mesh finish(double gap = 1.0 / 64);
+  Mesh pack_charts_and_finish(double gap = 1.0 / 64);
 
  private:
   struct Chart {

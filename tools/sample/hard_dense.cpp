@@ -254,8 +254,8 @@ void HighPolyParts::extrusion(const PartFrame& part_frame, const Outline& outlin
   }
 }
 
-void HighPolyParts::sheet(const PartFrame& part_frame, double w, double h, int steps,
-                          double (*height)(double x, double y)) {
+void HighPolyParts::open_sheet(const PartFrame& part_frame, double w, double h, int steps,
+                               double (*height)(double x, double y)) {
   const auto first = static_cast<std::uint32_t>(mesh_.positions.size());
   constexpr double kStep = 1e-5;
   for (int j = 0; j <= steps; ++j) {

@@ -9,18 +9,18 @@
 namespace kiln::sample {
 namespace {
 
-struct Packing {
+struct ChartPacking {
   std::vector<std::array<double, 2>> corner;  ///< Per chart
   bool fits = false;
 };
 
 /// Rows of charts, the tallest first; sizes times `scale`.
-Packing packed(const std::vector<std::array<double, 2>>& sizes, double scale, double gap) {
+ChartPacking packed(const std::vector<std::array<double, 2>>& sizes, double scale, double gap) {
   std::vector<std::size_t> order(sizes.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return sizes[a][1] > sizes[b][1]; });
-  Packing result;
+  ChartPacking result;
   result.corner.resize(sizes.size());
   double x = gap, y = gap, row = 0;
   bool wide = false;
@@ -170,7 +170,7 @@ void LightParts::card(const PartFrame& part_frame, double w, double h) {
   face(part_frame, {{-w, -h, 0}, {w, -h, 0}, {w, h, 0}, {-w, h, 0}});
 }
 
-Mesh LightParts::finish(double gap) {
+Mesh LightParts::pack_charts_and_finish(double gap) {
   std::vector<std::array<double, 2>> sizes;
   double largest = 0;
   for (const Chart& chart : charts_) {
@@ -182,7 +182,7 @@ Mesh LightParts::finish(double gap) {
     const double middle = (low + high) / 2;
     (packed(sizes, middle, gap).fits ? low : high) = middle;
   }
-  const Packing places = packed(sizes, low, gap);
+  const ChartPacking places = packed(sizes, low, gap);
   for (std::size_t c = 0; c < charts_.size(); ++c) {
     for (const std::uint32_t i : charts_[c].corners) {
       Vec2& uv = mesh_.uvs[i];

@@ -21,7 +21,7 @@ struct Builder {
     low.group(name + "_low");
   }
   /// Starts a group on the current part: the high shapes that follow belong to NAME_high_ON_IT.
-  void on_part(const std::string& name, const std::string& on_it) {
+  void start_group_on_part(const std::string& name, const std::string& on_it) {
     high.group(name + "_high_" + on_it);
   }
   /// A raised disc from `base` to `top` above the frame's origin.
@@ -40,7 +40,7 @@ struct Builder {
     high.disc(part_frame, radius, height, rounding, 96);
     low.cylinder(part_frame, sides, radius, height, true);
   }
-  HardScene done() { return {high.mesh(), low.finish(), raised_discs}; }
+  HardScene done() { return {high.mesh(), low.pack_charts_and_finish(), raised_discs}; }
 
   HighPolyParts high;
   LightParts low;
@@ -167,13 +167,13 @@ HardScene assembly() {
   b.part("bolt_handle");
   b.rod(frame_along({0.2, 0.05, 0.09}, {0, 0, 1}), 0.05, 0.1, 0.012);
   for (const double z : {-1.0, 1.0}) {
-    b.on_part("receiver", "discs");
+    b.start_group_on_part("receiver", "discs");
     for (const double x : {-0.45, -0.1, 0.42}) {
       b.add_raised_disc(frame_along({x, -0.06, 0.1 * z}, {0, 0, z}), 0.05, -0.01, 0.015);
     }
-    b.on_part("hand_guard", "discs");
+    b.start_group_on_part("hand_guard", "discs");
     b.add_raised_disc(frame_along({0.85, 0.03, 0.11 * z}, {0, 0, z}), 0.05, 0.003, 0.015);
-    b.on_part("stock", "discs");
+    b.start_group_on_part("stock", "discs");
     b.add_raised_disc(frame_along({-0.95, -0.02, 0.07 * z}, {0, 0, z}), 0.06, 0, 0.02);
   }
   return b.done();
@@ -186,7 +186,7 @@ double leaf_height(double x, double y) {
 
 HardScene leaf() {
   Builder b("leaf");
-  b.high.sheet({}, 0.5, 1, 96, leaf_height);
+  b.high.open_sheet({}, 0.5, 1, 96, leaf_height);
   b.low.card({}, 0.5, 1);
   return b.done();
 }

@@ -172,7 +172,7 @@ Options parse(const std::vector<std::string>& arguments) {
 }
 
 /// Writes a mesh to a PLY file while its pieces are being made.
-class PlySink : public kiln::sample::SweepSink {
+class PlySink : public kiln::sample::MeshPieceSink {
  public:
   /// \param colors  true: the vertices get colours
   explicit PlySink(const std::filesystem::path& path, bool colors = false)

@@ -111,7 +111,7 @@ Cells cellular_noise(const Point& p, std::uint32_t seed) {
   const double fx = std::floor(p.x), fy = std::floor(p.y), fz = std::floor(p.z);
   Point nearest, second;
   double nearest_square = 1e30, second_square = 1e30;
-  std::uint32_t which = 0;
+  std::uint32_t nearest_hash = 0;
   for (int dz = -1; dz <= 1; ++dz) {
     for (int dy = -1; dy <= 1; ++dy) {
       for (int dx = -1; dx <= 1; ++dx) {
@@ -127,7 +127,7 @@ Cells cellular_noise(const Point& p, std::uint32_t seed) {
           second_square = nearest_square;
           nearest = offset;
           nearest_square = square;
-          which = h * 0x9E3779B1u;
+          nearest_hash = h * 0x9E3779B1u;
         } else if (square < second_square) {
           second = offset;
           second_square = square;
@@ -138,7 +138,7 @@ Cells cellular_noise(const Point& p, std::uint32_t seed) {
   // Distance to the plane half-way between the two nearest points.
   const Point between = second - nearest;
   const double apart = std::sqrt(std::max(dot(between, between), 1e-12));
-  return {std::sqrt(nearest_square), (second_square - nearest_square) / (2 * apart), which};
+  return {std::sqrt(nearest_square), (second_square - nearest_square) / (2 * apart), nearest_hash};
 }
 
 }  // namespace kiln::sample

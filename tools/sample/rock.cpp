@@ -11,7 +11,7 @@ namespace {
 
 /// The profile of a unit sphere: half a circle from the lowest to the highest point.
 Profile half_circle() {
-  std::vector<Profile::Control> controls;
+  std::vector<Profile::ProfileControl> controls;
   constexpr int kPieces = 24;
   for (int i = 0; i <= kPieces; ++i) {
     const double latitude = std::numbers::pi * (static_cast<double>(i) / kPieces - 0.5);
@@ -69,7 +69,7 @@ Point boulder(const SurfacePoint& at) {
 
 }  // namespace
 
-void rock(std::uint64_t faces, SweepSink& sink) { sweep(half_circle(), faces, boulder, sink); }
+void rock(std::uint64_t faces, MeshPieceSink& sink) { sweep(half_circle(), faces, boulder, sink); }
 
 Mesh rock(std::uint64_t faces) {
   Mesh mesh = sweep(half_circle(), faces, boulder);

@@ -12,11 +12,11 @@ namespace kiln::sample {
 /// A lidded stone urn carved with leaves, a guilloche, scales, a meander and flutes, chipped, cracked and
 /// pitted.
 Mesh urn(std::uint64_t faces);
-void urn(std::uint64_t faces, SweepSink& sink);
+void urn(std::uint64_t faces, MeshPieceSink& sink);
 
 /// A weathered boulder with strata, ridges and cracks.
 Mesh rock(std::uint64_t faces);
-void rock(std::uint64_t faces, SweepSink& sink);
+void rock(std::uint64_t faces, MeshPieceSink& sink);
 
 /// Gives a mesh's vertices colours of weathered stone: strata, stains and lichen.
 void paint_stone(Mesh& mesh);

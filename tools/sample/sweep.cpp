@@ -14,13 +14,13 @@ constexpr std::size_t kPieceElements = std::size_t{1} << 20;  // vertices or tri
 constexpr double kTriangleHeight =
     0.8660254037844386;  // height of an equilateral triangle with unit edges
 
-Profile::Control blend(const Profile::Control& a, const Profile::Control& b, double ta, double tb,
-                       double t) {
+Profile::ProfileControl blend(const Profile::ProfileControl& a, const Profile::ProfileControl& b,
+                              double ta, double tb, double t) {
   const double s = (t - ta) / (tb - ta);
   return {a.radius + s * (b.radius - a.radius), a.height + s * (b.height - a.height)};
 }
 
-double distance(const Profile::Control& a, const Profile::Control& b) {
+double distance(const Profile::ProfileControl& a, const Profile::ProfileControl& b) {
   return std::hypot(a.radius - b.radius, a.height - b.height);
 }
 
@@ -72,28 +72,29 @@ void join_rings(std::size_t ring, std::uint32_t low, std::uint32_t low_size, std
 
 }  // namespace
 
-Profile::Profile(const std::vector<Control>& controls) {
+Profile::Profile(const std::vector<ProfileControl>& controls) {
   constexpr int kPieces = 256;
   const auto count = static_cast<std::ptrdiff_t>(controls.size());
   // The ends are on the axis: continued by their own mirror image.
-  const auto control = [&](std::ptrdiff_t i) -> Control {
+  const auto control = [&](std::ptrdiff_t i) -> ProfileControl {
     if (i < 0) return {-controls[1].radius, controls[1].height};
     if (i >= count) {
-      const Control& c = controls[static_cast<std::size_t>(count - 2)];
+      const ProfileControl& c = controls[static_cast<std::size_t>(count - 2)];
       return {-c.radius, c.height};
     }
     return controls[static_cast<std::size_t>(i)];
   };
   for (std::ptrdiff_t i = 0; i + 1 < count; ++i) {
-    const Control p0 = control(i - 1), p1 = control(i), p2 = control(i + 1), p3 = control(i + 2);
+    const ProfileControl p0 = control(i - 1), p1 = control(i), p2 = control(i + 1),
+                         p3 = control(i + 2);
     const double t0 = 0, t1 = t0 + std::sqrt(distance(p0, p1));
     const double t2 = t1 + std::sqrt(distance(p1, p2)), t3 = t2 + std::sqrt(distance(p2, p3));
     for (int k = 0; k < kPieces; ++k) {
       const double t = t1 + (t2 - t1) * k / kPieces;
-      const Control a1 = blend(p0, p1, t0, t1, t), a2 = blend(p1, p2, t1, t2, t);
-      const Control a3 = blend(p2, p3, t2, t3, t);
-      const Control b1 = blend(a1, a2, t0, t2, t), b2 = blend(a2, a3, t1, t3, t);
-      Control c = blend(b1, b2, t1, t2, t);
+      const ProfileControl a1 = blend(p0, p1, t0, t1, t), a2 = blend(p1, p2, t1, t2, t);
+      const ProfileControl a3 = blend(p2, p3, t2, t3, t);
+      const ProfileControl b1 = blend(a1, a2, t0, t2, t), b2 = blend(a2, a3, t1, t3, t);
+      ProfileControl c = blend(b1, b2, t1, t2, t);
       c.radius = std::max(c.radius, 0.0);
       points_.push_back(c);
     }
@@ -109,12 +110,12 @@ Profile::Profile(const std::vector<Control>& controls) {
 Profile::Sample Profile::at(double arc) const {
   const auto above = std::upper_bound(arc_.begin() + 1, arc_.end() - 1, arc);
   const auto i = static_cast<std::size_t>(above - arc_.begin());
-  const Control &a = points_[i - 1], &b = points_[i];
+  const ProfileControl &a = points_[i - 1], &b = points_[i];
   const double length = std::max(arc_[i] - arc_[i - 1], 1e-12);
   const double s = std::clamp((arc - arc_[i - 1]) / length, 0.0, 1.0);
   // The direction over several neighbours makes the normal vary smoothly.
-  const Control& before = points_[i >= 9 ? i - 9 : 0];
-  const Control& after = points_[std::min(i + 8, points_.size() - 1)];
+  const ProfileControl& before = points_[i >= 9 ? i - 9 : 0];
+  const ProfileControl& after = points_[std::min(i + 8, points_.size() - 1)];
   const double dr = after.radius - before.radius, dy = after.height - before.height;
   const double scale = 1 / std::max(std::hypot(dr, dy), 1e-12);
   return {a.radius + s * (b.radius - a.radius), a.height + s * (b.height - a.height), dy * scale,
@@ -122,7 +123,7 @@ Profile::Sample Profile::at(double arc) const {
 }
 
 void sweep(const Profile& profile, std::uint64_t faces,
-           const std::function<Point(const SurfacePoint&)>& displace, SweepSink& sink) {
+           const std::function<Point(const SurfacePoint&)>& displace, MeshPieceSink& sink) {
   // An equilateral triangle of edge e has the area e^2 sqrt(3) / 4. The number of triangles falls as the edge grows, so
   // bisect around this estimate.
   double area = 0;
@@ -187,7 +188,7 @@ void sweep(const Profile& profile, std::uint64_t faces,
 
 Mesh sweep(const Profile& profile, std::uint64_t faces,
            const std::function<Point(const SurfacePoint&)>& displace) {
-  struct MeshSink : SweepSink {
+  struct MeshSink : MeshPieceSink {
     void begin(std::uint64_t vertices, std::uint64_t triangles) override {
       mesh.positions.reserve(vertices);
       mesh.triangles.reserve(triangles);

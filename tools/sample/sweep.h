@@ -14,7 +14,7 @@ namespace kiln::sample {
 /// A smooth curve in the half plane (radius, height) by arc length.
 class Profile {
  public:
-  struct Control {
+  struct ProfileControl {
     double radius, height;
   };
   struct Sample {
@@ -23,15 +23,15 @@ class Profile {
   };
 
   /// A centripetal Catmull-Rom spline through the controls. The first and the last lie on the axis.
-  explicit Profile(const std::vector<Control>& controls);
+  explicit Profile(const std::vector<ProfileControl>& controls);
 
   double length() const { return arc_.back(); }
   Sample at(double arc) const;
   /// Arc length of the curve up to its control point `index`.
-  double arc_of(std::size_t index) const { return control_arc_[index]; }
+  double arc_of_control(std::size_t index) const { return control_arc_[index]; }
 
  private:
-  std::vector<Control> points_;
+  std::vector<ProfileControl> points_;
   std::vector<double> arc_;
   std::vector<double> control_arc_;
 };
@@ -44,9 +44,9 @@ struct SurfacePoint {
 };
 
 /// Receives a mesh in pieces: all vertices, then all triangles.
-class SweepSink {
+class MeshPieceSink {
  public:
-  virtual ~SweepSink() = default;
+  virtual ~MeshPieceSink() = default;
   virtual void begin(std::uint64_t vertices, std::uint64_t triangles) = 0;
   virtual void add(std::span<const Vec3> positions) = 0;
   virtual void add(std::span<const Triangle> triangles) = 0;
@@ -58,6 +58,6 @@ Mesh sweep(const Profile& profile, std::uint64_t faces,
            const std::function<Point(const SurfacePoint&)>& displace);
 /// sweep() for meshes larger than memory: passes the mesh to `sink` in pieces.
 void sweep(const Profile& profile, std::uint64_t faces,
-           const std::function<Point(const SurfacePoint&)>& displace, SweepSink& sink);
+           const std::function<Point(const SurfacePoint&)>& displace, MeshPieceSink& sink);
 
 }  // namespace kiln::sample

@@ -31,7 +31,7 @@ enum Mark : std::size_t {
   knob_low = 38,
   knob_high = 42,
 };
-const std::vector<Profile::Control> kUrnProfile = {
+const std::vector<Profile::ProfileControl> kUrnProfile = {
     {0.000, 0.000}, {0.300, 0.000}, {0.385, 0.006},                                  // underside
     {0.402, 0.030}, {0.407, 0.060}, {0.395, 0.095},                                  // foot
     {0.340, 0.115}, {0.270, 0.160}, {0.238, 0.220},                                  // stem
@@ -66,7 +66,9 @@ class Urn {
   struct Band {
     double arc_low, arc_high;
   };
-  Band between(Mark low, Mark high) const { return {profile_.arc_of(low), profile_.arc_of(high)}; }
+  Band between(Mark low, Mark high) const {
+    return {profile_.arc_of_control(low), profile_.arc_of_control(high)};
+  }
 
   /// True if a place lies in a band, and where in it.
   static bool in_band(const SurfacePoint& at, const Band& band, int repeats, BandPoint& p) {
@@ -92,17 +94,19 @@ class Urn {
     if (in_band(at, between(ring_low, ring_high), 34, p)) h = std::max(h, rope(p));
     if (in_band(at, between(leaves_low, leaves_high), 16, p)) h = std::max(h, leaves(p));
     const double line = 0.013;
-    const Band braid{profile_.arc_of(leaves_high) + 2.2 * line, profile_.arc_of(braid_high)};
+    const Band braid{profile_.arc_of_control(leaves_high) + 2.2 * line,
+                     profile_.arc_of_control(braid_high)};
     if (in_band(at, braid, 11, p)) h = std::max(h, guilloche(p));
-    const Band scale_band{braid.arc_high + 2.2 * line, profile_.arc_of(scales_high)};
+    const Band scale_band{braid.arc_high + 2.2 * line, profile_.arc_of_control(scales_high)};
     if (in_band(at, scale_band, 44, p)) h = std::max(h, scales(p, 4));
-    const Band key_band{scale_band.arc_high + 2.4 * line, profile_.arc_of(key_high)};
-    if (in_band(at, key_band, 21, p)) h = std::max(h, meander(p));
+    const Band meander_band{scale_band.arc_high + 2.4 * line, profile_.arc_of_control(key_high)};
+    if (in_band(at, meander_band, 21, p)) h = std::max(h, meander(p));
     if (in_band(at, between(lip_low, lip_high), 52, p)) h = std::max(h, rope(p));
     if (in_band(at, between(lid_low, lid_high), 18, p)) h = std::max(h, gadroons(p, 1.6));
     if (in_band(at, between(knob_low, knob_high), 12, p)) h = std::max(h, scales(p, 5));
-    for (const double arc : {braid.arc_low - 1.1 * line, braid.arc_high + 1.1 * line,
-                             scale_band.arc_high + 1.2 * line, key_band.arc_high + 1.1 * line}) {
+    for (const double arc :
+         {braid.arc_low - 1.1 * line, braid.arc_high + 1.1 * line, scale_band.arc_high + 1.2 * line,
+          meander_band.arc_high + 1.1 * line}) {
       h = std::max(h, bead_line(at, arc, line));
     }
     if (in_band(at, between(neck_low, neck_high), 26, p)) h += flutes(p);
@@ -149,7 +153,7 @@ class Urn {
 
 }  // namespace
 
-void urn(std::uint64_t faces, SweepSink& sink) {
+void urn(std::uint64_t faces, MeshPieceSink& sink) {
   const Urn shape;
   sweep(
       shape.profile(), faces, [&](const SurfacePoint& at) { return shape(at); }, sink);
