@@ -258,7 +258,7 @@ class BytePlanner {
     low_poly.bytes_per_face =
         (static_cast<double>(low_poly.trial.mesh_bytes) - static_cast<double>(fixed_bytes_)) /
         faces;
-    // only the ladder of the normal map stays; other_ladders_ has those of the other pictures
+    // Only the encodings of the normal map are kept here; other_ladders_ has those of the other pictures.
     low_poly.ladders.resize(1);
     std::vector<PictureLadder> all_ladders = low_poly.ladders;
     const std::vector<PictureLadder> other_ladders = other_ladders_up_to(size);
@@ -278,7 +278,7 @@ class BytePlanner {
     }
   }
 
-  /// Ladders of all pictures except normals, limited to the size of a bake.
+  /// Encodings of all pictures except normals, limited to the size of a bake.
   std::vector<PictureLadder> other_ladders_up_to(std::uint32_t size) const {
     std::vector<PictureLadder> list = other_ladders_;
     for (PictureLadder& ladder : list) {
@@ -471,7 +471,7 @@ class BytePlanner {
   std::vector<BuiltLowPoly> low_polys_;
   bool is_smooth_ = false;                 ///< See choose_normals()
   std::vector<ByteTrial> dropped_trials_;  ///< Of low polys that choose_normals() dropped
-  /// Ladders of all pictures except normals, from the first bake of all maps
+  /// Encodings of all pictures except normals, from the first bake of all maps
   std::vector<PictureLadder> other_ladders_;
   std::uint32_t other_ladders_size_ = 0;
   std::uint64_t fixed_bytes_ = 0;  ///< Bytes of the file that do not depend on the mesh

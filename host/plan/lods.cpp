@@ -152,14 +152,14 @@ class LodMaker {
       chain_.levels.push_back(std::move(level));
       return;
     }
-    Message text = "The level for " + std::to_string(level.screen) +
-                   " pixels is left out, and the mesh of " +
-                   std::to_string(previous().chosen.faces) +
-                   " faces is used there: all meshes within the error have more faces, or over 90% "
-                   "of its bytes.";
+    Message text =
+        "The level for " + std::to_string(level.screen) + " pixels is left out, and the mesh of " +
+        std::to_string(previous().chosen.faces) +
+        " faces is used at that size, too: every mesh within the error bound has more faces, or "
+        "over 90% of the bytes.";
     if (options_.error_growth == 1 && chain_.warnings.empty()) {
-      text += " Errors that grow from level to level (" + option("lod_growth") +
-              ") allow lighter meshes.";
+      text += " Let the error bound grow from level to level (" + option("lod_growth") +
+              ") to allow lighter meshes.";
     }
     chain_.warnings.push_back({"lod-left-out", std::move(text), 1});
   }

@@ -193,7 +193,7 @@ class MatchPlanner {
     ProgressGuard::poll_at(0, progress_text);
     const Stopwatch watch;
     const NormalProbe::InfiniteMap& infinite_map = infinite_maps_[method.name] =
-        probe_->infinite_map(options, field_);
+        probe_->infinite_map(options, visibility_field_);
     plan_.limits.push_back({method, infinite_map.error, infinite_map.missed, watch.total()});
     if (infinite_maps_.size() == 1) {
       texels_.set_range(plan_.without_map.mean_degrees - infinite_map.error.mean_degrees);
@@ -401,7 +401,7 @@ class MatchPlanner {
   const MatchMethod by_uv_ = match_at_uvs();
   std::vector<MatchMethod> methods_;  // Methods in increasing order of cost
   std::optional<NormalProbe> probe_;
-  std::shared_ptr<const VisibilityField> field_;
+  std::shared_ptr<const VisibilityField> visibility_field_;
   // Errors with a map of infinite resolution, by the name of the match
   std::map<std::string_view, NormalProbe::InfiniteMap> infinite_maps_;
   TexelError texels_;

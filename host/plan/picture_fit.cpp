@@ -35,8 +35,8 @@ bool is_covered(std::span<const std::uint8_t> coverage, std::size_t texel) {
   return state == TexelState::baked || state == TexelState::missed;
 }
 
-/// Converts texels to values that may be averaged, and back.
-void to_mean_space(TextureUse use, std::uint32_t channels, const float* texel, double* sum) {
+/// Converts texels to values whose mean is meaningful (colours in linear light, normals as vectors), and back.
+void to_linear_values(TextureUse use, std::uint32_t channels, const float* texel, double* sum) {
   for (std::uint32_t c = 0; c < channels; ++c) {
     const double value = texel[c];
     sum[c] = use == TextureUse::normal && c < 3  ? 2 * value - 1
@@ -44,8 +44,8 @@ void to_mean_space(TextureUse use, std::uint32_t channels, const float* texel, d
                                                  : value;
   }
 }
-void from_mean_space(TextureUse use, std::uint32_t channels, std::array<double, 4> mean,
-                     float* texel) {
+void from_linear_values(TextureUse use, std::uint32_t channels, std::array<double, 4> mean,
+                        float* texel) {
   if (use == TextureUse::normal) {
     const double length = std::hypot(mean[0], mean[1], mean[2]);
     if (!(length > 0)) mean = {0, 0, 1, mean[3]};
@@ -97,14 +97,14 @@ std::vector<Image> covered_levels(const Image& full, std::span<const std::uint8_
             const double w = from_weights[at_y * from.width + at_x];
             if (w == 0) continue;
             std::array<double, 4> value{};
-            to_mean_space(use, channels, from.at(at_x, at_y), value.data());
+            to_linear_values(use, channels, from.at(at_x, at_y), value.data());
             for (std::size_t c = 0; c < 4; ++c) sum[c] += w * value[c];
             total += w;
           }
           weight[y * half.width + x] = total / 4;
           if (total == 0) continue;
           for (double& value : sum) value /= total;
-          from_mean_space(use, channels, sum, half.at(x, y));
+          from_linear_values(use, channels, sum, half.at(x, y));
         }
       }
     });

@@ -56,16 +56,16 @@ struct PictureFitOptions {
   NormalMapError normal_error = {};
 };
 
-/// Computes the ladder of each picture of a set of maps. Smaller sizes average covered texels: normals as directions,
+/// Encodes each picture of a set of maps at several sizes and qualities. Smaller sizes average covered texels: normals as directions,
 /// colours in linear light. Uncovered texels get the mean of the nearest coarser level that has one, so that no
 /// background colour bleeds in. Errors compare the decoded picture, filtered bilinearly, with the maps. Deterministic
 /// on any number of threads. Cost: each size and quality is encoded and decoded once, in total 1.33 times the texels
 /// per quality; a size is skipped if the bytes of the next smaller one show that it cannot fit.
 std::vector<PictureLadder> picture_ladders(const AssetMaps& maps, const PictureFitOptions& options);
 
-/// A combination of encodings: one choice from each of several ladders.
+/// A combination of encodings: one of each picture's choices.
 struct PictureFit {
-  std::vector<std::size_t> choices;  ///< Index into PictureLadder::choices for each ladder
+  std::vector<std::size_t> choices;  ///< For each picture, index into PictureLadder::choices
   std::uint64_t bytes = 0;           ///< Sum of the bytes of all pictures
   double error = 0;                  ///< Weighted sum of PictureError::steps
 };
@@ -73,7 +73,7 @@ struct PictureFit {
 /// The choices with the smallest sum of errors within `bytes`; nullopt if even the smallest choices exceed it.
 std::optional<PictureFit> least_error(std::span<const PictureLadder> ladders, std::uint64_t bytes);
 
-/// Sum of the bytes of the smallest choice of each ladder.
+/// Sum of the pictures' bytes, each in its smallest encoding.
 std::uint64_t least_bytes(std::span<const PictureLadder> ladders);
 
 }  // namespace kiln
