@@ -79,7 +79,7 @@ class FallbackMatcher : public Matcher {
     matcher.run(pick.gather_points(band), found);
   }
 
-  /// Resizes the planes of results to the length of the planes of points.
+  /// Resizes the arrays of results, so that each component has as many elements as each component of the points.
   void fit(DeviceCorrespondence& match, std::uint32_t capacity) const {
     if (match.capacity == capacity) return;
     match = DeviceCorrespondence();

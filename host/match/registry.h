@@ -22,7 +22,7 @@ namespace kiln {
 /// Input of a match: the meshes, the search distance, the directions. Lengths are in the working
 /// frame.
 struct MatchRequest {
-  /// Copies the request for other meshes in the same frame.
+  /// Returns a copy of the request for other meshes, whose positions are in the same working frame.
   MatchRequest of(const Source::Impl& other, const LowSurface& low) const {
     MatchRequest request{.source = other, .surface = low};
     request.width = width;

@@ -69,7 +69,7 @@ class UvCells {
   template <typename Visit>
   void for_each_uv_in(const Vec2& low, const Vec2& high, const Visit& visit) const {
     for (std::size_t y = u_weights(low.y); y <= u_weights(high.y); ++y) {
-      // UvThe UVs of a row's cells are consecutive in memory.
+      // The UVs of a row's cells are consecutive in memory.
       const std::uint32_t end = first_[y * cells_per_side_ + u_weights(high.x) + 1];
       for (std::uint32_t i = first_[y * cells_per_side_ + u_weights(low.x)]; i < end; ++i)
         visit(index_[i]);

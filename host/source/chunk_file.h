@@ -20,17 +20,18 @@ struct ChunkRecord {
   std::uint32_t triangle = 0;  ///< The triangle's index in the whole mesh
 };
 
-/// A box, in the working frame.
+/// An axis-aligned box of a chunk as the file stores it, in the working frame.
 struct ChunkBox {
   std::array<float, 3> low{}, high{};
 };
 
-/// Values that are found while the chunks are sorted, so that a later run need not find them again.
+/// Values of the whole mesh that are computed while its triangles are sorted into chunks. The file stores them for later
+/// runs.
 struct ChunkSummary {
   /// Box of the mesh's triangles with area, in the mesh's units
   std::array<double, 3> low{}, high{};
   ChunkBox used;  ///< Box of all triangles' finite corners, in the working frame
-  /// Number of triangles that no search finds, since they have no area
+  /// Number of triangles that searches ignore, since they have no area
   std::uint64_t unsearchable_triangles = 0;
 };
 

@@ -36,7 +36,7 @@ std::uint32_t spread_bits(std::uint32_t x) {
   return (x | x << 2U) & 0x09249249U;
 }
 
-/// The cell of a triangle's centre; kNone if no search finds the triangle.
+/// The cell of a triangle's centre; kNone if searches ignore the triangle.
 std::uint32_t cell_of(std::span<const Vec3> positions, const Triangle& triangle) {
   if (!has_area(positions, triangle)) return kNone;
   const Vec3 &a = positions[triangle[0]], &b = positions[triangle[1]], &c = positions[triangle[2]];
@@ -204,7 +204,8 @@ ChunkedMesh::ChunkedMesh(std::shared_ptr<const MeshStream> mesh, const ChunkOpti
   }
 }
 
-/// Converts the positions to the working frame. Vertices beyond the box belong to no triangle with area.
+/// Converts the positions to the working frame. Vertices outside of the mesh's box become NaN: the box contains all
+/// triangles with area, so only triangles without area use them.
 void ChunkedMesh::to_frame() {
   constexpr float kBeyondBox = std::numeric_limits<float>::quiet_NaN();
   parallel_for(positions_.size(), kElementsPerRead, [&](std::size_t begin, std::size_t end) {

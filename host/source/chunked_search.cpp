@@ -40,7 +40,7 @@ class Samples {
   std::uint32_t size() const { return count_; }
   float operator()(std::size_t plane, std::uint32_t i) const { return planes_[plane][i]; }
 
-  /// Some samples as planes on the device.
+  /// Some of the samples, on the device: one array per component, as kernels read them.
   cl::Array<float> pick(cl::Context& context, std::span<const std::uint32_t> some) const {
     std::vector<float> values(kPlanes * some.size());
     parallel_for(some.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
@@ -58,7 +58,7 @@ class Samples {
   std::array<std::vector<float>, kPlanes> planes_;
 };
 
-/// The samples with a property, in their order.
+/// The samples that satisfy a predicate, in ascending order.
 template <typename Wanted>
 std::vector<std::uint32_t> samples_with(std::uint32_t count, const Wanted& wanted) {
   std::vector<std::vector<std::uint32_t>> pieces((count + kSamplesPerTask - 1) / kSamplesPerTask);
@@ -73,7 +73,7 @@ std::vector<std::uint32_t> samples_with(std::uint32_t count, const Wanted& wante
   return samples;
 }
 
-/// Triangles of a chunk for each sample from which on those near the samples are selected first.
+/// Ratio of a chunk's triangles to the searched samples above which only the triangles near the samples are loaded.
 constexpr std::size_t kTrianglesPerSample = 32;
 
 /// One search over all chunks.
@@ -143,7 +143,8 @@ class ChunkSearch {
     std::uint32_t sample, triangle;
   };
 
-  /// Takes better results. \returns samples whose best triangle may be either of two
+  /// Replaces results by better ones of another chunk. \returns samples whose best triangle cannot be decided, since two
+  /// chunks have equally good ones
   std::vector<Tie> merge(std::span<const std::uint32_t> some, const HostCorrespondence& found) {
     std::vector<Tie> ties;
     for (std::size_t k = 0; k < some.size(); ++k) {
@@ -189,14 +190,14 @@ class ChunkSearch {
   HostCorrespondence best_;
 };
 
-/// Merges rays: see ray_accept() in kernels/accel/ray.clh.
+/// Merges hits of a ray in several chunks by the rules of ray_accept() in kernels/accel/ray.clh.
 struct RayRules {
   RayQuery query;
   Traversal traversal = Traversal::automatic;
 
   double sign() const { return query.inward ? -1 : 1; }
 
-  /// The remaining part of a ray, widened.
+  /// The part of a ray that may still hold a better hit, widened by a margin for rounding.
   struct Part {
     double lo = 0, hi = 0, margin = 0;
     std::array<double, 3> start{}, direction{};
@@ -275,7 +276,7 @@ struct RayRules {
     return p < q ? -1 : p > q ? 1 : 0;
   }
 
-  /// The winner's, with a mark of several hits.
+  /// The provenance of the better hit, with the flag that the ray has several hits.
   std::uint8_t merge_status(const HostCorrespondence& winner, std::size_t i,
                             const HostCorrespondence& loser, std::size_t k) const {
     if (!query.outermost) return winner.status[i];
@@ -292,12 +293,12 @@ struct RayRules {
   }
 };
 
-/// Merges nearest points.
+/// Merges the nearest points of several chunks.
 struct ClosestRules {
   ClosestQuery query;
   Traversal traversal = Traversal::automatic;
 
-  /// Greatest distance of a point that counts, widened.
+  /// Largest distance at which a point can still be the nearest, widened by a margin for rounding.
   double bound_of(const Samples& samples, std::uint32_t i, const HostCorrespondence& best) const {
     const double bound = best.triangle[i] != KILN_NO_TRIANGLE ? std::abs(double{best.distance[i]})
                                                               : double{query.max_distance};
@@ -373,7 +374,7 @@ std::shared_ptr<const LoadedChunks::Chunk> LoadedChunks::load(std::size_t chunk)
 
 namespace {
 
-/// Cells of a box that some boxes touch.
+/// A set of the grid cells of a box; mark() adds the cells that a smaller box touches.
 class CellMarks {
  public:
   explicit CellMarks(const ChunkBox& box) : marks_(kSide * kSide * kSide) {
@@ -489,7 +490,9 @@ void ChunkedRays::intersect(const cl::Array<float>& points, std::uint32_t count,
                             DeviceCorrespondence& result) const {
   const bool starts_apart = query.offset != 0 || query.use_reach;
   if (starts_apart && (query.outermost || query.outward_first)) {
-    throw Error(ErrorCode::internal, "Rays in chunks that start apart take the first hit alone.");
+    throw Error(ErrorCode::internal,
+                "Searching by chunks, rays that start at a distance from their sample support only "
+                "the rule of the first hit.");
   }
   search_chunks(*chunks_, RayRules{query, traversal_}, points, count, capacity, result);
 }

@@ -50,11 +50,12 @@ void check_within_bounds(const Mesh& high, const std::vector<Vec3>& positions) {
     for (const std::uint32_t corner : t) {
       const Vec3& p = positions[corner];
       if (std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) <= 1) continue;
-      throw Error(ErrorCode::usage,
-                  "Vertex " + std::to_string(corner) + " of '" + high.name +
-                      "' lies too far out of " + option("bounds") +
-                      ", which are about the mesh's own size.",
-                  "session-bounds");
+      throw Error(
+          ErrorCode::usage,
+          "Vertex " + std::to_string(corner) + " of '" + high.name + "' lies too far outside of " +
+              option("bounds") +
+              ": give bounds that hold the high poly wherever it moves, or move the vertex.",
+          "session-bounds");
     }
   }
 }

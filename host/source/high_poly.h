@@ -89,7 +89,8 @@ struct KILN_HIDDEN Source::Impl {
   /// tangents, as another texture set of the same low poly does, only UVs and tangents are processed. The result may
   /// be shared and must not be changed. Surfaces with a cage are not cached.
   std::shared_ptr<LowSurface> low_surface(const Mesh& low, const Mesh* cage, UvCopies copies) const;
-  /// A low poly whose layouts low_surface() neither has to check nor to hash; set by SetLayouts.
+  /// A low poly whose UV layouts are known to be valid, so that low_surface() skips their check and hash; set by
+  /// SetLayouts.
   struct KnownLow {
     /// The mesh's address, which identifies it; null if no low poly is known
     const Mesh* mesh = nullptr;

@@ -43,7 +43,7 @@ void SetLayouts::lay_out(const TextureSet& set) {
     });
     if (is_finite) known_.with_uvs.push_back(t);
   }
-  // Not repeated by later objects: the source may still hold the surface of an earlier one's layout.
+  // The number is unique among all SetLayouts, since the source may still cache the surface of a layout of an earlier one.
   static std::atomic<std::uint64_t> layouts{0};
   known_.layout = ++layouts;
   source_.set_known_low(known_);
