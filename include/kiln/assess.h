@@ -25,8 +25,7 @@ struct Distribution {
 struct RayMeasure {
   double mean = 0;  ///< Mean over the rays
   double rms = 0;   ///< Root mean square
-  /// Share of the rays through matched places of the low poly for which the quantity is defined, 0
-  /// to 1.
+  /// Share of the rays that show a matched texel for which the quantity is defined, 0 to 1.
   double share = 0;
 };
 
@@ -93,15 +92,15 @@ struct MatchAssessment {
 
   /// |F(p) - p| over the low poly.
   Distribution match_distance = {};
-  /// image_space averaged at each place, over the low poly: places seen from few directions count
-  /// as much as places seen from many.
+  /// image_space, first averaged over the rays that show a texel, then over the low poly's area: texels seen
+  /// from few directions count as much as texels seen from many.
   Distribution image_space_by_place = {};
   double never_visible = 0;  ///< Share of the area that no test direction sees
 
   /// Evenness with which F samples the high poly: log2 of its area over the low poly's area, per cell. A
   /// cell lies between a texel and its neighbours to the right and below, in the same chart.
   Distribution stretch = {};  ///< Distribution of |log2 - mean log2|: 0 is perfectly even
-  double mean_stretch = 0;    ///< Mean log2
+  double mean_stretch = 0;    ///< Mean of that log2 over the rated cells
   std::uint64_t cells = 0;    ///< Number of rated cells
   double folded = 0;          ///< Share of cells whose corners F maps in reversed order
   /// Largest distance between matched points of neighbouring texels, world units

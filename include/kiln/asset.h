@@ -85,9 +85,9 @@ struct Asset {
 Asset load_asset(const std::filesystem::path& path, const LoadMeshOptions& options = {},
                  std::vector<Warning>* warnings = nullptr);
 
-/// Reads the bytes of a whole file, which are not kept. Files that it refers to (buffers, MTL, pictures beside it) are not
-/// read: pictures that are embedded, as in a GLB, are kept with their materials. \param name  for messages; its extension
-/// is the format
+/// Reads an asset from the bytes of a whole file, which are not kept. Other files that it refers to (buffers, MTL,
+/// pictures beside it) are not read; embedded pictures, as in a GLB, are copied into their materials.
+/// \param name  for messages; its extension selects the format
 /// \throws as load_asset(path)
 Asset load_asset(std::span<const std::byte> bytes, std::string_view name,
                  const LoadMeshOptions& options = {}, std::vector<Warning>* warnings = nullptr);
@@ -115,9 +115,10 @@ const Image** slot_of(AssetMaps& maps, std::string_view name);
 
 /// Converts the maps of a bake to the slots of a material. Emission is scaled into [0, 1], with its strength. Ambient
 /// occlusion is the lesser of the baked value and of the high poly's occlusion picture. Normals from the high poly's
-/// normal maps replace those of its geometry. \returns pointers into `maps`, which must outlive the result
+/// normal maps replace those of its geometry.
+/// \returns pointers into `maps`, which must outlive the result
 /// \param maps  of bake(); converted by to_stored() where they are not yet
-/// \param left  receives the names of maps that no slot of a material takes, separated by commas; may be null
+/// \param left  receives the names of maps that fit no slot of a material, separated by commas; may be null
 /// Thread safety: may be called from several threads, for maps of their own.
 AssetMaps asset_maps(std::span<BakedMap> maps, std::string* left = nullptr);
 
@@ -132,8 +133,8 @@ struct AssetError {
 /// PNG, WebP or JPEG.
 struct AssetPictures {
   std::vector<AssetError> errors = {};  ///< Error of each map over its baked texels
-  /// PNG versions beside WebP pictures, for programs that cannot read WebP: EncodeMapsOptions::fallback. Same
-  /// members.
+  /// PNG versions beside WebP pictures, for programs that cannot read WebP: EncodeMapsOptions::fallback. Null:
+  /// none.
   std::shared_ptr<const AssetPictures> fallback = {};
   /// Quality that EncodeMapsOptions::max_normal_error led to; 0: lossless
   std::uint32_t normal_quality = 0;
@@ -147,7 +148,7 @@ struct AssetPictures {
   bool has_occlusion = false;            ///< False: occlusion is 1 in `surface`
   bool has_surface = false;              ///< True if `surface` holds roughness or metalness
   bool has_metallic = false;             ///< False: metalness is 0
-  float emission_strength = 1;           ///< As AssetMaps::emission_strength
+  float emission_strength = 1;  ///< Linear radiance that the value 1 in `emission` stands for
 };
 
 /// Picture formats of a glTF.
@@ -219,9 +220,10 @@ enum class MeshCompression {
 
 /// A coarser level of detail in an asset of save_asset().
 struct AssetLevel {
-  Mesh low = {};                                 ///< The level's low poly
-  std::vector<AssetMaterial> materials = {};     ///< Materials of `low`, as save_asset() takes them
-  std::vector<std::uint32_t> object_nodes = {};  ///< As SaveAssetOptions::object_nodes, for `low`
+  Mesh low = {};                              ///< The level's low poly
+  std::vector<AssetMaterial> materials = {};  ///< Materials of `low`, as save_asset() takes them
+  /// Per object of `low`, index into SaveAssetOptions::nodes; AssetNode::kNone gives the object a root node
+  std::vector<std::uint32_t> object_nodes = {};
   /// Share of the view's height that the asset takes, 0 to 1, at and below which this level replaces the one before;
   /// not above that level's
   double coverage = 0;
@@ -229,17 +231,20 @@ struct AssetLevel {
 
 /// Settings of save_asset(), and content beside a mesh and its materials.
 struct SaveAssetOptions {
-  std::vector<AssetNode> nodes = {};  ///< As Asset::nodes; empty: one node per object
-  /// Like Asset::object_nodes; AssetNode::kNone gives the object a root node of its own
+  /// The file's hierarchy, parents before children; empty: one node per object
+  std::vector<AssetNode> nodes = {};
+  /// Per object of the mesh, index into `nodes`; AssetNode::kNone gives the object a root node of its own
   std::vector<std::uint32_t> object_nodes = {};
   /// Collision hulls, written unchanged beside the mesh, without UVs, materials and colours; null: none. Must stay
   /// valid during the call.
   const Mesh* hulls = nullptr;
-  std::vector<std::uint32_t> hull_nodes = {};  ///< As object_nodes, for the hulls' objects
-  double metres = 0;             ///< Metres per unit of the mesh, written as the root's scale; 0: 1
-  std::string extras = {};       ///< JSON: `asset.extras`, an object; empty: none
-  std::string copyright = {};    ///< `asset.copyright`; empty: none
-  std::string scene = {};        ///< As Asset::scene; its name and extras are written
+  /// Per object of `hulls`, index into `nodes`; AssetNode::kNone gives the hull a root node of its own
+  std::vector<std::uint32_t> hull_nodes = {};
+  double metres = 0;           ///< Metres per unit of the mesh, written as the root's scale; 0: 1
+  std::string extras = {};     ///< JSON: `asset.extras`, an object; empty: none
+  std::string copyright = {};  ///< `asset.copyright`; empty: none
+  /// JSON of a glTF scene (Asset::scene), whose name and extras are written; empty: none
+  std::string scene = {};
   std::string kiln_extras = {};  ///< JSON: becomes `asset.extras.kiln`; empty: none
   /// Coarser levels of detail in the same file: the extension MSFT_lod. Readers without it show the mesh of
   /// save_asset(), the first level, alone.
@@ -266,8 +271,8 @@ struct SaveAssetOptions {
 /// \param materials  one for each of Mesh::material_names, or one for all
 /// \returns paths of the written files, `path` last
 /// \throws Error(input) for a mesh without a triangle that has area, or without UVs but with pictures; Error(usage) for
-///         a wrong number of materials or nodes, coverages that rise or are out of range, or extras that are not JSON; Error(output), also beyond the 4 GiB of a
-///         GLB
+///         a wrong number of materials or nodes, coverages that rise or are out of range, or extras that are not JSON;
+///         Error(output), also for a GLB beyond 4 GiB
 /// Thread safety: may be called from several threads, for files of different names.
 std::vector<std::filesystem::path> save_asset(const Mesh& low,
                                               std::span<const AssetMaterial> materials,

@@ -35,7 +35,7 @@ std::uint64_t fill_padding(const Device& device, Image& image, std::span<std::ui
 struct AttributeOptions {
   /// Values are unit vectors of three channels: means are normalised
   bool unit_vectors = false;
-  std::int32_t padding = kPaddingTexels;  ///< As PaddingOptions::texels
+  std::int32_t padding = kPaddingTexels;  ///< Width, 0 to 16384 texels; -1: the whole map
 };
 
 /// A map of the caller's own values.

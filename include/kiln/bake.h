@@ -21,8 +21,8 @@ namespace KILN_PUBLIC kiln {
 /// the share of the visible high poly near the low poly that no sample stands for.
 ///
 /// Sample places lie evenly over the high poly's area. A place counts if it is within the match's search
-/// distance of the low poly, and if its face turns less than 60 degrees from the low poly's there: a map
-/// along that normal cannot hold steeper ones. Its weight is the sum of cosines over those of 64
+/// distance of the low poly, and if its face deviates by less than 60 degrees from the low poly's there, since a map
+/// along the low poly's normal cannot hold steeper faces. Its weight is the sum of cosines over those of 64
 /// directions all around that see it past the high poly, as pixels of pictures would count it. A sample
 /// stands for a place within 1.5 sample spacings of its matched point if the two faces do not look
 /// opposite ways. Layers closer than that are not told apart.
@@ -32,10 +32,10 @@ struct HighCoverageReport {
   double weight = 0;
   double lost = 0;     ///< Weighted share of places that no sample stands for, 0 to 1
   double largest = 0;  ///< Share of the largest connected part of the lost surface, 0 to 1
-  /// Share of `lost` that lies near UV copies which match another surface than the baked triangles
-  /// (BakeReport::uv_copies_differ), 0 to 1. Copies that match the same surface lose nothing.
+  /// Share of `lost` that is due to UV copies, 0 to 1: it lies near triangles that are not baked, and whose texels show
+  /// another surface (BakeReport::uv_copies_differ). Copies of the same surface lose nothing.
   double by_copies = 0;
-  std::array<double, 3> where{};  ///< A place in the middle of the largest lost part, world units
+  std::array<double, 3> where{};  ///< A point in the middle of the largest lost part, world units
 };
 
 /// Per vertex of the high poly: whether a sample stands for it.
@@ -108,8 +108,9 @@ struct BakeOptions {
   std::optional<Texture> color = {};
   /// For the map opacity, one channel. None given: the vertex colours' alpha.
   std::optional<Texture> opacity = {};
-  bool fill_high = true;    ///< Leave the background around charts of its pictures out of averages
-  MatchOptions match = {};  ///< Search for points of the high poly
+  /// Leave the background around charts in the high poly's pictures out of averages
+  bool fill_high = true;
+  MatchOptions match = {};        ///< Search for points of the high poly
   EncodingOptions encoding = {};  ///< Encoding of the maps
   ReportOptions report = {};      ///< Measures beside the maps
   /// Called about ten times a second; may cancel. See Progress for what it may do
@@ -119,10 +120,11 @@ struct BakeOptions {
 /// Change of the map from texel to texel at the borders between match methods, compared with all
 /// other texels.
 struct TransitionReport {
-  /// Sides between texels of one chart that different methods decided, or none
+  /// Number of pairs of adjacent texels of one chart that were decided by different methods, or of which one was
+  /// missed
   std::uint64_t sides = 0;
-  double mean_degrees = 0;       ///< Mean over these sides, between the map's unit vectors
-  double elsewhere_degrees = 0;  ///< Mean over all other sides
+  double mean_degrees = 0;       ///< Mean angle between the map's unit vectors of these pairs
+  double elsewhere_degrees = 0;  ///< Mean angle of all other pairs
 };
 
 /// Report of a bake: counts, measures, seconds and warnings.
@@ -143,12 +145,12 @@ struct BakeReport {
   double uv_copies_differ = 0;
   /// Triangles of charts without the centre of a sample: they get the nearest free texels.
   std::uint64_t small_triangles = 0;
-  std::uint64_t small_without_texel =
-      0;                            ///< Small triangles that found no free texel within 8 texels
-  std::uint64_t missed = 0;         ///< Samples without a matched point
-  std::uint64_t gutter_texels = 0;  ///< Texels that padding filled
-  double max_distance = 0;          ///< Search distance in effect, world units
-  double mean_abs_distance = 0;     ///< Mean |distance| of the samples that hit, world units
+  /// Triangles of such charts for which no free texel lies within 8 texels
+  std::uint64_t small_without_texel = 0;
+  std::uint64_t missed = 0;              ///< Samples without a matched point
+  std::uint64_t gutter_texels = 0;       ///< Texels that padding filled
+  double max_distance = 0;               ///< Search distance in effect, world units
+  double mean_abs_distance = 0;          ///< Mean |distance| of the samples that hit, world units
   std::optional<ViewReport> views = {};  ///< Set if matched by views
   std::optional<TransitionReport> transitions =
       {};  ///< Set if a fallback was requested; before blending
@@ -166,12 +168,13 @@ struct BakeReport {
   std::optional<OcclusionReport> occlusion =
       {};                     ///< Set if ao or bent_normal was baked; for variants see BakedMap
   double seconds_recall = 0;  ///< Computing `recall`
-  double seconds_build = 0;   ///< Structures of the source that this bake was the first to need
-  double seconds_texels = 0;  ///< Rasterising the low poly's samples
-  double seconds_match = 0;   ///< The match and its fallbacks
-  double seconds_detail = 0;  ///< Reading of the maps' values
-  double seconds_image = 0;   ///< Padding and encoding
-  double seconds_mips = 0;    ///< Charts, mip levels, their padding and encoding
+  double seconds_build =
+      0;  ///< Building structures of the source that this bake was the first to need
+  double seconds_texels = 0;            ///< Rasterising the low poly's samples
+  double seconds_match = 0;             ///< The match and its fallbacks
+  double seconds_detail = 0;            ///< Reading of the maps' values
+  double seconds_image = 0;             ///< Padding and encoding
+  double seconds_mips = 0;              ///< Charts, mip levels, their padding and encoding
   std::vector<MapError> errors = {};    ///< Set if ReportOptions::errors is true
   double seconds_errors = 0;            ///< The finer evaluation
   std::uint64_t peak_device_bytes = 0;  ///< Largest amount of device memory at once

@@ -23,8 +23,8 @@ struct CleanOptions {
   /// Largest extent of holes of any number of edges that are filled: the diagonal of the rim's bounding box. Outlines of
   /// open sheets stay open. 0: off; infinity: all rims but outlines of flat sheets, for a watertight mesh.
   double fill_holes = 0;
-  /// Drop bodies of a smaller diagonal: floaters. Gaps below half of this share join pieces into one body; here
-  /// the diagonal is that of the largest body. 0: keep all.
+  /// Drop floaters: bodies whose bounding box has a diagonal below this share of the largest body's diagonal. Pieces
+  /// closer to each other than half of that length count as one body. 0: keep all.
   double floater = 0.01;
   /// Keep parts that no view from outside sees.
   bool keep_inner = false;
@@ -44,8 +44,8 @@ struct CleanReport {
   Cleaned duplicates;  ///< Triangles that repeated another, left out
   Cleaned fins;        ///< Groups of faces that hung on an edge which two others share, left out
   Cleaned turned;      ///< Triangles that were turned round
-  Cleaned inward;      ///< 1: views from outside see backs of faces almost alone; they were left so
-  Cleaned holes;       ///< Holes that were filled by CleanOptions::max_hole
+  Cleaned inward;  ///< 1: views from outside see almost only back faces, which were left so; else 0
+  Cleaned holes;   ///< Holes that were filled by CleanOptions::max_hole
   Cleaned large_holes;  ///< Holes that were filled by CleanOptions::fill_holes
   std::uint64_t flat_holes =
       0;  ///< Of large_holes: filled by a lid, since the surface around ends at an angle
@@ -56,7 +56,7 @@ struct CleanReport {
   Cleaned inner;            ///< Parts that no view sees, left out
   /// True if, with CleanOptions::windings_alone, nothing had to be turned since every part is closed and faces outwards
   bool faces_outwards = false;
-  double seconds = 0;             ///< That it took
+  double seconds = 0;             ///< Duration
   std::vector<Warning> warnings;  ///< One for each of these that is not 0
 };
 

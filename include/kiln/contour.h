@@ -36,7 +36,7 @@ struct ContourOptions {
   Inside inside = Inside::above;               ///< The solid side
   VolumeBorder border = VolumeBorder::closed;  ///< Treatment of the solid at the volume's border
   /// The outer surface alone: outer voxels that cannot be reached from the volume's border count as
-  /// inside. So cavities and their content are removed. The flood starts from regions of free
+  /// inside, so cavities and their content are removed. The flood starts from regions of free
   /// voxels on the border (6-connected) that have at least 1/20 of the largest region's border
   /// voxels; smaller ones are hollows that the volume's border cuts open.
   bool outer_only = false;
@@ -150,8 +150,8 @@ struct ExtractReport {
   ExtractUsed used = {};        ///< The options as given or as chosen
   std::uint64_t clusters = 0;   ///< Inner nodes of the octree of vertices
   std::uint64_t faces = 0;      ///< Triangles of the low poly
-  std::uint64_t quads = 0;      ///< Polygons of the low poly: quads, and triangles where cells of
-  std::uint64_t triangles = 0;  ///< several sizes meet
+  std::uint64_t quads = 0;      ///< Polygons of the low poly with four corners
+  std::uint64_t triangles = 0;  ///< Polygons with three corners, where cells of several sizes meet
   std::uint64_t parts = 0;      ///< Connected parts of the full contour
   std::uint64_t dropped_parts = 0;       ///< Parts that were removed because they are small
   double error = 0;                      ///< Largest root mean square distance of a vertex, cells
@@ -210,7 +210,7 @@ ExtractResult extract(const Device& device, const Volume& volume,
 /// A box of voxels.
 struct VolumeRegion {
   std::array<std::uint32_t, 3> first{};  ///< Lowest voxel along x, y, z
-  std::array<std::uint32_t, 3> size{};   ///< Voxels
+  std::array<std::uint32_t, 3> size{};   ///< Number of voxels along x, y, z
 };
 
 /// Contours a volume once and extracts low polys repeatedly: at several numbers of faces (levels of detail),

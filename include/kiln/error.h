@@ -18,7 +18,7 @@ enum class ErrorCode {
   input = 3,        ///< A file or a mesh cannot be used.
   device = 4,       ///< No OpenCL device, or a device call failed.
   output = 5,       ///< A result could not be written. Nothing partial is left behind.
-  cancelled = 130,  ///< A ProgressScope's callback said stop. Nothing is wrong.
+  cancelled = 130,  ///< A ProgressScope's callback cancelled the call: no failure.
 };
 
 /// The one exception type that leaves the library (beside std::bad_alloc).
@@ -26,9 +26,9 @@ enum class ErrorCode {
 /// id() is for programs: it stays the same from version to version, where
 /// messages get better. The message is one or two sentences, ready to show
 /// to a person. They name the file or option, the problem and the remedy.
-/// what() has options as the member's path below BakeOptions or the struct
-/// that has it, between backticks: `match.cage`, `keep_uvs`; message() has
-/// them as data, for programs whose users know them by other names.
+/// what() spells options as members of BakeOptions, or of the struct that holds
+/// them, in backticks: `match.cage`, `keep_uvs`; message() stores them as
+/// data, for programs whose users know them by other names.
 class Error : public std::runtime_error {
  public:
   /// \param message  for a person: the file or parameter, the problem, the remedy
@@ -40,8 +40,8 @@ class Error : public std::runtime_error {
   ~Error() override;
   /// The kind of failure.
   ErrorCode code() const noexcept { return code_; }
-  /// Name of the problem, words of a-z and dashes: `mesh-index`, `match-weight`, as the function that throws
-  /// says; else the kind's name: `internal`, `usage`, `input`, `device`, `output`, `cancelled`. Never null.
+  /// Identifier of the problem, of letters a-z and dashes: `mesh-index`, `match-weight`, as documented by the function
+  /// that throws; else the kind's name: `internal`, `usage`, `input`, `device`, `output`, `cancelled`. Never null.
   const char* id() const noexcept { return id_; }
   /// The message of the error.
   Message message() const;

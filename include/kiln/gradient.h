@@ -66,15 +66,13 @@ class GradientReference {
                     const GradientOptions& options);
 
   std::uint64_t covered() const { return covered_; }  ///< Texels that the low poly covers
-  std::uint64_t no_surface() const {
-    return no_surface_;
-  }  ///< Texels without a surface within reach
-  std::uint64_t cut() const {
-    return cut_;
-    /// Texels on the volume's closed border
-  }
+  /// Texels without a surface within reach
+  std::uint64_t no_surface() const { return no_surface_; }
+  /// Texels where the volume's closed border cuts the solid
+  std::uint64_t cut() const { return cut_; }
   std::uint64_t no_gradient() const { return no_gradient_; }  ///< Texels with a zero gradient
 
+  /// Error of an object-space normal map of the low poly.
   /// \param map  object space, n/2 + 1/2 in the first three channels, GradientOptions::size texels
   ///             a side
   /// \throws Error(input) for another size or too few channels
@@ -85,7 +83,7 @@ class GradientReference {
  private:
   struct Texel {
     std::uint32_t place;   ///< Index of the texel in the map
-    Vec3 wanted, shading;  ///< Unit
+    Vec3 wanted, shading;  ///< Unit normals: the field's, and the low poly's own
   };
   template <typename Normal>
   GradientError compare_with(const Normal& normal) const;

@@ -18,11 +18,13 @@ namespace KILN_PUBLIC kiln {
 struct HeightFieldOptions {
   /// Extent along X, world units. 0: `depth` by the image's aspect; both 0: the longer side is 1
   double width = 0;
-  double depth = 0;   ///< Extent along Y, as `width`
+  double depth = 0;   ///< Extent along Y, world units; 0: `width` by the image's aspect
   double height = 1;  ///< World units for a value of 1 (PNG: white); may be negative
-  /// As for mark_no_data(); applied by functions that read files
+  /// Value of pixels without a height, as the file stores it; none: the file's own marker. Functions that read files
+  /// pass it to mark_no_data().
   std::optional<double> no_data = {};
-  bool guess_no_data = true;  ///< As for mark_no_data()
+  bool guess_no_data =
+      true;  ///< If neither is given, detect a customary marker: see mark_no_data()
 };
 
 /// Heights from a file, with its metadata.

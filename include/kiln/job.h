@@ -165,20 +165,21 @@ struct Job {
   std::string save_cage = {};  ///< File to write the found cage to
   std::string save_match = {};  ///< EXR to write the match to
   std::string load_match = {};  ///< EXR of a match to bake by
-  std::string match_list = {};  ///< File of PartsBy::list
+  std::string match_list = {};  ///< File of pairs for PartsBy::list: lines LOW = HIGH, HIGH
   /// Pairing of parts; none: samples match all of the high poly
   std::optional<PartsBy> parts_by = {};
   /// Patterns of names; `by` and `list` are set by the members above
   PartNames part_names = {};
-  std::string view_weights = {};  ///< File of ViewLikelihood::list
+  std::string view_weights = {};  ///< File for ViewLikelihood::list: lines X Y Z WEIGHT
   bool reasons = false;           ///< Also write an image of why samples were missed
   bool keep_hulls = false;        ///< Bake collision hulls of the low poly, too
   /// Use tangents of the low poly's file; else MikkTSpace's
   bool file_tangents = true;
   /// Make UV seams hard edges where that reduces the error
   bool split_at_seams = false;
-  std::vector<std::string> occluders = {};  ///< Files of meshes that occlude ambient occlusion
-  std::vector<std::string> own_maps = {};   ///< NAME=FILE of OpenCL
+  /// Files of meshes that occlude in the maps ao, bent_normal and shadow
+  std::vector<std::string> occluders = {};
+  std::vector<std::string> own_maps = {};   ///< NAME=FILE.cl: maps of the caller's own, in OpenCL C
   std::vector<std::string> variants = {};   ///< NAME=MAP:OPTION=VALUE...
   std::vector<std::string> transfers = {};  ///< FILE[:NAME][:KIND], or mtl:SLOT
   std::vector<std::string> ranges = {};     ///< MAP=LOW,HIGH
@@ -190,7 +191,7 @@ struct Job {
 
   CleanHigh clean = CleanHigh::automatic;     ///< Repairs of the high poly
   bool keep_inner = false;                    ///< Keep inner parts of the high poly
-  double fill_holes = 0;                      ///< CleanOptions::fill_holes, of the high poly
+  double fill_holes = 0;                      ///< CleanOptions::fill_holes for the high poly
   std::optional<SetsBy> sets = {};            ///< Texture sets; none: chosen by overlaps of UVs
   std::vector<SetSize> set_sizes = {};        ///< Map sizes of single texture sets
   bool unwrap = false;                        ///< Make new UVs for a given low poly

@@ -155,7 +155,8 @@ struct OcclusionReport {
 
 /// Bound of a map's error.
 struct MapBound {
-  MapKind kind = {};  ///< A baked map whose values are not names, coverage or single texels
+  MapKind kind =
+      {};  ///< A baked map whose values are not labels, coverage or lines (id, mask, wireframe)
   /// Root mean square, in the map's unit. Unit vectors: degrees; colours: CIE 1976 differences;
   /// places and distances: world units; all else: shares of 1. Above 0.
   double max_error = 0;
@@ -247,7 +248,7 @@ struct ValueRange {
 
 /// A user-defined range for all channels of a map.
 struct MapRange {
-  MapKind kind = {};      ///< A baked map whose values are not unit vectors, names or coverage
+  MapKind kind = {};      ///< A baked map whose values are not unit vectors, labels or coverage
   ValueRange range = {};  ///< Finite, low < high
 };
 

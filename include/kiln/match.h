@@ -206,8 +206,8 @@ struct MatchMethod {
   static const MatchMethod visibility;
   /// Rays between visibility direction and normal (Tarini et al., section 3.4)
   static const MatchMethod hybrid;
-  /// The point with the sample's own UV (Gumbau, Gonzalez, Chover 2006): no search; needs a high poly
-  /// whose UVs coincide with the low poly's
+  /// The point of the high poly with the sample's UV (Gumbau, Gonzalez, Chover 2006): no search; the UVs of both
+  /// meshes must coincide
   static const MatchMethod uv;
   static const MatchMethod axis;  ///< Rays along one axis both ways, ViewOptions::directions[0]
 };
@@ -221,7 +221,8 @@ inline constexpr MatchMethod MatchMethod::axis{"axis"};
 
 /// Rule that selects among the views that show a sample within the search distance.
 enum class ViewCriterion {
-  depth,     ///< Smallest depth difference at the pixel (Wang et al., section 2)
+  /// Smallest difference between the sample's depth and the pixel's depth in the view (Wang et al., section 2)
+  depth,
   distance,  ///< Smallest true distance to the point under the sample
   angle,     ///< Smallest angle between view and sample direction (Wang et al., section 6)
 };
@@ -333,7 +334,7 @@ struct MatchOptions {
   /// Cast rays from this mesh instead: see CageKind for its three forms. find_cage() (kiln/cage.h) makes one.
   /// Read during the call; a session reads it at its construction.
   const Mesh* cage_mesh = nullptr;
-  /// Samples match only their own part. The lists have one entry per triangle. For matches that search from samples:
+  /// Samples match only their own part. Parts::low and Parts::high have one entry per triangle. For matches that search from samples:
   /// ray, closest, axis, and these as fallbacks. Other parts still occlude, unless OcclusionOptions::own_part is set.
   /// Read during the call; must outlive a session.
   const Parts* parts = nullptr;

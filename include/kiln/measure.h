@@ -97,10 +97,10 @@ ViewAngles view_angles(const Vec3& toward);
 /// The directions used for ViewOptions::count, unit length: evenly spread over the sphere.
 std::vector<Vec3> spread_views(std::uint32_t count);
 
-/// Directions for measuring that keep a minimum angle to those of `used`: spread_views(count) rotated as
-/// a whole, by the first of a fixed series of rotations that keeps it.
+/// Directions for measuring that keep at least `least_degrees` from each of `used`: spread_views(count), rotated as
+/// a whole by the first of a fixed series of rotations that achieves this.
 /// \param used  unit directions; may be empty
-/// \throws Error(usage) if none of 4,096 rotations keeps it
+/// \throws Error(usage) if none of 4,096 rotations achieves it
 std::vector<Vec3> held_out_views(std::uint32_t count, std::span<const Vec3> used,
                                  double least_degrees = 2);
 
@@ -189,7 +189,7 @@ class DepthReference {
   std::vector<ViewAngles> views_;
   std::uint32_t size_;
   bool z_up_;
-  double unit_ = 1;  ///< World units
+  double unit_ = 1;  ///< World units per normalised screen unit
   std::vector<Image> pictures_;
 };
 

@@ -8,24 +8,26 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// A part of a message: a text; or an option with the value that it has or should get.
+/// A piece of a message: text; or an option, with the value that it has or should get.
 struct MessagePiece {
   std::string text = {};  ///< Empty: the piece is an option
-  /// As set_option() takes it, "match.max_distance", "max_distance"; or a function, "unwrap()". Empty:
-  /// the piece is a text
+  /// Name as for set_option(), "match.max_distance" or "max_distance"; or a function, "unwrap()". Empty: the piece
+  /// is text
   std::string option = {};
-  std::string value = {};  ///< Of the option; empty: none is named
+  std::string value = {};  ///< Value of the option; empty: none is named
 
   bool operator==(const MessagePiece&) const = default;  ///< All members
 };
 
-/// How a reader knows an option: option_as_flag() and its like in kiln/option_error.h.
+/// A function that spells an option as users of a program know it: option_as_flag() and others in
+/// kiln/option_error.h.
 using OptionSpelling = std::string (*)(std::string_view option, std::string_view value);
 
-/// A sentence or two in which options are data, so that each program spells them as its users know them.
+/// A message of one or two sentences that stores options as data, so that each program can spell them as its users
+/// know them.
 class Message {
  public:
-  /// Nothing.
+  /// An empty message.
   Message() = default;
   /// A text.
   Message(std::string text);
@@ -33,27 +35,27 @@ class Message {
   Message(std::string_view text) : Message(std::string(text)) {}
   /// A text.
   Message(const char* text) : Message(std::string(text)) {}
-  /// An option. \param name, value  as MessagePiece has them
+  /// A message of one option. \param name, value  as MessagePiece::option and MessagePiece::value
   static Message option(std::string_view name, std::string_view value = {});
 
-  /// Appends all pieces of another one.
+  /// Appends all pieces of another message.
   Message& operator+=(const Message& other);
-  /// One after the other.
+  /// Concatenates two messages.
   friend Message operator+(Message first, const Message& second) {
     first += second;
     return first;
   }
-  bool operator==(const Message&) const = default;  ///< The same pieces
+  bool operator==(const Message&) const = default;  ///< True if all pieces are equal
 
-  /// In their order; no two texts follow each other.
+  /// The message's pieces in order; adjacent texts are merged.
   const std::vector<MessagePiece>& pieces() const { return pieces_; }
-  /// True if there is nothing in it.
+  /// True if the message has no pieces.
   bool empty() const { return pieces_.empty(); }
-  /// True if an option is in it.
+  /// True if a piece is an option.
   bool names_options() const;
-  /// With options as "`match.max_distance`", and values after them.
+  /// The message as text, with options in backticks ("`match.max_distance`") and values after them.
   std::string text() const;
-  /// With options as a function spells them.
+  /// The message as text, with options as a function spells them.
   std::string text(OptionSpelling spelling) const;
 
  private:

@@ -42,7 +42,8 @@ Device opencl_device(const OpenClHandles& handles);
 /// it or any object made with it; retain them to keep them longer. Any thread may call it.
 OpenClHandles opencl_handles(const Device& device);
 
-/// Layout of pixels in a buffer. An image object (CL_MEM_OBJECT_IMAGE2D) has rows of its own.
+/// The memory object and rectangle that write_pixels() writes. An image object (CL_MEM_OBJECT_IMAGE2D) has its own row
+/// pitch.
 struct OpenClTarget {
   cl_mem memory = nullptr;  ///< A buffer, or a 2D image of the format's channels and type
   std::size_t offset = 0;   ///< Bytes before the first pixel; buffers only

@@ -1,6 +1,6 @@
 /// \file
-/// Errors about an option's value, and spellings of options. Programs that have names of their own for options spell
-/// messages anew; what() has the members of a Job.
+/// Errors about an option's value, and spellings of options in messages. what() spells options as members of a Job;
+/// programs that know options by other names convert message() with a spelling of theirs.
 #pragma once
 
 #include <memory>
@@ -20,15 +20,17 @@ class OptionError : public Error {
   /// The option and the remedies are those that the message names.
   explicit OptionError(const Message& message, ErrorCode code = ErrorCode::usage,
                        const char* id = nullptr);
-  /// One about a value that an option cannot have. \param allowed  "1 to 16", "{exr,png16}"
+  /// An error about an invalid value of an option.
+  /// \param value    the rejected value
+  /// \param allowed  accepted values: "1 to 16", "{exr,png16}"
   OptionError(const OptionError& error, std::string value, std::string allowed);
   OptionError(const OptionError&) = default;             ///< Does not throw
   OptionError& operator=(const OptionError&) = default;  ///< Does not throw
-  ~OptionError() override;                               ///< In the library
+  ~OptionError() override;                               ///< Defined in the library, see Error
 
-  /// The value that the option was given; empty: it is not about a value.
+  /// The rejected value; empty: the error is not about a value.
   const std::string& value() const noexcept { return data_->value; }
-  /// Values that the option takes, as help has them; empty: it is not about a value.
+  /// Values that the option accepts, as its help states them; empty: the error is not about a value.
   const std::string& allowed() const noexcept { return data_->allowed; }
 
  private:
@@ -38,14 +40,15 @@ class OptionError : public Error {
   std::shared_ptr<const Data> data_;
 };
 
-/// Options that a message names after the first, in order, with values that they could get: what to change.
+/// The options that a message names after the first, in order, with suggested values: what the user may change.
 std::vector<MessagePiece> remedies_of(const Message& message);
 
-/// Spellings of an option or function, as MessagePiece has it. \param value  empty: none
+/// Spells an option as a flag of the command: "--max-distance 2%".
+/// \param name   as MessagePiece::option  \param value  empty: the option alone
 std::string option_as_flag(std::string_view name, std::string_view value);
-/// `max_distance="2%"`, `faces=500`, or `max_distance`
+/// Spells an option as a keyword argument of Python: `max_distance="2%"`, `faces=500`, or `max_distance`
 std::string option_as_keyword(std::string_view name, std::string_view value);
-/// "job.bake.match.max_distance = 2%"
+/// Spells an option as a member of Job: "job.bake.match.max_distance = 2%"
 std::string option_as_member(std::string_view name, std::string_view value);
 
 }  // namespace kiln

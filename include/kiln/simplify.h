@@ -38,8 +38,9 @@ struct SimplifyOptions {
 
 /// Report of simplify().
 struct SimplifyReport {
-  std::uint64_t input_faces = 0;  ///< Triangles of the given mesh, unusable ones included.
-  std::uint64_t faces = 0;        ///< Triangles of the result.
+  std::uint64_t input_faces =
+      0;  ///< Triangles of the given mesh, including degenerate and non-finite ones.
+  std::uint64_t faces = 0;  ///< Triangles of the result.
   /// Measured deviation: the largest distance from a sample of the high poly to the low poly, as a share
   /// of the diagonal. Samples are the corners and centroids of the high poly's triangles, up to 262,144
   /// of them, evenly spaced.
