@@ -318,16 +318,11 @@ void in_pieces(std::size_t bytes, const Copy& copy) {
 void Context::fill_bytes(const Buffer& buffer, const void* value, std::size_t value_bytes,
                          std::size_t bytes) {
   if (is_shared(info_, bytes)) {
-    void* const data = map_bytes(buffer, bytes);
-    try {
+    return use_mapped(buffer, CL_MAP_WRITE_INVALIDATE_REGION, 0, bytes, [&](void* data) {
       parallel_for(bytes, kSharedBytesPerTask, [&](std::size_t begin, std::size_t end) {
         repeat(value, value_bytes, static_cast<char*>(data) + begin, end - begin);
       });
-    } catch (...) {
-      unmap(buffer, data);
-      throw;
-    }
-    return unmap(buffer, data);
+    });
   }
   ++commands_;
   if (bytes == 0) return;
@@ -354,15 +349,16 @@ void Context::write_bytes(const Buffer& buffer, std::size_t offset, const void* 
   });
 }
 
-void* Context::map_bytes(const Buffer& buffer, std::size_t bytes) {
+void* Context::map_bytes(const Buffer& buffer, cl_map_flags flags, std::size_t offset,
+                         std::size_t bytes) {
   ++commands_;
   wait();
-  buffer.touch();
+  if (flags != CL_MAP_READ) buffer.touch();
   cl_int status = CL_SUCCESS;
   void* data = nullptr;
   check(driver([&] {
-          data = clEnqueueMapBuffer(queue_, buffer.get(), CL_TRUE, CL_MAP_WRITE_INVALIDATE_REGION,
-                                    0, bytes, 0, nullptr, nullptr, &status);
+          data = clEnqueueMapBuffer(queue_, buffer.get(), CL_TRUE, flags, offset, bytes, 0, nullptr,
+                                    nullptr, &status);
           return status;
         }),
         "clEnqueueMapBuffer");
@@ -377,28 +373,16 @@ void Context::unmap(const Buffer& buffer, void* data) {
 }
 
 void Context::read_bytes(const Buffer& buffer, std::size_t offset, void* data, std::size_t bytes) {
-  ++commands_;
-  wait();
   if (is_shared(info_, bytes)) {
-    cl_int status = CL_SUCCESS;
-    void* mapped = nullptr;
-    check(driver([&] {
-            mapped = clEnqueueMapBuffer(queue_, buffer.get(), CL_TRUE, CL_MAP_READ, offset, bytes,
-                                        0, nullptr, nullptr, &status);
-            return status;
-          }),
-          "clEnqueueMapBuffer");
-    try {
+    return use_mapped(buffer, CL_MAP_READ, offset, bytes, [&](const void* mapped) {
       parallel_for(bytes, kSharedBytesPerTask, [&](std::size_t begin, std::size_t end) {
         std::memcpy(static_cast<char*>(data) + begin, static_cast<const char*>(mapped) + begin,
                     end - begin);
       });
-    } catch (...) {
-      unmap(buffer, mapped);
-      throw;
-    }
-    return unmap(buffer, mapped);
+    });
   }
+  ++commands_;
+  wait();
   in_pieces(bytes, [&](std::size_t at, std::size_t piece) {
     check(driver([&] {
             return clEnqueueReadBuffer(queue_, buffer.get(), CL_TRUE, offset + at, piece,

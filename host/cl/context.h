@@ -240,9 +240,13 @@ class KILN_HIDDEN Context {
                   std::size_t bytes);
   void write_bytes(const Buffer& buffer, std::size_t offset, const void* data, std::size_t bytes);
   void read_bytes(const Buffer& buffer, std::size_t offset, void* data, std::size_t bytes);
-  /// Maps the first bytes of a buffer for writing; previous contents are discarded. unmap() transfers them to the
-  /// device.
-  void* map_bytes(const Buffer& buffer, std::size_t bytes);
+  /// Maps bytes [offset, offset + bytes) of a buffer into the host's memory, calls `use` with their address, and unmaps
+  /// them, even if `use` throws.
+  /// \param flags  CL_MAP_READ; or CL_MAP_WRITE_INVALIDATE_REGION, which discards the previous contents
+  template <typename Use>
+  void use_mapped(const Buffer& buffer, cl_map_flags flags, std::size_t offset, std::size_t bytes,
+                  const Use& use);
+  void* map_bytes(const Buffer& buffer, cl_map_flags flags, std::size_t offset, std::size_t bytes);
   void unmap(const Buffer& buffer, void* data);
 
   DeviceInfo info_;
@@ -275,18 +279,25 @@ void Array<T>::read(Context& context, std::span<T> data, std::size_t offset) con
   }
 }
 
+template <typename Use>
+void Context::use_mapped(const Buffer& buffer, cl_map_flags flags, std::size_t offset,
+                         std::size_t bytes, const Use& use) {
+  void* const data = map_bytes(buffer, flags, offset, bytes);
+  try {
+    use(data);
+  } catch (...) {
+    unmap(buffer, data);
+    throw;
+  }
+  unmap(buffer, data);
+}
+
 template <typename T>
 template <typename Make>
 void Array<T>::write_by(Context& context, std::size_t count, const Make& make) {
   if (count == 0) return;
-  void* const data = context.map_bytes(buffer_, count * sizeof(T));
-  try {
-    make(std::span<T>(static_cast<T*>(data), count));
-  } catch (...) {
-    context.unmap(buffer_, data);
-    throw;
-  }
-  context.unmap(buffer_, data);
+  context.use_mapped(buffer_, CL_MAP_WRITE_INVALIDATE_REGION, 0, count * sizeof(T),
+                     [&](void* data) { make(std::span<T>(static_cast<T*>(data), count)); });
 }
 
 }  // namespace kiln::ocl
