@@ -7,7 +7,9 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <string_view>
 #include <tuple>
+#include <unordered_map>
 
 #include "asset/axes.h"
 #include "asset/gltf_draco.h"
@@ -88,6 +90,8 @@ struct Primitive {
 
 const std::string kUvSet = "TEXCOORD_";
 
+constexpr std::uint64_t kMaxVertices = 0x7FFFFFFF;  // so that indices have 31 bits
+
 class GltfReader {
  public:
   explicit GltfReader(const MeshInput& input)
@@ -103,12 +107,13 @@ class GltfReader {
     visit_nodes(asset, parent);
     prescan();
     choose_uv_set();
-    uv_maps_ = gltf_uv_maps(file_, uv_set_, input_.warnings != nullptr);
     for (const std::uint32_t set : gltf_uv_sets(file_)) {
       if (set == uv_set_ || set >= uv_sets_) continue;
       other_sets_.push_back(set);
       builder_.other_uvs.push_back({set, {}});
     }
+    require_memory_of_meshes();
+    uv_maps_ = gltf_uv_maps(file_, uv_set_, input_.warnings != nullptr);
     for (const Placed& placed : placed_) add(placed, asset);
     warn();
     if (builder_.faces() == 0) fail_empty();
@@ -126,9 +131,10 @@ class GltfReader {
     asset.mesh.uv_set = uv_set_;
     if (!with_materials) return asset;
     const std::vector<Material> materials = read_gltf_materials(file_, uv_set_);
+    std::unordered_map<std::string_view, const Material*> material_of;
+    for (const Material& material : materials) material_of.try_emplace(material.name, &material);
     for (const std::string& name : asset.mesh.material_names) {
-      asset.materials.push_back(*std::find_if(materials.begin(), materials.end(),
-                                              [&](const Material& m) { return m.name == name; }));
+      asset.materials.push_back(*material_of.at(name));
     }
     set_vertex_opacity(asset.mesh, asset.materials);
     return asset;
@@ -290,41 +296,55 @@ class GltfReader {
     return result;
   }
 
-  /// Numbers of vertices and of triangle corners.
-  struct MeshCounts {
-    std::uint64_t vertices = 0, corners = 0;
+  /// The size of a primitive, found before its data is read or decompressed.
+  struct PrimitiveSize {
+    GltfValue primitive;
+    std::uint64_t vertices = 0, corners = 0, triangles = 0;
+    bool is_packed = false;
   };
 
-  /// MeshCounts the vertices and corners of a mesh. For compressed data, the counts come from headers, before anything is
-  /// decompressed.
-  MeshCounts count_mesh(const GltfValue& primitives) {
-    MeshCounts counts;
+  /// A mesh that nodes place.
+  struct ScannedMesh {
+    std::vector<PrimitiveSize> sizes;
+    std::uint64_t uses = 0;  ///< Number of nodes and instances that place it
+  };
+
+  /// Finds the sizes of a mesh's primitives of triangles, and the attributes that they have. For data that Draco has
+  /// compressed, sizes come from its headers.
+  std::vector<PrimitiveSize> scan_mesh(const GltfValue& primitives) {
+    std::vector<PrimitiveSize> sizes;
     for (std::size_t i = 0; i < primitives.size(); ++i) {
       const GltfValue primitive = primitives.at(i), attributes = primitive["attributes"];
-      if (primitive["mode"].count(kTriangles) < kTriangles) continue;
+      const std::uint64_t mode = primitive["mode"].count(kTriangles);
+      if (mode < kTriangles) continue;
       const auto position = attributes["POSITION"].index_into(file_.list("accessors"));
       if (!position) continue;
       const auto index = primitive["indices"].index_into(file_.list("accessors"));
       const GltfValue packed = primitive["extensions"][kDraco];
+      PrimitiveSize size{primitive};
       if (is_packed(packed, *position)) {
         // The accessors of compressed data are not reliable.
         const DracoCounts draco_counts = count_draco(file_, packed);
-        counts.vertices += std::clamp(file_.list("accessors").at(*position)["count"].count(0),
-                                      draco_counts.vertices,
-                                      std::max(draco_counts.vertices, 3 * draco_counts.triangles));
-        counts.corners += 3 * draco_counts.triangles;
+        size.vertices = std::clamp(file_.list("accessors").at(*position)["count"].count(0),
+                                   draco_counts.vertices,
+                                   std::max(draco_counts.vertices, 3 * draco_counts.triangles));
+        size.triangles = draco_counts.triangles;
+        size.corners = 3 * draco_counts.triangles;
+        size.is_packed = true;
         if (const auto view = packed["bufferView"].index_into(file_.list("bufferViews"))) {
           ++packed_uses_[*view];
         }
       } else {
-        counts.vertices += file_.count(*position);
-        counts.corners += file_.count(index.value_or(*position));
+        size.vertices = file_.count(*position);
+        size.corners = file_.count(index.value_or(*position));
+        size.triangles = mode == kTriangles ? size.corners / 3 : size.corners;
       }
+      sizes.push_back(size);
       has_colors_ = has_colors_ || attributes["COLOR_0"].exists();
       has_tangents_ = has_tangents_ || attributes["TANGENT"].exists();
       while (attributes[kUvSet + std::to_string(uv_sets_)].exists()) ++uv_sets_;
     }
-    return counts;
+    return sizes;
   }
 
   bool is_packed(const GltfValue& packed, std::size_t position) const {
@@ -332,23 +352,110 @@ class GltfReader {
            (kReadsDraco || !file_.list("accessors").at(position)["bufferView"].exists());
   }
 
-  /// Finds properties that all primitives have in common, and checks the memory for all instances.
+  /// Finds sizes and attributes of all meshes that nodes place.
   void prescan() {
-    std::map<std::size_t, MeshCounts> counts_of_mesh;
-    std::uint64_t vertices = 0, corners = 0;
     for (const Placed& placed : placed_) {
-      const auto [entry, added] = counts_of_mesh.try_emplace(placed.mesh);
-      if (added) {
-        entry->second = count_mesh(file_.list("meshes").at(placed.mesh)["primitives"]);
+      ScannedMesh& mesh = scanned_[placed.mesh];
+      if (mesh.uses++ == 0) {
+        mesh.sizes = scan_mesh(file_.list("meshes").at(placed.mesh)["primitives"]);
       }
-      vertices += entry->second.vertices;
-      corners += entry->second.corners;
     }
-    constexpr std::uint64_t kVertexBytes = 72, kCornerBytes = 36;
-    require_memory(
-        "its meshes, as often as nodes place them,",
-        std::max(capped_product(vertices, kVertexBytes), capped_product(corners, kCornerBytes)),
-        memory_failure(fail_, ""));
+  }
+
+  /// Sizes of a mesh, and its memory in bytes.
+  struct MeshMemory {
+    std::uint64_t vertices = 0, triangles = 0, normals = 0;
+    std::uint64_t placed = 0;         ///< For each node that places it, in the result
+    std::uint64_t read = 0;           ///< While its primitives are kept for further nodes
+    std::uint64_t one_primitive = 0;  ///< While its largest primitive is read
+  };
+
+  MeshMemory memory_of(const ScannedMesh& mesh, const Placed& placed, bool has_uvs) const {
+    // Sizes of what MeshBuilder and the Mesh hold at once: positions in both precisions, UVs, colours and tangents of
+    // vertices; triangles, those of UVs and of normals, numbers of object and material, tangents of corners.
+    const std::uint64_t bytes_per_vertex = 36 + (has_uvs ? 8 * (1 + other_sets_.size()) : 0) +
+                                           (has_colors_ ? 4 : 0) +
+                                           (has_tangents_ ? sizeof(Tangent) : 0);
+    const std::uint64_t bytes_per_triangle =
+        32 + (has_uvs ? 12 : 0) + (has_uvs && has_tangents_ ? 3 * sizeof(Tangent) : 0);
+    // Of one primitive: its indices as numbers and as integers, a morph target's numbers, transforms by joints.
+    constexpr std::uint64_t kIndexBytes = 12, kTargetBytes = 32,
+                            kSkinnedBytes = sizeof(MeshTransform);
+    MeshMemory memory;
+    for (const PrimitiveSize& size : mesh.sizes) {
+      const GltfValue attributes = size.primitive["attributes"];
+      const bool has_normals = attributes["NORMAL"].exists();
+      std::uint64_t numbers_per_vertex = 3;
+      Primitive unread;
+      for (const RequestedAttribute& wanted : requested_attributes(attributes, placed, unread)) {
+        if (!attributes[wanted.name].exists()) continue;
+        numbers_per_vertex += wanted.width == GltfFile::kColor ? 4 : wanted.width;
+      }
+      const std::uint64_t numbers = capped_product(
+          size.vertices, (size.is_packed ? 2 : 1) * sizeof(double) * numbers_per_vertex);
+      const std::uint64_t read =
+          capped_sum(numbers, capped_product(size.triangles, sizeof(Triangle)));
+      const std::uint64_t working = capped_sum(
+          capped_product(size.corners, kIndexBytes),
+          capped_product(size.vertices,
+                         (placed.skin ? kSkinnedBytes : 0) +
+                             (size.primitive["targets"].size() != 0 ? kTargetBytes : 0)));
+      memory.vertices = capped_sum(memory.vertices, size.vertices);
+      memory.triangles = capped_sum(memory.triangles, size.triangles);
+      memory.normals = capped_sum(memory.normals, has_normals ? size.vertices : size.triangles);
+      memory.read = capped_sum(memory.read, read);
+      memory.one_primitive = std::max(memory.one_primitive, capped_sum(read, working));
+      memory.placed =
+          capped_sum(memory.placed, capped_sum(capped_product(size.vertices, bytes_per_vertex),
+                                               capped_product(size.triangles, bytes_per_triangle)));
+    }
+    memory.placed = capped_sum(memory.placed, capped_product(memory.normals, sizeof(Vec3)));
+    return memory;
+  }
+
+  /// Checks the memory of all instances before any is read, since any number of primitives and nodes may refer to the
+  /// same data, and compressed data is small. Then reserves it.
+  void require_memory_of_meshes() {
+    const auto names_uvs = [&](const PrimitiveSize& size) {
+      const GltfValue attributes = size.primitive["attributes"];
+      return attributes[kUvSet + std::to_string(uv_set_)].exists() ||
+             std::any_of(other_sets_.begin(), other_sets_.end(), [&](std::uint32_t set) {
+               return attributes[kUvSet + std::to_string(set)].exists();
+             });
+    };
+    const bool has_uvs = std::any_of(scanned_.begin(), scanned_.end(), [&](const auto& entry) {
+      return std::any_of(entry.second.sizes.begin(), entry.second.sizes.end(), names_uvs);
+    });
+    std::map<std::pair<std::size_t, bool>, MeshMemory> memory_of_mesh;
+    std::uint64_t total = 0, reading = 0, vertices = 0, triangles = 0, normals = 0, primitives = 0;
+    for (const Placed& placed : placed_) {
+      const ScannedMesh& mesh = scanned_[placed.mesh];
+      const auto [entry, added] =
+          memory_of_mesh.try_emplace({placed.mesh, placed.skin.has_value()});
+      if (added) entry->second = memory_of(mesh, placed, has_uvs);
+      const MeshMemory& memory = entry->second;
+      total = capped_sum(total, memory.placed);
+      reading =
+          std::max(reading, capped_sum(mesh.uses == 1 ? 0 : memory.read, memory.one_primitive));
+      primitives += mesh.sizes.size();
+      vertices = capped_sum(vertices, memory.vertices);
+      triangles = capped_sum(triangles, memory.triangles);
+      normals = capped_sum(normals, memory.normals);
+    }
+    require_memory(counted(primitives, "primitive") + ", as often as nodes place " +
+                       (primitives == 1 ? "it" : "them") + ", with " +
+                       counted(vertices, "vertex", "vertices") + " and " +
+                       counted(triangles, "triangle"),
+                   capped_sum(total, reading), memory_failure(fail_, "its meshes"));
+    const auto reserve = [](auto& list, std::uint64_t count) {
+      list.reserve(std::min<std::uint64_t>(count, kMaxVertices));
+    };
+    builder_.reserve_triangles(triangles, has_uvs);
+    reserve(builder_.positions, vertices);
+    reserve(builder_.normals, normals);
+    if (has_uvs) reserve(builder_.uvs, vertices);
+    if (has_colors_) reserve(builder_.colors, vertices);
+    if (has_tangents_) reserve(builder_.tangents, vertices);
   }
 
   void choose_uv_set() {
@@ -578,7 +685,7 @@ class GltfReader {
 
   void add(const Placed& placed, Asset& asset) {
     bool named = false;
-    for (const Primitive& primitive : primitives_of(placed)) {
+    const auto add_primitive = [&](const Primitive& primitive) {
       if (!named) {
         builder_.set_object(placed.name);
         asset.object_nodes.push_back(placed.node);
@@ -586,6 +693,15 @@ class GltfReader {
       }
       builder_.set_material(material_names_[primitive.material]);
       add(primitive, placed);
+    };
+    if (scanned_[placed.mesh].uses > 1) {
+      for (const Primitive& primitive : primitives_of(placed)) add_primitive(primitive);
+      return;
+    }
+    const GltfValue primitives = file_.list("meshes").at(placed.mesh)["primitives"];
+    for (std::size_t i = 0; i < primitives.size(); ++i) {
+      const std::optional<Primitive> primitive = read_primitive(primitives.at(i), placed);
+      if (primitive && !primitive->triangles.empty()) add_primitive(*primitive);
     }
   }
 
@@ -627,7 +743,7 @@ class GltfReader {
 
   void add(const Primitive& p, const Placed& placed) {
     const std::size_t count = p.positions.count();
-    if (builder_.positions.size() + count > 0x7FFFFFFFU) {
+    if (builder_.positions.size() + count > kMaxVertices) {
       input_.fail("", "its instances have more than 2147483647 vertices",
                   "Split or simplify the mesh.");
     }
@@ -782,6 +898,7 @@ class GltfReader {
   };
   std::optional<CachedPrimitives> last_instance_;
   std::vector<Placed> placed_;
+  std::map<std::size_t, ScannedMesh> scanned_;
   std::uint32_t uv_sets_ = 0, uv_set_ = 0;  // number of UV sets, and the chosen one
   bool has_colors_ = false, has_tangents_ = false;
   std::uint64_t flat_triangles_ = 0, non_triangle_primitives_ = 0, incomplete_primitives_ = 0,

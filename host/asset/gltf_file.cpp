@@ -367,8 +367,7 @@ void GltfFile::check_packed() const {
       packed.fail("it should hold " + std::to_string(part->count) + " elements, more than its " +
                   std::to_string(part->length) + " compressed bytes can hold");
     }
-    const std::uint64_t size = capped_product(part->count, part->step);
-    unpacked = size > ~unpacked ? ~std::uint64_t{0} : unpacked + size;
+    unpacked = capped_sum(unpacked, capped_product(part->count, part->step));
     buffers.insert(part->buffer);
   }
   for (const std::size_t i : buffers) bytes += buffer(i).size();
@@ -383,8 +382,7 @@ void GltfFile::check_packed() const {
   are_compressed_views_checked_ = true;
 }
 
-std::string GltfFile::unpack(const GltfValue& view, const GltfValue& packed,
-                             const CompressedView& part) const {
+std::string GltfFile::unpack(const GltfValue& packed, const CompressedView& part) const {
   const std::string_view bytes = part_of_buffer(packed);
   const std::uint64_t count = part.count, step = part.step;
   const std::string &mode = part.mode, &filter = part.filter;
@@ -394,9 +392,6 @@ std::string GltfFile::unpack(const GltfValue& view, const GltfValue& packed,
   const bool fits = vertices ? step >= 4 && step <= 256 && step % 4 == 0
                              : (step == 2 || step == 4) && (!triangles || count % 3 == 0);
   if (!fits) packed.fail("its byteStride or count is invalid for its mode");
-  if (count * step != view["byteLength"].count(0)) {
-    packed.fail("its count times byteStride is not the byteLength of its bufferView");
-  }
   const auto* const compressed = reinterpret_cast<const unsigned char*>(bytes.data());
   std::string result(count * step, '\0');
   const int error =
@@ -423,14 +418,9 @@ std::string_view GltfFile::view(std::size_t index) const {
   const GltfValue packed = view["extensions"][kMeshopt];
   if (!packed.exists()) return part_of_buffer(view);
   const CompressedView part = compressed_view_of(packed);
-  if (const auto known = unpacked_.find(part); known != unpacked_.end()) {
-    if (known->second.size() != view["byteLength"].count(0)) {
-      packed.fail("its count times byteStride is not the byteLength of its bufferView");
-    }
-    return known->second;
-  }
-  check_packed();
-  return unpacked_.emplace(part, unpack(view, packed, part)).first->second;
+  view_size(index);  // rejects views of a wrong size
+  if (const auto known = unpacked_.find(part); known != unpacked_.end()) return known->second;
+  return unpacked_.emplace(part, unpack(packed, part)).first->second;
 }
 
 double GltfFile::largest_of(const GltfValue& accessor) {
@@ -438,52 +428,71 @@ double GltfFile::largest_of(const GltfValue& accessor) {
   return type == kFloat ? 1 : component_of(accessor, type).largest;
 }
 
+/// Size of a buffer view. Compressed ones are not decompressed for it.
+std::size_t GltfFile::view_size(std::size_t index) const {
+  const GltfValue view = list("bufferViews").at(index);
+  const GltfValue packed = view["extensions"][kMeshopt];
+  if (!packed.exists()) return part_of_buffer(view).size();
+  check_packed();
+  const CompressedView part = compressed_view_of(packed);
+  const std::uint64_t size = capped_product(part.count, part.step);
+  if (size != view["byteLength"].count(0)) {
+    packed.fail("its count times byteStride is not the byteLength of its bufferView");
+  }
+  return size;
+}
+
 /// The position of an accessor's elements in a buffer view.
 struct GltfFile::Elements {
-  const char* first = nullptr;
-  std::size_t step = 0;
+  std::size_t view = 0, count = 0, offset = 0, step = 0;
 };
 
-GltfFile::Elements GltfFile::elements(const GltfValue& accessor, const GltfValue& place_of_view,
-                                      std::size_t count, std::uint64_t offset,
-                                      std::uint64_t component_type, std::size_t width,
-                                      std::size_t row_step) const {
+GltfFile::Elements GltfFile::check_elements(const GltfValue& accessor,
+                                            const GltfValue& place_of_view, std::size_t count,
+                                            std::uint64_t offset, std::uint64_t component_type,
+                                            std::size_t width, std::size_t row_step) const {
   const auto view_index = place_of_view.index_into(list("bufferViews"));
   if (!view_index) accessor.fail("it names no bufferView");
   const std::size_t size = component_of(accessor, component_type).bytes * width;
   const std::size_t step = std::max<std::size_t>(row_step != 0 ? row_step : size, 1);
-  const std::string_view bytes = view(*view_index);
+  const std::size_t bytes = view_size(*view_index);
   // The check cannot overflow, since counts in JSON are at most 2^53 and the division comes first.
-  const bool fits = count == 0 || (offset <= bytes.size() && bytes.size() - offset >= size &&
-                                   (count - 1) <= (bytes.size() - offset - size) / step);
+  const bool fits = count == 0 || (offset <= bytes && bytes - offset >= size &&
+                                   (count - 1) <= (bytes - offset - size) / step);
   if (!fits) {
     accessor.fail("its " + counted(count, "element") + " from byte " + std::to_string(offset) +
                   " on are more than bufferViews[" + std::to_string(*view_index) +
-                  "] has: " + std::to_string(bytes.size()) + " bytes");
+                  "] has: " + std::to_string(bytes) + " bytes");
   }
-  return {count == 0 ? nullptr : bytes.data() + offset, step};
+  return {*view_index, count, offset, step};
+}
+
+/// The first of elements that have been checked; null if there are none.
+const char* GltfFile::first_of(const Elements& elements) const {
+  return elements.count == 0 ? nullptr : view(elements.view).data() + elements.offset;
 }
 
 /// Finds the position of an accessor's elements, without sparse ones; nothing if all elements are zero.
-GltfFile::Elements GltfFile::locate_elements(const GltfValue& accessor) const {
+std::optional<GltfFile::Elements> GltfFile::check_elements(const GltfValue& accessor) const {
   const std::uint64_t count = accessor["count"].count(0);
   const GltfValue view = accessor["bufferView"];
   if (const auto index = view.index_into(list("bufferViews"))) {
     const std::size_t step = list("bufferViews").at(*index)["byteStride"].count(0);
-    return elements(accessor, view, count, accessor["byteOffset"].count(0),
-                    accessor["componentType"].count(0), width_of(accessor["type"].text()), step);
+    return check_elements(accessor, view, count, accessor["byteOffset"].count(0),
+                          accessor["componentType"].count(0), width_of(accessor["type"].text()),
+                          step);
   }
   constexpr std::size_t kUncheckedZeros = 65536;
   if (count > std::max(input_.bytes.size(), kUncheckedZeros)) {
     accessor.fail("it has " + std::to_string(count) +
                   " elements without a bufferView, more than the file has bytes");
   }
-  return {};
+  return std::nullopt;
 }
 
 std::size_t GltfFile::count(std::size_t index) const {
   const GltfValue accessor = list("accessors").at(index);
-  locate_elements(accessor);
+  check_elements(accessor);
   return accessor["count"].count(0);
 }
 
@@ -510,7 +519,7 @@ GltfNumbers GltfFile::read(std::size_t index, std::size_t width, bool indices) c
   const bool normalized = accessor["normalized"].flag() && type != kFloat;
   const std::size_t count = this->count(index);
   const GltfValue sparse = accessor["sparse"];
-  const Elements source_elements = locate_elements(accessor);
+  const std::optional<Elements> source_elements = check_elements(accessor);
   const FailWith fail = [&](const std::string& /*place*/, const std::string& problem,
                             const Message& remedy) { accessor.fail(problem, remedy); };
   require_memory("its numbers", capped_product(count, file_width * sizeof(double)),
@@ -523,9 +532,9 @@ GltfNumbers GltfFile::read(std::size_t index, std::size_t width, bool indices) c
           normalized ? std::max(value / component.largest, -1.0) : value;
     }
   };
-  if (source_elements.first != nullptr) {
-    for (std::size_t i = 0; i < count; ++i)
-      copy(source_elements.first + i * source_elements.step, i);
+  if (source_elements) {
+    const char* const first = first_of(*source_elements);
+    for (std::size_t i = 0; i < count; ++i) copy(first + i * source_elements->step, i);
   }
   if (!sparse.exists()) return result;
   const std::size_t changed = sparse["count"].count(0);
@@ -534,19 +543,20 @@ GltfNumbers GltfFile::read(std::size_t index, std::size_t width, bool indices) c
   if (place_type != 5121 && place_type != 5123 && place_type != 5125) {
     places.fail("it has indices that are no unsigned integers");
   }
-  const Elements at = elements(places, places["bufferView"], changed, places["byteOffset"].count(0),
-                               place_type, 1, 0);
-  const Elements value = elements(values, values["bufferView"], changed,
-                                  values["byteOffset"].count(0), type, file_width, 0);
+  const Elements at = check_elements(places, places["bufferView"], changed,
+                                     places["byteOffset"].count(0), place_type, 1, 0);
+  const Elements value = check_elements(values, values["bufferView"], changed,
+                                        values["byteOffset"].count(0), type, file_width, 0);
+  const char *const first_place = first_of(at), *const first_value = first_of(value);
   const ComponentType place_component = component_of(places, place_type);
   for (std::size_t i = 0; i < changed; ++i) {
     const auto target_element =
-        static_cast<std::size_t>(place_component.read(at.first + i * at.step));
+        static_cast<std::size_t>(place_component.read(first_place + i * at.step));
     if (target_element >= count) {
       places.fail("it refers to element " + std::to_string(target_element) + ", but " +
                   there_are_only(count));
     }
-    copy(value.first + i * value.step, target_element);
+    copy(first_value + i * value.step, target_element);
   }
   return result;
 }

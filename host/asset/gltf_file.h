@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -49,10 +50,10 @@ class GltfFile {
   static double largest_of(const GltfValue& accessor);
   /// Reads indices. Each must be less than `below`, so that primitive-restart indices are rejected as well.
   std::vector<std::uint32_t> indices(std::size_t accessor, std::size_t below) const;
-  /// Number of an accessor's elements, checked against the file's size before they are read.
+  /// Number of an accessor's elements, checked against the size of its buffer view, which is not decompressed.
   std::size_t count(std::size_t accessor) const;
 
-  /// The bytes of a buffer view.
+  /// The bytes of a buffer view, decompressed.
   std::string_view view(std::size_t index) const;
   /// Decodes a data URI into `bytes`. \returns false if the URI is no data URI
   static bool decode_data_uri(const GltfValue& uri, std::string& bytes);
@@ -74,13 +75,14 @@ class GltfFile {
   std::string_view part_of_buffer(const GltfValue& view) const;
   std::shared_ptr<const std::string> read_buffer(const GltfValue& uri) const;
   CompressedView compressed_view_of(const GltfValue& packed) const;
+  std::size_t view_size(std::size_t index) const;
   void check_packed() const;
-  std::string unpack(const GltfValue& view, const GltfValue& packed,
-                     const CompressedView& part) const;
-  Elements elements(const GltfValue& accessor, const GltfValue& place_of_view, std::size_t count,
-                    std::uint64_t offset, std::uint64_t component_type, std::size_t width,
-                    std::size_t row_step) const;
-  Elements locate_elements(const GltfValue& accessor) const;
+  std::string unpack(const GltfValue& packed, const CompressedView& part) const;
+  Elements check_elements(const GltfValue& accessor, const GltfValue& place_of_view,
+                          std::size_t count, std::uint64_t offset, std::uint64_t component_type,
+                          std::size_t width, std::size_t row_step) const;
+  std::optional<Elements> check_elements(const GltfValue& accessor) const;
+  const char* first_of(const Elements& elements) const;
   GltfNumbers read(std::size_t accessor, std::size_t width, bool indices) const;
 
   const MeshInput& input_;

@@ -18,11 +18,13 @@
 #include "base/counted.h"
 #include "base/formatted.h"
 #include "base/input_log.h"
+#include "base/srgb.h"
 #include "image/grey.h"
 #include "image/normal_channels.h"
 #include "io/file/bounds.h"
 #include "io/file/byte_source.h"
 #include "io/file/text_scanner.h"
+#include "io/image/image_reader.h"
 #include "kiln/material.h"
 
 namespace kiln {
@@ -424,14 +426,16 @@ bool is_alpha_opacity(const Material& material) {
 /// The pictures of a texture. Each is read once for all materials and paths that refer to it.
 class Pictures {
  public:
+  /// \param kind  of the texture: pictures in linear light are converted for sRGB
+  explicit Pictures(TextureKind kind) : kind_(kind) {}
+
   std::shared_ptr<const Image> read(const MaterialPicture& picture, const fs::path& file) {
     std::error_code error;
     const Key key(picture.bytes.get(),
                   picture.bytes ? fs::path() : fs::weakly_canonical(file, error));
     const auto [entry, added] = pictures_read_.try_emplace(key);
     if (added) {
-      entry->second = std::make_shared<const Image>(
-          picture.bytes ? load_image(*picture.bytes, picture.file.string()) : load_image(file));
+      entry->second = std::make_shared<const Image>(read_image(picture, file));
     }
     return entry->second;
   }
@@ -452,6 +456,31 @@ class Pictures {
 
  private:
   using Key = std::pair<const void*, fs::path>;
+
+  Image read_image(const MaterialPicture& picture, const fs::path& file) const {
+    const std::string name = picture.file.string();
+    Image image = picture.bytes ? load_image(*picture.bytes, name) : load_image(file);
+    if (kind_ != TextureKind::srgb) return image;
+    const auto is_linear = [&] {
+      if (picture.bytes == nullptr) return holds_linear_light(file);
+      const auto* const text = reinterpret_cast<const char*>(picture.bytes->data());
+      return holds_linear_light(*bytes_in_memory({text, picture.bytes->size()}), name);
+    };
+    if (is_linear()) encode_colors(image);
+    return image;
+  }
+
+  /// Encodes colours in linear light as sRGB, as those of most pictures are; alpha stays.
+  static void encode_colors(Image& image) {
+    const std::size_t colors = image.channels - (image.channels % 2 == 0 ? 1 : 0);
+    for (std::size_t i = 0; i < image.pixels.size(); i += image.channels) {
+      for (std::size_t c = i; c < i + colors; ++c) {
+        image.pixels[c] = static_cast<float>(encode_srgb(image.pixels[c]));
+      }
+    }
+  }
+
+  TextureKind kind_;
   std::map<Key, std::shared_ptr<const Image>> pictures_read_;
   std::map<std::tuple<const Image*, int, bool>, std::uint32_t> picture_indices_;
 };
@@ -504,7 +533,7 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
                                       [](const Material& m) { return m.multiplies; });
   const MaterialSlot source_slot = in_alpha ? MaterialSlot::color : slot;
   texture.channel = in_alpha ? 3 : 0;
-  Pictures pictures;
+  Pictures pictures(texture.kind);
   MaterialFinding heights, missing;
   std::string first_missing;
   // Numbers of triangles in each UV tile; computed only if a file name may belong to a UDIM set

@@ -68,7 +68,9 @@ void MeshBuilder::add_face(std::span<const std::uint32_t> vertex, std::span<cons
                            std::span<const std::uint32_t> normal, bool mirrored) {
   const std::size_t n = vertex.size();
   const std::uint64_t face = faces_++;
-  if (face >= kUncheckedFaces && std::has_single_bit(face)) check_growth();
+  if (face >= std::max(kUncheckedFaces, reserved_faces_) && std::has_single_bit(face)) {
+    check_growth();
+  }
   if (n < 3) {
     if (short_faces_++ == 0) first_short_face_ = face;
     next_color_.reset();
@@ -132,6 +134,14 @@ bool MeshBuilder::add_triangles(std::uint64_t count, bool has_uvs, bool has_norm
   faces_ = count;
   for (Names* names : {&groups_, &objects_, &materials_, &smoothing_}) names->extend_to(count);
   return true;
+}
+
+void MeshBuilder::reserve_triangles(std::uint64_t count, bool has_uvs) {
+  reserved_faces_ = std::min(count, kMaxCount);
+  triangles_.reserve(reserved_faces_);
+  normal_triangles_.reserve(reserved_faces_);
+  if (has_uvs) uv_triangles_.reserve(reserved_faces_);
+  for (Names* names : {&objects_, &materials_}) names->reserve(reserved_faces_);
 }
 
 void MeshBuilder::Names::set(std::string_view name, std::size_t triangles) {

@@ -84,6 +84,10 @@ class MeshBuilder {
   bool add_triangles(std::uint64_t count, bool has_uvs, bool has_normals,
                      const std::function<bool(std::span<Triangle>)>& fill);
 
+  /// Reserves memory for triangles whose number is known, and checked against the memory limit, before they are added.
+  /// All of them have normals.
+  void reserve_triangles(std::uint64_t count, bool has_uvs);
+
   /// Sets the group, object or material of the faces that follow. If it is never called, the mesh has none.
   void set_group(std::string_view name) { groups_.set(name, triangles_.size()); }
   void set_object(std::string_view name) { objects_.set(name, triangles_.size()); }
@@ -122,6 +126,7 @@ class MeshBuilder {
     void extend_to(std::size_t triangles) {
       if (!names_.empty()) name_of_triangle_.resize(triangles, current_name_);
     }
+    void reserve(std::size_t triangles) { name_of_triangle_.reserve(triangles); }
     void take(std::vector<std::uint32_t>& of, std::vector<std::string>& names) {
       of = std::move(name_of_triangle_);
       names = std::move(names_);
@@ -194,7 +199,7 @@ class MeshBuilder {
   std::vector<std::uint32_t> computed_normals_;
   // the message about coordinates that are too coarse, with its remedy
   std::string coarse_coordinates_;
-  std::uint64_t faces_ = 0, short_faces_ = 0, first_short_face_ = 0;
+  std::uint64_t faces_ = 0, reserved_faces_ = 0, short_faces_ = 0, first_short_face_ = 0;
 };
 
 }  // namespace kiln

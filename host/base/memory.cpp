@@ -31,6 +31,10 @@ std::uint64_t capped_product(std::uint64_t a, std::uint64_t b) {
   return b != 0 && a > kUnlimited / b ? kUnlimited : a * b;
 }
 
+std::uint64_t capped_sum(std::uint64_t a, std::uint64_t b) {
+  return b > kUnlimited - a ? kUnlimited : a + b;
+}
+
 std::string mebibytes(std::uint64_t bytes) {
   return std::to_string((bytes >> 20) + ((bytes & 0xFFFFF) != 0 ? 1 : 0)) + " MiB";
 }

@@ -16,6 +16,9 @@ inline constexpr std::uint64_t kMaxUncheckedBytes = std::uint64_t{16} << 20;
 /// a * b, saturated at 2^64 - 1.
 std::uint64_t capped_product(std::uint64_t a, std::uint64_t b);
 
+/// a + b, saturated at 2^64 - 1.
+std::uint64_t capped_sum(std::uint64_t a, std::uint64_t b);
+
 /// "17 MiB", rounded up.
 std::string mebibytes(std::uint64_t bytes);
 

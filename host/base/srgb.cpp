@@ -8,14 +8,15 @@
 #include "kiln/image.h"
 
 namespace kiln {
-namespace {
-
-constexpr std::size_t kTableSteps = 4096;
-constexpr std::size_t kGrain = std::size_t{1} << 16;
 
 double encode_srgb(double linear) {
   return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
 }
+
+namespace {
+
+constexpr std::size_t kTableSteps = 4096;
+constexpr std::size_t kGrain = std::size_t{1} << 16;
 
 /// The curve, sampled at evenly spaced fourth roots of its argument, between which it is nearly linear.
 const std::vector<float>& srgb_curve_samples() {

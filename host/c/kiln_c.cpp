@@ -1,6 +1,7 @@
 #include "kiln/kiln_c.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <new>
@@ -149,6 +150,12 @@ Strided<T> strided(const kiln_span& span) {
                     ": give bytes, or 0 for elements side by side.",
                 "stride");
   }
+  if (span.count != 0 && span.stride > PTRDIFF_MAX / span.count) {
+    throw Error(ErrorCode::usage,
+                "A span of " + std::to_string(span.count) + " elements has a stride of " +
+                    std::to_string(span.stride) + " bytes, beyond all addresses: give bytes.",
+                "stride");
+  }
   return {span.data, span.count, span.stride};
 }
 
@@ -253,8 +260,14 @@ kiln_status kiln_mesh_load(const char* path, kiln_mesh** mesh) {
     check_given(mesh, "mesh");
     std::vector<Warning> warnings;
     const std::filesystem::path file = path_of(path);
-    // An absolute path, since the working folder may change before a file is saved.
-    *mesh = new kiln_mesh{load_mesh(file, {}, &warnings), {std::filesystem::absolute(file)}};
+    // Absolute paths, since the working folder may change before a file is saved.
+    Files read = {std::filesystem::absolute(file)};
+    Mesh loaded = load_mesh(file, {}, &warnings);
+    for (std::string name : loaded.material_files) {
+      std::replace(name.begin(), name.end(), '\\', '/');
+      read.push_back(read.front().parent_path() / name);
+    }
+    *mesh = new kiln_mesh{std::move(loaded), std::move(read)};
     last_warnings = texts_of(warnings);
   });
 }

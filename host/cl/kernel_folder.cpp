@@ -18,6 +18,22 @@ std::string environment_text(const char* name) {
   return value != nullptr ? value : "";
 }
 
+/// The folder that a variable names, as an absolute path without "." that replaces the value in the environment, too:
+/// PoCL does not start if POCL_CACHE_DIR is ".", and kernels stay in one folder if the current folder changes. Links and
+/// ".." are kept for os::shared_level().
+std::string folder_of_variable(const char* name) {
+  const std::string given = environment_text(name);
+  std::error_code error;
+  if (given.empty()) return given;
+  fs::path folder;
+  for (const fs::path& part : os::absolute(given, error)) {
+    if (!part.empty() && part != ".") folder /= part;
+  }
+  if (error || folder == fs::path(given)) return given;
+  os::set_variable(name, folder.string().c_str());
+  return folder.string();
+}
+
 fs::path shared_level(const fs::path& a, const fs::path& b) {
   const fs::path level = os::shared_level(a);
   return level.empty() ? os::shared_level(b) : level;
@@ -105,7 +121,7 @@ KernelFolder kernel_folder() {
   static std::string chosen_folder;  // the folder that this process has set
   static std::vector<Warning> warnings_of_choice;
   const std::lock_guard lock(mutex);
-  if (const std::string given = environment_text(kPocl); !given.empty()) {
+  if (const std::string given = folder_of_variable(kPocl); !given.empty()) {
     const fs::path kiln = fs::path(given) / "kiln";
     if (given == chosen_folder) return {kiln, warnings_of_choice};
     os::create_private_folders(given);
@@ -120,7 +136,7 @@ KernelFolder kernel_folder() {
     return {kiln, {warning_of(level, "set POCL_CACHE_DIR to a folder that is yours alone.")}};
   }
   std::vector<Warning> warnings;
-  const std::string given = environment_text("XDG_CACHE_HOME"), home = environment_text("HOME");
+  const std::string given = folder_of_variable("XDG_CACHE_HOME"), home = environment_text("HOME");
   const fs::path caches = !given.empty() ? fs::path(given)
                           : home.empty() ? fs::path()
                                          : fs::path(home) / ".cache";

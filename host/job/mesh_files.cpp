@@ -8,6 +8,8 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <string_view>
+#include <unordered_map>
 #include <utility>
 
 #include "base/file.h"
@@ -135,13 +137,13 @@ void append_nodes_and_materials(const Asset& file, Asset& all) {
 /// Returns materials in the order of the joined mesh's material names; a name without a material gets a default one.
 std::vector<Material> sort_by_material_names(const std::vector<Material>& materials,
                                              const std::vector<std::string>& names) {
+  std::unordered_map<std::string_view, const Material*> material_of;
+  for (const Material& material : materials) material_of.try_emplace(material.name, &material);
   std::vector<Material> result;
   for (const std::string& name : names) {
-    const auto found =
-        std::find_if(materials.begin(), materials.end(),
-                     [&](const Material& material) { return material.name == name; });
-    if (found != materials.end()) {
-      result.push_back(*found);
+    const auto found = material_of.find(name);
+    if (found != material_of.end()) {
+      result.push_back(*found->second);
     } else {
       result.emplace_back().name = name;
     }

@@ -447,6 +447,9 @@ TEST(CInterface, SaysWhatIsWrongAndLeavesOutputsAlone) {
   view.positions.stride = 1;  // elements that overlap
   EXPECT_EQ(kiln_mesh_new(&view, &mesh), KILN_USAGE);
   EXPECT_STREQ(kiln_error_code(), "stride");
+  view.positions.stride = SIZE_MAX - 11;  // a negative one
+  EXPECT_EQ(kiln_mesh_new(&view, &mesh), KILN_USAGE);
+  EXPECT_STREQ(kiln_error_code(), "stride");
   EXPECT_EQ(mesh, none);
 
   // Another thread has a message of its own.
@@ -500,7 +503,12 @@ TEST(CInterface, TakesNullAndRefusesWhatIsReserved) {
 
 TEST(CInterface, WritesOverNothingThatWasRead) {
   const std::filesystem::path folder = scratch_folder(), file = folder / "read.obj";
-  save_obj(torus(12, 8), file);
+  Mesh ring = torus(12, 8);
+  ring.materials.assign(ring.triangles.size(), 0);
+  ring.material_names = {"skin"};
+  ring.material_files = {"skin.mtl"};
+  save_obj(ring, file);
+  std::ofstream(folder / "skin.mtl") << "newmtl skin\n";
   std::filesystem::create_symlink("read.obj", folder / "link.obj");
   std::filesystem::create_hard_link(file, folder / "other.glb");
   const std::string before = text_of(file);
@@ -522,7 +530,9 @@ TEST(CInterface, WritesOverNothingThatWasRead) {
   for (const kiln_mesh* each : {mesh.get(), unwrapped.get(), light.get()}) {
     refused(kiln_mesh_save_obj(each, file.string().c_str()));
     refused(kiln_mesh_save_obj(each, (folder / "link.obj").string().c_str()));
+    refused(kiln_mesh_save_obj(each, (folder / "skin.mtl").string().c_str()));
   }
+  EXPECT_EQ(text_of(folder / "skin.mtl"), "newmtl skin\n");
   refused(kiln_glb_save(unwrapped.get(), nullptr, (folder / "other.glb").string().c_str()));
   const std::string fresh = (folder / "fresh.obj").string();
   EXPECT_EQ(kiln_mesh_save_obj(light.get(), fresh.c_str()), KILN_OK) << kiln_error_message();

@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 #include <meshoptimizer.h>
 
+#include <algorithm>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -11,6 +13,8 @@
 #include "asset/gltf_files.h"
 #include "asset/mesh_files.h"
 #include "base/json_depth.h"
+#include "base/memory.h"
+#include "base/system_memory.h"
 #include "io/file/byte_source.h"
 #include "kiln/asset.h"
 #include "kiln/image.h"
@@ -120,6 +124,117 @@ TEST(GltfLimits, OverlappingViewsOfMeshoptAreRefusedBeforeTheyAreUnpacked) {
   // The same one is unpacked once, however many views name it.
   EXPECT_EQ(load_text("same.glb", overlapping_views(100, true).glb()).mesh.positions.size(),
             60004U);
+}
+
+/// Limits the memory to a number of MiB beyond the present use while it lives.
+class MemoryLeft {
+ public:
+  explicit MemoryLeft(std::uint64_t mebibytes) {
+    set_memory_limit(os::resident_memory() + (mebibytes << 20));
+  }
+  ~MemoryLeft() { set_memory_limit(0); }
+  MemoryLeft(const MemoryLeft&) = delete;
+  MemoryLeft& operator=(const MemoryLeft&) = delete;
+};
+
+/// Makes peak_resident_bytes() start from the present use, where Linux can.
+bool reset_peak_memory() {
+  std::ofstream to("/proc/self/clear_refs");
+  to << "5" << std::flush;
+  return to.good();
+}
+
+/// Many primitives may name the same vertices, compressed to almost nothing: their sum is refused before any data is
+/// decompressed.
+TEST(GltfLimits, PrimitivesThatShareCompressedVerticesAreSummedBeforeTheyAreRead) {
+  GltfMaker maker = overlapping_views(1, true);
+  json& primitives = maker.json["meshes"][0]["primitives"];
+  const json shared = primitives.back();
+  while (primitives.size() < 201) primitives.push_back(shared);
+  const std::string text = maker.glb();
+  const std::uint64_t before = peak_resident_bytes();
+  {
+    const MemoryLeft left(512);
+    expect_bad_text("many.glb", text,
+                    {"many.glb: its meshes: 201 primitives", "12000004 vertices",
+                     "4000002 triangles", "memory limit", "`memory_limit`"});
+  }
+  EXPECT_LT(peak_resident_bytes() - before, std::uint64_t{3} << 20)
+      << "the view of 3.7 MB is not decompressed for the sum";
+  // Several nodes count like several primitives.
+  while (primitives.size() > 2) primitives.erase(2);
+  for (int i = 0; i < 200; ++i) maker.json["nodes"].push_back({{"mesh", 0}});
+  const MemoryLeft left(512);
+  expect_bad_text("nodes.glb", maker.glb(), {"402 primitives", "12060804 vertices"});
+}
+
+/// What is asked for before reading is what reading takes.
+TEST(GltfLimits, SumOfMemoryIsWhatReadingTakes) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "the sanitizer's own memory counts";
+#endif
+  struct Kind {
+    const char* name;
+    bool normals, uvs, colors, tangents, indices, instances;
+  };
+  constexpr std::size_t kVertices = 60000, kPrimitives = 40;
+  for (const Kind& kind : {Kind{"positions", false, false, false, false, false, false},
+                           Kind{"indices", true, false, false, false, true, false},
+                           Kind{"all", true, true, true, true, true, false},
+                           Kind{"instances", true, true, false, false, true, true}}) {
+    GltfMaker maker;
+    std::vector<float> positions;
+    for (std::size_t i = 0; i < 3 * kVertices; ++i) {
+      positions.push_back(static_cast<float>(i * 7919 % 10007));
+    }
+    json primitive{{"attributes", {{"POSITION", maker.add<float>("VEC3", positions)}}}};
+    const auto add = [&](const char* name, const char* type, std::size_t width) {
+      std::vector<float> values(width * kVertices, 0.5F);
+      for (std::size_t i = 0; width == 4 && i < kVertices; ++i) values[4 * i + 3] = 1;
+      primitive["attributes"][name] = maker.add<float>(type, values);
+    };
+    if (kind.normals) add("NORMAL", "VEC3", 3);
+    if (kind.uvs) add("TEXCOORD_0", "VEC2", 2);
+    if (kind.colors) add("COLOR_0", "VEC4", 4);
+    if (kind.tangents) add("TANGENT", "VEC4", 4);
+    if (kind.indices) {
+      std::vector<std::uint32_t> indices;
+      for (std::uint32_t i = 0; i < 3 * kVertices; ++i) {
+        indices.push_back(i * 7 % static_cast<std::uint32_t>(kVertices));
+      }
+      primitive["indices"] = maker.add<std::uint32_t>("SCALAR", indices);
+    }
+    maker.add_mesh(primitive);
+    json& primitives = maker.json["meshes"][0]["primitives"];
+    for (std::size_t i = 1; i < kPrimitives; ++i) {
+      if (kind.instances) {
+        maker.json["nodes"].push_back({{"mesh", 0}});
+      } else {
+        primitives.push_back(json(primitive));
+      }
+    }
+    const std::string text = maker.glb();
+    std::string message;
+    {
+      const MemoryLeft left(1);
+      try {
+        load_text("sum.glb", text);
+      } catch (const Error& error) {
+        message = error.what();
+      }
+    }
+    const std::size_t at = message.find("would take ");
+    ASSERT_NE(at, std::string::npos) << kind.name << ": " << message;
+    const double stated = std::stod(message.substr(at + 11));
+    os::return_free_blocks();
+    if (!reset_peak_memory()) GTEST_SKIP() << "the system cannot forget the peak of memory";
+    const std::uint64_t before = os::resident_memory();
+    load_text("sum.glb", text);
+    const double taken = static_cast<double>(peak_resident_bytes() - before) / 0x1p20;
+    EXPECT_LT(taken, 1.1 * stated) << kind.name;
+    EXPECT_GT(taken, 0.6 * stated) << kind.name;
+    RecordProperty(kind.name, std::to_string(taken / stated));
+  }
 }
 
 TEST(GltfLimits, LinksThatLeadOutOfTheFolderAreRefused) {

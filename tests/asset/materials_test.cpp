@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "kiln/asset.h"
 #include "kiln/kiln.h"
 #include "kiln/material.h"
 #include "support/environment.h"
@@ -413,6 +414,41 @@ TEST(Materials, TheCases) {
     const fs::path obj = cases / "mtl_tr" / (std::string(name) + ".obj");
     EXPECT_EQ(load_materials(load_mesh(obj), obj).at(0).opacity, 1) << name;
   }
+}
+
+/// Pictures of floats hold linear light, which is converted where a slot's other pictures are sRGB. Numbers are kept.
+TEST(Materials, ColoursInLinearLightAreConverted) {
+  const fs::path folder = test::scratch_folder();
+  const std::vector<float> linear = {0, 0.0021F, 0.2140411F, 1, 2.5F, 0.5028865F};
+  const Image picture{2, 1, 3, linear};
+  save_image(picture, folder / "a.exr", {.format = ImageFormat::exr_float});
+  const auto texture_of = [&](const std::string& line, MaterialSlot slot) {
+    std::ofstream(folder / "m.mtl") << "newmtl a\n" << line << "\n";
+    std::ofstream(folder / "m.obj") << "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\n"
+                                       "usemtl a\nf 1/1 2/1 3/1\n";
+    const Asset asset = load_asset(folder / "m.obj");
+    const Texture texture = load_material_texture(asset.materials, slot);
+    EXPECT_EQ(texture.images.size(), 1U) << line;
+    return texture;
+  };
+  const std::vector<double> srgb = {0, 12.92 * 0.0021, 0.5, 1, 1.490, 0.7373};
+  for (const MaterialSlot slot : {MaterialSlot::color, MaterialSlot::emission}) {
+    const bool is_color = slot == MaterialSlot::color;
+    const Texture texture = texture_of(is_color ? "map_Kd a.exr" : "map_Ke a.exr", slot);
+    EXPECT_EQ(texture.kind, TextureKind::srgb);
+    for (std::size_t i = 0; i < srgb.size(); ++i) {
+      EXPECT_NEAR(texture.images.at(0)->pixels[i], srgb[i], 6e-4) << i;
+    }
+  }
+  const Texture roughness = texture_of("map_Pr a.exr", MaterialSlot::roughness);
+  EXPECT_EQ(roughness.kind, TextureKind::linear);
+  EXPECT_EQ(roughness.images.at(0)->pixels[2], linear[2]);
+  // In the bytes of a file, too.
+  Material material;
+  material.color_map.bytes = std::make_shared<const std::vector<std::byte>>(
+      encode(picture, {.format = ImageFormat::exr_float}));
+  EXPECT_NEAR(load_material_texture({material}, MaterialSlot::color).images.at(0)->pixels[2], 0.5,
+              6e-4);
 }
 
 }  // namespace

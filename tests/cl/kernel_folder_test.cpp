@@ -300,6 +300,39 @@ TEST(KernelFolder, ThatIsReadOnlyIsCopied) {
   }));
 }
 
+/// PoCL does not start if its folder is ".", and a program may change its current folder afterwards.
+TEST(KernelFolder, RelativePathsStartAtTheFirstCurrentFolder) {
+  const fs::path start = fs::current_path();
+  const fs::path own = fs::canonical(make(test::scratch_folder(), 0700));
+  make(own / "other", 0700);
+  make(own / "open", 0777);
+  fs::create_symlink("open", own / "link");
+  struct Case {
+    const char *given, *folder, *shared;
+  };
+  for (const auto& [given, folder, shared] :
+       {Case{".", "", ""}, Case{"./new/.", "new", ""}, Case{"a/b", "a/b", ""},
+        Case{"other/..", "other/..", ""}, Case{"link", "link", "open"}}) {
+    fs::current_path(own);
+    const Variables set({{"POCL_CACHE_DIR", given}});
+    const fs::path absolute = *folder == '\0' ? own : own / folder;
+    for (int call = 0; call < 2; ++call) {
+      const ocl::KernelFolder found = ocl::kernel_folder();
+      EXPECT_EQ(found.kiln, absolute / "kiln") << given;
+      EXPECT_EQ(pocl(), absolute) << given;
+      expect_warned(found, *shared == '\0' ? fs::path() : own / shared);
+      fs::current_path(own / "other");
+    }
+  }
+  fs::current_path(own);
+  const Variables set({{"XDG_CACHE_HOME", "."}});
+  for (int call = 0; call < 2; ++call) {
+    EXPECT_EQ(ocl::kernel_folder().kiln, own / "kiln");
+    fs::current_path(own / "other");
+  }
+  fs::current_path(start);
+}
+
 /// Number of compiled kernels in a folder.
 std::size_t count_kernels(const fs::path& folder) {
   std::size_t kernels = 0;

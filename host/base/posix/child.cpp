@@ -85,8 +85,8 @@ ChildEnd run_in_child(const ChildLimits& limits, const std::function<std::string
     pollfd answer_pipe{ends[0], POLLIN, 0};
     constexpr int kPollMilliseconds = 50;
     const int ready = poll(&answer_pipe, 1, kPollMilliseconds);
+    if (Clock::now() > end) stop();
     if (ready == 0 || (ready < 0 && errno == EINTR)) {
-      if (Clock::now() > end) stop();
       try {
         if (!cancellation) ProgressGuard::poll();
       } catch (...) {

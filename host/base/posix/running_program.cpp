@@ -60,7 +60,15 @@ struct RunningProgram::Process {
     if (future_result.valid()) future_result.wait();
     wait();
   }
-  bool exchange_data(std::string_view remaining, double limit_seconds, ProgramResult& result);
+  using Clock = std::chrono::steady_clock;
+  bool exchange_data(std::string_view remaining, Clock::time_point deadline, ProgramResult& result);
+  bool wait_until_ended(Clock::time_point deadline) const;
+  /// True if the program has ended, whether other programs hold its pipes or not. Its status is kept for wait().
+  bool has_ended() const {
+    siginfo_t ended{};
+    return waitid(P_PID, static_cast<id_t>(id), &ended, WEXITED | WNOHANG | WNOWAIT) != 0 ||
+           ended.si_pid != 0;
+  }
   /// Waits for the program. \returns its exit status
   int wait() {
     int status = 0;
@@ -82,14 +90,13 @@ constexpr int kNice = 5;
 
 }  // namespace
 
-/// Writes the program's input and reads its output until it closes its pipes. Both are interleaved, so that
+/// Writes the program's input and reads its output until it closes its pipes, or has ended while another program that
+/// it started holds them. Both are interleaved, so that
 /// no full pipe blocks either process.
 /// \param remaining the input that is to be written
 /// \returns false on a timeout, or if it was interrupted
-bool RunningProgram::Process::exchange_data(std::string_view remaining, double limit_seconds,
+bool RunningProgram::Process::exchange_data(std::string_view remaining, Clock::time_point deadline,
                                             ProgramResult& result) {
-  const auto deadline =
-      std::chrono::steady_clock::now() + std::chrono::duration<double>(limit_seconds);
   const std::array<std::string*, 2> texts = {&result.output, &result.errors};
   std::array<char, 65536> read_buffer;
   fcntl(input.write_end, F_SETFL, O_NONBLOCK);
@@ -100,8 +107,9 @@ bool RunningProgram::Process::exchange_data(std::string_view remaining, double l
         {{*ends[0], POLLIN, 0}, {*ends[1], POLLIN, 0}, {input.write_end, POLLOUT, 0}}};
     constexpr int kMilliseconds = 100;
     const int ready = poll(poll_entries.data(), poll_entries.size(), kMilliseconds);
-    if (interrupted() || std::chrono::steady_clock::now() > deadline) return false;
+    if (interrupted() || Clock::now() > deadline) return false;
     if (ready < 0 && errno != EINTR) break;
+    if (ready == 0 && has_ended()) break;
     if (ready <= 0) continue;
     for (std::size_t i = 0; i < ends.size(); ++i) {
       if (*ends[i] < 0 || poll_entries[i].revents == 0) continue;
@@ -121,6 +129,16 @@ bool RunningProgram::Process::exchange_data(std::string_view remaining, double l
     } else if (count < 0 && errno != EINTR && errno != EAGAIN) {
       remaining = {};  // the program has closed its input
     }
+  }
+  return true;
+}
+
+/// Waits for a program that may have closed its pipes without ending. \returns as exchange_data()
+bool RunningProgram::Process::wait_until_ended(Clock::time_point deadline) const {
+  constexpr int kMilliseconds = 2;
+  while (!has_ended()) {
+    if (interrupted() || Clock::now() > deadline) return false;
+    poll(nullptr, 0, kMilliseconds);
   }
   return true;
 }
@@ -179,7 +197,11 @@ void RunningProgram::begin(std::string input, double limit_seconds,
   process_->future_result =
       std::async(std::launch::async, [process = process_.get(), limit_seconds] {
         ProgramResult result;
-        if (!process->exchange_data(process->input_bytes, limit_seconds, result)) {
+        const auto deadline =
+            Process::Clock::now() + std::chrono::duration_cast<Process::Clock::duration>(
+                                        std::chrono::duration<double>(limit_seconds));
+        if (!process->exchange_data(process->input_bytes, deadline, result) ||
+            !process->wait_until_ended(deadline)) {
           kill(process->id, SIGKILL);
           result.errors += std::string(result.errors.empty() ? "" : " ") + "stopped after " +
                            std::to_string(std::lround(limit_seconds)) + " seconds";

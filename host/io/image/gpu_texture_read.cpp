@@ -245,6 +245,24 @@ void swizzle(Image& image, std::string_view letters) {
   if (letters[3] == '1') drop_ignored_alpha(image);
 }
 
+/// Applies KTXorientation, whose letters name the directions of the stored columns and rows: "rd" is as in an Image.
+void orient(Image& image, std::string_view letters) {
+  if (letters.size() < 2) return;
+  if (letters[1] == 'u') {
+    const std::size_t row = std::size_t{image.width} * image.channels;
+    for (std::uint32_t y = 0; y < image.height / 2; ++y) {
+      std::swap_ranges(image.at(0, y), image.at(0, y) + row, image.at(0, image.height - 1 - y));
+    }
+  }
+  if (letters[0] != 'l') return;
+  for (std::uint32_t y = 0; y < image.height; ++y) {
+    for (std::uint32_t x = 0; x < image.width / 2; ++x) {
+      std::swap_ranges(image.at(x, y), image.at(x, y) + image.channels,
+                       image.at(image.width - 1 - x, y));
+    }
+  }
+}
+
 constexpr std::string_view kKtx2("\xABKTX 20\xBB\r\n\x1A\n", 12);
 constexpr std::size_t kKtx2Header = 80, kKtx2Level = 24;
 
@@ -409,13 +427,7 @@ Image parse_ktx2(const ByteSource& source, const std::string& file, const ImageL
   Image image = decode(storage, level, header.width, header.height, limits, fail);
   swizzle(image, value_of(header.keys, "KTXswizzle"));
   if ((header.flags & 1U) != 0) divide_by_alpha(image);
-  const std::string_view orientation = value_of(header.keys, "KTXorientation");
-  if (orientation.size() >= 2 && orientation[1] == 'u') {
-    const std::size_t row = std::size_t{image.width} * image.channels;
-    for (std::size_t y = 0; y < image.height / 2; ++y) {
-      std::swap_ranges(image.at(0, y), image.at(0, y) + row, image.at(0, image.height - 1 - y));
-    }
-  }
+  orient(image, value_of(header.keys, "KTXorientation"));
   return image;
 }
 

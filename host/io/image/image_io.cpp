@@ -195,23 +195,26 @@ std::vector<std::string> picture_formats() {
   return names;
 }
 
-bool holds_linear_light(const std::filesystem::path& path) {
-  const FailWith fail = image_failure(path.string(), "an image");
-  const std::unique_ptr<ByteSource> source = open_file(path, fail);
-  switch (picture_kind(source->head(kHeadBytes), path.string()).value_or(kPng)) {
+bool holds_linear_light(const ByteSource& source, const std::string& file) {
+  switch (picture_kind(source.head(kHeadBytes), file).value_or(kPng)) {
     case kExr:
     case kHdr:
       return true;
 #ifdef KILN_HAS_TIFF
     case kTiff:
-      return tiff_holds_floats(*source);
+      return tiff_holds_floats(source);
 #endif
     case kKtx2:
     case kDds:
-      return gpu_texture_holds_floats(*source);
+      return gpu_texture_holds_floats(source);
     default:
       return false;
   }
+}
+
+bool holds_linear_light(const std::filesystem::path& path) {
+  const FailWith fail = image_failure(path.string(), "an image");
+  return holds_linear_light(*open_file(path, fail), path.string());
 }
 
 Image parse_image(const ByteSource& source, const std::string& file, const ImageLimits& limits) {

@@ -24,6 +24,9 @@ FailWith image_failure(std::string file, std::string kind);
 Image parse_image(const ByteSource& source, const std::string& file,
                   const ImageLimits& limits = {});
 
+/// True if a picture holds linear light: see holds_linear_light() in kiln/image.h, for files.
+bool holds_linear_light(const ByteSource& source, const std::string& file);
+
 /// Parses any PNG: palettes and transparency are expanded; numbers of 1 to 16 bits are divided by their maximum;
 /// gamma and colour profiles are ignored.
 /// \throws Error(input), as below

@@ -230,6 +230,10 @@ TEST(GpuTextureRead, Ktx2SaysHowItsTexelsLie) {
   // From the bottom up.
   ktx.keys = Ktx2::key("KTXwriter", "by hand") + Ktx2::key("KTXorientation", "ru");
   EXPECT_EQ(read_ktx2(ktx).at(1, 1)[2], 96.0F / 255);
+  ktx.keys = Ktx2::key("KTXorientation", "lu");
+  EXPECT_EQ(read_ktx2(ktx).at(0, 1)[2], 96.0F / 255);
+  ktx.keys = Ktx2::key("KTXorientation", "ld");
+  EXPECT_EQ(read_ktx2(ktx).at(0, 0)[2], 96.0F / 255);
   // x in red, green and blue, y in alpha, as normal maps of `ktx` are.
   ktx.keys = Ktx2::key("KTXswizzle", "ra01");
   const Image turned = read_ktx2(ktx);
