@@ -222,6 +222,35 @@ TEST(SaveGlb, TangentsAreLeftOutWithoutANormalMap) {
   EXPECT_EQ(attributes_with(normal, MeshCompression::none).second, 82);
 }
 
+/// Whichever slots of a material have maps, one or two of them, tangents are there for normals alone, or where nothing
+/// has a picture.
+TEST(SaveGlb, TangentsDependOnNormalsInEverySetOfSlots) {
+  const fs::path path = test::scratch_folder() / "a.glb";
+  Mesh low = square_of(3, 3);
+  low.tangents.assign(3 * low.triangles.size(), Tangent{{1, 0, 0}, 1});
+  const Image grey{4, 4, 1, std::vector<float>(16, 0.5F)},
+      color{4, 4, 3, std::vector<float>(48, 0.5F)};
+  const std::vector<std::pair<const Image * AssetMaps::*, const Image*>> slots = {
+      {&AssetMaps::normal, &color},   {&AssetMaps::occlusion, &grey},
+      {&AssetMaps::roughness, &grey}, {&AssetMaps::metallic, &grey},
+      {&AssetMaps::opacity, &grey},   {&AssetMaps::color, &color},
+      {&AssetMaps::emission, &color},
+  };
+  for (std::size_t i = 0; i < slots.size(); ++i) {
+    for (std::size_t k = i; k < slots.size(); ++k) {
+      AssetMaps maps;
+      for (const std::size_t slot : {i, k}) maps.*slots[slot].first = slots[slot].second;
+      if (maps.opacity != nullptr && maps.color == nullptr) maps.color = &color;
+      AssetMaterial material;
+      material.pictures = std::make_shared<const AssetPictures>(encode_maps(maps));
+      save_asset(low, std::span(&material, 1), path);
+      const Parsed glb(path);
+      const json attributes = glb.head["meshes"][0]["primitives"][0]["attributes"];
+      EXPECT_EQ(attributes.contains("TANGENT"), maps.normal != nullptr) << i << " " << k;
+    }
+  }
+}
+
 /// A mesh far away keeps its shape, by the root's translation.
 TEST(SaveGlb, OriginsAreTheRootsTranslation) {
   const fs::path path = test::scratch_folder() / "a.glb";

@@ -5,7 +5,9 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "kiln/asset.h"
 #include "kiln/files.h"
@@ -204,6 +206,111 @@ TEST(MeshPacking, DracoComesBackWithinItsBits) {
   EXPECT_EQ(corners, 3 * after.triangles.size());
   // A step of 16 bits of the widest range, along each axis; octahedra of 12 bits.
   expect_alike(before, after, std::sqrt(3) * 2.5 / 65535, 0.08, 1.01 / 65535);
+}
+
+/// Bytes of one element of an accessor.
+std::size_t element_bytes(const json& accessor) {
+  static const std::map<int, std::size_t> kComponents = {{5120, 1}, {5121, 1}, {5122, 2},
+                                                         {5123, 2}, {5125, 4}, {5126, 4}};
+  static const std::map<std::string, std::size_t> kTypes = {
+      {"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}};
+  return kComponents.at(accessor["componentType"].get<int>()) *
+         kTypes.at(accessor["type"].get<std::string>());
+}
+
+/// A strip of triangles, split into two objects and two materials; their counts are odd if `triangles` is.
+Mesh strip(std::uint32_t triangles) {
+  Mesh mesh;
+  mesh.name = "strip";
+  for (std::uint32_t i = 0; i < 2 * triangles + 4; ++i) {
+    const auto x = static_cast<float>(i / 2), y = static_cast<float>(i % 2);
+    mesh.positions.push_back({x, y, 0.1F * x * y});
+    mesh.uvs.push_back({x / static_cast<float>(triangles + 2), y});
+    mesh.colors.push_back({static_cast<std::uint8_t>(i), 9, 7, 255});
+  }
+  mesh.object_names = {"left", "right"};
+  mesh.material_names = {"stone", "glass"};
+  for (std::uint32_t i = 0; i < 2 * triangles; ++i) {
+    mesh.triangles.push_back(i % 2 == 0 ? Triangle{i, i + 2, i + 1} : Triangle{i, i + 1, i + 2});
+    mesh.objects.push_back(i < triangles ? 0 : 1);
+    mesh.materials.push_back(i % 3 == 0 ? 1 : 0);
+  }
+  mesh.uv_triangles = mesh.triangles;
+  return mesh;
+}
+
+/// The rules of glTF for views and accessors, whatever the packing, the number of primitives and of their triangles:
+/// views begin at multiples of 4, do not overlap and end within their buffer, attributes are aligned to 4 bytes, an
+/// accessor's elements fit in its view, and indices address vertices.
+TEST(MeshPacking, ViewsAndAccessorsKeepTheFormatsRules) {
+  for (const std::uint32_t triangles : {2U, 3U, 5U, 6U, 31U}) {
+    for (const bool colored : {false, true}) {
+      for (const MeshCompression compression :
+           {MeshCompression::none, MeshCompression::meshopt, MeshCompression::draco}) {
+        Mesh low = strip(triangles);
+        if (!colored) low.colors.clear();
+        std::vector<std::byte> glb;
+        try {
+          glb = packed_ball(low, compression);
+        } catch (const Error&) {
+          continue;  // without Draco
+        }
+        SCOPED_TRACE(std::to_string(triangles) + " triangles, compression " +
+                     std::to_string(static_cast<int>(compression)));
+        const json head = head_of(glb);
+        // The ranges that views take in each buffer; those of packed bytes lie in the first.
+        std::map<std::size_t, std::vector<std::pair<std::size_t, std::size_t>>> taken;
+        const auto take = [&](const json& range) {
+          const std::size_t begin = range["byteOffset"], size = range["byteLength"];
+          EXPECT_EQ(begin % 4, 0U);
+          taken[range["buffer"].get<std::size_t>()].push_back({begin, begin + size});
+        };
+        for (const json& view : head["bufferViews"]) {
+          take(view);
+          if (view.contains("extensions")) {
+            take(view["extensions"]["EXT_meshopt_compression"]);
+          }
+        }
+        for (auto& [buffer, ranges] : taken) {
+          std::sort(ranges.begin(), ranges.end());
+          for (std::size_t i = 1; i < ranges.size(); ++i) {
+            EXPECT_GE(ranges[i].first, ranges[i - 1].second);
+          }
+          EXPECT_LE(ranges.back().second, head["buffers"][buffer]["byteLength"].get<std::size_t>());
+        }
+        for (const json& accessor : head["accessors"]) {
+          if (!accessor.contains("bufferView")) continue;  // Draco's
+          const json& view = head["bufferViews"].at(accessor["bufferView"].get<std::size_t>());
+          const std::size_t element = element_bytes(accessor),
+                            step = view.value("byteStride", element), count = accessor["count"];
+          EXPECT_GE(step, element);
+          EXPECT_LE((count - 1) * step + element, view["byteLength"].get<std::size_t>());
+          if (view["target"] == 34962) EXPECT_EQ(step % 4, 0U);
+          if (view.contains("extensions")) {
+            const json& packed = view["extensions"]["EXT_meshopt_compression"];
+            EXPECT_EQ(packed["count"], count);
+            EXPECT_EQ(packed["byteStride"], step);
+          }
+        }
+        std::size_t corners = 0;
+        for (const json& mesh : head["meshes"]) {
+          for (const json& primitive : mesh["primitives"]) {
+            const json& indices = head["accessors"].at(primitive["indices"].get<std::size_t>());
+            corners += indices["count"].get<std::size_t>();
+            std::optional<std::size_t> vertices;
+            for (const auto& [name, accessor] : primitive["attributes"].items()) {
+              const std::size_t count = head["accessors"].at(accessor.get<std::size_t>())["count"];
+              EXPECT_EQ(vertices.value_or(count), count) << name;
+              vertices = count;
+            }
+            EXPECT_EQ(primitive["attributes"].contains("COLOR_0"), colored);
+          }
+        }
+        EXPECT_EQ(corners, 3 * low.triangles.size());
+        EXPECT_EQ(read_back(glb, "strip.glb").triangles.size(), low.triangles.size());
+      }
+    }
+  }
 }
 
 /// Tangents keep their sign, and their direction within the octahedron's 12 bits.

@@ -53,6 +53,61 @@ TEST(Materials, ReadsNumbersAndNamesOfPictures) {
   EXPECT_EQ(materials[1].color_map.uv_transform, (std::array<float, 6>{1, 0, 1, 0, 1, 0}));
 }
 
+/// What a material is given has no part in the next one, whatever the statements of both.
+TEST(Materials, NoStatementOutlivesItsMaterial) {
+  const std::vector<std::string> statements = {"Kd 0.5 0.25 0",
+                                               "Ke 1 2 3",
+                                               "Ka 0.75 0.75 0.75",
+                                               "d 0.5",
+                                               "Tr 0.75",
+                                               "Tr 1",
+                                               "Pr 0.3",
+                                               "Pm 1",
+                                               "Ns 250",
+                                               "illum 3",
+                                               "illum 2",
+                                               "map_Kd -s 2 2 a.png",
+                                               "map_d b.png",
+                                               "map_Bump c.png",
+                                               "norm d.png",
+                                               "map_Pr e.png",
+                                               "map_Ns f.png",
+                                               "map_refl g.png",
+                                               "map_Ke h.png",
+                                               "map_Kd -clamp on i.png",
+                                               "Ka 1 1 1\nillum 6",
+                                               "Kd 1 1 1\nTr 0.25"};
+  const auto text_of = [](const Material& m) {
+    std::string text;
+    for (const float value : {m.color[0], m.color[1], m.color[2], m.opacity, m.roughness,
+                              m.metallic, m.emission[0], m.emission[1], m.emission[2]}) {
+      text += std::to_string(value) + " ";
+    }
+    for (const MaterialNumber from :
+         {m.color_from, m.roughness_from, m.metallic_from, m.emission_from}) {
+      text += std::to_string(static_cast<int>(from)) + " ";
+    }
+    for (const MaterialPicture* const picture :
+         {&m.color_map, &m.opacity_map, &m.normal_map, &m.roughness_map, &m.metallic_map,
+          &m.emission_map}) {
+      text += picture->file.string() + std::to_string(static_cast<int>(picture->wrap[0])) +
+              std::to_string(picture->empty() ? 0.0F : picture->uv_transform[0]) + " ";
+    }
+    return text;
+  };
+  for (const std::string& head : {std::string(), std::string("# Blender 4.2 MTL File\n")}) {
+    for (const std::string& second : statements) {
+      const std::string alone = text_of(read(head + "newmtl b\nKd 1 1 1\n" + second + "\n").at(0));
+      for (const std::string& first : statements) {
+        const std::vector<Material> both =
+            read(head + "newmtl a\n" + first + "\nnewmtl b\nKd 1 1 1\n" + second + "\n");
+        ASSERT_EQ(both.size(), 2U);
+        EXPECT_EQ(text_of(both[1]), alone) << head << first << " before " << second;
+      }
+    }
+  }
+}
+
 // As bpy 5.0.1 reads it: a Mapping node of type Point, whose scale comes before its location, whatever the order.
 TEST(Materials, PicturesAreScaledThenMoved) {
   const std::array<float, 6> both{0.5F, 0, 0.2F, 0, 0.25F, -0.1F};

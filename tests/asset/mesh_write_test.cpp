@@ -114,5 +114,32 @@ TEST(MeshIo, WritesNoUvsWhereThereAreNone) {
   EXPECT_EQ(warnings[0].code, "missing-uvs");
 }
 
+/// A face is written without UVs if any of its corners has none, whichever that is and however many others.
+TEST(MeshIo, WritesNoUvsWhereOneCornerHasNone) {
+  const Mesh plain = load_text("edge.obj", hard_edge).mesh;
+  for (unsigned corners = 0; corners < 8; ++corners) {
+    Mesh mesh = plain;
+    const auto none = static_cast<std::uint32_t>(mesh.uvs.size());
+    mesh.uvs.push_back({0, std::numeric_limits<float>::quiet_NaN()});
+    for (std::size_t k = 0; k < 3; ++k) {
+      if ((corners >> k & 1U) != 0) mesh.uv_triangles[0][k] = none;
+    }
+    const fs::path path = test::scratch_folder() / "some.obj";
+    save_obj(mesh, path);
+    const Mesh again = load(path).mesh;
+    ASSERT_EQ(again.uv_triangles.size(), mesh.triangles.size());
+    for (std::size_t t = 0; t < 2; ++t) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vec2 uv = again.uvs[again.uv_triangles[t][k]];
+        if (t == 0 && corners != 0) {
+          EXPECT_FALSE(std::isfinite(uv.x) && std::isfinite(uv.y)) << corners << " " << k;
+        } else {
+          EXPECT_EQ(uv, plain.uvs[plain.uv_triangles[t][k]]) << corners << " " << t;
+        }
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace kiln

@@ -111,6 +111,30 @@ TEST(FallbackBlend, TexelsOfBothAreTheFallbacks) {
   }
 }
 
+/// Samples that no match finds are no border: beside them nothing is blended, on whichever side of the others they lie.
+TEST(FallbackBlend, WhatNoMatchFindsIsNoBorder) {
+  KILN_REQUIRE_DEVICE();
+  for (const float side : {-1.0F, 1.0F}) {
+    Mesh sheet = sheet_and_wall();
+    sheet.triangles.resize(2);  // without the wall
+    for (Vec3& p : sheet.positions) p = {side * p.x, side * p.y, p.z};
+    const Source source(*test::device(), sheet);
+    BakeOptions options = blend_options(kWidth, 1, kReach);
+    // Points within 0.001 of the sheet's end are found by distance: less than half a texel.
+    options.match.max_distance = Length::absolute(0.04501);
+    const BakeResult blended = bake(source, test::plane(2, 2), options);
+    options.match.fallback_blend = 0;
+    const BakeResult plain = bake(source, test::plane(2, 2), options);
+    EXPECT_EQ(2 * plain.report.missed, plain.report.samples);
+    EXPECT_EQ(blended.report.missed, plain.report.missed);
+    EXPECT_EQ(blended.report.blended_texels, 0U);
+    // Sides to what is missed are counted, a column of them.
+    ASSERT_TRUE(plain.report.transitions);
+    EXPECT_EQ(plain.report.transitions->sides, kHeight);
+    EXPECT_EQ(blended.maps[0].image.pixels, plain.maps[0].image.pixels);
+  }
+}
+
 /// The ground in two charts of half the map each, cut along x = 0, and so where the border is.
 Mesh cut_ground() {
   Mesh mesh = ground();

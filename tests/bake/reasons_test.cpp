@@ -84,6 +84,43 @@ TEST(Reasons, AreThoseOfEachStrip) {
   EXPECT_NEAR(count_of(reasons, Reason::far)->distance, 0.5, 1e-5);
 }
 
+/// A texel of several samples has the gravest of their reasons, whether its sample lies on the left or on the right.
+TEST(Reasons, OfSeveralSamplesTheGravestCounts) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh high = dense();
+  const Source source(*test::device(), high);
+  BakeOptions options = options_of();
+  options.width = 30;  // the strips' borders run through texels
+  options.samples = 4;
+  for (const bool mirrored : {false, true}) {
+    Mesh low = four_strips();
+    std::vector<Reason> of_strip = {Reason::found, Reason::back_face, Reason::far, Reason::nothing};
+    if (mirrored) {
+      for (Vec2& uv : low.uvs) uv.x = 1 - uv.x;
+      std::reverse(of_strip.begin(), of_strip.end());
+    }
+    const Reasons reasons = explain(*bake(source, low, options).match, source, low, options);
+    ASSERT_EQ(reasons.texels.size(), 30U * 8U);
+    std::size_t mixed = 0;
+    for (std::size_t i = 0; i < reasons.texels.size(); ++i) {
+      Reason wanted = Reason::empty, least = Reason::nothing;
+      for (std::size_t s = 0; s < 4; ++s) {
+        const std::size_t sample = 4 * (i % 30) + s;  // of 120 in a row, 30 a strip
+        wanted = std::max(wanted, of_strip[sample / 30]);
+        least = std::min(least, of_strip[sample / 30]);
+      }
+      EXPECT_EQ(reasons.texels[i], wanted) << i;
+      mixed += wanted != least ? 1 : 0;
+    }
+    EXPECT_EQ(mixed, 2U * 8);  // borders at samples 30 and 90; that at 60 lies between texels
+    for (const Reason reason : of_strip) {
+      const ReasonCount* count = count_of(reasons, reason);
+      ASSERT_NE(count, nullptr);
+      EXPECT_EQ(count->samples, 30U * 32);
+    }
+  }
+}
+
 /// Half of the low poly is paired with what lies elsewhere.
 TEST(Reasons, NameOtherParts) {
   KILN_REQUIRE_DEVICE();

@@ -71,6 +71,11 @@ TEST(Checks, GoldenMapsHoldWithinLimits) {
   EXPECT_EQ(run(folder).exit_code, 0);
   job("limits = { max = 0.1, outliers = \"1.5%\" }\n");
   EXPECT_EQ(run(folder).exit_code, 1);
+  // So does its share of outliers, and whichever is written first.
+  job("limits = { max = 0.1, outliers = 0, height.outliers = \"1.6%\" }\n");
+  EXPECT_EQ(run(folder).exit_code, 0);
+  job("limits = { height.outliers = 0, max = 0.1, outliers = \"1.6%\" }\n");
+  EXPECT_EQ(run(folder).exit_code, 1);
   // The mean is 4 * 0.25 / 256 = 0.0039.
   job("limits = { mean = 0.0040 }\n");
   EXPECT_EQ(run(folder).exit_code, 0);
@@ -151,6 +156,37 @@ TEST(Checks, MissedSamplesAreHeldEachTime) {
       kMask +
           "maps = \"normal\"\nmax_distance = \"0.05%\"\n[check]\nlimits = { missed = \"100%\" }\n");
   EXPECT_EQ(run(folder).exit_code, 0);
+}
+
+/// Of several texture sets the missed samples of all count, whichever set they are in.
+TEST(Checks, MissedSamplesOfAllTextureSetsCount) {
+  for (const bool is_first : {false, true}) {
+    const fs::path folder = scratch_folder();
+    const auto square = [](float x, float width, float z, const char* material) {
+      Mesh mesh = plane(2, 2, width, 1);
+      for (Vec3& p : mesh.positions) p = {p.x + x, p.y, z};
+      mesh.material_names = {material};
+      mesh.materials.assign(mesh.triangles.size(), 0);
+      return mesh;
+    };
+    // HIGH lies over one of LOW's two squares, and over half of the other.
+    fs::create_directories(folder / "assets");
+    save_obj(join_meshes(std::vector<Mesh>{square(0, 1, 0, "a"), square(3, 1, 0, "b")}),
+             folder / "assets/x_low.obj");
+    save_obj(join_meshes(std::vector<Mesh>{square(is_first ? 3 : 0, 1, 0.01F, "h"),
+                                           square(is_first ? 0.25F : 3.25F, 0.5F, 0.01F, "h")}),
+             folder / "assets/x_high.obj");
+    for (const auto& [limit, code] : {std::pair{"24%", 1}, std::pair{"26%", 0}}) {
+      write(folder / "job.toml",
+            kMask + "maps = \"normal\"\nsets = \"material\"\nmax_distance = 0.1\n" +
+                "[check]\nlimits = { missed = \"" + limit + "\" }\n");
+      const ProcessResult result = run(folder);
+      EXPECT_EQ(result.exit_code, code) << result.errors;
+      if (code == 1) {
+        EXPECT_NE(result.errors.find("25% of the samples"), std::string::npos) << result.errors;
+      }
+    }
+  }
 }
 
 TEST(Checks, HashesAreOfPixels) {

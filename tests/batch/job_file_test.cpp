@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -220,6 +221,34 @@ cage_mesh = "assets/{name}_cage.obj"
   EXPECT_EQ(origin("gutter"), "profile.ci 11");
   EXPECT_EQ(origin("samples"), "sidecar 1");
   EXPECT_EQ(origin("ao_rays"), "command line 0");
+}
+
+/// Of all layers that set an option, in any combination of them, the last in their order counts.
+TEST(JobFile, TheLastLayerCountsInEveryCombination) {
+  const fs::path folder = make_studio({"a"});
+  constexpr unsigned kLayers = 5;  // defaults, profile, bake, sidecar, command line
+  for (unsigned layers = 1; layers < 1U << kLayers; ++layers) {
+    const auto line_of = [&](unsigned layer) {
+      return (layers >> layer & 1U) != 0 ? "samples = " + std::to_string(layer + 2) + "\n" : "";
+    };
+    const fs::path sidecar = folder / "assets/a_low.kiln.toml";
+    fs::remove(sidecar);
+    if ((layers >> 3U & 1U) != 0) write(sidecar, line_of(3));
+    ExpandOptions options;
+    if ((layers >> 4U & 1U) != 0) {
+      options.command_line.settings.push_back(
+          {"samples", {"6"}, false, {"command line", "", 0}, ""});
+    }
+    const Batch batch = expand(folder,
+                               "[defaults]\nout = \"out/{name}\"\n" + line_of(0) +
+                                   "[profile.ci]\nsize = 8\n" + line_of(1) +
+                                   "[[bake]]\nlow = \"assets/{name}_low.obj\"\nhigh = "
+                                   "\"assets/{name}_high.obj\"\n" +
+                                   line_of(2),
+                               "ci", options);
+    ASSERT_EQ(batch.assets.size(), 1U);
+    EXPECT_EQ(batch.assets[0].job.bake.samples, std::bit_width(layers) + 1U) << layers;
+  }
 }
 
 TEST(JobFile, SidecarsThatServeNothingAreTold) {

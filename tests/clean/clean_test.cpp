@@ -204,6 +204,32 @@ TEST(Clean, FinsGoAndWallsStay) {
   EXPECT_EQ(walls.triangles.size(), before.triangles.size());
 }
 
+/// A face at an edge of two others is no fin where more than three faces share another of its edges: what is crowded
+/// there is intended.
+TEST(Clean, FacesOfCrowdedEdgesAreNoFins) {
+  for (const std::uint32_t others : {0U, 1U, 2U, 3U, 4U}) {
+    const Mesh sphere = test::icosphere(5);
+    Mesh mesh = sphere;
+    const Triangle& v = sphere.triangles[0];
+    const auto raised = [&](const Vec3& p, float by) {
+      mesh.positions.push_back({p.x * (1 + by), p.y * (1 + by), p.z * (1 + by)});
+      return static_cast<std::uint32_t>(mesh.positions.size() - 1);
+    };
+    const std::uint32_t tip = raised(sphere.positions[v[0]], 0.005F);
+    mesh.triangles.push_back({v[1], v[2], tip});
+    for (std::uint32_t i = 0; i < others; ++i) {
+      const std::uint32_t end =
+          raised(sphere.positions[v[1]], 0.004F + 0.002F * static_cast<float>(i));
+      mesh.triangles.push_back({v[2], tip, end});
+    }
+    const CleanReport report = clean_mesh(mesh, {.floater = 0.03});
+    // Two faces at the edge join to one part; three hang from it; of four or more it is crowded.
+    const bool crowded = others >= 3;
+    EXPECT_EQ(report.fins.count == 0, crowded) << others;
+    if (crowded) EXPECT_EQ(mesh.triangles.size(), sphere.triangles.size() + 1 + others);
+  }
+}
+
 /// Wavy sheets from a common line, at angles around it.
 /// \param apart  the last one has vertices of its own beside the line's
 Mesh leaves(const std::vector<double>& angles, float apart = 0) {

@@ -236,6 +236,48 @@ class View(unittest.TestCase):
         self.assertGreater(found["deviation"][0], 60)
         self.assertGreater(found["deviation"][2], 60)
 
+    def test_each_material_has_its_own_numbers(self):
+        """Three squares with one material each: the page's data hold each one's factors, wraps, alpha and sides."""
+        looks = [
+            {"colour": [1, 0.5, 0.25], "rough": 0.25, "metal": 0.75, "emits": [0, 0.5, 0], "wrap": 10497, "sides": False},
+            {"colour": [0.25, 1, 0.5], "rough": 0.5, "metal": 0.5, "emits": [0.5, 0, 0.25], "wrap": 33071, "sides": True},
+            {"colour": [0.5, 0.25, 1], "rough": 0.75, "metal": 0.25, "emits": [0, 0, 1], "wrap": 33648, "sides": False},
+        ]
+        file = self.folder / "three.gltf"
+        write_gltf(file, {}, [WHOLE], [[RED, BLUE, WHITE, BLACK]])
+        document = json.loads(file.read_text())
+        (mesh,) = document["meshes"]
+        (primitive,) = mesh["primitives"]
+        document["materials"], document["samplers"], document["textures"] = [], [], []
+        for i, look in enumerate(looks):
+            document["samplers"].append({"wrapS": look["wrap"], "wrapT": 10497})
+            document["textures"].append({"source": 0, "sampler": i})
+            document["materials"].append({
+                "name": f"paint {i}", "doubleSided": look["sides"],
+                "pbrMetallicRoughness": {
+                    "baseColorFactor": [*look["colour"], 1], "baseColorTexture": {"index": i},
+                    "roughnessFactor": look["rough"], "metallicFactor": look["metal"]},
+                "emissiveFactor": look["emits"], "emissiveTexture": {"index": i}})  # fmt: skip
+        document["meshes"] = [{"primitives": [{**primitive, "material": i}]} for i in range(3)]
+        document["nodes"] = [{"mesh": i, "translation": [3 * i, 0, 0]} for i in range(3)]
+        document["scenes"] = [{"nodes": [0, 1, 2]}]
+        file.write_text(json.dumps(document))
+        text = self.page("three.html", file).read_text()
+        (mesh,) = json.JSONDecoder().raw_decode(text[text.index('{"title":"') :])[0]["meshes"]
+        self.assertEqual([material["name"] for material in mesh["materials"]], ["paint 0", "paint 1", "paint 2"])
+        # A square each, of two triangles: first index, count, material.
+        self.assertEqual(mesh["groups"], [[0, 6, 0], [6, 6, 1], [12, 6, 2]])
+        names = {10497: "repeat", 33071: "clamp", 33648: "mirror"}
+        for look, material in zip(looks, mesh["materials"]):
+            slots = material["slots"]
+            for slot, value in (("color", look["colour"]), ("emission", look["emits"]),
+                                ("roughness", [look["rough"]] * 3), ("metallic", [look["metal"]] * 3)):  # fmt: skip
+                for ours, asked in zip(slots[slot]["value"], value):
+                    self.assertAlmostEqual(ours, asked, 5, f"{material['name']}: {slot}")
+            for slot in ("color", "emission"):
+                self.assertEqual(slots[slot]["wrap"], [names[look["wrap"]], "repeat"])
+            self.assertEqual(material["double_sided"], look["sides"])
+
     def test_pictures_on_a_second_set_are_left_out_with_a_word(self):
         file = self.folder / "two.gltf"
         base = {"baseColorTexture": {"index": 0}, "metallicFactor": 0}

@@ -251,6 +251,14 @@ TEST(AoDenoiser, SpreadsToTheSquareAroundATexel) {
     EXPECT_TRUE(denoiser.spread(std::vector{at}, reach, unsure).empty());
     EXPECT_TRUE(denoiser.spread({}, reach, unsure).empty());
   }
+  // All neighbours are marked already: the second step goes on from them all the same.
+  std::vector<std::uint8_t> unsure(place.size());
+  std::vector<std::uint32_t> ring = square(6, 7, 2);
+  for (const std::uint32_t texel : square(6, 7, 1)) {
+    unsure[texel] = 1;
+    std::erase(ring, texel);
+  }
+  EXPECT_EQ(denoiser.spread(std::vector{7 * kSide + 6}, 2, unsure), ring);
 }
 
 TEST(AoDenoiser, CastsFewRaysWhereSmoothingIsRight) {

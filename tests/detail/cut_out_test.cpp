@@ -290,5 +290,39 @@ TEST(BoundedChannel, BoundsWhatIsReadAnywhere) {
   }
 }
 
+/// On a picture of few texels, every place of a rectangle's ends among texels, folds and borders occurs.
+TEST(BoundedChannel, BoundsWhatIsReadAtEveryFold) {
+  constexpr double kRounding = 1e-12;  // of a weight where a sample lies on a texel's centre
+  constexpr TextureWrap kWraps[] = {TextureWrap::repeat, TextureWrap::clamp, TextureWrap::mirror};
+  for (const std::uint32_t size : {1U, 2U, 3U, 5U, 8U}) {
+    // Four equal rows or columns: over one that is as high as the rectangle, the range is that of the whole picture.
+    constexpr std::uint32_t kSame = 4;
+    Image rows{size, kSame, 1, {}}, columns{kSame, size, 1, {}};
+    for (std::uint32_t i = 0; i < size * kSame; ++i) {
+      rows.pixels.push_back(static_cast<float>((i % size) * 3 % 7));
+      columns.pixels.push_back(static_cast<float>((i / kSame) * 3 % 7));
+    }
+    const BoundedChannel across(rows, 0), down(columns, 0);
+    const double step = 1.0 / (4 * size);
+    for (const TextureWrap wrap : kWraps) {
+      for (int first = -static_cast<int>(10 * size); first < static_cast<int>(10 * size); ++first) {
+        for (int length = 0; length < static_cast<int>(4 * size); ++length) {
+          const double begin = first * step, end = (first + length) * step;
+          const BoundedChannel::Wraps wraps{wrap, wrap};
+          const BoundedChannel::Range of_row = across.over(begin, 0.5, end, 0.5, wraps),
+                                      of_column = down.over(0.5, begin, 0.5, end, wraps);
+          for (int k = first; k <= first + length; ++k) {
+            const double x = across.at(k * step, 0.5, wraps), y = down.at(0.5, k * step, wraps);
+            ASSERT_TRUE(of_row.least - kRounding <= x && x <= of_row.most + kRounding)
+                << size << " " << static_cast<int>(wrap) << " " << begin << " to " << end;
+            ASSERT_TRUE(of_column.least - kRounding <= y && y <= of_column.most + kRounding)
+                << size << " " << static_cast<int>(wrap) << " " << begin << " to " << end;
+          }
+        }
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace kiln

@@ -135,5 +135,31 @@ TEST(IdMap, TellsColoursApart) {
   EXPECT_THROW(bake(Source(*test::device(), test::plane(1, 1)), test::plane(1, 1), options), Error);
 }
 
+/// A legend of up to 4,096 entries is whole; of more, the warning counts all of them.
+TEST(IdMap, ALegendThatIsCutSaysHowManyThereAre) {
+  KILN_REQUIRE_DEVICE();
+  for (const std::uint32_t parts : {4096U, 4097U, 4500U}) {
+    Mesh mesh;
+    for (std::uint32_t i = 0; i < parts; ++i) {
+      const auto x = static_cast<float>(i % 70) / 70 - 0.5F,
+                 y = static_cast<float>(i / 70) / 70 - 0.5F;
+      mesh.positions.insert(mesh.positions.end(),
+                            {{x, y, 0}, {x + 0.01F, y, 0}, {x, y + 0.01F, 0}});
+      mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    }
+    BakeOptions options;
+    options.width = options.height = 8;
+    options.maps = {MapKind{"id"}};
+    const BakeResult baked = bake(Source(*test::device(), mesh), test::plane(1, 1), options);
+    EXPECT_EQ(baked.report.ids.size(), std::min(parts, 4096U));
+    const auto warning = std::find_if(baked.report.warnings.begin(), baked.report.warnings.end(),
+                                      [](const Warning& one) { return one.code == "id-legend"; });
+    ASSERT_EQ(warning != baked.report.warnings.end(), parts > 4096);
+    if (parts == 4096) continue;
+    EXPECT_EQ(warning->count, parts);
+    EXPECT_NE(warning->message.text().find(std::to_string(parts)), std::string::npos);
+  }
+}
+
 }  // namespace
 }  // namespace kiln

@@ -328,6 +328,34 @@ TEST(Maps, RangesAreOfTheHighPolyAndTheOptionsAlone) {
   }
 }
 
+/// A mesh without an extent along an axis has its one value in the middle of that axis' range, which 8 bits store as
+/// one half.
+TEST(Maps, OneValueAlongAnAxisIsTheMiddleOfItsRange) {
+  KILN_REQUIRE_DEVICE();
+  for (const float height : {0.0F, 5.0F, -0.7F}) {
+    for (const std::size_t axis : {0U, 1U, 2U}) {
+      Mesh high = test::plane(4, 4), low = test::plane(1, 1);
+      for (Mesh* const mesh : {&high, &low}) {
+        for (Vec3& p : mesh->positions) {
+          p = axis == 2   ? Vec3{p.x, p.y, height}
+              : axis == 1 ? Vec3{p.y, height, p.x}
+                          : Vec3{height, p.x, p.y};
+        }
+        mesh->normals.clear();
+        mesh->normal_triangles.clear();
+      }
+      const BakeResult baked =
+          bake(Source(*test::device(), high), low, asking({MapKind{"position"}}));
+      ASSERT_EQ(baked.maps[0].ranges.size(), 3U);
+      for (std::size_t c = 0; c < 3; ++c) {
+        const ValueRange range = baked.maps[0].ranges[c];
+        EXPECT_LT(range.low, range.high) << height << " " << axis << " " << c;
+        if (c == axis) EXPECT_NEAR((range.low + range.high) / 2, height, 1e-6);
+      }
+    }
+  }
+}
+
 TEST(Maps, NormalsOfSeveralSpacesAreThoseOfBakesOfEach) {
   KILN_REQUIRE_DEVICE();
   const Source source(*test::device(), test::BumpySphere::dense(2000, true));

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <tuple>
 #include <vector>
 
 #include "image/gutter.h"
@@ -281,6 +282,48 @@ TEST(BakedMips, OfTexelsOfOneChartAreASmallerBakeWithAsManySamples) {
   }
 }
 
+/// A texel of two charts counts by the samples of the larger one: of a level's texel the chart with more samples is
+/// shown.
+TEST(BakedMips, TexelsOfTwoChartsCountByTheirSamples) {
+  KILN_REQUIRE_DEVICE();
+  Mesh high = test::plane(1, 1, 2, 2), low;
+  for (Vec3& p : high.positions) p.z = 0.1F + 0.05F * p.x;
+  high.normals.clear();
+  high.normal_triangles.clear();
+  // Charts from columns 0 to 2.75 and 2.75 to 8 of a map of 8 texels; v of the second is mirrored, so that they part.
+  constexpr float kBorder = 2.75F / 8;
+  for (const auto& [left, right, mirrored] :
+       {std::tuple{0.0F, kBorder, false}, {kBorder, 1.0F, true}}) {
+    const auto first = static_cast<std::uint32_t>(low.positions.size());
+    for (const auto& [u, v] : {std::pair{left, 0.0F}, {right, 0.0F}, {right, 1.0F}, {left, 1.0F}}) {
+      low.positions.push_back({u - 0.5F, (mirrored ? 1 - v : v) - 0.5F, 0});
+      low.uvs.push_back({u, v});
+    }
+    for (const Triangle& t : {Triangle{0, 1, 2}, Triangle{0, 2, 3}}) {
+      low.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+      if (mirrored) std::swap(low.triangles.back()[1], low.triangles.back()[2]);
+      low.uv_triangles.push_back(low.triangles.back());
+    }
+  }
+  BakeOptions options;
+  options.width = options.height = 8;
+  options.samples = 4;
+  options.maps = {MapKind{"height"}};
+  options.encoding.mips = true;
+  options.encoding.gutter = 0;
+  options.match.max_distance = Length::absolute(0.5);
+  const BakeResult baked = bake(Source(*test::device(), high), low, options);
+  ASSERT_EQ(baked.report.missed, 0U);
+  const Image& image = baked.maps[0].image;
+  const Image& level = baked.maps[0].mips.at(0);
+  // Of level 1's texel 1 the first chart has 12 samples of a row's 32 beside the second one's 20: texel 3's value. Texel 2
+  // is mostly of the first chart.
+  for (std::uint32_t y = 0; y < 4; ++y) {
+    EXPECT_NEAR(level.at(1, y)[0], image.at(3, 2 * y)[0], 1e-5) << y;
+    EXPECT_GT(std::abs(image.at(3, 2 * y)[0] - image.at(2, 2 * y)[0]), 1e-3);
+  }
+}
+
 /// What integer formats store: colours in sRGB, numbers as shares of their range, the image and all its levels alike.
 TEST(BakedMips, AreStoredAsTheImageIs) {
   BakedMap map;
@@ -288,7 +331,11 @@ TEST(BakedMips, AreStoredAsTheImageIs) {
   map.mips = {{1, 1, 1, {1}}};
   map.ranges = {{-1, 3}};
   map.info.type = MapType::signed_scalar;
-  BakedMap color = map;
+  BakedMap color = map, constant = map;
+  constant.ranges = {{2, 2}};
+  constant.image.pixels = {2, 2, 2, 2};
+  to_stored(constant, ImageFormat::png8);
+  EXPECT_EQ(constant.image.pixels, std::vector<float>(4, 0.5F)) << "one value is the middle";
   to_stored(map, ImageFormat::png16);
   EXPECT_EQ(map.image.pixels, (std::vector<float>{0, 0.25F, 0.5F, 1}));
   EXPECT_EQ(map.mips[0].pixels, std::vector<float>{0.5F});

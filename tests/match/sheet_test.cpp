@@ -74,6 +74,27 @@ TEST(Sheet, MaskIsSmoothWithSamples) {
   EXPECT_GT(between, 100U);
 }
 
+/// Each sheet of LOW is searched as far as its own half diagonal, to both sides: what lies farther is missed, though
+/// another sheet reaches that far.
+TEST(Sheet, EachReachesAsFarAsItsOwnSizeToBothSides) {
+  KILN_REQUIRE_DEVICE();
+  const auto square = [](float x, float width, float z, float u) {
+    Mesh mesh = test::plane(4, 4, width, width);
+    for (Vec3& p : mesh.positions) p = {p.x + x, p.y, z};
+    for (Vec2& uv : mesh.uvs) uv = {u + 0.5F * uv.x, uv.y};
+    return mesh;
+  };
+  const Mesh low = join_meshes(std::vector<Mesh>{square(0, 0.4F, 0, 0), square(4, 2, 0, 0.5F)});
+  for (const float height : {-1.0F, -0.2F, 0.2F, 1.0F}) {
+    const Mesh high =
+        join_meshes(std::vector<Mesh>{square(0, 0.4F, height, 0), square(4, 2, height, 0.5F)});
+    BakeOptions options = sized(16);
+    const BakeReport report = bake(Source(*test::device(), high), low, options).report;
+    // Half diagonals are 0.28 and 1.41; each sheet has half of the samples.
+    EXPECT_EQ(report.missed, std::abs(height) > 0.28F ? report.samples / 2 : 0U) << height;
+  }
+}
+
 std::vector<float> sizes_of(const Mesh& mesh) {
   return sheet_sizes(LowSurface::of(mesh, Frame::of(mesh)));
 }

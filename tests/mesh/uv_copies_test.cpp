@@ -66,6 +66,19 @@ TEST(UvCopies, InTheUnitSquareComeFirst) {
   EXPECT_TRUE(copies(strip({{}, {false, 0.5F, 0}}), UvCopies::plain).empty());
 }
 
+/// A chart in the unit square is baked rather than one in any other, wherever that lies and whichever comes first.
+TEST(UvCopies, InTheUnitSquareComeFirstWhereverTheOthersLie) {
+  for (const Vec2& by : {Vec2{1, 0}, Vec2{0, 1}, Vec2{-1, 0}, Vec2{0, -2}, Vec2{2, 3}}) {
+    SCOPED_TRACE(std::to_string(by.x) + ", " + std::to_string(by.y));
+    for (const UvCopies rule : {UvCopies::first, UvCopies::plain}) {
+      EXPECT_EQ(copies(strip({{false, by.x, by.y}, {}}), rule),
+                (std::vector<std::uint32_t>{2, 3, kNone, kNone}));
+      EXPECT_EQ(copies(strip({{}, {false, by.x, by.y}}), rule),
+                (std::vector<std::uint32_t>{kNone, kNone, 0, 1}));
+    }
+  }
+}
+
 /// A polygon of `corners` corners on a circle of `radius` around (u, v), cut into a fan from the corner `from`; the
 /// mirrored one goes round the other way. On the surface it lies beside the ones before.
 void add_polygon(Mesh& mesh, std::uint32_t corners, std::uint32_t from, bool mirrored, Vec2 at,

@@ -170,6 +170,30 @@ TEST(Render, ReadsEveryKindOfMapAsItWasBaked) {
   }
 }
 
+/// A sheet is lit from behind as from the front, whichever side its faces show: its picture is as bright, from both.
+TEST(Render, SheetsAreLitFromBothSides) {
+  KILN_REQUIRE_DEVICE();
+  const Scene scene(*test::device(), test::plane(8, 8));
+  const auto brightness = [&](double azimuth, double elevation) {
+    RenderOptions options;
+    options.size = 40;
+    options.ambient_rays = 0;
+    options.azimuth_degrees = azimuth;
+    options.elevation_degrees = elevation;
+    const Image image = scene.draw(options);
+    double sum = 0;
+    for (const float value : image.pixels) sum += double{value};
+    return sum / static_cast<double>(image.pixels.size());
+  };
+  const double front = brightness(0, 0);
+  EXPECT_GT(front, 0.2);
+  for (const auto& [azimuth, elevation] : {std::pair{180, 0}, {150, 20}, {-160, -30}, {20, 20}}) {
+    // Turned by less than 45 degrees, the light keeps its angle to the sheet, and the picture more than half of its area.
+    EXPECT_GT(brightness(azimuth, elevation), 0.45 * front) << azimuth << " " << elevation;
+  }
+  EXPECT_NEAR(brightness(180, 0), front, 0.02);
+}
+
 TEST(Render, ClayIsLitAndTheSameEveryTime) {
   KILN_REQUIRE_DEVICE();
   const Scene scene(*test::device(), test::torus(60, 30));

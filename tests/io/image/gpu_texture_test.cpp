@@ -158,6 +158,13 @@ TEST(GpuTexture, DdsHasEveryLevel) {
     EXPECT_EQ(word(file, 16), kind.width);
     EXPECT_EQ(word(file, 28), levels.size());
     EXPECT_EQ(word(file, 128), kind.dxgi);
+    // Flags say whether the next number is that of all bytes of a compressed level, or of a row.
+    const bool blocks = kind.block_bytes != 0;
+    EXPECT_EQ(word(file, 8),
+              0x1007U | (blocks ? 0x80000U : 0x8U) | (levels.size() > 1 ? 0x20000U : 0U));
+    EXPECT_EQ(word(file, 20),
+              level_bytes(kind, levels[0]) / (blocks ? 1 : std::size_t{kind.height}));
+    EXPECT_EQ(word(file, 108), levels.size() > 1 ? 0x401008U : 0x1000U);
   }
 }
 

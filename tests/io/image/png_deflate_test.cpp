@@ -96,6 +96,26 @@ TEST(PngDeflate, PixelsStay) {
   }
 }
 
+/// The fast encoding writes bands of rows, each after the last row of the one above: all their pixels are the rounded
+/// values.
+TEST(PngDeflate, PixelsOfAllBandsAreTheRoundedValues) {
+  for (const std::uint32_t channels : {1U, 3U, 4U}) {
+    const Image image = picture(1100, 400, channels, 20);  // two bands of 2^18 bytes at least
+    for (const auto& [format, steps] :
+         {std::pair{ImageFormat::png8, 255.0}, std::pair{ImageFormat::png16, 65535.0}}) {
+      const Image back = load_image(encode(image, {.format = format}));
+      ASSERT_EQ(back.channels, channels);
+      ASSERT_EQ(back.pixels.size(), image.pixels.size());
+      std::size_t off = 0;
+      for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+        const double value = std::clamp(double{image.pixels[i]}, 0.0, 1.0);
+        off += std::abs(back.pixels[i] * steps - value * steps) > 0.5 + 1e-2 ? 1 : 0;
+      }
+      EXPECT_EQ(off, 0U) << channels << " channels, steps of 1/" << steps;
+    }
+  }
+}
+
 /// For fewer bytes than the usual libraries take: of smooth maps, grain, and one colour.
 TEST(PngDeflate, TakesNoMoreBytesThanTheUsualLibraries) {
   for (const double noise : {0.0, 1.5, 20.0}) {
