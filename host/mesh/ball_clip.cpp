@@ -120,6 +120,8 @@ KILN_INLINE BallClip clip(const Point& a, const Point& b, const Point& c, double
   return result;
 }
 
+/// \tparam kSkips  true to skip triangles that lie inside or outside of the ball, which needs branches
+template <bool kSkips>
 KILN_INLINE void sum_lanes(BallBatch& batch, double squared_radius) {
   const double* __restrict const from = batch.corner[0].data();
   const double* __restrict const angles = batch.angle[0].data();
@@ -130,12 +132,6 @@ KILN_INLINE void sum_lanes(BallBatch& batch, double squared_radius) {
     const Point a{from[i], from[i + n], from[i + 2 * n]},
         b{from[i + 3 * n], from[i + 4 * n], from[i + 5 * n]},
         c{from[i + 6 * n], from[i + 7 * n], from[i + 8 * n]};
-    const BallClip clipped = clip(a, b, c, squared_radius);
-    const Point ab = b - a, bc = c - b, ca = a - c;
-    double bend = 0;
-    bend += angles[i] * clipped.edge_share[0] * std::sqrt(dot_of(ab, ab)) / 4;
-    bend += angles[i + n] * clipped.edge_share[1] * std::sqrt(dot_of(bc, bc)) / 4;
-    bend += angles[i + 2 * n] * clipped.edge_share[2] * std::sqrt(dot_of(ca, ca)) / 4;
     const double farthest = greater(greater(dot_of(a, a), dot_of(b, b)), dot_of(c, c));
     // The nearest point of the triangle's box
     const auto nearest = [](double p, double q, double r) KILN_INLINE_LAMBDA {
@@ -143,6 +139,19 @@ KILN_INLINE void sum_lanes(BallBatch& batch, double squared_radius) {
     };
     const Point near{nearest(a.x, b.x, c.x), nearest(a.y, b.y, c.y), nearest(a.z, b.z, c.z)};
     const double nearest_squared = dot_of(near, near);
+    if constexpr (kSkips) {
+      if (farthest <= squared_radius) continue;
+      if (nearest_squared >= squared_radius) {
+        areas[i] = bends[i] = 0;
+        continue;
+      }
+    }
+    const BallClip clipped = clip(a, b, c, squared_radius);
+    const Point ab = b - a, bc = c - b, ca = a - c;
+    double bend = 0;
+    bend += angles[i] * clipped.edge_share[0] * std::sqrt(dot_of(ab, ab)) / 4;
+    bend += angles[i + n] * clipped.edge_share[1] * std::sqrt(dot_of(bc, bc)) / 4;
+    bend += angles[i + 2 * n] * clipped.edge_share[2] * std::sqrt(dot_of(ca, ca)) / 4;
     const double whole_area = areas[i], whole_bend = bends[i];
     const double cut_area = nearest_squared < squared_radius ? clipped.area : 0;
     const double cut_bend = nearest_squared < squared_radius ? bend : 0;
@@ -153,16 +162,16 @@ KILN_INLINE void sum_lanes(BallBatch& batch, double squared_radius) {
 
 using Sum = void (*)(BallBatch&, double);
 
-void sum_plain(BallBatch& batch, double squared_radius) { sum_lanes(batch, squared_radius); }
+void sum_plain(BallBatch& batch, double squared_radius) { sum_lanes<true>(batch, squared_radius); }
 
 // On Windows, GCC does not align stacks for AVX.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(_WIN32)
 __attribute__((target("avx2"))) void sum_avx2(BallBatch& batch, double squared_radius) {
-  sum_lanes(batch, squared_radius);
+  sum_lanes<false>(batch, squared_radius);
 }
 __attribute__((target("avx512f,avx512dq,avx512vl"))) void sum_avx512(BallBatch& batch,
                                                                      double squared_radius) {
-  sum_lanes(batch, squared_radius);
+  sum_lanes<false>(batch, squared_radius);
 }
 
 Sum choose_sum() {
