@@ -153,6 +153,30 @@ TEST(Checks, MissedSamplesAreHeldEachTime) {
   EXPECT_EQ(run(folder).exit_code, 0);
 }
 
+TEST(Checks, MissedSamplesOfAllTextureSetsCount) {
+  const fs::path folder = scratch_folder();
+  // Two squares with a texture set each, side by side; HIGH covers the first and half of the second.
+  const auto rectangle = [](const std::string& left, const std::string& right) {
+    return "v " + left + " 0 0\nv " + right + " 0 0\nv " + right + " 1 0\nv " + left + " 1 0\n";
+  };
+  write(folder / "a_high.obj", rectangle("0", "1.5") + "f 1 2 3 4\n");
+  write(folder / "a_low.obj",
+        "mtllib a.mtl\n" + rectangle("0", "1") + rectangle("1", "2") +
+            "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl first\nf 1/1 2/2 3/3 4/4\n"
+            "usemtl second\nf 5/1 6/2 7/3 8/4\n");
+  write(folder / "a.mtl", "newmtl first\nnewmtl second\n");
+  const std::string job =
+      "[defaults]\nsize = 16\nmaps = \"normal\"\nsets = \"material\"\nfallback = \"mark\"\n"
+      "[[bake]]\nlow = \"{name}_low.obj\"\nhigh = \"{name}_high.obj\"\nout = \"out/{name}\"\n"
+      "[check]\nlimits = { missed = ";
+  write(folder / "job.toml", job + "\"20%\" }\n");
+  const ProcessResult result = run(folder, {"--json", "-"});
+  expect_exit(result, 1, {"of the samples were missed"});
+  EXPECT_NEAR(json::parse(result.output)["missed"], 0.25, 0.01);
+  write(folder / "job.toml", job + "\"30%\" }\n");
+  EXPECT_EQ(run(folder).exit_code, 0);
+}
+
 TEST(Checks, HashesAreOfPixels) {
   const fs::path folder = make_studio({"a", "b"});
   write(folder / "job.toml", kMask + "maps = \"height\"\n");
