@@ -52,7 +52,8 @@ std::string identity(const fs::path& path) {
   return (error ? os::absolute_normal(path) : found).generic_string();
 }
 
-/// Paths and stems of the files that an asset writes.
+/// Paths of the files that a job writes beside its maps. A folder of maps has the path of a low poly, even if none is
+/// written, since its stem names the maps.
 std::vector<std::string> outputs_of(const Job& job) {
   std::vector<std::string> outputs;
   const std::string file = asset_file(job);
@@ -695,10 +696,11 @@ std::string output_name(const Job& job) {
 std::vector<std::string> known_outputs(const Job& job) {
   std::vector<std::string> outputs = outputs_of(job);
   if (!asset_file(job).empty()) return outputs;
+  if (!writes_low(job)) outputs.erase(outputs.begin());
   for (const std::string& map : all_map_names(resolve_job(job))) {
     outputs.push_back(
         identity(fs::path(out_folder(job)) /
-                 (low_stem(job) + "_" + map + "." + std::string(extension_of(job.image.format)))));
+                 (low_stem(job) + "_" + map + std::string(extension_of(job.image.format)))));
   }
   return outputs;
 }

@@ -73,7 +73,8 @@ std::string current_answer(const fs::path& path, const std::string& question) {
 }  // namespace
 
 BakeCache::BakeCache(fs::path folder, fs::path records, std::unique_ptr<CacheStore> store)
-    : folder_(os::absolute_normal(folder.empty() ? fs::path(".") : folder)),
+    : given_folder_(folder),
+      folder_(os::absolute_normal(folder.empty() ? fs::path(".") : folder)),
       records_(std::move(records)),
       store_(std::move(store)) {
   if (!folder_.has_filename()) folder_ = folder_.parent_path();
@@ -91,6 +92,10 @@ std::string BakeCache::relative(const fs::path& path) const {
   const std::string file = os::absolute_normal(path).generic_string();
   const std::string base = folder_.generic_string() + (folder_ == folder_.root_path() ? "" : "/");
   return file.starts_with(base) ? file.substr(base.size()) : file;
+}
+
+fs::path BakeCache::given_path(const std::string& path) const {
+  return given_folder_.empty() ? fs::path(path) : os::join(given_folder_, path);
 }
 
 fs::path BakeCache::absolute_path(const std::string& path) const { return os::join(folder_, path); }
@@ -357,7 +362,7 @@ CacheDecision BakeCache::decide(const BatchAsset& asset) {
         decision.warnings = record->warnings;
         decision.missed = record->missed;
         for (const std::string& file : record->files)
-          decision.files.push_back(absolute_path(file).string());
+          decision.files.push_back(given_path(file).string());
         if (renewed) save(asset, *record);
         return decision;
       }
@@ -517,7 +522,7 @@ bool BakeCache::restore(const BatchAsset& asset, CacheDecision& decision) {
   decision.missed = head.at("missed").number();
   for (const Json& path : head.at("outputs").elements()) {
     record.files.push_back(unescape_bytes(path.text()));
-    decision.files.push_back(absolute_path(record.files.back()).string());
+    decision.files.push_back(given_path(record.files.back()).string());
   }
   // The new record gets the list of dependencies that led to the entry.
   record.options = options_of(asset);

@@ -104,6 +104,8 @@ class BakeCache {
 
   std::string relative(const std::filesystem::path& path) const;
   std::filesystem::path absolute_path(const std::string& path) const;
+  /// A path of a record, as a bake states it: below the job file's folder as that was given.
+  std::filesystem::path given_path(const std::string& path) const;
   Json options_of(const BatchAsset& asset) const;
   std::string key_of(const Json& options) const;
   std::filesystem::path record_path(const BatchAsset& asset) const;
@@ -118,7 +120,7 @@ class BakeCache {
   static std::string list_text(const Record& record);
   bool find_entry(const std::string& key, CacheDecision& decision);
 
-  std::filesystem::path folder_, records_;
+  std::filesystem::path given_folder_, folder_, records_;
   std::unique_ptr<CacheStore> store_;
   std::string program_, device_class_;
   std::mutex mutex_;

@@ -179,7 +179,7 @@ class BatchRun {
       result = {};
       result.name = asset.name;
       result.attempts = attempt + 1;
-      try_asset(i, result);
+      try_asset(i, watch, result);
       // a bake with wrong options would fail again, so it is not retried
       const bool retries = result.state == AssetState::failed &&
                            result.error_code != static_cast<int>(ErrorCode::usage);
@@ -232,7 +232,7 @@ class BatchRun {
     return samples > 0 ? missed / samples : 0;
   }
 
-  void try_asset(std::size_t i, AssetResult& result) {
+  void try_asset(std::size_t i, const Stopwatch& watch, AssetResult& result) {
     const BatchAsset& asset = assets_[i];
     const auto fail = [&](int code, const char* id, const std::string& message) {
       result.state = AssetState::failed;
@@ -245,7 +245,7 @@ class BatchRun {
       return;
     }
     try {
-      bake(i, result);
+      bake(i, watch, result);
     } catch (const Error& error) {
       fail(static_cast<int>(error.code()), error.id(), error.message().text(option_as_flag));
     } catch (const std::bad_alloc&) {
@@ -258,10 +258,9 @@ class BatchRun {
     if (result.state == AssetState::failed && interrupted()) result.state = AssetState::cancelled;
   }
 
-  void bake(std::size_t i, AssetResult& result) {
-    using Clock = std::chrono::steady_clock;
+  /// \param watch  started with the asset's first attempt
+  void bake(std::size_t i, const Stopwatch& watch, AssetResult& result) {
     const BatchAsset& asset = assets_[i];
-    const Stopwatch watch;
     // Write-protected outputs are an error only if the asset must be baked; it may be unchanged.
     const std::string unwritable = unwritable_output(asset.job);
     const bool may_be_unchanged =
@@ -278,7 +277,7 @@ class BatchRun {
       ~Discard() { discard_outputs(log); }
     } const discard{log};
     if (options_.cache != nullptr && take_from_cache(asset, log, unwritable, watch, result)) return;
-    const Clock::time_point start = Clock::now();
+    const double start = watch.total();
     bool is_timed_out = false;
     const auto progress = [&](double share, std::string_view stage) {
       {
@@ -286,7 +285,7 @@ class BatchRun {
         finished_shares_[i] = share;
         show_progress(asset.name + ": " + std::string(stage));
       }
-      const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+      const double seconds = watch.total() - start;
       is_timed_out = is_timed_out || (asset.timeout > 0 && seconds > asset.timeout);
       return !is_timed_out && !interrupted();
     };
@@ -359,7 +358,7 @@ class BatchRun {
   }
 
   /// Runs the `after` hook and records the outputs, after they were placed.
-  /// \param watch  started with the bake: hooks read its seconds
+  /// \param watch  started with the asset's first attempt: hooks read its seconds
   void finish(const BatchAsset& asset, const Stopwatch& watch, AssetResult& result) {
     result.seconds = watch.total();
     if (!asset.after.empty()) run_hook(asset, asset.after, "after", result);

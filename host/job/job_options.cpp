@@ -310,6 +310,10 @@ std::string lod_stem(const Job& job, std::size_t level) {
   return naming_file.stem().string() + "_lod" + std::to_string(level);
 }
 
+bool writes_low(const Job& job) {
+  return job.low.given.empty() || job.unwrap || job.split_at_seams || !asset_file(job).empty();
+}
+
 std::string low_stem(const Job& job) {
   if (!asset_file(job).empty()) return std::filesystem::path(asset_file(job)).stem().string();
   if (job.low.make.lods > 0) return lod_stem(job, 0);

@@ -54,6 +54,8 @@ std::string asset_file(const Job& job);
 /// The folder for all output files.
 std::string out_folder(const Job& job);
 
+/// True if the job writes a low poly: it makes one, changes the given one, or writes an asset.
+bool writes_low(const Job& job);
 /// Stem of the names of the maps, and of the low poly beside them.
 std::string low_stem(const Job& job);
 /// Stem of the file names of a level of detail.

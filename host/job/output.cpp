@@ -1,12 +1,15 @@
 // Writes the files of a bake: maps, packed images, meshes, and the match.
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <set>
 
+#include "base/file.h"
 #include "image/mip_padding.h"
 #include "image/stored_values.h"
+#include "io/file/placing.h"
 #include "job/files.h"
 #include "job/map_file.h"
 #include "job/map_words.h"
@@ -36,8 +39,11 @@ std::string cluster_name(const std::string& map, std::uint32_t cluster) {
   return cluster == 0 ? map : map + "_" + std::to_string(cluster);
 }
 
-bool writes_low(const Job& job) {
-  return job.low.given.empty() || job.unwrap || job.split_at_seams || !asset_file(job).empty();
+/// Refuses to replace a write-protected file: before the bake, which may take hours.
+void refuse_write_protected(const fs::path& output) {
+  const auto found = os::facts_of(output);
+  if (!found || !found->is_regular || os::may_write(output)) return;
+  fail_to_write(output, "the file there is write-protected", EACCES);
 }
 
 bool has_clusters(const std::string& map) {
@@ -416,6 +422,7 @@ void check_outputs(const Job& job, std::span<const BakedSet> sets, const RunHook
     for (const std::string& file : hooks.plan_files(stem)) outputs.push_back(folder / file);
   }
   check_paths(inputs, outputs);
+  for (const fs::path& output : outputs) refuse_write_protected(output);
   for (const std::string& name : file_stems) {
     if (makes_low) check_obj_is_replaceable(folder / (name + ".obj"), job.force);
     if (!job.force) check_folder_holds_same_low(folder, name, low_source(job));

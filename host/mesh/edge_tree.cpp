@@ -204,6 +204,7 @@ const EdgeTree::Cell& EdgeTree::cell_of(const Vec3d& centre, Scratch& scratch) c
 bool EdgeTree::collect_pieces(const Vec3d& low, const Vec3d& high, Cell& cell,
                               std::uint64_t& steps) const {
   cell.pieces.clear();
+  cell.spheres.clear();
   cell.normals = {};
   if (count_ == 0) return true;
   std::array<std::size_t, 66> stack{};  // Depth first: at most one node per tree level waits
@@ -228,15 +229,14 @@ bool EdgeTree::collect_pieces(const Vec3d& low, const Vec3d& high, Cell& cell,
       if (squared_nearest_distance(to_double(box.low) - high, to_double(box.high) - low) >=
           squared_)
         continue;
-      Near& near = cell.pieces.emplace_back();
-      near.piece = pieces_[i];
+      cell.pieces.push_back(pieces_[i]);
+      cell.normals.add(pieces_[i].normal);
+      Near& near = cell.spheres.emplace_back();
       near.centre = box.center();
       double farthest = 0;
-      for (std::size_t k = 0; k < 3; ++k) {
-        near.corner[k] = to_double(pieces_[i].corner[k]);
-        farthest = std::max(farthest, length(near.corner[k] - near.centre));
+      for (const Vec3& corner : pieces_[i].corner) {
+        farthest = std::max(farthest, length(to_double(corner) - near.centre));
       }
-      cell.normals.add(near.piece.normal);
       const double reach = radius_ + farthest;
       const double inside = std::max(0.0, radius_ * kInsideShare - farthest);
       near.squared_reach = reach * reach;
@@ -302,8 +302,8 @@ bool EdgeTree::may_hold_opposed(const Vec3d& centre, const Sheet& sheet, Scratch
   if (cell.few) {
     if (!cell.normals.may_be_opposed(sheet)) return false;
     scratch.steps += cell.pieces.size();
-    return std::any_of(cell.pieces.begin(), cell.pieces.end(), [&](const Near& near) {
-      return sheet.is_opposed(near.piece.normal) && reaches(near.piece);
+    return std::any_of(cell.pieces.begin(), cell.pieces.end(), [&](const BendPiece& piece) {
+      return sheet.is_opposed(piece.normal) && reaches(piece);
     });
   }
   std::array<std::size_t, 66> stack{};  // Depth first: at most one node per tree level waits
@@ -420,24 +420,53 @@ BendSums EdgeTree::within(const Vec3d& centre, Scratch& scratch) const {
   return sum_by_levels(centre, scratch);
 }
 
+/// Sums of a cell's candidates that belong to the sheet. Those that the ball's boundary may cross are clipped together,
+/// eight at a time; the order of the sum is that of the candidates.
 template <typename Belongs>
 BendSums EdgeTree::sum_by_pieces(const Cell& cell, const Vec3d& centre, Scratch& scratch,
                                  const Belongs& belongs) const {
-  BendSums sums;
-  for (const Near& near : cell.pieces) {
+  const std::size_t count = cell.pieces.size();
+  scratch.sums.resize(std::max(scratch.sums.size(), count + 1));
+  scratch.cut_pieces.resize(scratch.sums.size());
+  scratch.cut_sums.resize(scratch.sums.size());
+  std::size_t reached = 0, cut = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Near& near = cell.spheres[i];
+    const BendPiece& piece = cell.pieces[i];
     const Vec3d offset = near.centre - centre;
     const double squared = dot(offset, offset);
-    if (squared >= near.squared_reach || !belongs(near.piece)) continue;
-    if (squared < near.squared_inside_distance) {
-      sums += {near.piece.area, near.piece.bend};
-      continue;
-    }
-    bool is_cut = false;
-    const std::array<Vec3d, 3> corner = {near.corner[0] - centre, near.corner[1] - centre,
-                                         near.corner[2] - centre};
-    sums += clipped(near.piece, corner, is_cut);
+    // Without branches, which a processor would often predict wrongly.
+    const bool is_reached = bool(squared < near.squared_reach) & belongs(piece);
+    const bool is_cut = is_reached & !(squared < near.squared_inside_distance);
+    scratch.sums[reached] = {piece.area, piece.bend};
+    scratch.cut_pieces[cut] = &piece;
+    scratch.cut_sums[cut] = static_cast<std::uint32_t>(reached);
+    reached += is_reached ? 1 : 0;
+    cut += is_cut ? 1 : 0;
   }
-  scratch.steps += cell.pieces.size();
+  BallBatch batch;
+  for (std::size_t first = 0; first < cut; first += BallBatch::kLanes) {
+    const std::size_t lanes = std::min(BallBatch::kLanes, cut - first);
+    for (std::size_t i = 0; i < lanes; ++i) {
+      const BendPiece& piece = *scratch.cut_pieces[first + i];
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vec3d corner = to_double(piece.corner[k]) - centre;
+        batch.corner[3 * k][i] = corner.x;
+        batch.corner[3 * k + 1][i] = corner.y;
+        batch.corner[3 * k + 2][i] = corner.z;
+        batch.angle[k][i] = piece.angle[k];
+      }
+      batch.area[i] = piece.area;
+      batch.bend[i] = piece.bend;
+    }
+    sum_in_ball(batch, squared_);
+    for (std::size_t i = 0; i < lanes; ++i) {
+      scratch.sums[scratch.cut_sums[first + i]] = {batch.area[i], batch.bend[i]};
+    }
+  }
+  BendSums sums;
+  for (std::size_t i = 0; i < reached; ++i) sums += scratch.sums[i];
+  scratch.steps += count;
   return sums;
 }
 

@@ -120,11 +120,9 @@ struct NormalBox {
 /// query thus takes a few thousand steps at most.
 class EdgeTree {
  public:
-  /// A piece near a cell, with what each ball needs of it.
+  /// Bounding sphere of a piece near a cell.
   struct Near {
-    BendPiece piece;
-    std::array<Vec3d, 3> corner{};  ///< The piece's corners, in double precision
-    Vec3d centre{};                 ///< Centre of its bounding sphere
+    Vec3d centre{};
     /// Squared distance of the ball's centre from which on the sphere lies outside of the ball
     double squared_reach = 0;
     /// Squared distance below which the sphere lies inside of the ball; 0: nowhere
@@ -136,13 +134,17 @@ class EdgeTree {
     std::array<std::int64_t, 3> at{};
     bool is_filled = false;
     bool few = false;  ///< True if `pieces` holds all candidates; if not, searches start at `boxes`
-    std::vector<Near> pieces;        ///< Candidate pieces, in tree order
+    std::vector<BendPiece> pieces;   ///< Candidate pieces, in tree order
+    std::vector<Near> spheres;       ///< Their bounding spheres
     NormalBox normals;               ///< Of the candidates
     std::vector<std::size_t> boxes;  ///< Nodes at which searches start, in tree order
   };
   /// Reusable scratch memory and step counter; one per thread and tree.
   struct Scratch {
     std::vector<Cell> cells;
+    std::vector<BendSums> sums;                 ///< Of the pieces in a ball, in tree order
+    std::vector<const BendPiece*> cut_pieces;   ///< Pieces that the ball's boundary may cross
+    std::vector<std::uint32_t> cut_sums;        ///< Their indices in `sums`
     std::vector<std::size_t> front, next;       ///< Nodes of one tree level, and of the next one
     TriangleSet connected;                      ///< Triangles connected with the last point
     std::vector<std::uint32_t> connected_list;  ///< Triangles of `connected` in order of discovery

@@ -436,6 +436,37 @@ TEST(BakeCache, PlansAndWritesDepfiles) {
       << result.output;
   EXPECT_NE(result.output.find("1 to bake, 0 from the cache, 1 unchanged"), std::string::npos)
       << result.output;
+  result = call_kiln({"run", job, "--plan", "--json", "-"});
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  std::istringstream lines(result.output);
+  std::map<std::string, nlohmann::json> assets;
+  for (std::string line; std::getline(lines, line);) {
+    const nlohmann::json asset = nlohmann::json::parse(line);
+    assets[asset["asset"]] = asset;
+  }
+  ASSERT_EQ(assets.size(), 2U) << result.output;
+  EXPECT_EQ(assets["a"]["action"], "bake");
+  EXPECT_EQ(assets["a"]["reason"], "assets/a_low.obj changed");
+  EXPECT_EQ(assets["odd $name#"]["action"], "unchanged");
+  EXPECT_TRUE(assets["odd $name#"]["reason"].is_null());
+  const std::string file = (folder / "reports/plan.json").string();
+  result = call_kiln({"run", job, "--list", "--json", file});
+  EXPECT_EQ(result.exit_code, 0) << result.errors;
+  const nlohmann::json listed = nlohmann::json::parse(read(file));
+  ASSERT_EQ(listed["assets"].size(), 2U);
+  EXPECT_GT(listed["assets"][0]["seconds"], 0);
+  EXPECT_EQ(call_kiln({"run", job, "--check", "--json", "-"}).exit_code, 2);
+  // Files of assets that were not baked have the paths of bakes, below the job file's folder as that was given.
+  const auto files = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"env", "-C", folder.string(), kiln_command(), "run", "job.toml",
+                               "--only", "a", "--json", "-"});
+    return json::parse(run_process(more).output)["files"];
+  };
+  const json baked_files = files({"--rebake"});
+  EXPECT_EQ(baked_files[0], "out/a/a_low_normal.png");
+  EXPECT_EQ(files({}), baked_files);
+  fs::remove_all(folder / "out");
+  EXPECT_EQ(files({}), baked_files);
 }
 
 TEST(BakeCache, PrunesWhatWasUsedLeastLately) {

@@ -193,6 +193,8 @@ TEST(Durability, ReadOnlyOutputsAreNamedBeforeADeviceIsOpened) {
         EXPECT_NE(message.find("'" + (folder / "out" / "b").string() + "' is write-protected"),
                   std::string::npos)
             << message;
+        EXPECT_TRUE(message.starts_with("'" + (folder / "out/b/b_low_normal.png").string()))
+            << "the file that a bake would write: " << message;
       } else {
         EXPECT_NE(message.find("no such device"), std::string::npos)
             << "it opened none: " << message;
@@ -217,6 +219,31 @@ TEST(Durability, ReadOnlyOutputsAreNamedBeforeADeviceIsOpened) {
   EXPECT_EQ(refused.exit_code, 1);
   EXPECT_EQ(refused.output.find("no such device"), std::string::npos) << refused.output;
   EXPECT_TRUE(files_of(folder / "out") == files);
+}
+
+TEST(Durability, WriteProtectedFilesAreNamedBeforeADeviceIsOpened) {
+  const fs::path folder = make_studio({"a"});
+  write(folder / "job.toml", kStudioJob);
+  const fs::path map = folder / "out/a/a_low_height.png";
+  fs::create_directories(map.parent_path());
+  write(map, "");
+  const ReadOnly file(map);
+  if (!file.good()) GTEST_SKIP() << "file systems cannot be mounted here";
+  ProcessOptions without_device;
+  without_device.environment = {{"KILN_DEVICE", "no such device"}};
+  const ProcessResult run =
+      run_kiln({"run", (folder / "job.toml").string(), "--json", "-"}, without_device);
+  EXPECT_EQ(run.exit_code, 1);
+  const std::string message = json::parse(run.output)["error"]["message"];
+  EXPECT_TRUE(message.starts_with("'" + map.string() + "' cannot be written")) << message;
+  const ProcessResult bake = run_kiln(
+      {"bake", (folder / "assets/a_high.obj").string(), (folder / "assets/a_low.obj").string(),
+       "--maps", "normal,height", "--out", map.parent_path().string()},
+      without_device);
+  EXPECT_EQ(bake.exit_code, 5) << bake.errors;
+  EXPECT_NE(bake.errors.find("'" + map.string() + "': the file there is write-protected"),
+            std::string::npos)
+      << bake.errors;
 }
 
 TEST(Durability, TwoWritersOfOneCacheAreEqual) {

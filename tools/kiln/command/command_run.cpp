@@ -85,20 +85,49 @@ int explain(const Batch& batch, const std::string& name) {
              (suggestion.empty() ? ": --list shows them." : "; did you mean " + suggestion + "?"));
 }
 
-int list(const Batch& batch) {
+/// Writes one JSON object per asset: as lines on standard output for --json -, else as the array `assets` of a file.
+void write_assets(const RunArguments& arguments, const std::vector<Json>& assets) {
+  if (arguments.json != "-") {
+    Json all = Json::array();
+    for (const Json& asset : assets) all.push_back(asset);
+    prepare_parent(arguments.json);
+    save_text(arguments.json,
+              to_text(Json{{"job", arguments.file}, {"assets", all}}.with_texts(escape_bytes)));
+    return;
+  }
+  for (const Json& asset : assets) print_line(stdout, asset.with_texts(escape_bytes).dump());
+}
+
+Json text_or_null(const std::string& text) { return text.empty() ? Json() : Json(text); }
+
+int list(const RunArguments& arguments, const Batch& batch, Console& console) {
   std::size_t max_text_width = 0;
   double seconds = 0;
   for (const BatchAsset& asset : batch.assets)
     max_text_width = std::max(max_text_width, asset.name.size());
+  std::vector<Json> lines;
   for (const BatchAsset& asset : batch.assets) {
     seconds += asset.expected_seconds;
+    if (!arguments.json.empty()) {
+      lines.push_back({{"asset", asset.name},
+                       {"seconds", asset.expected_seconds},
+                       {"out", asset.job.out},
+                       {"problem", text_or_null(asset.problem)}});
+      continue;
+    }
     print_line(stdout, asset.name + std::string(max_text_width - asset.name.size(), ' ') +
                            (asset.problem.empty()
                                 ? formatted("  %7.2f s  ", asset.expected_seconds) + asset.job.out
                                 : "  cannot be baked: " + asset.problem));
   }
-  print_line(stdout, formatted("%s, about %.3g s in all",
-                               counted(batch.assets.size(), "asset").c_str(), seconds));
+  const std::string last =
+      formatted("%s, about %.3g s in all", counted(batch.assets.size(), "asset").c_str(), seconds);
+  if (arguments.json.empty()) {
+    print_line(stdout, last);
+    return 0;
+  }
+  write_assets(arguments, lines);
+  console.line(last);
   return 0;
 }
 
@@ -238,8 +267,9 @@ std::unique_ptr<BakeCache> open_cache(const RunArguments& arguments, const JobFi
   return std::make_unique<BakeCache>(file.folder, records, std::move(store));
 }
 
-int plan(const Batch& batch, BakeCache& cache, const std::string& device) {
-  const std::vector<CacheDecision> decisions = plan_batch(batch.assets, cache, device);
+int plan(const RunArguments& arguments, const Batch& batch, BakeCache& cache, Console& console) {
+  const std::vector<CacheDecision> decisions = plan_batch(batch.assets, cache, arguments.device);
+  std::vector<Json> lines;
   std::map<CacheDecision::Kind, std::size_t> counts;
   for (std::size_t i = 0; i < decisions.size(); ++i) {
     const CacheDecision& decision = decisions[i];
@@ -247,13 +277,26 @@ int plan(const Batch& batch, BakeCache& cache, const std::string& device) {
     const char* const action = decision.kind == CacheDecision::Kind::unchanged  ? "unchanged"
                                : decision.kind == CacheDecision::Kind::restored ? "from the cache"
                                                                                 : "bake";
+    if (!arguments.json.empty()) {
+      lines.push_back({{"asset", batch.assets[i].name},
+                       {"action", action},
+                       {"reason", text_or_null(decision.reason)},
+                       {"seconds", batch.assets[i].expected_seconds},
+                       {"out", batch.assets[i].job.out}});
+      continue;
+    }
     print_line(stdout, batch.assets[i].name + ": " + action +
                            (decision.reason.empty() ? "" : ": " + decision.reason));
   }
-  print_line(
-      stdout,
+  const std::string last =
       formatted("%zu to bake, %zu from the cache, %zu unchanged", counts[CacheDecision::Kind::bake],
-                counts[CacheDecision::Kind::restored], counts[CacheDecision::Kind::unchanged]));
+                counts[CacheDecision::Kind::restored], counts[CacheDecision::Kind::unchanged]);
+  if (arguments.json.empty()) {
+    print_line(stdout, last);
+    return 0;
+  }
+  write_assets(arguments, lines);
+  console.line(last);
   return 0;
 }
 
@@ -429,6 +472,8 @@ int run_job_file(const RunArguments& arguments) {
   refuse_if(!arguments.baseline.empty() && arguments.report.empty() &&
                 (arguments.json.empty() || arguments.json == "-"),
             "--baseline needs a report: add --report FILE or --json FILE.");
+  refuse_if(!arguments.json.empty() && (arguments.check || !arguments.explain.empty()),
+            "--check and --explain print text: leave --json out, or give --plan or --list.");
   check_paths({arguments.file}, {arguments.json, arguments.report, arguments.junit,
                                  arguments.hashes, arguments.depfile});
   if (arguments.watch) {
@@ -447,7 +492,7 @@ int run_job_file(const RunArguments& arguments) {
   if (!arguments.shard.empty()) keep_assets_of_shard(arguments.shard, batch);
   for (const Warning& warning : batch.warnings) console.warning(warning.message);
   if (!arguments.explain.empty()) return explain(batch, arguments.explain);
-  if (arguments.list) return list(batch);
+  if (arguments.list) return list(arguments, batch, console);
   if (arguments.check) {
     std::size_t problems = 0;
     for (const BatchAsset& asset : batch.assets) {
@@ -468,7 +513,7 @@ int run_job_file(const RunArguments& arguments) {
             "--depfile-target needs --depfile FILE.");
   const std::uint64_t limit = parse_memory("--cache-limit", arguments.cache_limit);
   if (arguments.plan) {
-    const int code = plan(batch, *cache, arguments.device);
+    const int code = plan(arguments, batch, *cache, console);
     late.print(console);
     return code;
   }
@@ -612,14 +657,15 @@ Run add_run(Command& app) {
        .help = "Check the job file and its inputs, without baking"},
       {.flag = "--list",
        .value = toggle(AT(list)),
-       .help = "Print the assets with the expected seconds of each, without baking"},
+       .help = "Print the assets with the expected seconds of each, without baking; with --json as "
+               "JSON"},
       {.flag = "--explain",
        .value = text(AT(explain), "NAME"),
        .help =
            "Print the options of an asset, or of all that match a pattern, and the origin of each"},
       {.flag = "--plan",
        .value = toggle(AT(plan)),
-       .help = "Print the assets that would be baked and why, without baking"},
+       .help = "Print the assets that would be baked and why, without baking; with --json as JSON"},
       {.flag = "--watch",
        .value = toggle(AT(watch)),
        .help = "After the run, repeat it whenever a file that it depends on changes, until Ctrl-C"},
