@@ -25,6 +25,7 @@
 #include "kiln/files.h"
 #include "kiln/version.h"
 #include "mesh/frame.h"
+#include "mesh/index_width.h"
 #include "mesh/low_surface.h"
 #include "mesh/vector.h"
 
@@ -94,11 +95,6 @@ struct Part {
     indices.push_back(entry->second);
   }
 };
-
-/// True if 16 bits hold every index of so many vertices. The index 65535 restarts primitives, so no vertex has it.
-bool fits_short(std::size_t vertices) {
-  return vertices <= std::numeric_limits<std::uint16_t>::max();
-}
 
 /// The transform from the world to the space of an object, which is not mirrored.
 struct WorldToObject {
@@ -362,7 +358,7 @@ class GltfOutput {
     std::string packed(meshopt_encodeIndexBufferBound(indices.size(), count), '\0');
     packed.resize(meshopt_encodeIndexBuffer(reinterpret_cast<unsigned char*>(packed.data()),
                                             packed.size(), indices.data(), indices.size()));
-    const bool is_short = fits_short(count);
+    const bool is_short = fits_16_bit_indices(count);
     const std::size_t view = add_packed_view(
         packed, indices.size(), is_short ? sizeof(std::uint16_t) : sizeof(std::uint32_t),
         "TRIANGLES", nullptr, kIndices);
@@ -440,9 +436,10 @@ class GltfOutput {
     }
     Json primitive = {
         {"attributes", std::move(attributes)},
-        {"indices", add_accessor({{"componentType", fits_short(packed.vertices) ? kUshort : kUint},
-                                  {"count", packed.indices},
-                                  {"type", "SCALAR"}})}};
+        {"indices",
+         add_accessor({{"componentType", fits_16_bit_indices(packed.vertices) ? kUshort : kUint},
+                       {"count", packed.indices},
+                       {"type", "SCALAR"}})}};
     primitive["extensions"][kDracoExtension] = std::move(extension);
     if (material != kRoot) primitive["material"] = material;
     return primitive;
@@ -679,7 +676,7 @@ class GltfOutput {
 
   /// Adds indices, in 16 bits where they fit. Those of 8 bits are not written, since GPUs convert them.
   std::size_t add_indices(const std::vector<std::uint32_t>& indices, std::size_t vertices) {
-    const bool is_short = fits_short(vertices);
+    const bool is_short = fits_16_bit_indices(vertices);
     const std::vector<std::uint16_t> shorts(indices.begin(),
                                             is_short ? indices.end() : indices.begin());
     const std::size_t view =

@@ -38,6 +38,11 @@ struct BytePlanSettings {
   static constexpr double kMinLossyBytesPerTexel = 0.15, kMinLosslessBytesPerTexel = 0.5;
   /// First and last step of the descent, in levels. The first step halves the faces; each next one is half as long.
   static constexpr std::size_t kFirstLevelStep = plan_settings::kNodeStep, kLastLevelStep = 3;
+  /// Finer meshes leave less detail to the normal map. Bytes of its encodings, and the errors that these add, are
+  /// proportional to the face count to the power of -kDetailExponent (means of eleven shapes: 0 to 0.4). Bytes of the
+  /// mesh per face are proportional to the power of -kSeamExponent (0.05 to 0.2), since seams split a smaller share
+  /// of the vertices of a finer mesh. Without these, predictions favour coarse meshes, and finer ones are not built.
+  static constexpr double kDetailExponent = 0.15, kSeamExponent = 0.1;
   /// Hard edges are compared with smooth normals if the latter have at most this share of the vertices.
   static constexpr double kMaxSmoothVertexRatio = 0.97;
   /// Penalty in steps of 1/255 for levels that have lost a part of the surface; it exceeds every real error.
@@ -80,7 +85,8 @@ class BytePlanner {
     while (low_polys_.size() < Settings::kMaxTrials) {
       const std::optional<Prediction> next = best_prediction();
       if (!next || next->error >= Settings::kMaxErrorRatioToTry * error_of(best())) break;
-      build_trial(next->level, next->size, /*all_maps=*/false, next->error);
+      // Larger pictures than predicted may fit, so the size is that of the first maps.
+      build_trial(next->level, low_polys_.front().trial.baked, /*all_maps=*/false, next->error);
     }
     if (!best().trial.fits) build_smallest();
     rebuild_without_folds();
@@ -102,7 +108,6 @@ class BytePlanner {
   };
   struct Prediction {
     std::size_t level = 0;
-    std::uint32_t size = 0;
     double error = 0;
   };
 
@@ -188,7 +193,8 @@ class BytePlanner {
     if (options_.plan.height_field) return;
     const BuiltLowPoly& hard = low_polys_.front();
     const auto vertices = static_cast<double>(split_vertices(hard.low));
-    const Mesh smooth = fit_normals(hard.low, high_);
+    Mesh smooth = hard.low;
+    evaluator_.levels().fit_normals(smooth, EdgesUnderMap::smooth);
     if (static_cast<double>(split_vertices(smooth)) > Settings::kMaxSmoothVertexRatio * vertices) {
       return;
     }
@@ -208,7 +214,8 @@ class BytePlanner {
     BuiltLowPoly& low_poly = low_polys_.emplace_back();
     low_poly.level = level_without_folds(requested_level);
     const UnwrappedLowPoly& unwrapped = evaluator_.unwrapped(low_poly.level, size);
-    low_poly.low = is_smooth_ ? fit_normals(unwrapped.mesh, high_) : unwrapped.mesh;
+    low_poly.low = unwrapped.mesh;
+    if (is_smooth_) evaluator_.levels().fit_normals(low_poly.low, EdgesUnderMap::smooth);
     low_poly.trial.has_smooth_normals = is_smooth_;
     low_poly.unwrapped = unwrapped.report;
     low_poly.bake = bake_options(size);
@@ -235,6 +242,7 @@ class BytePlanner {
       return PictureError{error.mean_8bit, error.mean_degrees};
     };
     low_poly.ladders = picture_ladders(pictures, fit);
+    for (PictureLadder& ladder : low_poly.ladders) add_intermediate_qualities(ladder);
     // The data is freed here, since a plan only compares bytes and errors; the job encodes the chosen pictures again.
     for (PictureLadder& ladder : low_poly.ladders) {
       for (PictureChoice& choice : ladder.choices) choice.data = {};
@@ -317,6 +325,8 @@ class BytePlanner {
         measured_ladder.levels.front().degrees > 0
             ? measured_ladder.levels.front().steps / measured_ladder.levels.front().degrees
             : 0;
+    const double face_ratio = faces / static_cast<double>(nearest_low_poly.trial.faces);
+    const double detail_ratio = std::pow(face_ratio, -Settings::kDetailExponent);
     for (PictureChoice& choice : ladders.front().choices) {
       const double unencoded_degrees =
           model_.expected(faces, errors, nearest_low_poly.trial.baked >> choice.level);
@@ -325,7 +335,9 @@ class BytePlanner {
       // The loss by encoding is independent of the error of the mesh and its texels, so the squares of the two errors
       // add up.
       const double encoding_loss =
+          detail_ratio * detail_ratio *
           std::max(0.0, choice_degrees * choice_degrees - level_degrees * level_degrees);
+      choice.bytes = static_cast<std::uint64_t>(static_cast<double>(choice.bytes) * detail_ratio);
       choice.error.degrees = std::sqrt(unencoded_degrees * unencoded_degrees + encoding_loss);
       choice.error.steps = steps_per_degree * choice.error.degrees;
     }
@@ -341,18 +353,13 @@ class BytePlanner {
       });
     }
     ByteTrial trial;
-    trial.mesh_bytes = fixed_bytes_ + static_cast<std::uint64_t>(
-                                          std::max(0.0, nearest_low_poly.bytes_per_face) * faces);
+    const double bytes_per_face = std::max(0.0, nearest_low_poly.bytes_per_face) *
+                                  std::pow(face_ratio, -Settings::kSeamExponent);
+    trial.mesh_bytes = fixed_bytes_ + static_cast<std::uint64_t>(bytes_per_face * faces);
     choose(ladders, trial);
-    Prediction prediction{level, sizes_.back(), oversize_rank(trial.bytes)};
-    if (!trial.fits) return prediction;
-    prediction.error =
-        trial.error +
-        (errors.silhouette_mismatch > max_mismatch_ ? Settings::kLostSurfacePenalty : 0);
-    for (const TrialPicture& picture : trial.pictures) {
-      prediction.size = std::max(prediction.size, std::min(picture.width, picture.height));
-    }
-    return prediction;
+    if (!trial.fits) return {level, oversize_rank(trial.bytes)};
+    const bool has_lost_surface = errors.silhouette_mismatch > max_mismatch_;
+    return {level, trial.error + (has_lost_surface ? Settings::kLostSurfacePenalty : 0)};
   }
 
   /// Descends from the best level with decreasing steps to the smallest predicted error. For levels that were built,
@@ -364,7 +371,7 @@ class BytePlanner {
       if (found != predictions.end()) return found->second;
       for (const BuiltLowPoly& low_poly : low_polys_) {
         if (low_poly.level == level) {
-          return predictions[level] = {level, low_poly.trial.baked, error_of(low_poly)};
+          return predictions[level] = {level, error_of(low_poly)};
         }
       }
       return predictions[level] = predict(level);

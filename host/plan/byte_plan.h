@@ -42,7 +42,8 @@ struct ByteTrial {
   std::uint64_t mesh_bytes = 0;  ///< Bytes of the file without pictures
   std::uint64_t bytes = 0;  ///< Bytes of the file; above the budget if no choice of pictures fits
   double expected = 0;      ///< Predicted error in steps of 1/255; 0: not predicted
-  double error = 0;         ///< Measured error of all pictures, in steps of 1/255
+  double error =
+      0;  ///< Error of all pictures in steps of 1/255; interpolated at qualities between measured ones
   double degrees = 0;       ///< Error of normals, in degrees
   std::uint32_t baked = 0;  ///< Side of the baked maps in texels
   bool fits = false;

@@ -141,12 +141,11 @@ void LevelEvaluator::evaluate(std::size_t level, bool mapped) {
   const Stopwatch watch;
   auto drafts = set_->draft_meshes.find(level);
   if (drafts == set_->draft_meshes.end()) {
-    drafts = set_->draft_meshes.emplace(level, levels().draft_meshes(level)).first;
+    drafts =
+        set_->draft_meshes.emplace(level, levels().draft_meshes(level, edges_under_map_)).first;
   }
   const Stopwatch measure_watch;
-  const bool is_smoothed = mapped && has_smooth_mapped_normals_;
-  Mesh low = with_placeholder_uvs(drafts->second[mapped ? 1 : 0]);
-  if (is_smoothed) low = kiln::fit_normals(low, high_);
+  const Mesh low = with_placeholder_uvs(drafts->second[mapped ? 1 : 0]);
   const NormalProbe probe(impl_of(source_), low, coarse_view_);
   const NormalError error = probe.without_map();
   nodes_[mapped ? 1 : 0][level] =
@@ -156,7 +155,8 @@ void LevelEvaluator::evaluate(std::size_t level, bool mapped) {
 }
 
 void LevelEvaluator::smooth_mapped_normals() {
-  has_smooth_mapped_normals_ = true;
+  edges_under_map_ = EdgesUnderMap::smooth;
+  set_->draft_meshes.clear();
   nodes_[1].clear();
   measured_levels_[1].clear();
 }

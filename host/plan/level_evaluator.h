@@ -124,7 +124,7 @@ class LevelEvaluator {
   LevelSet* set_ = nullptr;
   std::uint32_t finest_faces_ = 0;  ///< Faces of the finest level
   bool is_frozen_ = false;
-  bool has_smooth_mapped_normals_ = false;
+  EdgesUnderMap edges_under_map_ = EdgesUnderMap::hard;
   HighPolyView fine_view_, coarse_view_;
   /// Errors of draft meshes by level; [0] without a map, [1] with a map
   std::array<std::map<std::size_t, LevelErrors>, 2> nodes_;

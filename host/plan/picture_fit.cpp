@@ -22,6 +22,8 @@ struct PictureFitSettings {
   /// Qualities of lossy pictures; consecutive ones differ by about 25% of the bytes. Below 35, a picture of a smaller
   /// size has a lower error.
   static constexpr std::array<std::uint32_t, 7> kQualities = {35, 50, 65, 78, 88, 94, 98};
+  /// Number of estimated qualities between consecutive ones of kQualities.
+  static constexpr std::uint32_t kIntermediateQualities = 2;
   /// Minimum factor by which bytes grow if the side doubles (measured: 2.2 to 4).
   static constexpr double kMinByteGrowth = 2.2;
   /// Number of byte classes of the knapsack: each covers 0.05% of the budget.
@@ -245,6 +247,20 @@ std::optional<std::vector<std::byte>> try_encode(const Image& image,
   }
 }
 
+/// Sorts choices by bytes, and removes those that a smaller picture with at most the same error dominates.
+void keep_pareto_optimal(PictureLadder& ladder) {
+  std::stable_sort(ladder.choices.begin(), ladder.choices.end(),
+                   [](const PictureChoice& a, const PictureChoice& b) {
+                     return std::pair(a.bytes, a.error.steps) < std::pair(b.bytes, b.error.steps);
+                   });
+  double min_steps = HUGE_VAL;
+  std::erase_if(ladder.choices, [&](const PictureChoice& choice) {
+    if (choice.error.steps >= min_steps) return true;
+    min_steps = choice.error.steps;
+    return false;
+  });
+}
+
 PictureLadder ladder_of(PictureSlot picture, const Image& full, TextureUse use,
                         std::span<const std::uint8_t> coverage, const PictureFitOptions& options) {
   const std::vector<Image> levels = covered_levels(full, coverage, use);
@@ -287,16 +303,7 @@ PictureLadder ladder_of(PictureSlot picture, const Image& full, TextureUse use,
       ladder.choices.push_back(std::move(choice));
     }
   }
-  std::stable_sort(ladder.choices.begin(), ladder.choices.end(),
-                   [](const PictureChoice& a, const PictureChoice& b) {
-                     return std::pair(a.bytes, a.error.steps) < std::pair(b.bytes, b.error.steps);
-                   });
-  double min_steps = HUGE_VAL;
-  std::erase_if(ladder.choices, [&](const PictureChoice& choice) {
-    if (choice.error.steps >= min_steps) return true;
-    min_steps = choice.error.steps;
-    return false;
-  });
+  keep_pareto_optimal(ladder);
   return ladder;
 }
 
@@ -314,6 +321,35 @@ std::vector<PictureLadder> picture_ladders(const AssetMaps& maps,
   add(PictureSlot::surface, surface_picture(maps), TextureUse::values);
   if (maps.emission != nullptr) add(PictureSlot::emission, *maps.emission, TextureUse::color);
   return ladders;
+}
+
+void add_intermediate_qualities(PictureLadder& ladder) {
+  std::map<std::size_t, const PictureChoice*> lower_quality;  // by level
+  std::vector<PictureChoice> all = ladder.choices;
+  for (const PictureChoice& high : ladder.choices) {
+    if (!high.encoding.is_lossy()) continue;
+    const PictureChoice* const low = std::exchange(lower_quality[high.level], &high);
+    if (low == nullptr) continue;
+    for (std::uint32_t i = 1; i <= Fit::kIntermediateQualities; ++i) {
+      const double share = i / (Fit::kIntermediateQualities + 1.0);
+      const auto interpolate = [share](double from, double to) {
+        return from > 0 && to > 0 ? from * std::pow(to / from, share) : from + (to - from) * share;
+      };
+      PictureChoice& next = all.emplace_back();
+      next.level = high.level;
+      next.width = high.width;
+      next.height = high.height;
+      next.encoding = high.encoding;
+      next.encoding.quality = static_cast<std::uint32_t>(std::lround(
+          low->encoding.quality + (1.0 * high.encoding.quality - low->encoding.quality) * share));
+      next.bytes = static_cast<std::uint64_t>(
+          interpolate(static_cast<double>(low->bytes), static_cast<double>(high.bytes)));
+      next.error = {interpolate(low->error.steps, high.error.steps),
+                    interpolate(low->error.degrees, high.error.degrees)};
+    }
+  }
+  ladder.choices = std::move(all);
+  keep_pareto_optimal(ladder);
 }
 
 std::uint64_t least_bytes(std::span<const PictureLadder> ladders) {

@@ -63,6 +63,11 @@ struct PictureFitOptions {
 /// per quality; a size is skipped if the bytes of the next smaller one show that it cannot fit.
 std::vector<PictureLadder> picture_ladders(const AssetMaps& maps, const PictureFitOptions& options);
 
+/// Inserts estimates for the qualities of lossy pictures between those that were tried: bytes and errors are
+/// interpolated in log-log scale, in which they are almost linear. A choice for a budget then is close to that of a
+/// ladder with `all_qualities`, and does not depend on where the few qualities lie. Inserted choices have no data.
+void add_intermediate_qualities(PictureLadder& ladder);
+
 /// A combination of encodings: one of each picture's choices.
 struct PictureFit {
   std::vector<std::size_t> choices;  ///< For each picture, index into PictureLadder::choices

@@ -4,13 +4,15 @@
 #include <vector>
 
 #include "kiln/plan.h"
+#include "mesh/index_width.h"
 
 namespace kiln {
 
 LowPolyBytes low_poly_bytes(std::uint64_t vertices, std::uint64_t faces, std::uint32_t size,
                             const std::vector<std::uint32_t>& channels, std::uint32_t bits) {
   LowPolyBytes bytes;
-  bytes.vertices = vertices * (size == 0 ? 16 : 24) + faces * 3 * (vertices > 65535 ? 4 : 2);
+  bytes.vertices =
+      vertices * (size == 0 ? 16 : 24) + faces * 3 * (fits_16_bit_indices(vertices) ? 2 : 4);
   const std::uint64_t texels = std::uint64_t{size} * size;
   std::uint64_t half_bytes_per_texel = 0;  // Half bytes per texel, summed over all maps
   for (const std::uint32_t count : channels) {

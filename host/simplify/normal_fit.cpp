@@ -399,7 +399,7 @@ const std::vector<NormalFit::Place>& NormalFit::sampled_positions(const Mesh& lo
 }
 
 void NormalFit::run(Mesh& low, const FitNormalsOptions& options, FitNormalsReport* report,
-                    Samples* last) const {
+                    Samples* last, EdgesUnderMap edges) const {
   NormalPurpose purpose = options.purpose;
   if (purpose == NormalPurpose::by_uvs) {
     purpose = low.uv_triangles.empty() ? NormalPurpose::shading : NormalPurpose::map;
@@ -407,10 +407,11 @@ void NormalFit::run(Mesh& low, const FitNormalsOptions& options, FitNormalsRepor
   const TwoSided sides = TwoSided::of(low);
   Samples none;
   fit(low, sides, sampled_positions(low, sides, last != nullptr ? *last : none), purpose, options,
-      kTolerance, report);
+      kTolerance, report, edges);
 }
 
-std::array<Mesh, 2> NormalFit::run_draft(const Mesh& low, const FitNormalsOptions& options) const {
+std::array<Mesh, 2> NormalFit::run_draft(const Mesh& low, const FitNormalsOptions& options,
+                                         EdgesUnderMap edges) const {
   const std::size_t wanted =
       std::max(kMinNormalSamples, kNormalSamplesPerFace * low.triangles.size());
   const TwoSided sides = TwoSided::of(low);
@@ -418,14 +419,14 @@ std::array<Mesh, 2> NormalFit::run_draft(const Mesh& low, const FitNormalsOption
       wanted / kDraftDivisor, std::max(kMinNormalSamples / kDraftDivisor, high_.triangles.size()));
   const std::vector<Place> found = places(draft_samples, low, sides);
   std::array<Mesh, 2> result{low, low};
-  fit(result[0], sides, found, NormalPurpose::shading, options, kDraftTolerance, nullptr);
-  fit(result[1], sides, found, NormalPurpose::map, options, kDraftTolerance, nullptr);
+  fit(result[0], sides, found, NormalPurpose::shading, options, kDraftTolerance, nullptr, edges);
+  fit(result[1], sides, found, NormalPurpose::map, options, kDraftTolerance, nullptr, edges);
   return result;
 }
 
 void NormalFit::fit(Mesh& low, const TwoSided& sides, const std::vector<Place>& found,
                     NormalPurpose purpose, const FitNormalsOptions& options, double tolerance,
-                    FitNormalsReport* report) const {
+                    FitNormalsReport* report, EdgesUnderMap edges) const {
   const std::vector<Vec3> positions = frame_.to_frame(low);
   const double sample_area = area_until_.back() / static_cast<double>(found.size());
   Solver solver(found, sample_area, positions, low.triangles, purpose, tolerance);
@@ -433,7 +434,8 @@ void NormalFit::fit(Mesh& low, const TwoSided& sides, const std::vector<Place>& 
   // are worth them: smooth normals across such an edge would leave a step within a texel.
   const bool shaded = purpose == NormalPurpose::shading || low.uv_triangles.empty();
   const bool with_creases = shaded && options.crease_degrees < 180;
-  const std::vector<bool> hard = along_hard_edges(positions, low.triangles);
+  std::vector<bool> hard;
+  if (shaded || edges == EdgesUnderMap::hard) hard = along_hard_edges(positions, low.triangles);
   NormalFans fans(low, sides, with_creases ? cosine_of(options.crease_degrees) : -1, hard);
   std::vector<std::uint32_t> normal_of_corner = fans.normal_of_corner();
   Normals normals = solver.solve(normal_of_corner, fans.count());

@@ -10,6 +10,7 @@
 #include "mesh/frame.h"
 #include "mesh/normals.h"
 #include "mesh/two_sided.h"
+#include "simplify/simplify_levels.h"
 
 namespace kiln {
 
@@ -25,11 +26,13 @@ class NormalFit {
   /// Fits a low poly's normals. Deterministic on any number of threads.
   /// \param last  [in, out] samples of the previous low poly, which are reused if the two meshes differ in UVs only;
   ///              receives the samples of `low`; may be null
+  /// \param edges  whether hard edges of the high poly stay hard under a map
   void run(Mesh& low, const FitNormalsOptions& options = {}, FitNormalsReport* report = nullptr,
-           Samples* last = nullptr) const;
+           Samples* last = nullptr, EdgesUnderMap edges = EdgesUnderMap::hard) const;
   /// Copies of a low poly whose normals are fitted with a quarter of the samples, for meshes that are only measured:
   /// the first for plain shading, the second for a normal map.
-  std::array<Mesh, 2> run_draft(const Mesh& low, const FitNormalsOptions& options) const;
+  std::array<Mesh, 2> run_draft(const Mesh& low, const FitNormalsOptions& options,
+                                EdgesUnderMap edges) const;
 
  private:
   struct Place;
@@ -41,7 +44,8 @@ class NormalFit {
   class Solver;
   std::vector<Place> places(std::size_t count, const Mesh& low, const TwoSided& sides) const;
   void fit(Mesh& low, const TwoSided& sides, const std::vector<Place>& found, NormalPurpose purpose,
-           const FitNormalsOptions& options, double tolerance, FitNormalsReport* report) const;
+           const FitNormalsOptions& options, double tolerance, FitNormalsReport* report,
+           EdgesUnderMap edges) const;
   bool normal_at(std::size_t triangle, const std::array<double, 3>& share, const Vec3d& face,
                  Vec3d& normal) const;
 

@@ -197,18 +197,18 @@ SimplifyReport SimplifyLevels::report(std::size_t level) const {
   return impl_->report;
 }
 
-std::array<Mesh, 2> SimplifyLevels::draft_meshes(std::size_t level) const {
+std::array<Mesh, 2> SimplifyLevels::draft_meshes(std::size_t level, EdgesUnderMap edges) const {
   impl_->select_level(level);
   SimplifyResult result = impl_->results.at(level);
   impl_->job->fit_draft(result);
-  std::array<Mesh, 2> draft_copies = impl_->normals().run_draft(impl_->job->make_result(result),
-                                                                {.crease_degrees = kCreaseDegrees});
+  std::array<Mesh, 2> draft_copies = impl_->normals().run_draft(
+      impl_->job->make_result(result), {.crease_degrees = kCreaseDegrees}, edges);
   for (Mesh& mesh : draft_copies) impl_->lay_out(mesh);
   return draft_copies;
 }
 
-void SimplifyLevels::fit_normals(Mesh& low) const {
-  impl_->normals().run(low, {}, nullptr, &impl_->samples);
+void SimplifyLevels::fit_normals(Mesh& low, EdgesUnderMap edges) const {
+  impl_->normals().run(low, {}, nullptr, &impl_->samples, edges);
 }
 
 bool SimplifyLevels::can_be_solved(std::size_t level) const {

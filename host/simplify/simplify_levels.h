@@ -20,6 +20,12 @@ enum class LevelRule {
   height_field,  ///< SimplifyOptions::height_field; levels have UVs by x and y over the field's rectangle.
 };
 
+/// Normals of a mesh with a map along hard edges of the high poly.
+enum class EdgesUnderMap {
+  hard,   ///< Split along them, so that small maps need not store the step
+  smooth  ///< Smooth but at seams, which saves the split vertices
+};
+
 /// Intermediate meshes of one simplification. If the high poly needs no presimplification, each level equals the mesh
 /// that simplify() makes for its face count. This also holds if no level has more than 5,000 faces (so that all share
 /// one presimplification) and no flaw needs another run. Otherwise, smaller levels may differ slightly, since finer
@@ -49,10 +55,11 @@ class SimplifyLevels {
 
   /// An unrepaired level, fitted with fewer samples, for measuring: the first copy with normals for plain shading,
   /// the second with normals for a normal map.
-  std::array<Mesh, 2> draft_meshes(std::size_t level) const;
+  std::array<Mesh, 2> draft_meshes(std::size_t level,
+                                   EdgesUnderMap edges = EdgesUnderMap::hard) const;
 
   /// As kiln::fit_normals() for any low poly, such as a level with UVs. Hard edges are chosen as for levels.
-  void fit_normals(Mesh& low) const;
+  void fit_normals(Mesh& low, EdgesUnderMap edges = EdgesUnderMap::hard) const;
 
   /// True if mesh() has flaws that solve() may repair.
   bool can_be_solved(std::size_t level) const;

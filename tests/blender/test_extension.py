@@ -454,7 +454,7 @@ def test_the_cage_follows_the_mesh(scene):
     choose(low)
     bpy.context.view_layer.update()
     scene.kiln_bake.cage = 0.25
-    ends = cage.lines(bpy.context)
+    ends = cage.cage_edges(bpy.context)
     assert ends.shape == (8, 3) and ends[:, 2] == pytest.approx(3.25) and ends[:, 0].max() == pytest.approx(2)
     scene.kiln_bake.show_cage = True  # draws nothing where there is no window
     scene.kiln_bake.show_cage = False

@@ -239,5 +239,70 @@ TEST(PictureFit, KeepsWhatMayFit) {
   EXPECT_EQ(picture_ladders(maps, options)[0].choices.size(), 1U);
 }
 
+/// Bytes and errors between two qualities of one size lie on a line in log-log scale.
+TEST(PictureFit, EstimatesQualitiesBetweenThoseTried) {
+  PictureLadder ladder;
+  const auto add = [&](std::size_t level, PictureFormat format, std::uint32_t quality,
+                       std::uint64_t bytes, double error) {
+    PictureChoice& choice = ladder.choices.emplace_back();
+    choice.level = level;
+    choice.width = choice.height = 256U >> level;
+    choice.encoding.format = format;
+    choice.encoding.quality = quality;
+    choice.bytes = bytes;
+    choice.error = {error, error / 2};
+  };
+  add(1, PictureFormat::jpeg, 50, 1000, 8);
+  add(0, PictureFormat::jpeg, 35, 3000, 2.9);
+  add(1, PictureFormat::jpeg, 65, 8000, 1);
+  add(0, PictureFormat::jpeg, 50, 24000, 0.5);
+  add(0, PictureFormat::png, 0, 90000, 0.1);
+  add_intermediate_qualities(ladder);
+  struct Rung {
+    std::size_t level;
+    std::uint32_t quality;
+    std::uint64_t bytes;
+    double error;
+  };
+  // 4000 bytes of half the size at quality 60 have an error of 2; 6000 bytes of the whole size have 1.61.
+  const std::vector<Rung> wanted = {
+      {1, 50, 1000, 8},        {1, 55, 2000, 4},       {0, 35, 3000, 2.9},
+      {1, 60, 4000, 2},        {0, 40, 6000, 1.61427}, {1, 65, 8000, 1},
+      {0, 45, 12000, 0.89841}, {0, 50, 24000, 0.5},    {0, 0, 90000, 0.1}};
+  ASSERT_EQ(ladder.choices.size(), wanted.size());
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    const PictureChoice& choice = ladder.choices[i];
+    EXPECT_EQ(choice.level, wanted[i].level) << i;
+    EXPECT_EQ(choice.width, 256U >> wanted[i].level) << i;
+    EXPECT_EQ(choice.encoding.quality, wanted[i].quality) << i;
+    EXPECT_NEAR(static_cast<double>(choice.bytes), static_cast<double>(wanted[i].bytes), 1) << i;
+    EXPECT_NEAR(choice.error.steps, wanted[i].error, 1e-3) << i;
+    EXPECT_NEAR(choice.error.degrees, wanted[i].error / 2, 1e-3) << i;
+  }
+}
+
+/// Over all budgets, estimates from a few qualities are nearer to the best of all qualities than the few are.
+TEST(PictureFit, EstimatesAreNearAllQualities) {
+  const Image normal = waves(128);
+  AssetMaps maps;
+  maps.normal = &normal;
+  PictureFitOptions options;
+  options.max_picture_bytes = 1U << 30U;
+  const std::vector<PictureLadder> few = picture_ladders(maps, options);
+  std::vector<PictureLadder> estimated = few;
+  add_intermediate_qualities(estimated[0]);
+  options.all_qualities = true;
+  const std::vector<PictureLadder> all = picture_ladders(maps, options);
+  double deviation_of_few = 0, deviation_of_estimates = 0;
+  for (double budget = 1.1 * static_cast<double>(least_bytes(all)); budget < 30000;
+       budget *= 1.03) {
+    const auto bytes = static_cast<std::uint64_t>(budget);
+    const double error = least_error(all, bytes)->error;
+    deviation_of_few += std::abs(std::log(least_error(few, bytes)->error / error));
+    deviation_of_estimates += std::abs(std::log(least_error(estimated, bytes)->error / error));
+  }
+  EXPECT_LT(deviation_of_estimates, 0.6 * deviation_of_few);
+}
+
 }  // namespace
 }  // namespace kiln
