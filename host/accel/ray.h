@@ -32,6 +32,9 @@ struct RayQuery {
   bool outermost = false;
   bool has_ray_limits =
       false;  ///< With `outermost`, ignore hits with t above the sample's own `reach`
+  /// Number of triangles per ray where rays of neighbouring texels hit, if known: it decides on CPUs whether these rays
+  /// are traced together. Never changes results.
+  double triangles_per_ray = 0;
 };
 
 /// Ray queries on a surface, whose data may be in memory or in parts of a file.

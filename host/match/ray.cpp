@@ -1,6 +1,9 @@
 // Rays along the low poly's normals (Tarini, Cignoni, Scopigno, section 3.2), or from a cage.
 #include "match/ray.h"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <span>
 #include <utility>
 #include <vector>
@@ -70,6 +73,23 @@ std::unique_ptr<Matcher> short_range_rays(const MatchRequest& request) {
                         std::move(farther_matchers));
 }
 
+/// Number of the high poly's triangles per sample, if all of them lie under the map. 0 without UVs.
+double triangles_per_sample(const MatchRequest& request) {
+  double area = 0;
+  for (const std::uint32_t t : request.surface.with_uvs) {
+    const std::array<LowSurface::Corner, 3>& corners = request.surface.triangles[t];
+    const Vec2& a = corners[0].uv;
+    const Vec2& b = corners[1].uv;
+    const Vec2& c = corners[2].uv;
+    area += std::abs((static_cast<double>(b.x) - a.x) * (static_cast<double>(c.y) - a.y) -
+                     (static_cast<double>(b.y) - a.y) * (static_cast<double>(c.x) - a.x)) /
+            2;
+  }
+  const double samples =
+      std::min(area, 1.0) * request.width * request.height * request.samples * request.samples;
+  return samples >= 1 ? static_cast<double>(request.source.stats().triangles) / samples : 0;
+}
+
 }  // namespace
 
 RayQuery ray_query(const MatchRequest& request, bool with_cage) {
@@ -77,6 +97,7 @@ RayQuery ray_query(const MatchRequest& request, bool with_cage) {
   RayQuery query;
   query.two_sided = request.two_sided;
   query.t_max = distance;
+  query.triangles_per_ray = triangles_per_sample(request);
   if (with_cage && (request.cage_mesh || request.cage)) {
     query.inward = true;
     query.use_reach = request.cage_mesh;
