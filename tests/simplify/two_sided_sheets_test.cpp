@@ -28,12 +28,12 @@
 namespace kiln {
 namespace {
 
+using test::beside;
 using test::Corners;
 using test::corners_of;
 using test::doubled;
 using test::face;
 using test::flat;
-using test::beside;
 using test::twins_of;
 using test::wave;
 
