@@ -120,6 +120,12 @@ TEST(MaxBytes, HardEdgesAreLeftWhereSmoothNormalsAreNearer) {
   const nlohmann::json plan = scene.report()["bytes"];
   EXPECT_GE(plan["trials"].size(), 2U);
   EXPECT_NE(plan["trials"][0]["smooth_normals"], plan["trials"][1]["smooth_normals"]);
+  // The trial that is said to be chosen is the low poly that was written, and the best of those that fit.
+  const nlohmann::json& chosen = plan["trials"].at(plan["chosen"].get<std::size_t>());
+  EXPECT_EQ(chosen["faces"], scene.report()["inputs"]["low"]["triangles"]);
+  for (const nlohmann::json& trial : plan["trials"]) {
+    if (trial["fits"]) EXPECT_LE(chosen["error_steps"], trial["error_steps"]);
+  }
   double least = HUGE_VAL;
   for (const char* faces : {"120", "180", "260", "370"}) {
     std::vector<std::string> more = bound;

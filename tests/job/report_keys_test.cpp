@@ -103,5 +103,95 @@ TEST(ReportKeys, HoldTheMembersOfTheirNames) {
   EXPECT_EQ(errors[0]["texels"], 5);
 }
 
+TEST(ReportKeys, OfSearchesHoldTheMembersOfTheirNames) {
+  VisibilityReport visibility;
+  visibility.directions = 1;
+  visibility.by_rays = true;
+  visibility.width = 2;
+  visibility.places = 4;
+  visibility.unseen = 5;
+  visibility.without = 6;
+  visibility.mean_deviation = 7;
+  visibility.clustered = 8;
+  visibility.seconds = 9;
+  const json seen = parsed(describe(visibility));
+  EXPECT_EQ(seen["directions"], 1);
+  EXPECT_EQ(seen["test"], "rays");
+  EXPECT_EQ(seen["width"], 2);
+  EXPECT_EQ(seen["places"], 4);
+  EXPECT_EQ(seen["unseen"], 5);
+  EXPECT_EQ(seen["without"], 6);
+  EXPECT_EQ(seen["mean_deviation"], 7);
+  EXPECT_EQ(seen["clustered"], 8);
+  EXPECT_EQ(seen["seconds"], 9);
+
+  ViewReport views;
+  views.directions = {{1, 0, 0}, {0, 1, 0}};
+  views.size = 3;
+  views.pixel = 4;
+  views.undersampled = 0.5;
+  views.coverage = {0.25, 0.75};
+  const json drawn = parsed(describe(views));
+  EXPECT_EQ(drawn["count"], 2);
+  EXPECT_EQ(drawn["size"], 3);
+  EXPECT_EQ(drawn["pixel"], 4);
+  EXPECT_EQ(drawn["undersampled"], 0.5);
+  EXPECT_EQ(drawn["height_field"], false);
+  EXPECT_EQ(drawn["coverage_after_each"], json({0.25, 0.75}));
+  EXPECT_EQ(drawn["directions"][1], json({0.0, 1.0, 0.0}));
+
+  TransitionReport transitions;
+  transitions.sides = 1;
+  transitions.mean_degrees = 2;
+  transitions.elsewhere_degrees = 3;
+  const json switches = parsed(describe(transitions));
+  EXPECT_EQ(switches["sides"], 1);
+  EXPECT_EQ(switches["mean_degrees"], 2);
+  EXPECT_EQ(switches["elsewhere_degrees"], 3);
+
+  UvReport uv;
+  uv.covered = 8;
+  uv.overlapping = 2;
+  uv.outside = 3;
+  uv.without_area = 4;
+  uv.mean_distance = 5;
+  uv.p95_distance = 6;
+  uv.overlap.lower = 10;
+  uv.overlap.upper = 11;
+  uv.overlap.column = 12;
+  uv.overlap.row = 13;
+  const json layouts = parsed(describe(uv));
+  EXPECT_EQ(layouts["covered"], 8);
+  EXPECT_EQ(layouts["overlapping"], 2);
+  EXPECT_EQ(layouts["overlap_share"], 0.25);
+  EXPECT_EQ(layouts["overlap"], json({{"triangles", {10, 11}}, {"column", 12}, {"row", 13}}));
+  EXPECT_EQ(layouts["outside"], 3);
+  EXPECT_EQ(layouts["without_area"], 4);
+  EXPECT_EQ(layouts["distance"], json({{"mean", 5.0}, {"p95", 6.0}}));
+}
+
+TEST(ReportKeys, OfRepairsHoldTheCountsOfTheirNames) {
+  CleanReport report;
+  const std::vector<std::pair<const char*, Cleaned CleanReport::*>> counts = {
+      {"welded_vertices", &CleanReport::welded},
+      {"degenerate_triangles", &CleanReport::degenerate},
+      {"duplicate_triangles", &CleanReport::duplicates},
+      {"split_at_junctions", &CleanReport::junctions},
+      {"dropped_fins", &CleanReport::fins},
+      {"turned_triangles", &CleanReport::turned},
+      {"filled_holes", &CleanReport::holes},
+      {"filled_large_holes", &CleanReport::large_holes},
+      {"open_rims", &CleanReport::open_rims},
+      {"open_edges", &CleanReport::open_edges},
+      {"dropped_floaters", &CleanReport::floaters},
+      {"dropped_inner", &CleanReport::inner},
+  };
+  for (std::size_t i = 0; i < counts.size(); ++i) (report.*counts[i].second).count = i + 1;
+  report.flat_holes = 100;
+  const json cleaned = parsed(describe(report));
+  for (std::size_t i = 0; i < counts.size(); ++i) EXPECT_EQ(cleaned[counts[i].first], i + 1);
+  EXPECT_EQ(cleaned["flat_holes"], 100);
+}
+
 }  // namespace
 }  // namespace kiln::test
