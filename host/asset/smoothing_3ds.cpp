@@ -11,7 +11,7 @@ namespace {
 // ids of the nested 3DS chunks that are read
 constexpr std::uint32_t kMain = 0x4D4D, kEditor = 0x3D3D, kObject = 0x4000, kMesh = 0x4100,
                         kFaces = 0x4120, kFaceMaterial = 0x4130, kSmoothing = 0x4150;
-constexpr std::size_t kHeaderBytes = 6, kFaceBytes = 8;
+constexpr std::size_t kChunkHeaderBytes = 6, kFaceBytes = 8;
 
 /// the mask that MeshLab writes into every face
 constexpr std::uint32_t kMeshLabMask = 10;
@@ -41,11 +41,11 @@ std::string_view read_text(std::string_view& bytes) {
 /// Calls use(id, content) for each of several consecutive chunks.
 template <typename Use>
 void for_each_chunk(std::string_view bytes, const Use& use) {
-  while (bytes.size() >= kHeaderBytes) {
+  while (bytes.size() >= kChunkHeaderBytes) {
     const std::uint32_t id = read_number(bytes, 2);
     const std::size_t size = read_number(bytes, 4);
-    if (size <= kHeaderBytes) continue;
-    const std::string_view content = bytes.substr(0, size - kHeaderBytes);
+    if (size <= kChunkHeaderBytes) continue;
+    const std::string_view content = bytes.substr(0, size - kChunkHeaderBytes);
     use(id, content);
     bytes.remove_prefix(content.size());
   }
