@@ -23,7 +23,8 @@ THREE = pathlib.Path(os.environ.get("KILN_THREE") or "/usr/share/javascript/thre
 FLAGS = ["--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
          "--disable-dev-shm-usage", "--window-size=640,480"]  # fmt: skip
 
-# Clicks what a list names, and notes the mean and the deviation of each picture's colours, and a hash.
+# Clicks what a list names. Of each picture's right half it notes the mean and the deviation of the colours, the mean
+# difference of neighbours (detail), and a hash; of the left half a hash.
 ROBOT = """
 <script>
 (() => {
@@ -39,14 +40,18 @@ function look() {
   context.drawImage(from, 0, 0, 320, 240);
   const data = context.getImageData(160, 0, 160, 240).data;
   const sum = [0, 0, 0], squares = [0, 0, 0];
-  let hash = 0, shown = 0;
+  let hash = 0, shown = 0, detail = 0;
   for (let i = 0; i < data.length; i += 4) {
     if (Math.abs(data[i] - 0x23) + Math.abs(data[i + 1] - 0x26) + Math.abs(data[i + 2] - 0x2b) < 6) continue;
     ++shown;
+    if (i >= 640) detail += Math.abs(data[i + 1] - data[i - 639]);
     for (let c = 0; c < 3; ++c) { sum[c] += data[i + c]; squares[c] += data[i + c] ** 2; hash = (hash * 31 + data[i + c]) | 0; }
   }
+  let left = 0;
+  for (const value of context.getImageData(0, 0, 160, 240).data) left = (left * 31 + value) | 0;
   const mean = sum.map((s) => s / Math.max(1, shown));
-  return { mean, shown, hash, deviation: squares.map((s, c) => Math.sqrt(Math.max(0, s / Math.max(1, shown) - mean[c] ** 2))) };
+  return { mean, shown, hash, left, detail: detail / Math.max(1, shown),
+           deviation: squares.map((s, c) => Math.sqrt(Math.max(0, s / Math.max(1, shown) - mean[c] ** 2))) };
 }
 async function run() {
   while (!window.kiln.ready && !document.documentElement.dataset.failure) await new Promise((r) => setTimeout(r, 50));
@@ -214,8 +219,12 @@ class View(unittest.TestCase):
         self.assertGreater(found["color"]["deviation"][0], 40)
         # The scale goes from dark blue to red: without the map the normals are farther off.
         self.assertGreater(found["error_flat"]["mean"][0], found["error"]["mean"][0] + 20)
-        # The low poly alone is what stands to the right of the bar; here the whole half is.
+        # Without its map the low poly has less detail.
+        self.assertLess(found["flat"]["detail"], 0.97 * found["lit"]["detail"])
+        # The bar parts the picture in halves: the low poly is to the right of it, and on both sides where it is alone.
         self.assertGreater(found["alone"]["shown"], 2000)
+        self.assertEqual(found["alone"]["hash"], found["lit"]["hash"])
+        self.assertNotEqual(found["alone"]["left"], found["lit"]["left"])
 
     def test_every_encoding_shows_the_same(self):
         plain = pictures_of(self.page("plain.html", self.glb), [("color", ["mode-color"]), ("lit", ["mode-lit"])], self.folder)
@@ -307,6 +316,35 @@ class View(unittest.TestCase):
         }
         # Filtered over its four texels, the picture lets half of the background through in the mean.
         self.assertLess(shown["cut"]["color"]["mean"][0], 0.75 * shown["solid"]["color"]["mean"][0])
+
+    def test_lit_pictures_follow_the_material(self):
+        black = {"baseColorFactor": [0, 0, 0, 1], "metallicFactor": 0}
+        rough, smooth = ({"pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": r}} for r in (1, 0.3))
+        glow = {"pbrMetallicRoughness": black, "emissiveTexture": {"index": 0}, "emissiveFactor": [1, 1, 1]}
+        tilted = {"pbrMetallicRoughness": {"metallicFactor": 0}, "normalTexture": {"index": 0}}
+        corner = {"KHR_texture_transform": {"offset": [0.1, 0.1], "scale": [0.1, 0.1]}}
+        part = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0, "extensions": corner}, "metallicFactor": 0}}
+        files = {
+            "rough": (rough, []), "smooth": (smooth, []), "glow": (glow, [[BLUE] * 4]),
+            "up": (tilted, [[[128, 218, 218]] * 4]), "down": (tilted, [[[128, 37, 218]] * 4]),
+            "part": (part, [[RED, BLUE, BLUE, BLUE]]), "back": ({**rough, "doubleSided": True}, []),
+        }  # fmt: skip
+        found = {}
+        for name, (material, images) in files.items():
+            file = self.folder / f"lit_{name}.gltf"
+            write_gltf(file, material, [WHOLE], images)
+            if name == "back":
+                turned = file.read_text().replace('"nodes": [{"mesh": 0}]', '"nodes": [{"mesh": 0, "rotation": [0, 1, 0, 0]}]')
+                file.write_text(turned)
+            found[name] = pictures_of(self.page(f"lit_{name}.html", file), [("lit", [])], self.folder)["lit"]
+        self.assertNotEqual(found["rough"]["hash"], found["smooth"]["hash"])
+        self.assertGreater(found["glow"]["mean"][2], 200)
+        self.assertLess(found["glow"]["mean"][0], 30)
+        # The light comes from above.
+        self.assertGreater(found["up"]["mean"][0], found["down"]["mean"][0] + 20)
+        # A tenth of the picture, at its red texel.
+        self.assertGreater(found["part"]["mean"][0], found["part"]["mean"][2] + 50)
+        self.assertGreater(found["back"]["shown"], 2000)
 
     def test_bakes_write_their_page(self):
         page, glb = self.folder / "new" / "bake.html", self.folder / "viewed.glb"
