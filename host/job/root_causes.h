@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "kiln/types.h"
+#include "kiln/error.h"
 
 namespace kiln {
 
