@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <map>
 #include <optional>
 #include <string>
@@ -184,9 +185,22 @@ class LowPolyPlanner {
     return level;
   }
 
+  /// The coarsest level within the bound with a map of infinite resolution: with the smallest map, no mapped mesh is
+  /// lighter.
+  /// \param begin  the finest level of the search
+  std::size_t lightest_for_map(std::size_t begin) {
+    return coarsest_level(begin, evaluator_.count(),
+                          [&](std::size_t level) {
+                            const LevelErrors errors = evaluator_.at(level, true);
+                            return errors.infinite_map <= options_.max_error &&
+                                   errors.silhouette_mismatch <= max_mismatch_;
+                          })
+        .value_or(begin);
+  }
+
   /// Bakes the first map, which calibrates the error of texels. Its mesh leaves half of the error to texels, and mesh
-  /// and map have about equal bytes. If a mesh without a map is lighter than this mesh with the smallest map, no map
-  /// is baked.
+  /// and map have about equal bytes. If a mesh without a map is predicted to be lighter than this mesh with the smallest
+  /// map, it is built first; if none with a map can be lighter than what was built, no map is baked.
   void try_first_map() {
     std::optional<std::size_t> mapped_level = coarsest_for_map(finest_level());
     if (!mapped_level && finest_level() == 0 && !coarsest_without_map(HUGE_VAL) &&
@@ -197,11 +211,19 @@ class LowPolyPlanner {
         mapped_level = coarsest_for_map(coarsest_unmapped_level.value_or(0));
     }
     std::size_t level = mapped_level.value_or(finest_level());
-    auto size = sizes_.begin() + (sizes_.front() == 0 ? 1 : 0);
-    if (coarsest_without_map(builder_.bytes(level, *size))) {
-      sizes_ = {0};
-      return;
+    const std::size_t smallest = sizes_.front() == 0 ? 1 : 0;
+    if (coarsest_without_map(builder_.bytes(level, sizes_[smallest]))) {
+      std::vector<std::uint32_t> all_sizes = std::exchange(sizes_, {0});
+      search();
+      const double min_mapped_bytes = builder_.bytes(lightest_for_map(level), all_sizes[smallest]);
+      if (has_sound_candidate() &&
+          kMaxBytesRatioToTry * static_cast<double>(best().candidate.bytes.total()) <=
+              min_mapped_bytes) {
+        return;
+      }
+      sizes_ = std::move(all_sizes);
     }
+    auto size = sizes_.begin() + static_cast<std::ptrdiff_t>(smallest);
     if (options_.choose_match && evaluator_.choose_match(level)) {
       level = std::max(level, coarsest_for_map(finest_level()).value_or(level));
     }
