@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "io/image/picture.h"
 #include "kiln/asset.h"
 #include "kiln/files.h"
 #include "kiln/kiln.h"
@@ -411,6 +412,57 @@ TEST(AssetPictures, LossyPicturesSayHowFarTheyAreOff) {
       }
     }
   }
+}
+
+/// A picture whose channels change independently, from texel to texel. \param channels  4: with clear texels
+Image speckles(std::uint32_t channels) {
+  constexpr std::uint32_t kSide = 64;
+  Image image{kSide, kSide, channels, {}};
+  std::uint32_t random = 1;
+  for (std::uint32_t i = 0; i < kSide * kSide * channels; ++i) {
+    random = random * 1664525U + 1013904223U;
+    const bool is_alpha = channels == 4 && i % 4 == 3;
+    image.pixels.push_back(static_cast<float>(is_alpha ? (random >> 30U) * 85 : random >> 24U) /
+                           255);
+  }
+  return image;
+}
+
+double mean_difference(const Image& a, const Image& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.pixels.size(); ++i) sum += std::abs(a.pixels[i] - b.pixels[i]);
+  return 255 * sum / static_cast<double>(a.pixels.size());
+}
+
+/// Lossless WebP keeps colours of clear texels, and lossy WebP keeps alpha.
+TEST(AssetPictures, WebpKeepsAlphaAndWhatItHides) {
+  if (!reads("WebP")) GTEST_SKIP() << "built without WebP";
+  const Image image = speckles(4);
+  const Image exact = load_image(encode_picture(image, {.format = PictureFormat::webp}));
+  EXPECT_EQ(exact.channels, 4U);
+  EXPECT_LE(mean_difference(exact, image), 1e-4);
+  const Image lossy =
+      load_image(encode_picture(image, {.format = PictureFormat::webp, .quality = 40}));
+  EXPECT_GT(mean_difference(lossy, image), 1);
+  for (std::size_t i = 3; i < image.pixels.size(); i += 4) {
+    ASSERT_NEAR(lossy.pixels[i], image.pixels[i], 1e-6) << i;
+  }
+}
+
+/// Chroma is halved for colours alone: channels of other pictures are independent.
+TEST(AssetPictures, ChromaIsHalvedForColoursAlone) {
+  if (!reads("JPEG")) GTEST_SKIP() << "built without JPEG";
+  const Image image = speckles(3);
+  const auto encode = [&](TextureUse use, std::uint32_t quality) {
+    return encode_picture(image, {.format = PictureFormat::jpeg, .quality = quality, .use = use});
+  };
+  const std::vector<std::byte> color = encode(TextureUse::color, 80),
+                               values = encode(TextureUse::values, 80);
+  EXPECT_LT(10 * color.size(), 7 * values.size());
+  EXPECT_LT(2 * mean_difference(load_image(values), image),
+            mean_difference(load_image(color), image));
+  EXPECT_EQ(encode(TextureUse::color, 95).size(), encode(TextureUse::values, 95).size());
+  EXPECT_THROW(encode_picture(speckles(4), {.format = PictureFormat::jpeg}), Error);
 }
 
 TEST(AssetPictures, NormalsAreLossyWithinTheirError) {
