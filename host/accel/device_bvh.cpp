@@ -66,6 +66,23 @@ Tree::Tree(cl::Context& context, std::span<const Vec3> positions,
   stats.upload_seconds = seconds_since(start) - stats.build_seconds;
 }
 
+Tree::Tree(cl::Context& context, const Stats& given, bool has_prisms, std::size_t node_count,
+           std::size_t block_count,
+           const std::function<void(std::span<kiln_bvh_node>, std::span<kiln_bvh_block>)>& fill)
+    : stats(given),
+      nodes(context, node_count),
+      blocks(context, block_count),
+      has_prisms_(has_prisms) {
+  const auto start = Clock::now();
+  nodes.write_by(context, nodes.size(), [&](std::span<kiln_bvh_node> to) {
+    blocks.write_by(context, blocks.size(),
+                    [&](std::span<kiln_bvh_block> leaves) { fill(to, leaves); });
+  });
+  stats.nodes = nodes.size();
+  stats.bytes = nodes.buffer().bytes() + blocks.buffer().bytes();
+  stats.upload_seconds = seconds_since(start);
+}
+
 std::string Tree::defines(const std::string& extra_defines) const {
   if (has_prisms_) return extra_defines;
   return extra_defines.empty() ? "-DKILN_BVH_PLAIN=1" : "-DKILN_BVH_PLAIN=1 " + extra_defines;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -32,16 +33,6 @@ struct Tree {
   Tree(cl::Context& context, std::span<const Vec3> positions, std::span<const Triangle> triangles,
        bool keep = false);
 
-  /// Refits boxes and leaves to moved positions; the topology is kept. Searches give the same
-  /// results as with a new tree, but slow down as triangles of a leaf move apart. Degenerate
-  /// triangles must stay degenerate, and all others must keep an area above 0. Takes a tenth of
-  /// the build time.
-  void refit(cl::Context& context, std::span<const Vec3> positions,
-             std::span<const Triangle> triangles);
-
-  /// The -D options of programs that traverse this tree only, followed by `extra_defines`.
-  std::string defines(const std::string& extra_defines = {}) const;
-
   struct Stats {
     std::uint64_t triangles = 0;
     std::uint64_t skipped = 0;  ///< Triangles that are non-finite or without area
@@ -53,6 +44,24 @@ struct Tree {
     double build_seconds = 0;
     double upload_seconds = 0;
   };
+
+  /// A tree that was built before. \param fill  writes all nodes and leaves into the device's arrays
+  Tree(cl::Context& context, const Stats& stats, bool has_prisms, std::size_t node_count,
+       std::size_t block_count,
+       const std::function<void(std::span<kiln_bvh_node>, std::span<kiln_bvh_block>)>& fill);
+
+  /// Refits boxes and leaves to moved positions; the topology is kept. Searches give the same
+  /// results as with a new tree, but slow down as triangles of a leaf move apart. Degenerate
+  /// triangles must stay degenerate, and all others must keep an area above 0. Takes a tenth of
+  /// the build time.
+  void refit(cl::Context& context, std::span<const Vec3> positions,
+             std::span<const Triangle> triangles);
+
+  /// The -D options of programs that traverse this tree only, followed by `extra_defines`.
+  std::string defines(const std::string& extra_defines = {}) const;
+
+  /// True if some nodes have bounding prisms.
+  bool has_prisms() const { return has_prisms_; }
 
   Stats stats;
   cl::Array<kiln_bvh_node> nodes;

@@ -10,6 +10,7 @@
 #include "asset/fbx.h"
 #include "asset/gltf.h"
 #include "asset/mesh_reader.h"
+#include "asset/saved_mesh.h"
 #include "base/lower_case.h"
 #include "base/option.h"
 #include "io/file/bounds.h"
@@ -22,17 +23,19 @@
 namespace kiln {
 namespace {
 
-constexpr const char* kFormatNames[] = {"PLY", "OBJ", "STL", "OFF", "glTF", "FBX"};
-constexpr const char* kFormatExtensions[] = {".ply", ".obj", ".stl", ".off", ".gltf", ".fbx"};
+constexpr const char* kFormatNames[] = {"PLY", "OBJ", "STL", "OFF", "glTF", "saved source", "FBX"};
+constexpr const char* kFormatExtensions[] = {".ply",  ".obj",     ".stl", ".off",
+                                             ".gltf", ".kilnsrc", ".fbx"};
 constexpr const char* kNownExtensions =
-    "Kiln reads .ply, .obj, .stl, .off, .glb, .gltf, .vrm, .fbx, .dae, .3ds and .x: export the "
+    "Kiln reads .ply, .obj, .stl, .off, .glb, .gltf, .vrm, .fbx, .dae, .3ds, .x and its own "
+    ".kilnsrc: export the "
     "mesh as one of them.";
 
 std::optional<MeshFormat> format_of(const std::filesystem::path& path) {
   const std::string extension = lower_extension(path);
   if (extension == ".glb" || extension == ".vrm") return MeshFormat::gltf;
-  for (const MeshFormat format :
-       {MeshFormat::ply, MeshFormat::obj, MeshFormat::stl, MeshFormat::off, MeshFormat::gltf}) {
+  for (const MeshFormat format : {MeshFormat::ply, MeshFormat::obj, MeshFormat::stl,
+                                  MeshFormat::off, MeshFormat::gltf, MeshFormat::saved}) {
     if (extension == kFormatExtensions[static_cast<int>(format)]) return format;
   }
   if (is_fbx_name(path)) return MeshFormat::fbx;
@@ -52,6 +55,7 @@ GuessedFormat guess_format(std::string_view bytes) {
     return GuessedFormat{format, kFormatNames[static_cast<int>(format)]};
   };
   if (starts("ply\n") || starts("ply\r")) return guess_for(MeshFormat::ply);
+  if (starts("kilnsrc")) return guess_for(MeshFormat::saved);
   if (starts("glTF")) return {MeshFormat::gltf, "binary glTF"};
   if (starts("Kaydara FBX") || starts("; FBX")) return guess_for(MeshFormat::fbx);
   if (starts("BLENDER")) return {{}, "a Blender scene"};
@@ -119,6 +123,7 @@ Mesh parse_mesh(const MeshInput& given, MeshFormat format, Asset* whole) {
     if (whole != nullptr) *whole = std::move(asset);
     return mesh;
   }
+  if (format == MeshFormat::saved) return read_saved_mesh(input);
   const LoadMeshOptions& options = input.options;
   if (format != MeshFormat::gltf && (options.uv_set != 0 || !options.uv_set_name.empty())) {
     input.fail("",
@@ -165,9 +170,10 @@ Mesh parse_mesh(const MeshInput& given, MeshFormat format, Asset* whole) {
       if (whole == nullptr) return read_gltf(input, false).mesh;
       *whole = read_gltf(input, true);
       return std::move(whole->mesh);
+    case MeshFormat::saved:
     case MeshFormat::fbx:
     case MeshFormat::assimp:
-      break;  // Unreachable: glTF and FBX are handled before the switch
+      break;  // Unreachable: they are handled before the switch
   }
   throw Error(ErrorCode::internal, "parse_mesh: unknown format");
 }

@@ -16,7 +16,7 @@ namespace kiln {
 
 struct Asset;
 
-enum class MeshFormat { ply, obj, stl, off, gltf, fbx, assimp };
+enum class MeshFormat { ply, obj, stl, off, gltf, saved, fbx, assimp };
 
 /// A mesh file in memory, with the options for reading it.
 struct MeshInput {

@@ -63,7 +63,8 @@ std::vector<std::string> outputs_of(const Job& job) {
   }
   if (lower_extension(file) == ".gltf")
     outputs.push_back(identity(fs::path(file).replace_extension(".bin")));
-  for (const std::string* const one : {&job.json, &job.save_cage, &job.save_match}) {
+  for (const std::string* const one :
+       {&job.json, &job.save_cage, &job.save_match, &job.save_source}) {
     if (!one->empty()) outputs.push_back(identity(*one));
   }
   return outputs;

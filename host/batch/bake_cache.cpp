@@ -487,7 +487,7 @@ bool BakeCache::restore(const BatchAsset& asset, CacheDecision& decision) {
     const fs::path folder = file.parent_path();
     if (folder == out || folder / "" == out) return true;
     for (const std::string* const one :
-         {&asset.job.json, &asset.job.save_match, &asset.job.save_cage}) {
+         {&asset.job.json, &asset.job.save_match, &asset.job.save_cage, &asset.job.save_source}) {
       if (!one->empty() && folder == os::absolute_normal(*one).parent_path()) return true;
     }
     return false;

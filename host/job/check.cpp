@@ -134,6 +134,7 @@ void check_memory(const Job& a) {
   refuse(a.reasons, "--reasons");
   refuse(!a.save_match.empty(), "--save-match");
   refuse(!a.save_cage.empty(), "--save-cage");
+  refuse(!a.save_source.empty(), "--save-source");
   refuse(!a.json.empty(), "--json");
 }
 

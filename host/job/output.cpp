@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <set>
 
+#include "asset/saved_mesh.h"
 #include "base/file.h"
 #include "image/mip_padding.h"
 #include "image/stored_values.h"
@@ -370,6 +371,9 @@ void check_outputs(const Job& job, std::span<const BakedSet> sets, const RunHook
   refuse_if(!job.save_match.empty() && fs::path(job.save_match).extension() != ".exr",
             option("save_match") + " '" + job.save_match +
                 "': a match is an EXR, so the name must end in .exr.");
+  refuse_if(!job.save_source.empty() && !is_saved_source_name(job.save_source),
+            option("save_source") + " '" + job.save_source +
+                "': a saved source has its own format, so the name must end in .kilnsrc.");
   const std::string cage = fs::path(job.save_cage).extension().string();
   refuse_if(!job.save_cage.empty() && cage != ".obj" && cage != ".exr",
             option("save_cage") + " '" + job.save_cage +
@@ -379,7 +383,7 @@ void check_outputs(const Job& job, std::span<const BakedSet> sets, const RunHook
   std::vector<std::string> file_stems = {stem};
   const std::uint32_t files_of_lods = writes_lods_into_one_file(job) ? 1 : job.low.make.lods;
   for (std::uint32_t k = 1; k < files_of_lods; ++k) file_stems.push_back(lod_stem(job, k));
-  std::vector<fs::path> outputs = {job.json, job.save_cage};
+  std::vector<fs::path> outputs = {job.json, job.save_cage, job.save_source};
   if (writes_gltf(job)) {
     std::vector<fs::path> files = {asset_file(job)};
     for (std::uint32_t k = 1; k < files_of_lods; ++k) files.emplace_back(lod_asset(job, k));

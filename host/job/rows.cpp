@@ -918,6 +918,12 @@ std::vector<OptionRow> make_rows() {
        .value = text(JOB_MEMBER(load_match), "FILE"),
        .help = "Use a saved correspondence instead of a search",
        .excludes = "--save-match"},
+      {.flag = "--save-source",
+       .group = kMatchGroup,
+       .value = text(JOB_MEMBER(save_source), "FILE"),
+       .help =
+           "Also write HIGH as it was read, and its search structure (.kilnsrc): later bakes take "
+           "the file as HIGH, and need not parse a mesh or build the structure"},
       {.flag = "--force-uv",
        .group = kMatchGroup,
        .value = force_uv_value(),

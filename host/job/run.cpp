@@ -42,7 +42,9 @@ void prepare_outputs(const Job& job, const RunHooks& hooks) {
   check_outputs(job, {}, hooks);
   if (job.in_memory) return;
   prepare_output_folder(out_folder(job));
-  for (const std::string& file : {job.json, job.save_match, job.save_cage}) prepare_parent(file);
+  for (const std::string& file : {job.json, job.save_match, job.save_cage, job.save_source}) {
+    prepare_parent(file);
+  }
 }
 
 /// If Kiln makes the whole asset, it uses the texture sets of HIGH's materials, unless --sets is given.
@@ -178,6 +180,7 @@ JobResult run_stages(const std::function<Device()>& open_device, const Job& give
   const Device device = open_device();
 
   // Stage: the high poly
+  std::unique_ptr<AtomicFile> saved_source;
   LoadedHigh high;
   high.prepared = hooks.high;
   high.streamed = open_streamed_high(job, options, hooks, log);
@@ -186,6 +189,7 @@ JobResult run_stages(const std::function<Device()>& open_device, const Job& give
     high.input.shading = shading_of(*high.streamed);
   } else if (high.prepared == nullptr) {
     high = read_high(job, log);
+    if (!job.save_source.empty()) saved_source = begin_saved_source(job, high);
     if (add_material_maps(job, high, log)) options = options_of(job);
     repair_high(job, high, log);
     options.match.uv = uv_options(high.input, options.match.uv);
@@ -226,6 +230,7 @@ JobResult run_stages(const std::function<Device()>& open_device, const Job& give
     }
   }
   const Source& source = high.prepared != nullptr ? high.prepared->source : *built_source;
+  if (high.prepared == nullptr) offer_saved_tree(job, source);
   seconds.build = stopwatch.lap();
 
   FoundSets found = find_sets({run, high, low}, source, options);
@@ -284,6 +289,7 @@ JobResult run_stages(const std::function<Device()>& open_device, const Job& give
       !hooks.draw_plan(plan.plan, out_folder(job), low.stem, outputs.files, log.warnings)) {
     throw Cancelled{};
   }
+  if (saved_source != nullptr) save_source(run, source, *saved_source, outputs);
   seconds.save = stopwatch.lap();
 
   const RunOutcome outcome{scene,       match_inputs, baked,   plan_made,        asset,

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "io/file/atomic_file.h"
 #include "job/describe.h"
 #include "job/high_poly_input.h"
 #include "job/job_options.h"
@@ -229,6 +230,16 @@ LoadedHigh read_high(Job& job, RunLog& log);
 void repair_high(const Job& job, LoadedHigh& high, RunLog& log);
 /// Reads the textures that the maps need, and removes faces of HIGH by --alpha-test.
 void read_textures(const Job& job, LoadedHigh& high, BakeOptions& options, RunLog& log);
+
+// ---- saved_source.cpp ----
+
+/// Starts the file of --save-source, and writes HIGH to it as it was read. \throws Error(output)
+std::unique_ptr<AtomicFile> begin_saved_source(const Job& job, const LoadedHigh& high);
+/// Completes the file with the source's search structure. \throws Error(output)
+void save_source(const RunContext& run, const Source& source, AtomicFile& file,
+                 JobOutputs& outputs);
+/// Lets a source take the search structure of HIGH's file, if that is a saved source. \throws Error(input)
+void offer_saved_tree(const Job& job, const Source& source);
 
 // ---- streaming.cpp ----
 

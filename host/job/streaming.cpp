@@ -39,6 +39,7 @@ Message find_streaming_obstacle(const Job& job, const BakeOptions& options, cons
   if (job.parts_by) return explain_whole_mesh_need(option("match_by"));
   if (!job.load_match.empty()) return explain_whole_mesh_need(option("load_match"));
   if (!job.save_match.empty()) return explain_whole_mesh_need(option("save_match"));
+  if (!job.save_source.empty()) return explain_whole_mesh_need(option("save_source"));
   if (job.reasons) return explain_whole_mesh_need(option("reasons"));
   if (job.alpha_test > 0) return explain_whole_mesh_need(option("alpha_test"));
   if (hooks.sample) return explain_whole_mesh_need("a function that samples images");

@@ -243,8 +243,21 @@ const ClosestSearch& Source::Impl::closest_search() const {
 const std::shared_ptr<Tree>& Source::Impl::tree() const {
   check_in_core();
   return build_once(tree_, stats_, [&] {
+    if (saved_tree_ != nullptr && !will_move && saved_tree_->fits(positions, triangles)) {
+      return saved_tree_->read(context_of(device), triangles.size());
+    }
     return std::make_shared<Tree>(context_of(device), positions, triangles, will_move);
   });
+}
+
+void Source::Impl::offer_tree(std::shared_ptr<const SavedTree> tree) const {
+  const auto lock = lock_polling(mutex_);
+  saved_tree_ = std::move(tree);
+}
+
+void Source::Impl::save_tree(const AppendBytes& append) const {
+  const auto lock = lock_polling(mutex_);
+  write_saved_tree(context_of(device), *tree(), tree_key(positions, triangles), append);
 }
 
 void Source::Impl::move(std::uint32_t first, std::span<const Vec3> moved,

@@ -17,6 +17,7 @@
 #include "mesh/low_surface.h"
 #include "mesh/normals.h"
 #include "source/chunked_search.h"
+#include "source/saved_tree.h"
 
 namespace kiln {
 
@@ -109,6 +110,11 @@ struct KILN_HIDDEN Source::Impl {
   /// True if the data that move() needs is kept on the host; must be set before structures are built.
   bool will_move = false;
 
+  /// Offers a tree of an earlier run, which is read at its first use if it was built from the same triangles.
+  void offer_tree(std::shared_ptr<const SavedTree> tree) const;
+  /// Writes the tree, which is built if it was not.
+  void save_tree(const AppendBytes& append) const;
+
   Stats stats() const;
   /// Number of duplicate triangles that the BVH leaves out; 0 before it is built.
   std::uint64_t duplicates() const;
@@ -124,6 +130,7 @@ struct KILN_HIDDEN Source::Impl {
   std::unique_ptr<ClosestSearch> chunked_closest_;
   mutable std::mutex mutex_;
   mutable std::shared_ptr<Tree> tree_;
+  mutable std::shared_ptr<const SavedTree> saved_tree_;
   mutable std::unique_ptr<RayCaster> rays_;
   mutable std::unique_ptr<ClosestFinder> closest_;
   mutable std::unique_ptr<Rasterizer> raster_;

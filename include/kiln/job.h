@@ -164,6 +164,8 @@ struct Job {
   std::string cage_mesh = {};  ///< File of a cage for the low poly
   std::string save_cage = {};  ///< File to write the found cage to
   std::string save_match = {};  ///< EXR to write the match to
+  /// File (.kilnsrc) to write the high poly to, as it was read, with its search structure: `high` of later jobs
+  std::string save_source = {};
   std::string load_match = {};  ///< EXR of a match to bake by
   std::string match_list = {};  ///< File of pairs for PartsBy::list: lines LOW = HIGH, HIGH
   /// Pairing of parts; none: samples match all of the high poly

@@ -1,0 +1,27 @@
+// The mesh of a saved source (.kilnsrc): a high poly that an earlier run has read, with its search structure.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+#include "asset/mesh_reader.h"
+#include "base/lower_case.h"
+#include "io/file/atomic_file.h"
+
+namespace kiln {
+
+inline bool is_saved_source_name(const std::filesystem::path& path) {
+  return lower_extension(path) == ".kilnsrc";
+}
+
+/// Writes the first part of a saved source: the mesh, in this machine's byte order.
+/// \throws Error(output)
+void write_saved_mesh(const Mesh& mesh, AtomicFile& file);
+
+/// Offset of the part that follows the mesh. \throws Error(input)
+std::uint64_t saved_mesh_end(const std::filesystem::path& path);
+
+/// Reads the mesh of a saved source; bytes after it are ignored. It has the axes and units of the run that saved it.
+Mesh read_saved_mesh(const MeshInput& input);
+
+}  // namespace kiln

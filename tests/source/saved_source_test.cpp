@@ -1,0 +1,265 @@
+// A saved source (.kilnsrc): bakes from it have the bytes of bakes from the mesh, and damaged files are refused.
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "asset/saved_mesh.h"
+#include "base/byte_hash.h"
+#include "kiln/files.h"
+#include "kiln/job.h"
+#include "kiln/kiln.h"
+#include "shared/bvh.h"
+#include "source/saved_tree.h"
+#include "support/environment.h"
+#include "support/mesh_check.h"
+#include "support/shapes.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string bytes_of(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+void write_bytes(const fs::path& path, const std::string& bytes) {
+  std::ofstream(path, std::ios::binary) << bytes;
+}
+
+/// An OBJ with two objects, of two materials, one of which is turned inside out.
+fs::path write_high(const fs::path& folder) {
+  std::ofstream file(folder / "high.obj");
+  std::uint32_t first = 1;
+  const auto add = [&](const Mesh& mesh, const char* name, float x, bool turned) {
+    file << "o " << name << "\nusemtl paint_" << name << "\n";
+    for (const Vec3& p : mesh.positions)
+      file << "v " << p.x + x << " " << p.y << " " << p.z << "\n";
+    for (const Triangle& t : mesh.triangles) {
+      file << "f " << first + t[0] << " " << first + t[turned ? 2 : 1] << " "
+           << first + t[turned ? 1 : 2] << "\n";
+    }
+    first += static_cast<std::uint32_t>(mesh.positions.size());
+  };
+  add(test::BumpySphere::dense(4000), "near", 0, false);
+  add(test::BumpySphere::dense(1000), "far", 3, true);
+  return folder / "high.obj";
+}
+
+Job job_of(const fs::path& high, const fs::path& folder) {
+  save_obj(test::BumpySphere::light(), folder / "low.obj");
+  Job job;
+  job.high = {high.string()};
+  job.low.given = {(folder / "low.obj").string()};
+  job.out = (folder / "maps").string();
+  job.bake.width = job.bake.height = 128;
+  job.bake.maps = {find_map("normal").kind, find_map("ao").kind, find_map("id").kind};
+  return job;
+}
+
+std::vector<std::string> bake_files(const Job& job) {
+  std::vector<std::string> bytes;
+  for (const std::string& file : run(*test::device(), job).files) {
+    if (!is_saved_source_name(file)) bytes.push_back(bytes_of(file));
+  }
+  return bytes;
+}
+
+class SavedSource : public testing::Test {
+ protected:
+  void SetUp() override {
+    KILN_REQUIRE_DEVICE();
+    folder_ = test::scratch_folder();
+    Job job = job_of(write_high(folder_), folder_);
+    saved_ = folder_ / "high.kilnsrc";
+    job.save_source = saved_.string();
+    expected_ = bake_files(job);
+  }
+
+  /// Bakes from the saved source with changed bytes. \returns the error's text; empty if it bakes
+  std::string error_with(const std::string& bytes) {
+    const fs::path file = folder_ / "changed.kilnsrc";
+    write_bytes(file, bytes);
+    try {
+      run(*test::device(), job_of(file, folder_));
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::input) << error.what();
+      EXPECT_NE(std::string(error.what()).find("changed.kilnsrc"), std::string::npos)
+          << error.what();
+      return error.what();
+    }
+    return {};
+  }
+
+  fs::path folder_, saved_;
+  std::vector<std::string> expected_;
+};
+
+TEST_F(SavedSource, BakesTheSameBytes) {
+  ASSERT_EQ(expected_.size(), 3U);
+  EXPECT_EQ(bake_files(job_of(saved_, folder_)), expected_);
+}
+
+// The tree is that of the repaired mesh: without repairs, it does not fit, and another is built.
+TEST_F(SavedSource, BakesTheSameBytesWithOtherOptions) {
+  Job from_mesh = job_of(folder_ / "high.obj", folder_);
+  Job from_saved = job_of(saved_, folder_);
+  for (Job* job : {&from_mesh, &from_saved}) {
+    job->clean = CleanHigh::none;
+    job->given.insert("--clean");
+    job->bake.match.method = find_match("closest").method;
+  }
+  EXPECT_EQ(bake_files(from_saved), bake_files(from_mesh));
+}
+
+TEST_F(SavedSource, HasTheMeshAsItWasRead) {
+  const Mesh mesh = load_mesh(folder_ / "high.obj");
+  const Mesh saved = load_mesh(saved_);
+  EXPECT_EQ(test::broken_promise(saved), "");
+  EXPECT_EQ(saved.positions, mesh.positions);
+  EXPECT_EQ(saved.triangles, mesh.triangles);
+  EXPECT_EQ(saved.objects, mesh.objects);
+  EXPECT_EQ(saved.object_names, mesh.object_names);
+  EXPECT_EQ(saved.materials, mesh.materials);
+  EXPECT_EQ(saved.material_names, mesh.material_names);
+  EXPECT_EQ(saved.name, "high");
+}
+
+TEST_F(SavedSource, TreeFitsItsTrianglesAlone) {
+  const SavedTree tree(saved_, saved_mesh_end(saved_));
+  const Mesh mesh = load_mesh(saved_);
+  EXPECT_FALSE(tree.fits(mesh.positions, mesh.triangles));  // not in the working frame
+}
+
+TEST_F(SavedSource, DamagedFilesAreRefused) {
+  const std::string whole = bytes_of(saved_);
+  const std::size_t tree = saved_mesh_end(saved_);
+  for (const std::size_t length : {std::size_t{0}, std::size_t{7}, std::size_t{31}, std::size_t{32},
+                                   tree / 2, tree, tree + 8, tree + 100, whole.size() - 1}) {
+    EXPECT_NE(error_with(whole.substr(0, length)), "") << length;
+  }
+  EXPECT_NE(error_with(whole + "x"), "");
+  for (const std::size_t place :
+       {std::size_t{0}, std::size_t{8}, std::size_t{17}, std::size_t{25}, tree / 2, tree + 1,
+        tree + 20, tree + 30, (tree + whole.size()) / 2, whole.size() - 3}) {
+    std::string changed = whole;
+    changed[place] = static_cast<char>(changed[place] ^ 0x10);
+    EXPECT_NE(error_with(changed), "") << place;
+  }
+}
+
+// A file that is not damaged but made so: its hashes are right.
+TEST_F(SavedSource, MadeUpMeshesAreRefused) {
+  const std::string whole = bytes_of(saved_);
+  const std::size_t end = saved_mesh_end(saved_);
+  const auto with = [&](std::size_t place, std::uint64_t value, std::size_t size) {
+    std::string changed = whole;
+    std::memcpy(&changed[32 + place], &value, size);
+    const std::uint64_t hash = hash_bytes(std::string_view(changed).substr(32, end - 32));
+    std::memcpy(&changed[24], &hash, sizeof hash);
+    return changed;
+  };
+  constexpr std::size_t kPositions = 3 * 8 + 8 + 4;
+  const Mesh mesh = load_mesh(saved_);
+  const std::size_t triangles = kPositions + 8 + mesh.positions.size() * sizeof(Vec3);
+  EXPECT_EQ(error_with(with(kPositions, mesh.positions.size(), 8)), "");
+  EXPECT_NE(error_with(with(kPositions, mesh.positions.size() - 1, 8)), "");
+  EXPECT_NE(error_with(with(kPositions, ~std::uint64_t{0}, 8)), "");
+  EXPECT_NE(error_with(with(triangles, 0, 8)), "");
+  EXPECT_NE(error_with(with(triangles + 8, 0xFFFFFFFF, 4)), "");
+}
+
+std::vector<kiln_bvh_node> nodes_of(std::size_t count) {
+  std::vector<kiln_bvh_node> nodes(count);
+  for (kiln_bvh_node& node : nodes) {
+    for (std::uint32_t& child : node.child) child = KILN_BVH_LEAF;
+  }
+  return nodes;
+}
+
+TEST(SavedTreeCheck, IndicesOfMadeUpTreesAreChecked) {
+  std::vector<kiln_bvh_node> nodes = nodes_of(4);
+  std::vector<kiln_bvh_block> blocks(2);
+  for (kiln_bvh_block& block : blocks) {
+    for (std::uint32_t& triangle : block.triangle) triangle = 9;
+  }
+  const auto problem = [&](bool prisms = true) { return tree_problem(nodes, blocks, prisms, 10); };
+  const auto problem_with = [&](std::size_t node, std::uint32_t child, bool prisms = true) {
+    const std::uint32_t before = std::exchange(nodes[node].child[3], child);
+    const std::string found = problem(prisms);
+    nodes[node].child[3] = before;
+    return found;
+  };
+  nodes[0].child[0] = 1;
+  nodes[1].child[0] = KILN_BVH_PRISM | 2;
+  EXPECT_EQ(problem(), "");
+  EXPECT_NE(problem(false), "");
+  EXPECT_NE(problem_with(1, 0), "");                   // the root again
+  EXPECT_NE(problem_with(1, 1), "");                   // itself
+  EXPECT_NE(problem_with(3, 1), "");                   // a node before it
+  EXPECT_NE(problem_with(0, 3), "");                   // a second parent
+  EXPECT_NE(problem_with(0, 4), "");                   // beyond the nodes
+  EXPECT_NE(problem_with(0, KILN_BVH_PRISM | 3), "");  // a prism without its node
+  EXPECT_NE(problem_with(0, KILN_BVH_LEAF | 2), "");
+  blocks[1].triangle[2] = KILN_NO_TRIANGLE;
+  EXPECT_EQ(problem(), "");
+  blocks[1].triangle[2] = 10;
+  EXPECT_NE(problem(), "");
+  std::vector<kiln_bvh_node> chain = nodes_of(KILN_BVH_MAX_DEPTH + 1);
+  for (std::size_t i = 0; i + 1 < chain.size(); ++i)
+    chain[i].child[0] = static_cast<std::uint32_t>(i + 1);
+  blocks[1].triangle[2] = 0;
+  EXPECT_NE(tree_problem(chain, blocks, true, 10), "");
+  chain.pop_back();
+  chain.back().child[0] = KILN_BVH_LEAF;
+  EXPECT_EQ(tree_problem(chain, blocks, true, 10), "");
+  EXPECT_NE(tree_problem({}, blocks, true, 10), "");
+  EXPECT_NE(tree_problem(nodes, {}, true, 10), "");
+}
+
+TEST_F(SavedSource, IsWholeOrAbsent) {
+  const fs::path file = folder_ / "cancelled.kilnsrc";
+  Job job = job_of(folder_ / "high.obj", folder_);
+  job.save_source = file.string();
+  const JobResult result =
+      run(*test::device(), job, [](double share, std::string_view) { return share < 0.5; });
+  EXPECT_TRUE(result.cancelled);
+  EXPECT_FALSE(fs::exists(file));
+  for (const auto& entry : fs::directory_iterator(folder_))
+    EXPECT_EQ(entry.path().string().find("cancelled"), std::string::npos) << entry.path();
+}
+
+TEST_F(SavedSource, WrongUseIsRefused) {
+  const auto code = [&](const std::function<void(Job&)>& change) {
+    Job job = job_of(saved_, folder_);
+    change(job);
+    try {
+      run(*test::device(), job);
+    } catch (const Error& error) {
+      return error.code();
+    }
+    return ErrorCode::internal;
+  };
+  EXPECT_EQ(code([&](Job& job) { job.save_source = (folder_ / "x.ply").string(); }),
+            ErrorCode::usage);
+  EXPECT_EQ(code([&](Job& job) {
+              job.in_memory = true;
+              job.out = "a.glb";
+              job.save_source = (folder_ / "x.kilnsrc").string();
+            }),
+            ErrorCode::usage);
+  EXPECT_EQ(code([&](Job& job) { job.frame.up = {"z"}; }), ErrorCode::input);
+}
+
+}  // namespace
+}  // namespace kiln
