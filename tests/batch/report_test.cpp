@@ -269,8 +269,8 @@ TEST(MapPictures, HaveTheValuesOfTheirChannels) {
   EXPECT_EQ(*maps[0].most[1], 1);
   EXPECT_EQ(maps[0].hash, pixel_hash(files[0]));
   // Values beyond [0, 1] are shown between the least and the greatest.
-  EXPECT_EQ(maps[1].shown_from, -2);
-  EXPECT_EQ(maps[1].shown_to, 6);
+  EXPECT_EQ(maps[1].value_shown_black, -2);
+  EXPECT_EQ(maps[1].value_shown_white, 6);
   EXPECT_EQ(maps[1].picture.pixels, (std::vector<float>{0, 0.25F, 1}));
   // Blocks of 2 x 2 texels, as their mean.
   maps = cli::picture_maps(job, files, 2);
