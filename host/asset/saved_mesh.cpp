@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/byte_hash.h"
+#include "base/counted.h"
 #include "base/option.h"
 #include "io/file/byte_source.h"
 #include "kiln/validate.h"
@@ -178,6 +179,15 @@ void check_saved_mesh(const Mesh& mesh, const MeshInput& input) {
 
 }  // namespace
 
+Warning warning_of_unsaved_materials(const Mesh& mesh, const std::string& file) {
+  return {
+      "unsaved-materials",
+      "'" + file + "' has the names of " + counted(mesh.material_names.size(), "material") +
+          ", but not their pictures, colours and opacity: bake maps that depend on these from " +
+          "the mesh's own file.",
+      mesh.material_names.size()};
+}
+
 void write_saved_mesh(const Mesh& mesh, AtomicFile& file) {
   SavedMeshWriter writer;
   visit_saved_members(mesh, [&](const auto& member) { writer.add(member); });
@@ -217,6 +227,9 @@ Mesh read_saved_mesh(const MeshInput& input) {
   mesh.name = input.file;
   validate(mesh);
   check_saved_mesh(mesh, input);
+  if (input.warnings != nullptr && !mesh.material_names.empty()) {
+    input.warnings->push_back(warning_of_unsaved_materials(mesh, input.file));
+  }
   return mesh;
 }
 

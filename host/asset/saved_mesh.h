@@ -3,16 +3,21 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
 
 #include "asset/mesh_reader.h"
 #include "base/lower_case.h"
 #include "io/file/atomic_file.h"
+#include "kiln/error.h"
 
 namespace kiln {
 
 inline bool is_saved_source_name(const std::filesystem::path& path) {
   return lower_extension(path) == ".kilnsrc";
 }
+
+/// A saved source has no materials but their names.
+Warning warning_of_unsaved_materials(const Mesh& mesh, const std::string& file);
 
 /// Writes the first part of a saved source: the mesh, in this machine's byte order.
 /// \throws Error(output)

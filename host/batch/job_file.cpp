@@ -393,7 +393,8 @@ const OptionRow* find_option_row(std::string_view key) {
 }
 
 PathOption path_option(const OptionRow& row) {
-  constexpr std::array kOutputs = {"--out", "--save-cage", "--save-match", "--json"};
+  constexpr std::array kOutputs = {"--out", "--save-cage", "--save-match", "--save-source",
+                                   "--json"};
   constexpr std::array kInputs = {"HIGH",           "LOW",          "--cage-mesh",
                                   "--load-match",   "--match-list", "--view-weight",
                                   "--ao-occluders", "--maps",       "--transfer"};

@@ -189,7 +189,7 @@ JobResult run_stages(const std::function<Device()>& open_device, const Job& give
     high.input.shading = shading_of(*high.streamed);
   } else if (high.prepared == nullptr) {
     high = read_high(job, log);
-    if (!job.save_source.empty()) saved_source = begin_saved_source(job, high);
+    if (!job.save_source.empty()) saved_source = begin_saved_source(job, high, log);
     if (add_material_maps(job, high, log)) options = options_of(job);
     repair_high(job, high, log);
     options.match.uv = uv_options(high.input, options.match.uv);

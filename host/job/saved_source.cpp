@@ -9,12 +9,16 @@
 
 namespace kiln {
 
-std::unique_ptr<AtomicFile> begin_saved_source(const Job& job, const LoadedHigh& high) {
+std::unique_ptr<AtomicFile> begin_saved_source(const Job& job, const LoadedHigh& high,
+                                               RunLog& log) {
   refuse_if(high.input.heights.has_value(),
             option("save_source") + " saves a mesh, but HIGH is a height field, which is read " +
                 "quickly: leave it out.");
   auto file = std::make_unique<AtomicFile>(job.save_source);
-  write_saved_mesh(high.input.mesh, *file);
+  const Mesh& mesh = high.input.mesh;
+  if (!mesh.material_names.empty())
+    log.warnings.push_back(warning_of_unsaved_materials(mesh, job.save_source));
+  write_saved_mesh(mesh, *file);
   return file;
 }
 

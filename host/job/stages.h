@@ -234,7 +234,7 @@ void read_textures(const Job& job, LoadedHigh& high, BakeOptions& options, RunLo
 // ---- saved_source.cpp ----
 
 /// Starts the file of --save-source, and writes HIGH to it as it was read. \throws Error(output)
-std::unique_ptr<AtomicFile> begin_saved_source(const Job& job, const LoadedHigh& high);
+std::unique_ptr<AtomicFile> begin_saved_source(const Job& job, const LoadedHigh& high, RunLog& log);
 /// Completes the file with the source's search structure. \throws Error(output)
 void save_source(const RunContext& run, const Source& source, AtomicFile& file,
                  JobOutputs& outputs);

@@ -1,6 +1,7 @@
 // A saved source (.kilnsrc): bakes from it have the bytes of bakes from the mesh, and damaged files are refused.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
@@ -133,6 +134,26 @@ TEST_F(SavedSource, HasTheMeshAsItWasRead) {
   EXPECT_EQ(saved.materials, mesh.materials);
   EXPECT_EQ(saved.material_names, mesh.material_names);
   EXPECT_EQ(saved.name, "high");
+}
+
+// Whoever saves and whoever bakes from the file is told that materials are missing.
+TEST_F(SavedSource, WarnsOfMaterialsThatItHasNot) {
+  Job saving = job_of(folder_ / "high.obj", folder_);
+  saving.save_source = (folder_ / "again.kilnsrc").string();
+  saving.bake.maps = {find_map("normal").kind};
+  Job baking = job_of(saved_, folder_);
+  baking.bake.maps = saving.bake.maps;
+  Job neither = job_of(folder_ / "high.obj", folder_);
+  neither.bake.maps = saving.bake.maps;
+  const auto warns = [](const Job& job) {
+    const std::vector<Warning> warnings = run(*test::device(), job).warnings;
+    return std::count_if(warnings.begin(), warnings.end(), [](const Warning& warning) {
+      return warning.code == "unsaved-materials" && warning.count == 2;
+    });
+  };
+  EXPECT_EQ(warns(saving), 1);
+  EXPECT_EQ(warns(baking), 1);
+  EXPECT_EQ(warns(neither), 0);
 }
 
 TEST_F(SavedSource, TreeFitsItsTrianglesAlone) {
