@@ -48,7 +48,7 @@ struct RunBatchOptions {
   BakeCache* cache = nullptr;
   /// True to bake all assets even if they are unchanged, and to store the results
   bool rebake = false;
-  /// Number of concurrent bakes; 0: three if there are two threads, but fewer if memory is short
+  /// Number of concurrent bakes; 0: two if there are two threads, but fewer if memory is short
   unsigned at_once = 0;
   /// Polled during the run, and cancels it by returning true; may be empty
   std::function<bool()> interrupted;

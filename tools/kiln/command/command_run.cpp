@@ -721,7 +721,7 @@ Run add_run(Command& app) {
                "the same shards"},
       {.flag = "--at-once",
        .value = whole(AT(at_once), 1, 64).or_none(),
-       .help = "Number of concurrent bakes (default: 3, or fewer if memory is short)"},
+       .help = "Number of concurrent bakes (default: 2, or fewer if memory is short)"},
       {.flag = "--allow-outside",
        .value = toggle(AT(allow_outside)),
        .help = "Allow outputs outside the job file's folder"},
