@@ -340,13 +340,9 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
                                      std::vector<Warning>* warnings, bool outside) {
   std::vector<Material> read;
   FileFinder finder(mesh_file.parent_path(), warnings);
-  std::vector<std::string> files = mesh.material_files;
-  if (files.empty() && has_own_materials(mesh_file)) files.push_back(mesh_file.filename().string());
-  std::vector<fs::path> paths;
-  for (std::string& file : files) {
-    std::replace(file.begin(), file.end(), '\\', '/');
-    paths.push_back(finder.find(mesh_file.parent_path() / file, mesh_file.string()));
-  }
+  std::vector<fs::path> paths = material_file_paths(mesh, mesh_file.parent_path());
+  if (paths.empty() && has_own_materials(mesh_file)) paths.push_back(mesh_file);
+  for (fs::path& path : paths) path = finder.find(path, mesh_file.string());
   drop_missing_libraries(paths, mesh_file, warnings);
   for (const fs::path& path : paths) {
     MeshInput input{path.string(), {}, warnings};

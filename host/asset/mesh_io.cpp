@@ -214,6 +214,16 @@ Mesh parse_named(const MeshInput& input, const std::filesystem::path& path,
 
 }  // namespace
 
+std::vector<std::filesystem::path> material_file_paths(const Mesh& mesh,
+                                                       const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> paths;
+  for (std::string name : mesh.material_files) {
+    std::replace(name.begin(), name.end(), '\\', '/');
+    paths.push_back(folder / name);
+  }
+  return paths;
+}
+
 Mesh load_mesh_file(const std::filesystem::path& path, const LoadMeshOptions& options,
                     std::vector<Warning>* warnings, Asset* whole) {
   MeshInput input{path.string(), {}, warnings, options, path.parent_path()};
@@ -222,9 +232,8 @@ Mesh load_mesh_file(const std::filesystem::path& path, const LoadMeshOptions& op
     input.bytes = bytes;
     Mesh mesh = parse_named(input, path, whole);
     // MTL files count as inputs of the mesh, whether they are read or not.
-    for (std::string file : mesh.material_files) {
-      std::replace(file.begin(), file.end(), '\\', '/');
-      OutputSet::protect(path.parent_path() / file);
+    for (const std::filesystem::path& file : material_file_paths(mesh, path.parent_path())) {
+      OutputSet::protect(file);
     }
     return mesh;
   } catch (const std::bad_alloc&) {

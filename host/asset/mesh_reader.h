@@ -63,6 +63,11 @@ inline bool has_own_materials(const std::filesystem::path& path) {
   return is_gltf_name(path) || is_fbx_name(path) || is_assimp_name(path) || is_ply_name(path);
 }
 
+/// Paths of the MTL files that a mesh names, whose separators may be those of Windows.
+/// \param folder  the folder of the mesh's own file
+std::vector<std::filesystem::path> material_file_paths(const Mesh& mesh,
+                                                       const std::filesystem::path& folder);
+
 /// The readers of the formats. Each throws Error(input) for unusable files, and appends all other problems to
 /// input.warnings.
 Mesh read_ply(const MeshInput& input);

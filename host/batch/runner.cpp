@@ -19,6 +19,7 @@
 #include "batch/source_cache.h"
 #include "io/file/output_set.h"
 #include "job/describe.h"
+#include "job/files.h"
 #include "job/job_options.h"
 #include "job/run.h"
 #include "kiln/error.h"
@@ -52,8 +53,7 @@ std::uint64_t expected_bytes(const Job& job) {
 /// can. Computed before any work, since a bake may take hours.
 std::string unwritable_output(const Job& job) {
   for (const std::string& output : known_outputs(job)) {
-    const auto output_facts = os::facts_of(fs::path(output));
-    if (output_facts && output_facts->is_regular && !os::may_write(output))
+    if (is_write_protected(output))
       return "'" + output + "' cannot be written: the file there is write-protected.";
     fs::path folder = fs::path(output).parent_path();
     while (!os::facts_of(folder) && folder.has_parent_path() && folder != folder.parent_path()) {

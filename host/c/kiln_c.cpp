@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "asset/mesh_reader.h"
 #include "base/lower_case.h"
 #include "c/objects.h"
 #include "kiln/asset.h"
@@ -263,9 +264,8 @@ kiln_status kiln_mesh_load(const char* path, kiln_mesh** mesh) {
     // Absolute paths, since the working folder may change before a file is saved.
     Files read = {std::filesystem::absolute(file)};
     Mesh loaded = load_mesh(file, {}, &warnings);
-    for (std::string name : loaded.material_files) {
-      std::replace(name.begin(), name.end(), '\\', '/');
-      read.push_back(read.front().parent_path() / name);
+    for (std::filesystem::path& mtl : material_file_paths(loaded, read.front().parent_path())) {
+      read.push_back(std::move(mtl));
     }
     *mesh = new kiln_mesh{std::move(loaded), std::move(read)};
     last_warnings = texts_of(warnings);

@@ -128,6 +128,11 @@ std::string file_key(const fs::path& path) {
 
 }  // namespace
 
+bool is_write_protected(const fs::path& path) {
+  const auto found = os::facts_of(path);
+  return found && found->is_regular && !os::may_write(path);
+}
+
 bool is_same_file(const fs::path& a, const fs::path& b) { return file_key(a) == file_key(b); }
 
 void check_paths(const std::vector<fs::path>& inputs, const std::vector<fs::path>& outputs) {

@@ -22,6 +22,9 @@ std::string head_of_file(const std::filesystem::path& path, std::size_t count);
 /// True for a readable regular file.
 bool is_readable_file(const std::filesystem::path& path);
 
+/// True for a regular file that exists and may not be written to.
+bool is_write_protected(const std::filesystem::path& path);
+
 /// True if two paths name the same file, which need not exist.
 bool is_same_file(const std::filesystem::path& a, const std::filesystem::path& b);
 

@@ -56,7 +56,8 @@ class MatchInputs {
 };
 
 /// Reads the files of LOW, triangulated as requested.
-/// \param with_materials  true: also reads MeshFiles::nodes_and_materials, which is always read if the output is an asset
+/// \param with_materials  true: also reads MeshFiles::nodes_and_materials, which is always read if the output is an
+///                         asset
 /// \throws Error(input) also if --tangents file was given and no file has tangents
 MeshFiles load_low_files(const Job& arguments, std::vector<Warning>& warnings,
                          bool with_materials = false);

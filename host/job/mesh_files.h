@@ -33,7 +33,8 @@ struct MeshFiles {
 /// Reads the files, or uses meshes in memory, and joins them. MTL files are searched for from the first file's folder.
 /// A single mesh is unchanged, unless the other side of the bake has several files: then its parts get names.
 /// \param named   true: a file without groups or objects becomes one group with the file's name
-/// \param with_materials  true: also reads MeshFiles::nodes_and_materials, and warns if an MTL cannot be read ("materials-unread")
+/// \param with_materials  true: also reads MeshFiles::nodes_and_materials, and warns if an MTL cannot be read
+///                         ("materials-unread")
 /// \throws Error(input) as load_mesh()
 MeshFiles load_meshes(const std::vector<JobInput>& inputs, const LoadMeshOptions& options,
                       bool named, std::vector<Warning>& warnings, bool with_materials = false);

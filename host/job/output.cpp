@@ -7,7 +7,6 @@
 #include <set>
 
 #include "asset/saved_mesh.h"
-#include "base/file.h"
 #include "image/mip_padding.h"
 #include "image/stored_values.h"
 #include "io/file/placing.h"
@@ -38,13 +37,6 @@ fs::path path_beside_maps(const Job& job, const SetNames& names, const std::stri
 /// Name of a map of one cluster of visibility directions.
 std::string cluster_name(const std::string& map, std::uint32_t cluster) {
   return cluster == 0 ? map : map + "_" + std::to_string(cluster);
-}
-
-/// Refuses to replace a write-protected file: before the bake, which may take hours.
-void refuse_write_protected(const fs::path& output) {
-  const auto found = os::facts_of(output);
-  if (!found || !found->is_regular || os::may_write(output)) return;
-  fail_to_write(output, "the file there is write-protected", EACCES);
 }
 
 bool has_clusters(const std::string& map) {
@@ -426,7 +418,11 @@ void check_outputs(const Job& job, std::span<const BakedSet> sets, const RunHook
     for (const std::string& file : hooks.plan_files(stem)) outputs.push_back(folder / file);
   }
   check_paths(inputs, outputs);
-  for (const fs::path& output : outputs) refuse_write_protected(output);
+  // Before the bake, which may take hours.
+  for (const fs::path& output : outputs) {
+    if (!is_write_protected(output)) continue;
+    fail_to_write(output, "the file there is write-protected", EACCES);
+  }
   for (const std::string& name : file_stems) {
     if (makes_low) check_obj_is_replaceable(folder / (name + ".obj"), job.force);
     if (!job.force) check_folder_holds_same_low(folder, name, low_source(job));

@@ -68,21 +68,21 @@ class UvCells {
   /// Calls visit(index) for every UV in the cells under a box.
   template <typename Visit>
   void for_each_uv_in(const Vec2& low, const Vec2& high, const Visit& visit) const {
-    for (std::size_t y = u_weights(low.y); y <= u_weights(high.y); ++y) {
+    for (std::size_t y = cell_along_axis(low.y); y <= cell_along_axis(high.y); ++y) {
       // The UVs of a row's cells are consecutive in memory.
-      const std::uint32_t end = first_[y * cells_per_side_ + u_weights(high.x) + 1];
-      for (std::uint32_t i = first_[y * cells_per_side_ + u_weights(low.x)]; i < end; ++i)
+      const std::uint32_t end = first_[y * cells_per_side_ + cell_along_axis(high.x) + 1];
+      for (std::uint32_t i = first_[y * cells_per_side_ + cell_along_axis(low.x)]; i < end; ++i)
         visit(index_[i]);
     }
   }
 
  private:
-  std::size_t u_weights(double at) const {
+  std::size_t cell_along_axis(double at) const {
     const auto count = static_cast<double>(cells_per_side_);
     return static_cast<std::size_t>(std::clamp(at * count, 0.0, count - 1));
   }
   std::size_t cell(const Vec2& uv) const {
-    return u_weights(uv.y) * cells_per_side_ + u_weights(uv.x);
+    return cell_along_axis(uv.y) * cells_per_side_ + cell_along_axis(uv.x);
   }
 
   std::size_t cells_per_side_;

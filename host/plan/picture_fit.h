@@ -56,8 +56,8 @@ struct PictureFitOptions {
   NormalMapError normal_error = {};
 };
 
-/// Encodes each picture of a set of maps at several sizes and qualities. Smaller sizes average covered texels: normals as directions,
-/// colours in linear light. Uncovered texels get the mean of the nearest coarser level that has one, so that no
+/// Encodes each picture of a set of maps at several sizes and qualities. Smaller sizes average covered texels: normals
+/// as directions, colours in linear light. Uncovered texels get the mean of the nearest coarser level that has one, so that no
 /// background colour bleeds in. Errors compare the decoded picture, filtered bilinearly, with the maps. Deterministic
 /// on any number of threads. Cost: each size and quality is encoded and decoded once, in total 1.33 times the texels
 /// per quality; a size is skipped if the bytes of the next smaller one show that it cannot fit.

@@ -1,14 +1,11 @@
 #include "source/saved_tree.h"
 
-#include <cerrno>
 #include <cstring>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "base/byte_hash.h"
-#include "base/file.h"
 #include "base/option.h"
 #include "base/parallel.h"
 #include "kiln/error.h"
@@ -79,33 +76,30 @@ void write_saved_tree(cl::Context& context, const Tree& tree, std::uint64_t key,
 }
 
 SavedTree::SavedTree(const std::filesystem::path& path, std::uint64_t offset)
-    : path_(path), file_(os::open_to_read(path)), offset_(offset) {
-  try {
-    check_head();
-  } catch (...) {
-    if (file_ >= 0) os::close(file_);
-    throw;
-  }
+    : path_(path),
+      file_(open_file(path,
+                      [name = path.string()](const std::string& place, const std::string& problem,
+                                             const Message& remedy) {
+                        throw Error(ErrorCode::input, name + ": " +
+                                                          (place.empty() ? "" : place + ": ") +
+                                                          problem + ". " + remedy);
+                      })),
+      offset_(offset) {
+  check_head();
 }
 
 void SavedTree::check_head() {
-  const auto facts = file_ < 0 ? std::nullopt : os::facts_of(file_);
-  if (!facts || facts->bytes < offset_ || facts->bytes - offset_ < sizeof head_) {
-    fail("its search structure cannot be read");
-  }
+  const std::uint64_t size = file_->size();
+  if (size < offset_ || size - offset_ < sizeof head_) fail("its search structure cannot be read");
   read_bytes(0, &head_, sizeof head_);
   if (std::memcmp(head_.magic, kTreeMagic, sizeof kTreeMagic) != 0)
     fail("its search structure is damaged");
-  const std::uint64_t bytes = facts->bytes - offset_ - sizeof head_;
+  const std::uint64_t bytes = size - offset_ - sizeof head_;
   if (head_.nodes > bytes / sizeof(kiln_bvh_node) ||
       head_.blocks > bytes / sizeof(kiln_bvh_block) ||
       head_.nodes * sizeof(kiln_bvh_node) + head_.blocks * sizeof(kiln_bvh_block) != bytes) {
     fail("it is cut short, or followed by other bytes");
   }
-}
-
-SavedTree::~SavedTree() {
-  if (file_ >= 0) os::close(file_);
 }
 
 void SavedTree::fail(const std::string& problem) const {
@@ -115,12 +109,9 @@ void SavedTree::fail(const std::string& problem) const {
 
 void SavedTree::read_bytes(std::uint64_t offset, void* to, std::size_t bytes) const {
   parallel_for(bytes, kTreeBytesPerRead, [&](std::size_t begin, std::size_t end) {
-    while (begin < end) {
-      const std::ptrdiff_t got =
-          os::read_at(file_, offset_ + offset + begin, static_cast<char*>(to) + begin, end - begin);
-      if (got < 0 && errno == EINTR) continue;
-      if (got <= 0) fail("it cannot be read to its end");
-      begin += static_cast<std::size_t>(got);
+    if (file_->read_at(offset_ + offset + begin, static_cast<char*>(to) + begin, end - begin) !=
+        end - begin) {
+      fail("it cannot be read to its end");
     }
   });
 }

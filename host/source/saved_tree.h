@@ -9,6 +9,7 @@
 #include <string>
 
 #include "accel/device_bvh.h"
+#include "io/file/byte_source.h"
 #include "kiln/types.h"
 
 namespace kiln {
@@ -29,9 +30,6 @@ class SavedTree {
  public:
   /// \param offset  the tree's offset in the file \throws Error(input)
   SavedTree(const std::filesystem::path& path, std::uint64_t offset);
-  ~SavedTree();
-  SavedTree(const SavedTree&) = delete;
-  SavedTree& operator=(const SavedTree&) = delete;
 
   /// True if the tree was built from these triangles.
   bool fits(std::span<const Vec3> positions, std::span<const Triangle> triangles) const;
@@ -55,7 +53,7 @@ class SavedTree {
   void read_bytes(std::uint64_t offset, void* to, std::size_t bytes) const;
 
   std::filesystem::path path_;
-  int file_ = -1;
+  std::unique_ptr<ByteSource> file_;
   std::uint64_t offset_ = 0;
   Head head_;
 };

@@ -334,8 +334,8 @@ struct MatchOptions {
   /// Cast rays from this mesh instead: see CageKind for its three forms. find_cage() (kiln/cage.h) makes one.
   /// Read during the call; a session reads it at its construction.
   const Mesh* cage_mesh = nullptr;
-  /// Samples match only their own part. Parts::low and Parts::high have one entry per triangle. For matches that search from samples:
-  /// ray, closest, axis, and these as fallbacks. Other parts still occlude, unless OcclusionOptions::own_part is set.
+  /// Samples match only their own part. Parts::low and Parts::high have one entry per triangle. For matches that search
+  /// from samples: ray, closest, axis, and these as fallbacks. Other parts still occlude, unless OcclusionOptions::own_part is set.
   /// Read during the call; must outlive a session.
   const Parts* parts = nullptr;
   UvCopies uv_copies = UvCopies::plain;  ///< Which of several triangles with the same UVs is baked

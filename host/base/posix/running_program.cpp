@@ -91,8 +91,7 @@ constexpr int kNice = 5;
 }  // namespace
 
 /// Writes the program's input and reads its output until it closes its pipes, or has ended while another program that
-/// it started holds them. Both are interleaved, so that
-/// no full pipe blocks either process.
+/// it started holds them. Both are interleaved, so that no full pipe blocks either process.
 /// \param remaining the input that is to be written
 /// \returns false on a timeout, or if it was interrupted
 bool RunningProgram::Process::exchange_data(std::string_view remaining, Clock::time_point deadline,

@@ -85,17 +85,32 @@ int explain(const Batch& batch, const std::string& name) {
              (suggestion.empty() ? ": --list shows them." : "; did you mean " + suggestion + "?"));
 }
 
-/// Writes one JSON object per asset: as lines on standard output for --json -, else as the array `assets` of a file.
-void write_assets(const RunArguments& arguments, const std::vector<Json>& assets) {
-  if (arguments.json != "-") {
+/// What --list or --plan states of an asset.
+struct AssetLine {
+  std::string text;
+  Json object;
+};
+
+/// Prints a line per asset and a last one for all. With --json, assets are JSON objects: lines on standard output for
+/// "-", else the array `assets` of a file.
+void print_assets(const RunArguments& arguments, const std::vector<AssetLine>& assets,
+                  const std::string& last, Console& console) {
+  if (arguments.json.empty()) {
+    for (const AssetLine& asset : assets) print_line(stdout, asset.text);
+    print_line(stdout, last);
+    return;
+  }
+  if (arguments.json == "-") {
+    for (const AssetLine& asset : assets)
+      print_line(stdout, asset.object.with_texts(escape_bytes).dump());
+  } else {
     Json all = Json::array();
-    for (const Json& asset : assets) all.push_back(asset);
+    for (const AssetLine& asset : assets) all.push_back(asset.object);
     prepare_parent(arguments.json);
     save_text(arguments.json,
               to_text(Json{{"job", arguments.file}, {"assets", all}}.with_texts(escape_bytes)));
-    return;
   }
-  for (const Json& asset : assets) print_line(stdout, asset.with_texts(escape_bytes).dump());
+  console.line(last);
 }
 
 Json text_or_null(const std::string& text) { return text.empty() ? Json() : Json(text); }
@@ -105,29 +120,22 @@ int list(const RunArguments& arguments, const Batch& batch, Console& console) {
   double seconds = 0;
   for (const BatchAsset& asset : batch.assets)
     max_text_width = std::max(max_text_width, asset.name.size());
-  std::vector<Json> lines;
+  std::vector<AssetLine> lines;
   for (const BatchAsset& asset : batch.assets) {
     seconds += asset.expected_seconds;
-    if (!arguments.json.empty()) {
-      lines.push_back({{"asset", asset.name},
-                       {"seconds", asset.expected_seconds},
-                       {"out", asset.job.out},
-                       {"problem", text_or_null(asset.problem)}});
-      continue;
-    }
-    print_line(stdout, asset.name + std::string(max_text_width - asset.name.size(), ' ') +
-                           (asset.problem.empty()
-                                ? formatted("  %7.2f s  ", asset.expected_seconds) + asset.job.out
-                                : "  cannot be baked: " + asset.problem));
+    lines.push_back({asset.name + std::string(max_text_width - asset.name.size(), ' ') +
+                         (asset.problem.empty()
+                              ? formatted("  %7.2f s  ", asset.expected_seconds) + asset.job.out
+                              : "  cannot be baked: " + asset.problem),
+                     {{"asset", asset.name},
+                      {"seconds", asset.expected_seconds},
+                      {"out", asset.job.out},
+                      {"problem", text_or_null(asset.problem)}}});
   }
-  const std::string last =
-      formatted("%s, about %.3g s in all", counted(batch.assets.size(), "asset").c_str(), seconds);
-  if (arguments.json.empty()) {
-    print_line(stdout, last);
-    return 0;
-  }
-  write_assets(arguments, lines);
-  console.line(last);
+  print_assets(
+      arguments, lines,
+      formatted("%s, about %.3g s in all", counted(batch.assets.size(), "asset").c_str(), seconds),
+      console);
   return 0;
 }
 
@@ -269,7 +277,7 @@ std::unique_ptr<BakeCache> open_cache(const RunArguments& arguments, const JobFi
 
 int plan(const RunArguments& arguments, const Batch& batch, BakeCache& cache, Console& console) {
   const std::vector<CacheDecision> decisions = plan_batch(batch.assets, cache, arguments.device);
-  std::vector<Json> lines;
+  std::vector<AssetLine> lines;
   std::map<CacheDecision::Kind, std::size_t> counts;
   for (std::size_t i = 0; i < decisions.size(); ++i) {
     const CacheDecision& decision = decisions[i];
@@ -277,26 +285,19 @@ int plan(const RunArguments& arguments, const Batch& batch, BakeCache& cache, Co
     const char* const action = decision.kind == CacheDecision::Kind::unchanged  ? "unchanged"
                                : decision.kind == CacheDecision::Kind::restored ? "from the cache"
                                                                                 : "bake";
-    if (!arguments.json.empty()) {
-      lines.push_back({{"asset", batch.assets[i].name},
-                       {"action", action},
-                       {"reason", text_or_null(decision.reason)},
-                       {"seconds", batch.assets[i].expected_seconds},
-                       {"out", batch.assets[i].job.out}});
-      continue;
-    }
-    print_line(stdout, batch.assets[i].name + ": " + action +
-                           (decision.reason.empty() ? "" : ": " + decision.reason));
+    lines.push_back({batch.assets[i].name + ": " + action +
+                         (decision.reason.empty() ? "" : ": " + decision.reason),
+                     {{"asset", batch.assets[i].name},
+                      {"action", action},
+                      {"reason", text_or_null(decision.reason)},
+                      {"seconds", batch.assets[i].expected_seconds},
+                      {"out", batch.assets[i].job.out}}});
   }
-  const std::string last =
+  print_assets(
+      arguments, lines,
       formatted("%zu to bake, %zu from the cache, %zu unchanged", counts[CacheDecision::Kind::bake],
-                counts[CacheDecision::Kind::restored], counts[CacheDecision::Kind::unchanged]);
-  if (arguments.json.empty()) {
-    print_line(stdout, last);
-    return 0;
-  }
-  write_assets(arguments, lines);
-  console.line(last);
+                counts[CacheDecision::Kind::restored], counts[CacheDecision::Kind::unchanged]),
+      console);
   return 0;
 }
 
