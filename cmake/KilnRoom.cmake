@@ -1,7 +1,8 @@
 # kiln_room(TARGET FILE...): adds a room's files to a target in unity groups, since headers take longer to compile than
 # most files (KILN_TOGETHER; the target has UNITY_BUILD_MODE GROUP). Groups are consecutive files of up to about 140 KB in
-# total: large enough to save time, small enough for parallel builds. Files of a group share their unnamed namespaces, so
-# private names must be unique within the room.
+# total: large enough to save time, small enough for parallel builds. Files of a group share their unnamed namespaces:
+# lint/private-names checks that no two files of a group have a private name in common, and preset debug, which compiles
+# each file alone, that none uses another's.
 function(kiln_room target)
   if(BUILD_SHARED_LIBS)
     set(target kiln)  # shared builds have a single library

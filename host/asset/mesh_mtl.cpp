@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 struct OptionWords {
   int least, most;
 };
-std::optional<OptionWords> words_of(std::string_view option) {
+std::optional<OptionWords> option_words(std::string_view option) {
   static const std::map<std::string_view, OptionWords> word_counts = {
       {"-s", {1, 3}},     {"-o", {1, 3}},       {"-t", {1, 3}},      {"-mm", {2, 2}},
       {"-bm", {1, 1}},    {"-blendu", {1, 1}},  {"-blendv", {1, 1}}, {"-cc", {1, 1}},
@@ -246,7 +246,7 @@ class MtlReader {
     std::string_view remaining_line = without_blanks(scan_.rest_of_line());
     while (remaining_line.starts_with('-')) {
       const std::string_view option = next_word(remaining_line);
-      const auto words = words_of(option);
+      const auto words = option_words(option);
       if (!words) {
         remaining_line =
             std::string_view(option.data(), option.size() + remaining_line.size() +

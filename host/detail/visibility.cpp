@@ -8,8 +8,8 @@
 namespace kiln {
 namespace {
 
-MapRow row_of(std::string_view name, std::uint32_t channels, MapType type,
-              std::string_view contents, float low) {
+MapRow visibility_row(std::string_view name, std::uint32_t channels, MapType type,
+                      std::string_view contents, float low) {
   MapRow row;
   row.info = {MapKind{name}, channels, type, contents, low, 1};
   row.info.options = "match.visibility";
@@ -23,10 +23,10 @@ MapRow row_of(std::string_view name, std::uint32_t channels, MapType type,
 
 MapRow visibility_map() {
   MapRow row =
-      row_of("visibility", 3, MapType::vector,
-             "visibility direction v: the mean of the directions from which the low poly's "
-             "point is visible, object space; its length measures their agreement",
-             -1);
+      visibility_row("visibility", 3, MapType::vector,
+                     "visibility direction v: the mean of the directions from which the low poly's "
+                     "point is visible, object space; its length measures their agreement",
+                     -1);
   row.unit = "of a unit length";
   row.make = [](const MapRequest& request) {
     return make_point_map(request, visibility_map().info, [](const HighPoint& point, float* value) {
@@ -39,11 +39,11 @@ MapRow visibility_map() {
 }
 
 MapRow deviation_map() {
-  MapRow row =
-      row_of("deviation", 1, MapType::scalar,
-             "standard deviation of the visibility directions, sqrt(1 - |v|^2): 0 where only one "
-             "direction sees the point, 1 where the directions cancel out or none sees it",
-             0);
+  MapRow row = visibility_row(
+      "deviation", 1, MapType::scalar,
+      "standard deviation of the visibility directions, sqrt(1 - |v|^2): 0 where only one "
+      "direction sees the point, 1 where the directions cancel out or none sees it",
+      0);
   row.unit = "of a unit length";
   row.make = [](const MapRequest& request) {
     return make_point_map(request, deviation_map().info, [](const HighPoint& point, float* value) {

@@ -32,7 +32,7 @@ const Spelling* find_spelling(std::string_view name) {
 }
 
 /// The option's flag without leading dashes and with underscores: "max_distance" for "match.max_distance".
-std::string option_key(std::string_view name) {
+std::string keyword_of(std::string_view name) {
   const OptionRow* const row = find_option(name);
   if (row == nullptr) return std::string(name.substr(name.rfind('.') + 1));
   std::string key = lower_case(row->flag.substr(row->flag.find_first_not_of('-')));
@@ -58,7 +58,7 @@ std::string option_as_flag(std::string_view name, std::string_view value) {
   if (const Spelling* const other = find_spelling(name)) {
     text = other->flag;
   } else {
-    text = "--" + option_key(name);
+    text = "--" + keyword_of(name);
     std::replace(text.begin(), text.end(), '_', '-');
   }
   return value.empty() ? text : text + " " + std::string(value);
@@ -66,7 +66,7 @@ std::string option_as_flag(std::string_view name, std::string_view value) {
 
 std::string option_as_keyword(std::string_view name, std::string_view value) {
   const Spelling* const other = find_spelling(name);
-  const std::string text = other != nullptr ? std::string(other->keyword) : option_key(name);
+  const std::string text = other != nullptr ? std::string(other->keyword) : keyword_of(name);
   if (value.empty()) return text;
   double number = 0;
   const bool is_plain = read_number(value, number);

@@ -7,7 +7,7 @@
 namespace kiln {
 namespace {
 
-Json trial_json(const PlanTrial& trial) {
+Json match_trial_json(const PlanTrial& trial) {
   return {{"match", trial.method.name},
           {"width", trial.width},
           {"height", trial.height},
@@ -22,7 +22,7 @@ Json trial_json(const PlanTrial& trial) {
 
 Json plan_json(const PlannedBake& planned) {
   Json trials = Json::array();
-  for (const PlanTrial& trial : planned.trials) trials.push_back(trial_json(trial));
+  for (const PlanTrial& trial : planned.trials) trials.push_back(match_trial_json(trial));
   Json limits = Json::array();
   for (const PlanLimit& limit : planned.limits) {
     limits.push_back({{"match", limit.method.name},
@@ -31,7 +31,7 @@ Json plan_json(const PlannedBake& planned) {
                       {"missed_share", limit.missed},
                       {"seconds", limit.seconds}});
   }
-  return {{"chosen", trial_json(planned.chosen)},
+  return {{"chosen", match_trial_json(planned.chosen)},
           {"wanted_degrees", planned.wanted},
           {"reached", planned.reached},
           {"views", kPlanViews},

@@ -67,7 +67,7 @@ bool normals_differ(const Vec3& a, const Vec3& b) {
 }
 
 /// Bounding box of balls around points.
-Box<Vec3> box_of(std::span<const Vec3> points, float radius) {
+Box<Vec3> widened_box(std::span<const Vec3> points, float radius) {
   Box<Vec3> box;
   for (const Vec3& p : points) {
     box.add({p.x - radius, p.y - radius, p.z - radius});
@@ -169,7 +169,7 @@ HardEdges::Near HardEdges::near(const LowSurface& surface, std::span<const float
   std::vector<Box<Vec3>> boxes(edges.size());
   for (std::size_t e = 0; e < edges.size(); ++e) {
     const Vec3 to = to_float(to_double(edges[e].from) + to_double(edges[e].along));
-    boxes[e] = box_of(std::array{edges[e].from, to}, widths[e]);
+    boxes[e] = widened_box(std::array{edges[e].from, to}, widths[e]);
   }
   const EdgeBoxTree tree(boxes);
   std::vector<std::vector<std::uint32_t>> edge_lists(surface.triangles.size());
@@ -177,7 +177,7 @@ HardEdges::Near HardEdges::near(const LowSurface& surface, std::span<const float
     for (std::size_t t = begin; t < end; ++t) {
       if (surface.usable[t] == 0) continue;
       const auto& [a, b, c] = surface.triangles[t];
-      tree.find(box_of(std::array{a.position, b.position, c.position}, 0), edge_lists[t]);
+      tree.find(widened_box(std::array{a.position, b.position, c.position}, 0), edge_lists[t]);
       std::sort(edge_lists[t].begin(), edge_lists[t].end());
     }
   });

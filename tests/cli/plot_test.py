@@ -34,7 +34,7 @@ def pixels_of(page):
     return data, (matplotlib.image.imread(io.BytesIO(data))[..., :3] * 255).round().astype(int)
 
 
-def words_of(page):
+def words_on(page):
     """Every word that is drawn, with its box."""
     page.figure.canvas.draw()
     ticks, shown = set(), set()
@@ -52,7 +52,7 @@ def words_of(page):
 
 class Legible(unittest.TestCase):
     def expect_legible(self, page, at_least):
-        words = words_of(page)
+        words = words_on(page)
         self.assertGreaterEqual(len(words), at_least)
         for text, box in words:
             inside = (box[:2] >= 0).all() and box[2] <= page.width and box[3] <= page.height

@@ -44,7 +44,7 @@ constexpr const char* kValues[] = {"0",         "1",        "-1",
                                    "",          "normal=1", "all",
                                    "64M",       "1/255"};
 
-std::vector<std::string> words_of(const std::uint8_t* data, std::size_t size) {
+std::vector<std::string> split_bytes(const std::uint8_t* data, std::size_t size) {
   std::istringstream text(std::string(reinterpret_cast<const char*>(data), size));
   std::vector<std::string> words;
   for (std::string word; words.size() < kMaxWords && std::getline(text, word);) {
@@ -99,7 +99,7 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
                                                std::size_t most, unsigned seed) {
   std::minstd_rand random(seed);
   if (random() % 3 == 0) return LLVMFuzzerMutate(data, size, most);
-  std::vector<std::string> words = words_of(data, size);
+  std::vector<std::string> words = split_bytes(data, size);
   if (words.empty()) words.emplace_back();
   const auto& commands = flags();
   auto command = std::find_if(commands.begin(), commands.end(),
@@ -130,7 +130,7 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  const std::vector<std::string> words = words_of(data, size);
+  const std::vector<std::string> words = split_bytes(data, size);
   if (!std::all_of(words.begin(), words.end(), stays_here)) return 0;
   Program program(kCommands);
   try {

@@ -1,5 +1,6 @@
-# Fails where an #include of host/ climbs: a room includes from rooms on lower floors and from itself. Headers of POSIX and
-# of Windows are for base and cl alone; in the command, for what replaces functions of glibc.
+# Fails where an #include of host/ climbs: a room includes from rooms on lower floors and from itself. So do the folders
+# of tools/kiln. Headers of POSIX and of Windows are for base and cl alone; in the command, for what replaces functions of
+# glibc.
 #
 # Run as: cmake -DROOT=<folder that has host/> -P layers.cmake
 cmake_policy(VERSION 3.25)
@@ -58,14 +59,25 @@ foreach(file IN LISTS files)
     endif()
   endforeach()
 endforeach()
+# Folders of the command, from the ground up, and what each must not include.
+set(above_report "arguments|picture|command")
+set(above_arguments "report|picture|command")
+set(above_picture "report|arguments|command")
 file(GLOB_RECURSE files RELATIVE ${ROOT} ${ROOT}/tools/kiln/*.h ${ROOT}/tools/kiln/*.cpp)
 list(REMOVE_ITEM files tools/kiln/replaced_threads.cpp)
 foreach(file IN LISTS files)
+  string(REGEX REPLACE "^tools/kiln/([^/]+)/.*" "\\1" folder "${file}")
+  if(DEFINED above_${folder})
+    file(STRINGS ${ROOT}/${file} lines REGEX "^[ \t]*#[ \t]*include[ \t]+\"(${above_${folder}})/")
+    foreach(line IN LISTS lines)
+      string(APPEND found "${file}: ${line} climbs\n")
+    endforeach()
+  endif()
   file(STRINGS ${ROOT}/${file} lines REGEX "^[ \t]*#[ \t]*include[ \t]+<${posix}>")
   foreach(line IN LISTS lines)
     string(APPEND found "${file}: ${line} is for base\n")
   endforeach()
 endforeach()
 if(found)
-  message(FATAL_ERROR "Includes of host/ go down the floors only (host/README.md), but:\n${found}")
+  message(FATAL_ERROR "Includes of host/ and tools/kiln go down the floors only (host/README.md), but:\n${found}")
 endif()

@@ -66,7 +66,7 @@ def make_inputs(sample, kiln, folder):
     os.link(f"{folder}/a.png", f"{folder}/b.png")
 
 
-def words_of(kiln, text, out):
+def arguments_of(kiln, text, out):
     words = [kiln]
     for word in text.replace("OUT", out).split():
         if word == "--glb":
@@ -94,9 +94,9 @@ def main():
         for text in COMMANDS:
             if asked.only not in text:
                 continue
-            words = words_of(asked.kiln, text, "warm")
+            words = arguments_of(asked.kiln, text, "warm")
             run(words, folder)  # fills the cache of kernels
-            code, peak, whole, errors = run(words_of(asked.kiln, text, "alone"), folder)
+            code, peak, whole, errors = run(arguments_of(asked.kiln, text, "alone"), folder)
             if code != 0:
                 print(errors, file=sys.stderr)
             row = f"| `{text.replace(BAKE, 'bake')}` | {peak / MIB:.0f} | {whole:.1f} |"
@@ -104,7 +104,7 @@ def main():
             for at, share in enumerate(shares):
                 limit = max(share * peak, 128 * MIB)
                 out = f"out{at}"
-                code, held, seconds, errors = run(words_of(asked.kiln, text, out), folder, limit)
+                code, held, seconds, errors = run(arguments_of(asked.kiln, text, out), folder, limit)
                 kept = held <= 1.05 * limit
                 left = os.path.isdir(f"{folder}/{out}") and os.listdir(f"{folder}/{out}")
                 early = code in (1, 3) and "--memory-limit" in errors and not left and seconds <= max(2, whole / 4)

@@ -48,7 +48,7 @@ double kib(double bytes) { return bytes / 1024; }
 double bytes_of(const Json& made) { return made.at("bytes.total").number(); }
 double degrees_of(const Json& made) { return made.at("mean_degrees").number(); }
 
-Json json_of(const LowPolyBytes& b) {
+Json bytes_json(const LowPolyBytes& b) {
   return fields("vertices texels total", {b.vertices, b.texels, b.total()});
 }
 
@@ -183,7 +183,7 @@ class PlansChart : public ChartKind {
     points_.push_back(
         fields("faces vertices size bits bytes mean_degrees front",
                {simple.triangles.size(), vertices, size, size == 0 ? Json() : Json(kGridBits),
-                json_of(bytes_with(vertices)), degrees, false}));
+                bytes_json(bytes_with(vertices)), degrees, false}));
     return true;
   }
 
@@ -284,7 +284,7 @@ class PlansChart : public ChartKind {
         "wanted_degrees reached faces vertices size samples bits match bytes planned_degrees "
         "mean_degrees front_bytes times_front seconds",
         {wanted, plan.reached, c.faces, c.vertices, c.size, c.samples, c.bits, c.method.name,
-         json_of(c.bytes), c.measured, degrees, front, times, seconds}));
+         bytes_json(c.bytes), c.measured, degrees, front, times, seconds}));
     return true;
   }
 

@@ -67,7 +67,7 @@ double contour_seconds(const ContourReport& r) {
          r.seconds_quads;
 }
 
-Json json_of(const GradientError& e) {
+Json gradient_error_json(const GradientError& e) {
   return fields(
       "texels empty_texels mean_angle_degrees rms_angle_degrees median_angle_degrees "
       "p95_angle_degrees p99_angle_degrees max_angle_degrees",
@@ -298,9 +298,10 @@ class VolumesChart : public ChartKind {
                                         "' has the surface within reach: use a larger "
                                         "--max-distance or more faces.");
     }
-    figures.update(fields("gradient_error gradient_error_along_face normal_error",
-                          {json_of(error), json_of(compare(*size_data.along_faces)),
-                           describe(pictures.compare(scene))}));
+    figures.update(
+        fields("gradient_error gradient_error_along_face normal_error",
+               {gradient_error_json(error), gradient_error_json(compare(*size_data.along_faces)),
+                describe(pictures.compare(scene))}));
     return true;
   }
 

@@ -135,7 +135,7 @@ class LowMeshes {
   std::map<std::pair<std::uint32_t, std::uint32_t>, Mesh> low_by_faces_and_size_;
 };
 
-BakeOptions bake_options(const Setting& setting, const MeasureArguments& a) {
+BakeOptions study_bake_options(const Setting& setting, const MeasureArguments& a) {
   BakeOptions bake;
   bake.width = bake.height = setting.size;
   bake.match.max_distance = a.search_distance();
@@ -152,7 +152,7 @@ BakeOptions bake_options(const Setting& setting, const MeasureArguments& a) {
 }
 
 /// Describes distances from the low poly to the matched points, with the share of matched samples.
-Json json_of(const DistanceError& d, double diagonal) {
+Json error_json(const DistanceError& d, double diagonal) {
   return fields(
       "samples missed mean p95 max mean_percent_of_diagonal p95_percent_of_diagonal "
       "max_percent_of_diagonal",
@@ -160,7 +160,7 @@ Json json_of(const DistanceError& d, double diagonal) {
        100 * d.max / diagonal});
 }
 
-Json json_of(const DepthError& d) {
+Json error_json(const DepthError& d) {
   return fields("pixels one_sided mean rms max", {d.pixels, d.one_sided, d.mean, d.rms, d.max});
 }
 
@@ -206,7 +206,7 @@ std::optional<Study> measure_study(const Device& device, const Mesh& high, const
     const Mesh& mesh = lows.get(s.faces, s.size, warnings);
     const bool views = s.views != 0, paper = s.curve == kPaper;
     const auto of_views = [&](const Json& value) { return views ? value : Json(); };
-    BakeOptions bake_with = bake_options(s, a);
+    BakeOptions bake_with = study_bake_options(s, a);
     Json figures =
         fields("curve match views view_size view_criterion view_refine target_faces faces size",
                {s.curve, s.curve == kNone ? Json() : Json(bake_with.match.method.name),
@@ -224,7 +224,7 @@ std::optional<Study> measure_study(const Device& device, const Mesh& high, const
       const DistanceError d = match_distance(*result.match);
       const double samples = static_cast<double>(std::max<std::uint64_t>(1, d.samples + d.missed));
       figures["matched_share"] = static_cast<double>(d.samples) / samples;
-      figures["distance_error"] = json_of(d, study.diagonal);
+      figures["distance_error"] = error_json(d, study.diagonal);
       if (report.views) figures["view_size"] = report.views->size;
       study.max_distance = report.max_distance;
       map.image = &result.maps[0].image;
@@ -235,7 +235,7 @@ std::optional<Study> measure_study(const Device& device, const Mesh& high, const
     check_seen(error, high, mesh);
     figures["normal_error"] = describe(error);
     if (depths && s.curve == kNone) {
-      figures["depth_difference"] = json_of(depths->compare(scene));
+      figures["depth_difference"] = error_json(depths->compare(scene));
     }
     const double measure_time = watch.lap();
     seconds_bake += bake_time, seconds_measure += measure_time;

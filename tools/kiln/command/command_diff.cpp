@@ -38,7 +38,7 @@ struct DiffArguments {
 
 bool is_exr(const std::string& path) { return std::filesystem::path(path).extension() == ".exr"; }
 
-void check(const DiffArguments& arguments) {
+void check_diff(const DiffArguments& arguments) {
   check_paths({arguments.a, arguments.b, arguments.mask}, {arguments.out, arguments.json});
   prepare_parent(arguments.json);
   if (arguments.out.empty()) return;
@@ -247,7 +247,7 @@ int run_diff(const DiffArguments& arguments) {
                                       "' a file: give two files or two folders.");
   if (folder_a && folder_b) return diff_folders(arguments);
   refuse_if(!arguments.junit.empty(), "--junit is for two folders: leave it out.");
-  check(arguments);
+  check_diff(arguments);
   Image a = load_normal_map(arguments.a);
   // Memory is needed for the second map, and for one angle per texel.
   require_pictures({.width = a.width, .height = a.height}, 2);

@@ -41,7 +41,7 @@ RenderOptions render_options(const RenderArguments& arguments) {
 }
 
 /// Checks the arguments before meshes are read.
-void check(const RenderArguments& arguments) {
+void check_render(const RenderArguments& arguments) {
   refuse_if(std::filesystem::path(arguments.out).extension() != ".png",
             "--out '" + arguments.out + "': the picture is a PNG, so the name must end in .png.");
   refuse_if(has_height_field_options(arguments.heights) && !is_height_field(arguments.reference),
@@ -274,7 +274,7 @@ Json describe_options(const RenderArguments& arguments, const RenderOptions& opt
 int run_render(const RenderArguments& arguments) {
   Console console(arguments.quiet, arguments.json);
   Stopwatch watch;
-  check(arguments);
+  check_render(arguments);
   check_bake(arguments);
   const LitMapFiles& apply_maps = arguments.apply_maps;
   std::vector<std::filesystem::path> files = {arguments.mesh,       arguments.normal,

@@ -59,7 +59,7 @@ std::vector<OptionRow> view_command_rows() {
 
 #undef AT
 
-std::string size_text(std::uint64_t bytes) {
+std::string file_size_text(std::uint64_t bytes) {
   return bytes < 100'000 ? formatted("%.1f kB", static_cast<double>(bytes) / 1e3)
                          : formatted("%.2f MB", static_cast<double>(bytes) / 1e6);
 }
@@ -106,7 +106,7 @@ void write_view(const ViewCommandArguments& arguments, Console& console) {
   std::error_code error;
   const std::uintmax_t bytes = std::filesystem::file_size(arguments.mesh, error);
   page.facts.emplace_back("faces", with_commas(low.mesh.triangles.size()));
-  if (!error) page.facts.emplace_back("file", size_text(bytes));
+  if (!error) page.facts.emplace_back("file", file_size_text(bytes));
   std::optional<HighPolyInput> high;
   if (!arguments.reference.empty()) {
     high = load_high(arguments.reference, {}, warnings);

@@ -133,7 +133,7 @@ std::vector<OptionRow> volume_rows() {
   };
 }
 
-void check(const VolumeArguments& a, bool by_density) {
+void check_volume(const VolumeArguments& a, bool by_density) {
   check(a.surface);
   check_density(by_density, name_of(Words(kUnwraps), a.surface.options.unwrap));
   refuse_if(a.match == kSplatMatch && (a.max_distance || a.samples != 1),
@@ -479,7 +479,7 @@ Run add_volume(Command& app) {
   add_options(*command, rows, &a);
   add_run_options(*command, a, group_run);
   return [arguments, command] {
-    check(*arguments, command->find_option("--density")->count() > 0);
+    check_volume(*arguments, command->find_option("--density")->count() > 0);
     return run_volume(*arguments);
   };
 }

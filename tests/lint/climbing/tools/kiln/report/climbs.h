@@ -1,0 +1,1 @@
+#include "arguments/command_line.h"

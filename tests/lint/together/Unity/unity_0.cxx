@@ -1,0 +1,3 @@
+// What CMake writes: two files that are compiled as one.
+#include "../one.cpp"
+#include "../two.cpp"
