@@ -394,7 +394,7 @@ class TexelCorrection {
  private:
   struct State {
     double dual = 0;
-    std::vector<double> bias;    ///< Of each level, less what may remain
+    std::vector<double> bias;    ///< Bias of each level, minus the part that may remain
     std::vector<double> matrix;  ///< Derivatives of `bias` by multipliers
     double largest_bias() const {
       double largest = 0;
@@ -551,7 +551,7 @@ class TexelCorrection {
   std::size_t levels_;
   std::size_t channel_ = 0;
   std::array<float, 2> range_{};
-  std::vector<std::size_t> widths_;  ///< Of each level
+  std::vector<std::size_t> widths_;  ///< Width of each level, in texels
   std::vector<std::vector<double>>
       weights_;  ///< Of a texel's value in each level's weighted mean, by the level's texels
 };

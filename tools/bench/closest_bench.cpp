@@ -1,11 +1,11 @@
 // Nearest points against Embree's point queries, on the same samples and threads, in one run.
 //
-// closest_bench [HIGH LOW [SIZE [MODES [P]]]]   default: a procedural pair, 2048. MODES: only these run, such
-// as "kiln,embree seeded". P: the distance in percent of the diagonal, 2 by default.
+// closest_bench [HIGH LOW [SIZE [MODES [P]]]]   default: a procedural pair, 2048. MODES: runs these alone, such
+// as "kiln,embree seeded". P: the search distance in percent of the diagonal, 2 by default.
 //
-// The samples are those of a bake. The compared query takes faces of both sides; ours and Embree's are also
-// run with faces that are turned away left out, as a bake does. "embree seeded" starts each search with the
-// radius that the previous sample's answer allows.
+// The samples are those of a bake. The compared query accepts faces of both sides; Kiln's and Embree's also run
+// with back faces skipped, as bakes do. "embree seeded" starts each search with an upper bound of the distance,
+// which follows from the previous sample's nearest point.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>

@@ -2,7 +2,8 @@
 //
 //     decimate_peer meshoptimizer|openmesh HIGH.obj FACES OUT.obj
 //
-// Meshes are welded, lines "v x y z" and "f a b c" alone. Prints the seconds of simplifying alone.
+// HIGH.obj must be welded, and contain only lines "v x y z" and "f a b c". Prints the seconds of the
+// simplification, without reading and writing.
 #include <meshoptimizer.h>
 
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>

@@ -1,12 +1,12 @@
 // Texel rays and occlusion rays against Embree, on the same rays and threads, in one run.
 //
-// ray_bench [HIGH LOW [SIZE [MODES]]]   default: a procedural pair, 2048. MODES: only these run, such as
+// ray_bench [HIGH LOW [SIZE [MODES]]]   default: a procedural pair, 2048. MODES: runs these alone, such as
 // "kiln,embree 16". SIZE 0: occlusion rays only.
 //
 // The texel rays are those of a bake with `--cage 1.2444% --max-distance 2.4887%`: from outside inward,
-// first hit. Embree has no run-time switch for facing, so the compared query keeps faces of both
-// sides; ours is also run with faces that are turned away left out, as a bake does. Embree's scene has
-// default flags (its fastest); its robust flag, whose guarantee is closer to ours, is run too.
+// first hit. Embree cannot skip back faces by an option of the ray, so the compared query accepts faces of both
+// sides; Kiln also runs with back faces skipped, as bakes do. Embree's scene has default flags (its fastest); its
+// robust flag, whose guarantee is closer to Kiln's, is measured, too.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>

@@ -1,8 +1,8 @@
-// Directions of visibility by views and by rays, at texels, vertices and faces: time, and how far the
-// directions are from those by rays, in one run.
+// Visibility directions by views and by rays, at texels, vertices and faces: the time, and the angle to the
+// directions by rays, in one run.
 //
-// visibility_bench [HIGH LOW [SIZE [DIRECTIONS [RAYS]]]]   default: a procedural pair, 2048, 512. RAYS 0: the
-// texels' rays, which take the longest, are left out, and with them the texels' errors.
+// visibility_bench [HIGH LOW [SIZE [DIRECTIONS [RAYS]]]]   default: a procedural pair, 2048, 512. RAYS 0: skips
+// the rays at texels, which take longest; the angles at texels are then unknown.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

@@ -1,8 +1,9 @@
-// A volume extracted again, at other numbers of faces and after voxels changed, beside extracting it afresh.
+// Times repeated extractions from a volume session, with other face counts and after changes of voxels, and
+// compares them with extractions from a new session.
 //
 // volume_session_bench [VOLUME ISO GAP]   default: a hollow ball with bumps of 256^3 voxels, --outer-gap 2.
-// Milliseconds: medians of the clock and the CPU time of all threads. Each result is compared with the fresh
-// one, byte by byte, before it is timed.
+// Prints milliseconds: medians of the wall-clock time, and of the CPU time of all threads. Before an extraction is
+// timed, its result is compared byte by byte with that of a new session.
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -95,7 +96,7 @@ int run(int argc, char** argv) {
   contour.iso = argc > 2 ? std::atof(argv[2]) : 128;
   contour.outer_only = true;
   contour.outer_gap = argc > 3 ? static_cast<std::uint32_t>(std::atoi(argv[3])) : 2;
-  // A region at the surface, found from the middle of a side of the volume inwards.
+  // A region that contains a part of the surface: searched from the middle of a side of the volume inwards.
   VolumeRegion region{{volume.size[0] / 2, volume.size[1] / 2, volume.size[2] - 45}, {24, 24, 24}};
   const std::vector<std::byte> whole = box_of(volume, region, false);
   const std::vector<std::byte> crater = box_of(volume, region, true);
