@@ -9,7 +9,6 @@
 #include <optional>
 #include <string_view>
 #include <tuple>
-#include <unordered_map>
 
 #include "asset/axes.h"
 #include "asset/gltf_draco.h"
@@ -130,12 +129,8 @@ class GltfReader {
     asset.mesh.metres = world_.metres;
     asset.mesh.uv_set = uv_set_;
     if (!with_materials) return asset;
-    const std::vector<Material> materials = read_gltf_materials(file_, uv_set_);
-    std::unordered_map<std::string_view, const Material*> material_of;
-    for (const Material& material : materials) material_of.try_emplace(material.name, &material);
-    for (const std::string& name : asset.mesh.material_names) {
-      asset.materials.push_back(*material_of.at(name));
-    }
+    asset.materials =
+        materials_by_name(read_gltf_materials(file_, uv_set_), asset.mesh.material_names);
     set_vertex_opacity(asset.mesh, asset.materials);
     return asset;
   }

@@ -9,6 +9,7 @@
 #include <memory>
 #include <string_view>
 #include <tuple>
+#include <unordered_map>
 #include <unordered_set>
 
 #include "asset/assimp.h"
@@ -405,6 +406,21 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
   }
   set_vertex_opacity(mesh, materials);
   return materials;
+}
+
+std::vector<Material> materials_by_name(const std::vector<Material>& materials,
+                                        const std::vector<std::string>& names) {
+  std::unordered_map<std::string_view, const Material*> first_of_name;
+  for (const Material& material : materials) first_of_name.try_emplace(material.name, &material);
+  std::vector<Material> result;
+  for (const std::string& name : names) {
+    if (const auto found = first_of_name.find(name); found != first_of_name.end()) {
+      result.push_back(*found->second);
+    } else {
+      result.emplace_back().name = name;
+    }
+  }
+  return result;
 }
 
 namespace {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "asset/file_finder.h"
@@ -26,6 +27,10 @@ std::vector<Material> read_materials(const MeshInput& input, const std::filesyst
 std::vector<Material> read_ply_materials(const MeshInput& input,
                                          const std::filesystem::path& folder,
                                          FileFinder* finder = nullptr);
+
+/// One material for each name, in the order of the names: the first of that name, or a default one.
+std::vector<Material> materials_by_name(const std::vector<Material>& materials,
+                                        const std::vector<std::string>& names);
 
 /// Sets Material::vertex_opacity from the mesh's colours. \param materials  one for each of the mesh's material names
 void set_vertex_opacity(const Mesh& mesh, std::vector<Material>& materials);

@@ -4,6 +4,7 @@
 // Functions that fail return -1, false or an empty value, and set errno.
 #pragma once
 
+#include <cerrno>
 #include <compare>
 #include <cstddef>
 #include <cstdint>
@@ -61,6 +62,24 @@ std::string name_of_open(int file);
 std::FILE* stream_of(int file) noexcept;  ///< For writing; closing the stream closes the file
 int file_of(std::FILE* stream) noexcept;  ///< File of a stream
 std::ptrdiff_t read_at(int file, std::uint64_t offset, void* to, std::size_t bytes) noexcept;
+/// Calls read_at() until all bytes are read. \returns the number of bytes; fewer at the end of the file, with errno 0,
+/// or after an error, with its errno
+inline std::size_t read_fully(int file, std::uint64_t offset, void* to,
+                              std::size_t bytes) noexcept {
+  std::size_t have = 0;
+  errno = 0;
+  while (have < bytes) {
+    const std::ptrdiff_t got =
+        read_at(file, offset + have, static_cast<char*>(to) + have, bytes - have);
+    if (got < 0 && errno == EINTR) {
+      errno = 0;
+      continue;
+    }
+    if (got <= 0) break;
+    have += static_cast<std::size_t>(got);
+  }
+  return have;
+}
 std::ptrdiff_t write_some(int file, const void* from, std::size_t bytes) noexcept;
 
 /// Waits until the file is on its storage device.

@@ -54,11 +54,10 @@ class RegularFile {
         bytes.resize(std::min<std::uint64_t>(
             count, std::max<std::uint64_t>({2 * have, kMinBytes, size_ + 1})));
       }
-      const std::ptrdiff_t got = os::read_at(file_, have, bytes.data() + have, bytes.size() - have);
-      if (got < 0 && errno == EINTR) continue;
-      if (got < 0) problem_ = std::strerror(errno);
-      if (got <= 0) break;
-      have += static_cast<std::size_t>(got);
+      have += os::read_fully(file_, have, bytes.data() + have, bytes.size() - have);
+      if (have == bytes.size()) continue;
+      if (errno != 0) problem_ = std::strerror(errno);
+      break;
     }
     bytes.resize(have);
     return bytes;

@@ -9,9 +9,9 @@
 #include <map>
 #include <optional>
 #include <string_view>
-#include <unordered_map>
 #include <utility>
 
+#include "asset/materials.h"
 #include "base/file.h"
 #include "base/percent.h"
 #include "job/high_poly_input.h"
@@ -134,23 +134,6 @@ void append_nodes_and_materials(const Asset& file, Asset& all) {
   if (all.scene.empty()) all.scene = file.scene;
 }
 
-/// Returns materials in the order of the joined mesh's material names; a name without a material gets a default one.
-std::vector<Material> sort_by_material_names(const std::vector<Material>& materials,
-                                             const std::vector<std::string>& names) {
-  std::unordered_map<std::string_view, const Material*> material_of;
-  for (const Material& material : materials) material_of.try_emplace(material.name, &material);
-  std::vector<Material> result;
-  for (const std::string& name : names) {
-    const auto found = material_of.find(name);
-    if (found != material_of.end()) {
-      result.push_back(*found->second);
-    } else {
-      result.emplace_back().name = name;
-    }
-  }
-  return result;
-}
-
 }  // namespace
 
 void move_uvs(const std::vector<std::size_t>& group_of,
@@ -219,7 +202,7 @@ MeshFiles load_meshes(const std::vector<JobInput>& inputs, const LoadMeshOptions
 
 void keep_named_materials(MeshFiles& files) {
   std::vector<Material>& materials = files.nodes_and_materials.materials;
-  if (!materials.empty()) materials = sort_by_material_names(materials, files.mesh.material_names);
+  if (!materials.empty()) materials = materials_by_name(materials, files.mesh.material_names);
 }
 
 std::string quote_files(const std::vector<std::string>& files) {

@@ -12,6 +12,7 @@
 #include "match/fallback.h"
 #include "match/outermost.h"
 #include "match/smooth_normal_retry.h"
+#include "mesh/charts.h"
 
 namespace kiln {
 namespace {
@@ -77,13 +78,8 @@ std::unique_ptr<Matcher> short_range_rays(const MatchRequest& request) {
 double triangles_per_sample(const MatchRequest& request) {
   double area = 0;
   for (const std::uint32_t t : request.surface.with_uvs) {
-    const std::array<LowSurface::Corner, 3>& corners = request.surface.triangles[t];
-    const Vec2& a = corners[0].uv;
-    const Vec2& b = corners[1].uv;
-    const Vec2& c = corners[2].uv;
-    area += std::abs((static_cast<double>(b.x) - a.x) * (static_cast<double>(c.y) - a.y) -
-                     (static_cast<double>(b.y) - a.y) * (static_cast<double>(c.x) - a.x)) /
-            2;
+    const auto& [a, b, c] = request.surface.triangles[t];
+    area += uv_area(a.uv, b.uv, c.uv);
   }
   const double samples =
       std::min(area, 1.0) * request.width * request.height * request.samples * request.samples;

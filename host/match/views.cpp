@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "mesh/charts.h"
 #include "mesh/kernels_shared.h"
 
 namespace kiln {
@@ -106,18 +107,14 @@ class ViewMatcher : public Matcher {
   /// sample of its exact position, regardless of the number of triangles per pixel.
   static double useful_size(const MatchRequest& request, double radius) {
     const LowSurface& surface = request.surface;
-    double area = 0;
-    double uv_area = 0;
+    double area = 0, area_in_uvs = 0;
     for (const std::size_t i : surface.usable_triangles()) {
       const auto& [a, b, c] = surface.triangles[i];
       const Vec3d origin = to_double(a.position);
       area += length(cross(to_double(b.position) - origin, to_double(c.position) - origin)) / 2;
-      const double ux = double{b.uv.x} - a.uv.x, uy = double{b.uv.y} - a.uv.y;
-      const double vx = double{c.uv.x} - a.uv.x, vy = double{c.uv.y} - a.uv.y;
-      const double doubled = std::abs(ux * vy - uy * vx);
-      if (std::isfinite(doubled)) uv_area += doubled / 2;
+      area_in_uvs += uv_area(a.uv, b.uv, c.uv);
     }
-    const double texels = uv_area * request.width * request.height;
+    const double texels = area_in_uvs * request.width * request.height;
     return 2 * 2 * radius * request.samples * std::sqrt(texels / area);
   }
 

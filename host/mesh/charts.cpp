@@ -111,14 +111,16 @@ std::vector<std::uint32_t> uv_charts(const Mesh& mesh, std::span<const std::uint
   return result;
 }
 
+double uv_area(const Vec2& a, const Vec2& b, const Vec2& c) {
+  const double twice =
+      (double{b.x} - a.x) * (double{c.y} - a.y) - (double{b.y} - a.y) * (double{c.x} - a.x);
+  return std::isfinite(twice) ? std::abs(twice) / 2 : 0;
+}
+
 double uv_area(const Mesh& mesh) {
   double sum = 0;
-  for (const Triangle& t : mesh.uv_triangles) {
-    const Vec2 &a = mesh.uvs[t[0]], &b = mesh.uvs[t[1]], &c = mesh.uvs[t[2]];
-    const double twice =
-        (double{b.x} - a.x) * (double{c.y} - a.y) - (double{b.y} - a.y) * (double{c.x} - a.x);
-    if (std::isfinite(twice)) sum += std::abs(twice) / 2;
-  }
+  for (const auto& [a, b, c] : mesh.uv_triangles)
+    sum += uv_area(mesh.uvs[a], mesh.uvs[b], mesh.uvs[c]);
   return sum;
 }
 

@@ -24,7 +24,10 @@ std::vector<std::uint32_t> uv_charts(const Mesh& mesh);
 /// \param triangles  indices, ascending \returns each triangle's chart, for the mesh's triangles; 0 for all others
 std::vector<std::uint32_t> uv_charts(const Mesh& mesh, std::span<const std::uint32_t> triangles);
 
-/// Total area of finite UV triangles; the unit square has area 1.
+/// Area of a triangle of UVs; 0 if it is not finite. The unit square has area 1.
+double uv_area(const Vec2& a, const Vec2& b, const Vec2& c);
+
+/// Total area of the mesh's UV triangles.
 double uv_area(const Mesh& mesh);
 
 }  // namespace kiln

@@ -27,7 +27,7 @@ constexpr std::chrono::hours kMaxTemporaryFileAge(24);
 constexpr std::size_t kMaxWaitingRecordBytes = std::size_t{64} << 20;
 constexpr std::size_t kMinRecordsAtOnce = 16, kMaxRecordsAtOnce = std::size_t{1} << 16;
 
-static_assert(sizeof(ChunkRecord) == 16 && sizeof(ChunkBox) == 24);
+static_assert(sizeof(ChunkRecord) == 16 && sizeof(Box<Vec3>) == 24);
 
 /// The last bytes of a file, after its tables.
 struct Tail {
@@ -52,15 +52,7 @@ void append_bytes(std::vector<char>& to, std::span<const T> values) {
 }
 
 bool read_all(int file, std::uint64_t offset, void* to, std::size_t bytes) {
-  std::size_t have = 0;
-  while (have < bytes) {
-    const std::ptrdiff_t got =
-        os::read_at(file, offset + have, static_cast<char*>(to) + have, bytes - have);
-    if (got < 0 && errno == EINTR) continue;
-    if (got <= 0) return false;
-    have += static_cast<std::size_t>(got);
-  }
-  return true;
+  return os::read_fully(file, offset, to, bytes) == bytes;
 }
 
 /// Removes files that have not been used for long.
@@ -141,7 +133,7 @@ void ChunkFile::Writer::write(const void* data, std::size_t bytes) {
 
 ChunkFile ChunkFile::Writer::finish(
     const ChunkSummary& summary,
-    const std::function<std::vector<ChunkBox>(const ChunkFile&)>& find_boxes) {
+    const std::function<std::vector<Box<Vec3>>(const ChunkFile&)>& find_boxes) {
   for (std::size_t chunk = 0; chunk < waiting_records_.size(); ++chunk) flush(chunk);
   waiting_records_ = {};
   ChunkFile file;
@@ -158,7 +150,7 @@ ChunkFile ChunkFile::Writer::finish(
   tail.tables = written_records_;
   tail.chunks = record_ranges_.size();
   tail.key_bytes = key_.size();
-  append_bytes(tables, std::span<const ChunkBox>(file.boxes_));
+  append_bytes(tables, std::span<const Box<Vec3>>(file.boxes_));
   append_bytes(tables, std::span<const ChunkSummary>(&summary, 1));
   for (const RecordRange& extents : record_ranges_) {
     const std::uint64_t count = extents.size();
@@ -237,7 +229,7 @@ bool ChunkFile::open(const fs::path& folder, const std::string& key) {
   if (tail.chunks > tables.size()) return false;
   boxes_.resize(static_cast<std::size_t>(tail.chunks));
   record_ranges_.assign(boxes_.size(), {});
-  if (!take(boxes_.data(), boxes_.size() * sizeof(ChunkBox)) || !take(&summary_, sizeof summary_))
+  if (!take(boxes_.data(), boxes_.size() * sizeof(Box<Vec3>)) || !take(&summary_, sizeof summary_))
     return false;
   for (RecordRange& extents : record_ranges_) {
     std::uint64_t count = 0;

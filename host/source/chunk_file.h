@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "kiln/types.h"
+#include "mesh/box.h"
 
 namespace kiln {
 
@@ -20,17 +21,12 @@ struct ChunkRecord {
   std::uint32_t triangle = 0;  ///< The triangle's index in the whole mesh
 };
 
-/// An axis-aligned box of a chunk as the file stores it, in the working frame.
-struct ChunkBox {
-  std::array<float, 3> low{}, high{};
-};
-
 /// Values of the whole mesh that are computed while its triangles are sorted into chunks. The file stores them for later
 /// runs.
 struct ChunkSummary {
   /// Box of the mesh's triangles with area, in the mesh's units
   std::array<double, 3> low{}, high{};
-  ChunkBox used;  ///< Box of all triangles' finite corners, in the working frame
+  Box<Vec3> used;  ///< Box of all triangles' finite corners, in the working frame
   /// Number of triangles that searches ignore, since they have no area
   std::uint64_t unsearchable_triangles = 0;
 };
@@ -53,7 +49,7 @@ class ChunkFile {
     void add(std::size_t chunk, const ChunkRecord& record);
     /// Completes the file and gives it its name. \param boxes  box of each chunk
     ChunkFile finish(const ChunkSummary& summary,
-                     const std::function<std::vector<ChunkBox>(const ChunkFile&)>& find_boxes);
+                     const std::function<std::vector<Box<Vec3>>(const ChunkFile&)>& find_boxes);
 
    private:
     void flush(std::size_t chunk);
@@ -79,7 +75,7 @@ class ChunkFile {
 
   std::size_t size() const { return record_ranges_.size(); }  ///< Number of chunks
   std::uint64_t records(std::size_t chunk) const;
-  const ChunkBox& box(std::size_t chunk) const { return boxes_[chunk]; }
+  const Box<Vec3>& box(std::size_t chunk) const { return boxes_[chunk]; }
   const ChunkSummary& summary() const { return summary_; }
   /// Reads a chunk. Any thread. \throws Error(input) if the file was changed meanwhile
   std::vector<ChunkRecord> read(std::size_t chunk) const;
@@ -94,7 +90,7 @@ class ChunkFile {
   std::filesystem::path path_;
   int file_ = -1;
   std::vector<RecordRange> record_ranges_;
-  std::vector<ChunkBox> boxes_;
+  std::vector<Box<Vec3>> boxes_;
   ChunkSummary summary_;
 };
 

@@ -48,27 +48,6 @@ std::uint32_t cell_of(std::span<const Vec3> positions, const Triangle& triangle)
          spread_bits(side(a.z + b.z + c.z)) << 2U;
 }
 
-constexpr ChunkBox kEmptyBox = {
-    {std::numeric_limits<float>::infinity(), std::numeric_limits<float>::infinity(),
-     std::numeric_limits<float>::infinity()},
-    {-std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity(),
-     -std::numeric_limits<float>::infinity()}};
-
-void extend_box(ChunkBox& box, const Vec3& p) {
-  const float xyz[3] = {p.x, p.y, p.z};
-  for (std::size_t k = 0; k < 3; ++k) {
-    box.low[k] = std::min(box.low[k], xyz[k]);
-    box.high[k] = std::max(box.high[k], xyz[k]);
-  }
-}
-
-void extend_box(ChunkBox& box, const ChunkBox& other) {
-  for (std::size_t k = 0; k < 3; ++k) {
-    box.low[k] = std::min(box.low[k], other.low[k]);
-    box.high[k] = std::max(box.high[k], other.high[k]);
-  }
-}
-
 /// A set of integers that returns the rank of each member.
 class RankedSet {
  public:
@@ -237,15 +216,17 @@ Bounds bounds_of(const MeshStream& mesh, std::span<const Vec3> positions) {
   std::mutex mutex;
   for_each_piece(
       mesh, 0, mesh.triangle_count(), [&](std::size_t, std::span<const Triangle> triangles) {
-        ChunkBox box = kEmptyBox;
+        Box<Vec3> box;
         for (const Triangle& triangle : triangles) {
           if (!has_area(positions, triangle)) continue;
-          for (const std::uint32_t corner : triangle) extend_box(box, positions[corner]);
+          for (const std::uint32_t corner : triangle) box.add(positions[corner]);
         }
         const std::lock_guard lock(mutex);
-        for (std::size_t k = 0; k < 3; ++k) {
-          bounds.low[k] = std::min(bounds.low[k], box.low[k] + 0.0);  // Adding 0 converts -0 to 0
-          bounds.high[k] = std::max(bounds.high[k], box.high[k] + 0.0);
+        const Vec3d low = to_double(box.low), high = to_double(box.high);
+        for (int k = 0; k < 3; ++k) {
+          const auto axis = static_cast<std::size_t>(k);
+          bounds.low[axis] = std::min(bounds.low[axis], low[k] + 0.0);  // Adding 0 converts -0 to 0
+          bounds.high[axis] = std::max(bounds.high[axis], high[k] + 0.0);
         }
       });
   return bounds;
@@ -290,25 +271,25 @@ void ChunkedMesh::sort(const std::filesystem::path& folder, const std::string& k
   check_coordinates(*mesh_, sample_, bounds);
   frame_ = Frame::of(sample_, bounds);
   to_frame();
-  ChunkSummary summary{bounds.low, bounds.high, kEmptyBox};
+  ChunkSummary summary{bounds.low, bounds.high, {}};
   std::vector<std::atomic<std::uint32_t>> cell_counts(kCells);
   std::mutex mutex;
   std::uint64_t found = 0;
   for_each_piece(*mesh_, 0, mesh_->triangle_count(),
                  [&](std::size_t, std::span<const Triangle> triangles) {
-                   ChunkBox box = kEmptyBox;
+                   Box<Vec3> box;
                    std::uint64_t own = 0;
                    for (const Triangle& triangle : triangles) {
                      const std::uint32_t cell = cell_of(positions_, triangle);
                      for (const std::uint32_t v : triangle) {
-                       if (is_finite(positions_[v])) extend_box(box, positions_[v]);
+                       if (is_finite(positions_[v])) box.add(positions_[v]);
                      }
                      if (cell == kNone) continue;
                      cell_counts[cell].fetch_add(1, std::memory_order_relaxed);
                      ++own;
                    }
                    const std::lock_guard lock(mutex);
-                   extend_box(summary.used, box);
+                   summary.used.join(box);
                    found += own;
                  });
   summary.unsearchable_triangles = mesh_->triangle_count() - found;
@@ -359,11 +340,11 @@ void ChunkedMesh::sort(const std::filesystem::path& folder, const std::string& k
     }
   }
   file_ = writer.finish(summary, [&](const ChunkFile& file) {
-    std::vector<ChunkBox> boxes(file.size(), kEmptyBox);
+    std::vector<Box<Vec3>> boxes(file.size());
     parallel_for(boxes.size(), 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t chunk = begin; chunk < end; ++chunk) {
         for (const ChunkRecord& record : file.read(chunk)) {
-          for (const std::uint32_t v : record.corners) extend_box(boxes[chunk], positions_[v]);
+          for (const std::uint32_t v : record.corners) boxes[chunk].add(positions_[v]);
         }
       }
     });

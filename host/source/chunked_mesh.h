@@ -61,7 +61,7 @@ class ChunkedMesh {
   const Mesh& sample() const { return sample_; }  ///< sample_of()
 
   std::size_t size() const { return file_.size(); }  ///< Number of chunks
-  const ChunkBox& box(std::size_t chunk) const { return file_.box(chunk); }
+  const Box<Vec3>& box(std::size_t chunk) const { return file_.box(chunk); }
   std::uint64_t records(std::size_t chunk) const { return file_.records(chunk); }
   ChunkTriangles read(std::size_t chunk) const;
   /// Reads chosen triangles. Their ids must ascend.

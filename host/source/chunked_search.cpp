@@ -26,6 +26,8 @@ constexpr std::size_t kSamplesPerTask = std::size_t{1} << 15;
 // Searches widen boxes by their rounding errors, which are below this, frame units; and as a share of the coordinates.
 constexpr double kMargin = 1e-4, kMarginShare = 1e-5;
 
+float coordinate(const Vec3& v, std::size_t axis) { return component(v, static_cast<int>(axis)); }
+
 /// Samples on the host.
 class Samples {
  public:
@@ -93,7 +95,7 @@ class ChunkSearch {
   const HostCorrespondence& run() {
     const ChunkedMesh& mesh = chunks_.mesh();
     for (std::size_t chunk = 0; chunk < mesh.size(); ++chunk) {
-      const ChunkBox& box = mesh.box(chunk);
+      const Box<Vec3>& box = mesh.box(chunk);
       const std::vector<std::uint32_t> some = samples_with(
           samples_.size(), [&](std::uint32_t i) { return rule_.reaches(samples_, i, best_, box); });
       if (some.empty()) continue;
@@ -111,8 +113,8 @@ class ChunkSearch {
   }
 
  private:
-  std::vector<ChunkBox> boxes_of(std::span<const std::uint32_t> some) const {
-    std::vector<ChunkBox> boxes;
+  std::vector<Box<Vec3>> boxes_of(std::span<const std::uint32_t> some) const {
+    std::vector<Box<Vec3>> boxes;
     boxes.reserve(some.size());
     for (const std::uint32_t i : some) boxes.push_back(rule_.reach_of(samples_, i, best_));
     return boxes;
@@ -234,25 +236,27 @@ struct RayRules {
     return part;
   }
 
-  ChunkBox reach_of(const Samples& samples, std::uint32_t i, const HostCorrespondence& best) const {
+  Box<Vec3> reach_of(const Samples& samples, std::uint32_t i,
+                     const HostCorrespondence& best) const {
     const Part part = part_of(samples, i, best);
-    ChunkBox box;
+    std::array<float, 3> low{}, high{};
     for (std::size_t k = 0; k < 3; ++k) {
       const double a = part.start[k] + part.lo * part.direction[k],
                    b = part.start[k] + part.hi * part.direction[k];
-      box.low[k] = static_cast<float>(std::min(a, b) - part.margin);
-      box.high[k] = static_cast<float>(std::max(a, b) + part.margin);
+      low[k] = static_cast<float>(std::min(a, b) - part.margin);
+      high[k] = static_cast<float>(std::max(a, b) + part.margin);
     }
-    return box;
+    return {{low[0], low[1], low[2]}, {high[0], high[1], high[2]}};
   }
 
   bool reaches(const Samples& samples, std::uint32_t i, const HostCorrespondence& best,
-               const ChunkBox& box) const {
+               const Box<Vec3>& box) const {
     const Part part = part_of(samples, i, best);
     double from = part.lo, to = part.hi;
     for (std::size_t k = 0; k < 3; ++k) {
-      const double low = box.low[k] - part.margin - part.start[k],
-                   high = box.high[k] + part.margin - part.start[k], d = part.direction[k];
+      const double low = coordinate(box.low, k) - part.margin - part.start[k],
+                   high = coordinate(box.high, k) + part.margin - part.start[k],
+                   d = part.direction[k];
       if (std::abs(d) < 1e-12) {
         if (!(low <= 0 && high >= 0)) return false;
         continue;
@@ -309,22 +313,23 @@ struct ClosestRules {
     return bound + kMargin + kMarginShare * largest;
   }
 
-  ChunkBox reach_of(const Samples& samples, std::uint32_t i, const HostCorrespondence& best) const {
+  Box<Vec3> reach_of(const Samples& samples, std::uint32_t i,
+                     const HostCorrespondence& best) const {
     const double bound = bound_of(samples, i, best);
-    ChunkBox box;
-    for (std::size_t k = 0; k < 3; ++k) {
-      box.low[k] = static_cast<float>(samples(k, i) - bound);
-      box.high[k] = static_cast<float>(samples(k, i) + bound);
-    }
-    return box;
+    const auto at = [&](std::size_t k, double off) {
+      return static_cast<float>(samples(k, i) + off);
+    };
+    return {{at(0, -bound), at(1, -bound), at(2, -bound)},
+            {at(0, bound), at(1, bound), at(2, bound)}};
   }
 
   bool reaches(const Samples& samples, std::uint32_t i, const HostCorrespondence& best,
-               const ChunkBox& box) const {
+               const Box<Vec3>& box) const {
     double squared = 0;
     for (std::size_t k = 0; k < 3; ++k) {
       const double p = samples(k, i);
-      const double beyond = std::max({0.0, box.low[k] - p, p - box.high[k]});
+      const double beyond =
+          std::max({0.0, coordinate(box.low, k) - p, p - coordinate(box.high, k)});
       squared += beyond * beyond;
     }
     return std::sqrt(squared) <= bound_of(samples, i, best);
@@ -377,16 +382,16 @@ namespace {
 /// A set of the grid cells of a box; mark() adds the cells that a smaller box touches.
 class CellMarks {
  public:
-  explicit CellMarks(const ChunkBox& box) : marks_(kSide * kSide * kSide) {
+  explicit CellMarks(const Box<Vec3>& box) : marks_(kSide * kSide * kSide) {
     for (std::size_t k = 0; k < 3; ++k) {
-      low_[k] = box.low[k];
-      const float size = box.high[k] - box.low[k];
+      low_[k] = coordinate(box.low, k);
+      const float size = coordinate(box.high, k) - coordinate(box.low, k);
       scale_[k] = size > 0 ? static_cast<float>(kSide) / size : 0;
     }
   }
 
   /// \returns the number of cells
-  std::size_t mark(const ChunkBox& box) {
+  std::size_t mark(const Box<Vec3>& box) {
     std::size_t count = 0;
     each(box, [&](std::uint8_t& cell) {
       cell = 1;
@@ -395,7 +400,7 @@ class CellMarks {
     });
     return count;
   }
-  bool touches(const ChunkBox& box) {
+  bool touches(const Box<Vec3>& box) {
     bool found = false;
     each(box, [&](const std::uint8_t& cell) { return found = cell != 0; });
     return found;
@@ -407,15 +412,15 @@ class CellMarks {
   /// Calls visit(cell) for the cells that a box touches, until it returns true. Cells and boxes round alike, so a triangle
   /// within a box touches one of the box's cells.
   template <typename Visit>
-  void each(const ChunkBox& box, const Visit& visit) {
+  void each(const Box<Vec3>& box, const Visit& visit) {
     std::array<std::size_t, 3> from{}, to{};
     for (std::size_t k = 0; k < 3; ++k) {
       const auto cell = [&](float x) {
         const float at = (x - low_[k]) * scale_[k];
         return static_cast<std::size_t>(std::clamp(at, 0.0F, static_cast<float>(kSide - 1)));
       };
-      from[k] = cell(box.low[k]);
-      to[k] = cell(box.high[k]);
+      from[k] = cell(coordinate(box.low, k));
+      to[k] = cell(coordinate(box.high, k));
     }
     for (std::size_t z = from[2]; z <= to[2]; ++z) {
       for (std::size_t y = from[1]; y <= to[1]; ++y) {
@@ -430,7 +435,7 @@ class CellMarks {
   std::vector<std::uint8_t> marks_;
 };
 
-ChunkBox box_of_triangle(std::span<const Vec3> positions, const Triangle& triangle) {
+Box<Vec3> box_of_triangle(std::span<const Vec3> positions, const Triangle& triangle) {
   const Vec3 &a = positions[triangle[0]], &b = positions[triangle[1]], &c = positions[triangle[2]];
   return {{std::min({a.x, b.x, c.x}), std::min({a.y, b.y, c.y}), std::min({a.z, b.z, c.z})},
           {std::max({a.x, b.x, c.x}), std::max({a.y, b.y, c.y}), std::max({a.z, b.z, c.z})}};
@@ -439,7 +444,7 @@ ChunkBox box_of_triangle(std::span<const Vec3> positions, const Triangle& triang
 }  // namespace
 
 std::shared_ptr<const LoadedChunks::Chunk> LoadedChunks::load_near(
-    std::size_t chunk, std::span<const ChunkBox> boxes) const {
+    std::size_t chunk, std::span<const Box<Vec3>> boxes) const {
   constexpr std::size_t kMaxMarks = std::size_t{1}
                                     << 25;  // beyond, marking takes longer than the BVH
   {
@@ -449,7 +454,7 @@ std::shared_ptr<const LoadedChunks::Chunk> LoadedChunks::load_near(
   Stopwatch watch;
   CellMarks marks(mesh_->box(chunk));
   std::size_t marked = 0;
-  for (const ChunkBox& box : boxes) {
+  for (const Box<Vec3>& box : boxes) {
     marked += marks.mark(box);
     if (marked > kMaxMarks) return load(chunk);
   }

@@ -32,7 +32,7 @@ class LoadedChunks {
   /// Loads only those triangles of a chunk that lie near some boxes, and builds their BVH. This is much faster if they
   /// are few. The result may have no triangles. \param boxes  for each search, a box that contains all points that it
   /// can reach
-  std::shared_ptr<const Chunk> load_near(std::size_t chunk, std::span<const ChunkBox> boxes) const;
+  std::shared_ptr<const Chunk> load_near(std::size_t chunk, std::span<const Box<Vec3>> boxes) const;
   /// Frees all chunks that no search is using.
   void forget() const;
   /// Seconds spent so far on loading chunks and building BVHs.

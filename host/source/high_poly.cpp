@@ -157,8 +157,7 @@ Source::Impl::Impl(const Device& opened, std::shared_ptr<const ChunkedMesh> mesh
       chunks_(std::make_shared<LoadedChunks>(context_of(opened), std::move(mesh))) {
   const ChunkedMesh& chunked = chunks_->mesh();
   const ChunkSummary& summary = chunked.summary();
-  const auto corner = [](const std::array<float, 3>& at) { return Vec3{at[0], at[1], at[2]}; };
-  positions = {corner(summary.used.low), corner(summary.used.high)};
+  positions = {summary.used.low, summary.used.high};
   triangles = {{0, 1, 1}};
   stats_.triangles = chunked.mesh().triangle_count();
   stats_.skipped_triangles = summary.unsearchable_triangles;

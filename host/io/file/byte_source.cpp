@@ -63,17 +63,13 @@ class FileSource final : public ByteSource {
     return file_facts && file_facts->modified_ns != modified_ns_;
   }
   std::size_t read_at(std::uint64_t offset, void* to, std::size_t count) const override {
-    std::size_t have = 0;
-    while (have < count && offset + have < size_) {
-      const std::ptrdiff_t got =
-          os::read_at(file_, offset + have, static_cast<char*>(to) + have, count - have);
-      if (got < 0 && errno == EINTR) continue;
-      if (got < 0) {
-        report_error_("byte " + std::to_string(offset + have),
-                      std::string("it cannot be read: ") + std::strerror(errno), "Check the disk.");
-      }
-      if (got == 0) break;  // Another process has truncated the file
-      have += static_cast<std::size_t>(got);
+    if (offset >= size_) return 0;
+    count = static_cast<std::size_t>(std::min<std::uint64_t>(count, size_ - offset));
+    // Fewer without an error: another process has truncated the file.
+    const std::size_t have = os::read_fully(file_, offset, to, count);
+    if (have < count && errno != 0) {
+      report_error_("byte " + std::to_string(offset + have),
+                    std::string("it cannot be read: ") + std::strerror(errno), "Check the disk.");
     }
     return have;
   }
