@@ -91,7 +91,8 @@ void expect_alike(const Mesh& plain, const Mesh& packed, double place, double de
             std::count(plain.materials.begin(), plain.materials.end(), 1U));
   ASSERT_EQ(packed.colors.empty(), plain.colors.empty());
   ASSERT_EQ(packed.tangents.size(), plain.tangents.size());
-  const std::vector<Corner> a = corners_of(plain), b = corners_of(packed);
+  std::vector<Corner> a = corners_of(plain);
+  const std::vector<Corner> b = corners_of(packed);
   // Triangles are those of before, in another order: their middles, and the sides they show.
   const auto middles = [](const std::vector<Corner>& corners) {
     std::vector<std::array<double, 6>> all;
@@ -105,10 +106,19 @@ void expect_alike(const Mesh& plain, const Mesh& packed, double place, double de
     }
     return all;
   };
-  const std::vector<std::array<double, 6>> before = middles(a), after = middles(b);
+  std::vector<std::array<double, 6>> before = middles(a);
+  const std::vector<std::array<double, 6>> after = middles(b);
+  // In order of x, so that only those near enough are compared.
+  std::sort(before.begin(), before.end());
+  std::stable_sort(a.begin(), a.end(), [](const Corner& one, const Corner& other) {
+    return one.position.x < other.position.x;
+  });
   for (const std::array<double, 6>& triangle : after) {
     double least = 1e9;
-    for (const std::array<double, 6>& other : before) {
+    for (auto at = std::lower_bound(before.begin(), before.end(),
+                                    std::array<double, 6>{triangle[0] - 5 * place});
+         at != before.end() && (*at)[0] <= triangle[0] + 5 * place; ++at) {
+      const std::array<double, 6>& other = *at;
       double most = 0;
       for (std::size_t k = 0; k < 6; ++k) most = std::max(most, std::abs(triangle[k] - other[k]));
       least = std::min(least, most);
@@ -119,7 +129,11 @@ void expect_alike(const Mesh& plain, const Mesh& packed, double place, double de
   for (const Corner& corner : b) {
     double best = 1e9;
     const Corner* nearest = nullptr;
-    for (const Corner& other : a) {
+    const auto from = std::partition_point(a.begin(), a.end(), [&](const Corner& other) {
+      return other.position.x < corner.position.x - 2 * place;
+    });
+    for (auto at = from; at != a.end() && at->position.x <= corner.position.x + 2 * place; ++at) {
+      const Corner& other = *at;
       const double off = length_of(subtract(corner.position, other.position)) +
                          std::hypot(corner.uv.x - other.uv.x, corner.uv.y - other.uv.y);
       if (off < best) {
@@ -127,6 +141,7 @@ void expect_alike(const Mesh& plain, const Mesh& packed, double place, double de
         nearest = &other;
       }
     }
+    ASSERT_NE(nearest, nullptr) << "no corner is as near as twice the bound";
     ASSERT_LE(length_of(subtract(corner.position, nearest->position)), place);
     ASSERT_LE(angle(corner.normal, nearest->normal), degrees);
     ASSERT_NEAR(corner.uv.x, nearest->uv.x, uv);

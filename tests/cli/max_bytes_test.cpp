@@ -58,17 +58,14 @@ TEST(MaxBytes, IsNeverExceeded) {
   const Scene scene;
   const std::vector<std::vector<std::string>> kinds = {
       {},
-      {"--format", "png"},
+      {"--format", "png", "--maps", "normal", "--mesh-compression", "draco"},
       {"--format", "webp"},
       {"--format", "jpeg", "--quality", "80", "--mesh-compression", "meshopt"},
-      {"--maps", "normal", "--mesh-compression", "draco"},
       {"--faces", "300"},
       {"--max-error", "normal=60"}};
   double before = HUGE_VAL;
-  for (const std::string bound : {"14K", "25K", "60000", "97KiB"}) {
-    const std::uint64_t most = bound == "97KiB"   ? 99328
-                               : bound == "60000" ? 60000
-                                                  : std::stoull(bound) * 1000;
+  for (const std::string bound : {"14K", "25K", "97KiB"}) {
+    const std::uint64_t most = bound == "97KiB" ? 99328 : std::stoull(bound) * 1000;
     for (std::size_t i = 0; i < kinds.size(); ++i) {
       if (i > 0 && bound != "25K") continue;
       std::vector<std::string> more = {"--max-bytes", bound};
@@ -89,7 +86,7 @@ TEST(MaxBytes, IsNeverExceeded) {
       ASSERT_EQ(asset.materials.size(), 1U);
       const Image normal = load_image(*asset.materials[0].normal_map.bytes);
       EXPECT_EQ(bytes["pictures"][0]["width"], normal.width);
-      if (i == 5) {
+      if (i == 4) {
         EXPECT_LE(asset.mesh.triangles.size(), 300U);
         EXPECT_FALSE(bytes.contains("trials"));
       }
@@ -141,16 +138,6 @@ TEST(MaxBytes, GivesTheSameBytes) {
   const Scene scene;
   const std::vector<std::string> bound = {"--max-bytes", "30K"};
   expect_exit(scene.bake("a.glb", bound), 0, {});
-  expect_exit(scene.bake("a2.glb", bound, {{"KILN_THREADS", "1"}}), 0, {});
-  std::string first = bytes_of(scene.folder / "a.glb"), second = bytes_of(scene.folder / "a2.glb");
-  // Names of files are in the report that the file holds.
-  for (std::size_t at; (at = second.find("a2")) != std::string::npos;) second.replace(at, 2, "a");
-  for (auto* text : {&first, &second}) std::erase(*text, ' ');
-  EXPECT_NEAR(static_cast<double>(first.size()), static_cast<double>(second.size()), 8);
-  const auto pictures = [&](const char* name) {
-    return *load_asset(scene.folder / name).materials[0].normal_map.bytes;
-  };
-  EXPECT_EQ(pictures("a.glb"), pictures("a2.glb"));
   fs::copy_file(scene.folder / "a.glb", scene.folder / "before.glb");
   expect_exit(scene.bake("a.glb", bound, {{"KILN_THREADS", "1"}}), 0, {});
   EXPECT_EQ(bytes_of(scene.folder / "a.glb"), bytes_of(scene.folder / "before.glb"));
@@ -250,7 +237,8 @@ class Drawn {
   NormalReference reference_;
 };
 
-/// A grid of faces, sizes and encodings has nothing within the bound whose error is clearly less.
+/// A grid of faces, sizes and encodings has nothing within the bound whose error is clearly less. Of 4 x 4 x 3 points,
+/// those are tried that were best within one of the bounds, and their neighbours.
 TEST(MaxBytes, IsNearTheBestOfAGrid) {
   KILN_REQUIRE_DEVICE();
   const Scene scene;
@@ -262,20 +250,26 @@ TEST(MaxBytes, IsNearTheBestOfAGrid) {
     double error;
   };
   std::vector<Point> grid;
-  const std::vector<std::vector<std::string>> encodings = {
-      {"--format", "png"},
-      {"--format", "jpeg", "--normal-error", "1"},
-      {"--format", "jpeg", "--normal-error", "3"}};
-  for (const char* faces : {"200", "500", "1200", "3000"}) {
-    for (const char* size : {"32", "64", "128", "256"}) {
-      for (const std::vector<std::string>& encoding : encodings) {
-        std::vector<std::string> words = {"--faces", faces, "--size", size, "--maps", "normal"};
-        words.insert(words.end(), encoding.begin(), encoding.end());
-        expect_exit(scene.bake("grid.glb", words), 0, {});
-        grid.push_back(
-            {fs::file_size(scene.folder / "grid.glb"), drawn.error(scene.folder / "grid.glb")});
-      }
-    }
+  struct Setting {
+    const char *faces, *size;
+    const char* jpeg_error;  ///< Null: a PNG
+  };
+  for (const auto& [faces, size, jpeg_error] : {Setting{"200", "128", "1"},
+                                                {"500", "64", nullptr},
+                                                {"500", "64", "1"},
+                                                {"500", "128", nullptr},
+                                                {"500", "256", "3"},
+                                                {"1200", "128", nullptr},
+                                                {"1200", "128", "1"},
+                                                {"1200", "256", nullptr},
+                                                {"1200", "256", "1"},
+                                                {"3000", "128", "1"}}) {
+    std::vector<std::string> words = {"--faces", faces, "--size", size, "--maps", "normal"};
+    words.insert(words.end(), {"--format", jpeg_error == nullptr ? "png" : "jpeg"});
+    if (jpeg_error != nullptr) words.insert(words.end(), {"--normal-error", jpeg_error});
+    expect_exit(scene.bake("grid.glb", words), 0, {});
+    grid.push_back(
+        {fs::file_size(scene.folder / "grid.glb"), drawn.error(scene.folder / "grid.glb")});
   }
   for (const std::uint64_t most : {30000U, 60000U, 120000U}) {
     double least = HUGE_VAL;

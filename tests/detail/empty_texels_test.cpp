@@ -15,8 +15,17 @@ constexpr std::uint32_t kWidth = 75, kHeight = 66;  // no multiples of 64
 
 /// True if a texel's centre lies in a triangle, or a copy of it moved by whole pictures.
 bool is_in(const ChartTexels::Corners& t, double u, double v, bool repeats) {
-  for (int i = repeats ? -4 : 0; i <= (repeats ? 4 : 0); ++i) {
-    for (int j = repeats ? -4 : 0; j <= (repeats ? 4 : 0); ++j) {
+  // Pictures between which the centre's copies lie around the triangle.
+  const auto reach = [&](std::size_t axis, double at) {
+    const auto [low, high] = std::minmax({t[0][axis], t[1][axis], t[2][axis]});
+    if (!repeats) return std::pair(0, 0);
+    return std::pair(static_cast<int>(std::floor(low - at)),
+                     static_cast<int>(std::ceil(high - at)));
+  };
+  const auto [first_i, last_i] = reach(0, u);
+  const auto [first_j, last_j] = reach(1, v);
+  for (int i = first_i; i <= last_i; ++i) {
+    for (int j = first_j; j <= last_j; ++j) {
       double least = 1e30, most = -1e30;
       for (std::size_t k = 0; k < 3; ++k) {
         const auto &a = t[k], &b = t[(k + 1) % 3];

@@ -217,11 +217,9 @@ Atlas dense_cells(std::uint32_t size, std::size_t cells, double gap, std::int64_
 TEST(MipPadding, DenseAtlasesKeepTheMeanOfTheCharts) {
   for (const auto& [cells, gap] : {std::pair<std::size_t, double>{60, 4}, {300, 4}, {300, 8}}) {
     Atlas atlas = dense_cells(512, cells, gap, 2);
-    double before = 0;
-    for (std::uint32_t c = 0; c < 3; ++c) before = std::max(before, largest_bias(atlas, c));
     pad_for_mips(atlas.image, atlas.coverage);
     for (std::uint32_t c = 0; c < 3; ++c) {
-      EXPECT_LT(largest_bias(atlas, c), 0.5) << cells << " " << gap << " of " << before;
+      EXPECT_LT(largest_bias(atlas, c), 0.5) << cells << " " << gap;
     }
   }
 }
