@@ -59,10 +59,10 @@ TEST(MaxBytes, IsNeverExceeded) {
   const std::vector<std::vector<std::string>> kinds = {
       {},
       {"--format", "png", "--maps", "normal", "--mesh-compression", "draco"},
-      {"--format", "webp"},
+      {"--format", "webp", "--maps", "normal"},
       {"--format", "jpeg", "--quality", "80", "--mesh-compression", "meshopt"},
-      {"--faces", "300"},
-      {"--max-error", "normal=60"}};
+      {"--faces", "300", "--maps", "normal"},
+      {"--max-error", "normal=60", "--maps", "normal"}};
   double before = HUGE_VAL;
   for (const std::string bound : {"14K", "25K", "97KiB"}) {
     const std::uint64_t most = bound == "97KiB" ? 99328 : std::stoull(bound) * 1000;
