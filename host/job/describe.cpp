@@ -33,6 +33,15 @@ Json describe(const Mesh& mesh, const std::filesystem::path& path) {
           {"has_normals", !mesh.normal_triangles.empty()}};
 }
 
+Json describe(const MeshStream& mesh, const std::filesystem::path& path) {
+  return {{"path", path.string()},
+          {"vertices", mesh.vertex_count()},
+          {"triangles", mesh.triangle_count()},
+          {"has_uvs", false},
+          {"has_normals", mesh.has_normals()},
+          {"streamed", true}};
+}
+
 Json describe(const std::vector<Warning>& warnings) {
   Json result = Json::array();
   for (const Warning& warning : warnings) {

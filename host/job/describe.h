@@ -12,12 +12,15 @@
 #include "kiln/kiln.h"
 #include "kiln/measure.h"
 #include "kiln/simplify.h"
+#include "mesh/mesh_stream.h"
 #include "options/json.h"
 
 namespace kiln {
 
 Json describe(const DeviceInfo& info);
 Json describe(const Mesh& mesh, const std::filesystem::path& path);
+/// Describes a mesh that is larger than memory, whose UVs are not read.
+Json describe(const MeshStream& mesh, const std::filesystem::path& path);
 Json describe(const std::vector<Warning>& warnings);
 Json describe(const NormalError& error);
 Json describe(const ViewReport& views);

@@ -1,16 +1,21 @@
 // Makes the low poly of a bake: reads, simplifies or unwraps it.
 #include <algorithm>
 #include <cstdio>
+#include <optional>
+#include <string_view>
 #include <utility>
 
+#include "base/progress_guard.h"
 #include "job/files.h"
 #include "job/job_options.h"
 #include "job/match_inputs.h"
 #include "job/stages.h"
+#include "job/streaming.h"
 #include "kiln/normals.h"
 #include "kiln/simplify.h"
 #include "kiln/unwrap.h"
 #include "options/parse.h"
+#include "simplify/streamed_simplify.h"
 
 namespace kiln {
 
@@ -120,9 +125,15 @@ Mesh unwrap_sets(const Job& job, Mesh mesh, const UnwrapOptions& layout, UnwrapR
 }  // namespace
 
 LowMesh prepare_low(const Job& job, const LoadedHigh& loaded, RunLog& log) {
-  const Mesh& high = loaded.mesh();
   const HighPolyInput& input = loaded.input;
   std::vector<Warning>& warnings = log.warnings;
+  std::optional<Mesh> reduced;  // what LOW is made from where HIGH is larger than memory
+  if (loaded.chunks != nullptr) {
+    ProgressGuard progress_guard(
+        [&](double, std::string_view stage) { return log.report_progress(kProgressAtLow, stage); });
+    reduced = reduce(*loaded.chunks, job.low.make.faces);
+  }
+  const Mesh& high = reduced ? *reduced : loaded.mesh();
   const BakeOptions& bake_options = job.bake;
   const UnwrapOptions layout =
       unwrap_options(job.unwrap_method, std::min(bake_options.width, bake_options.height),
@@ -175,6 +186,7 @@ LowMesh prepare_low(const Job& job, const LoadedHigh& loaded, RunLog& log) {
       options.max_error = parse_error_bound(bound);
     }
     low.mesh = simplify(high, options, &*low.simplified);
+    if (reduced) measure_deviation(*loaded.streamed, low.mesh, *low.simplified);
     low.stem = low_stem(job);
     low.made = true;
     if (input.heights) {

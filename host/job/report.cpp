@@ -175,13 +175,9 @@ Json report_json(const RunOutcome& outcome, const Device& device, const Source& 
                            : !asset_file(job).empty()       ? asset_file(job)
                            : !outcome.outputs.files.empty() ? outcome.outputs.files[0]
                                                             : scene.low.stem;
-  Json high = describe(scene.high.mesh(), high_name(job));
-  if (const MeshStream* const streamed = scene.high.streamed.get(); streamed != nullptr) {
-    high["vertices"] = streamed->vertex_count();
-    high["triangles"] = streamed->triangle_count();
-    high["has_normals"] = streamed->has_normals();
-    high["streamed"] = true;
-  }
+  const MeshStream* const streamed = scene.high.streamed.get();
+  const Json high = streamed != nullptr ? describe(*streamed, high_name(job))
+                                        : describe(scene.high.mesh(), high_name(job));
   Json json = {{"version", version()},
                {"device", describe(device.info())},
                {"inputs", {{"high", high}, {"low", describe(scene.low.mesh, low)}}},

@@ -13,7 +13,9 @@
 #include "job/map_words.h"
 #include "job/root_causes.h"
 #include "job/stages.h"
+#include "job/streaming.h"
 #include "kiln/files.h"
+#include "mesh/steps.h"
 #include "options/parse.h"
 #include "source/chunked_mesh.h"
 
@@ -95,7 +97,7 @@ void warn_of_mesh_mismatch(const Job& job, const LoadedHigh& high, const LowMesh
                            const MatchOptions& match, RunLog& log) {
   if (job.low.given.empty()) {
     if (plans_low_poly(job) || bakes_onto_plane(job)) return;
-    warn_of_heavy_low(low.mesh, high.mesh(), log.warnings);
+    if (high.streamed == nullptr) warn_of_heavy_low(low.mesh, high.mesh(), log.warnings);
     if (!low.simplified) return;
     warn_of_lost_shape(*low.simplified, "Use more " + option("faces") + ".", log.warnings);
   } else if (high.may_face_inwards() && !match.two_sided) {
@@ -185,8 +187,9 @@ JobResult run_stages(const std::function<Device()>& open_device, const Job& give
   high.prepared = hooks.high;
   high.streamed = open_streamed_high(job, options, hooks, log);
   if (high.streamed != nullptr) {
-    high.input.mesh = sample_of(*high.streamed);
+    high.input.mesh = sample_of(*high.streamed, kSampledTriangles);
     high.input.shading = shading_of(*high.streamed);
+    if (job.low.given.empty()) high.chunks = sort_into_chunks(high, 0, log);
   } else if (high.prepared == nullptr) {
     high = read_high(job, log);
     if (!job.save_source.empty()) saved_source = begin_saved_source(job, high, log);

@@ -32,6 +32,8 @@
 
 namespace kiln {
 
+class ChunkedMesh;
+
 /// Progress of the whole run, 0 to 1, at which each stage begins.
 inline constexpr double kProgressAtLow = 0.08, kProgressAtSource = 0.15, kProgressAtBake = 0.3,
                         kProgressAtSave = 0.8;
@@ -50,6 +52,8 @@ struct LoadedHigh {
   const PreparedHigh* prepared = nullptr;
   /// Not null: HIGH is larger than memory, and input.mesh is a sample of its triangles, for messages
   std::shared_ptr<const MeshStream> streamed;
+  /// The chunks of `streamed` where LOW is made from them; else they are sorted for the bake
+  std::shared_ptr<const ChunkedMesh> chunks;
 
   const Mesh& mesh() const { return prepared != nullptr ? prepared->mesh : input.mesh; }
   std::size_t triangle_count() const {
@@ -247,9 +251,11 @@ void offer_saved_tree(const Job& job, const Source& source);
 /// \throws OptionError
 std::shared_ptr<const MeshStream> open_streamed_high(const Job& job, const BakeOptions& options,
                                                      const RunHooks& hooks, RunLog& log);
-/// States which normals a streamed HIGH is baked with: those of its file, or smooth ones.
-ShadingReport shading_of(const MeshStream& streamed);
 /// Sorts the triangles of a streamed HIGH into chunks, or finds the chunks of an earlier run.
+/// \param progress  of the run, meanwhile
+std::shared_ptr<const ChunkedMesh> sort_into_chunks(const LoadedHigh& high, double progress,
+                                                    RunLog& log);
+/// Makes a source of the chunks of a streamed HIGH, which are sorted unless LoadedHigh::chunks has them.
 Source make_streamed_source(const Device& device, const Job& job, const LoadedHigh& high,
                             RunLog& log);
 

@@ -8,16 +8,15 @@
 #include "base/memory.h"
 #include "base/progress_guard.h"
 #include "job/stages.h"
+#include "job/streaming.h"
 #include "options/parse.h"
+#include "simplify/streamed_simplify.h"
+#include "source/chunked_mesh.h"
 #include "source/high_poly.h"
 
 namespace kiln {
 namespace {
 
-// Memory that a bake uses if it reads the high poly whole. In a bake of 10 million triangles a triangle took 130 bytes.
-// No bake needs less than 100: the
-// BVH takes 62; a triangle and half a vertex take 18, and 18 more for the copy relative to the bake's origin.
-constexpr std::uint64_t kBytesPerTriangle = 140, kMinBytesPerTriangle = 100;
 constexpr std::uint64_t kBytesOfDeviceBuffers = std::uint64_t{256} << 20;
 constexpr std::uint64_t kBytesPerTexel = 32;
 
@@ -26,8 +25,9 @@ Message find_streaming_obstacle(const Job& job, const BakeOptions& options, cons
   const auto explain_whole_mesh_need = [](const Message& what) {
     return what + " needs the whole high poly in memory: leave it out.";
   };
-  if (job.low.given.empty()) {
-    return Message("no LOW is made from it: give one, or simplify it before (kiln simplify).");
+  if (job.low.given.empty() && (plans_low_poly(job) || !deviation_bound(job).empty())) {
+    return "a LOW within an error needs the whole high poly in memory: give LOW, or " +
+           option("faces") + ".";
   }
   if (!asset_file(job).empty()) {
     return Message(
@@ -43,6 +43,7 @@ Message find_streaming_obstacle(const Job& job, const BakeOptions& options, cons
   if (job.reasons) return explain_whole_mesh_need(option("reasons"));
   if (job.alpha_test > 0) return explain_whole_mesh_need(option("alpha_test"));
   if (hooks.sample) return explain_whole_mesh_need("a function that samples images");
+  if (job.fill_holes > 0) return explain_whole_mesh_need(option("fill_holes"));
   if (!job.frame.up.empty()) return explain_whole_mesh_need(option("up"));
   if (!job.frame.unit.empty()) return explain_whole_mesh_need(option("unit"));
   if (job.given.contains("--clean") && job.clean != CleanHigh::none) {
@@ -57,32 +58,38 @@ Message find_streaming_obstacle(const Job& job, const BakeOptions& options, cons
 
 }  // namespace
 
-std::shared_ptr<const MeshStream> open_streamed_high(const Job& job, const BakeOptions& options,
-                                                     const RunHooks& hooks, RunLog& log) {
-  if (hooks.high != nullptr || job.high.size() != 1 || job.high.front().asset ||
-      lower_extension(job.high.front().name) != ".ply") {
-    return nullptr;
-  }
-  const std::string& path = job.high.front().name;
+std::shared_ptr<const MeshStream> open_larger_than_memory(const std::string& path,
+                                                          const MemoryNeed& need,
+                                                          Message obstacle) {
+  if (lower_extension(path) != ".ply") return nullptr;
   const PlyLayout layout = ply_layout(path);
-  const std::uint64_t texels = std::uint64_t{options.width} * options.height;
-  const std::uint64_t bytes_besides_high = kBytesOfDeviceBuffers + texels * kBytesPerTexel;
   if (layout.triangles == 0 ||
-      memory_fits(layout.triangles * kBytesPerTriangle + bytes_besides_high)) {
+      memory_fits(layout.triangles * need.bytes_per_triangle + need.other_bytes)) {
     return nullptr;
   }
-  Message obstacle = find_streaming_obstacle(job, options, hooks);
   if (!layout.obstacle.empty()) {
     obstacle = "it " + layout.obstacle + ": write it as a binary, little-endian PLY of triangles.";
   }
   if (!obstacle.empty()) {
-    if (memory_fits(layout.triangles * kMinBytesPerTriangle)) return nullptr;
+    if (memory_fits(layout.triangles * need.min_bytes_per_triangle)) return nullptr;
     throw OptionError("HIGH '" + path + "' is larger than memory, and " + obstacle +
                           " Or raise the " + option("memory_limit") + ".",
                       ErrorCode::usage, "larger-than-memory");
   }
-  log.progress(0, "reading " + path);
   return stream_ply(path);
+}
+
+std::shared_ptr<const MeshStream> open_streamed_high(const Job& job, const BakeOptions& options,
+                                                     const RunHooks& hooks, RunLog& log) {
+  if (hooks.high != nullptr || job.high.size() != 1 || job.high.front().asset) return nullptr;
+  const std::string& path = job.high.front().name;
+  const std::uint64_t texels = std::uint64_t{options.width} * options.height;
+  MemoryNeed need = job.low.given.empty() ? kMemoryToSimplify : kMemoryToBake;
+  need.other_bytes = kBytesOfDeviceBuffers + texels * kBytesPerTexel;
+  std::shared_ptr<const MeshStream> streamed =
+      open_larger_than_memory(path, need, find_streaming_obstacle(job, options, hooks));
+  if (streamed != nullptr) log.progress(0, "reading " + path);
+  return streamed;
 }
 
 ShadingReport shading_of(const MeshStream& streamed) {
@@ -92,12 +99,25 @@ ShadingReport shading_of(const MeshStream& streamed) {
   return report;
 }
 
+Mesh reduce(const ChunkedMesh& mesh, std::uint32_t faces) {
+  const double share = reduced_share(mesh.mesh(), faces);
+  return mesh.reduced([share](std::vector<Vec3>& positions, std::vector<Triangle>& triangles) {
+    reduce_chunk(positions, triangles, share);
+  });
+}
+
+std::shared_ptr<const ChunkedMesh> sort_into_chunks(const LoadedHigh& high, double progress,
+                                                    RunLog& log) {
+  ProgressGuard progress_guard(
+      [&](double, std::string_view stage) { return log.report_progress(progress, stage); });
+  return std::make_shared<ChunkedMesh>(high.streamed);
+}
+
 Source make_streamed_source(const Device& device, const Job& job, const LoadedHigh& high,
                             RunLog& log) {
-  ProgressGuard progress_guard([&](double, std::string_view stage) {
-    return log.report_progress(kProgressAtSource, stage);
-  });
-  return streamed_source(device, std::make_shared<ChunkedMesh>(high.streamed), job.traversal);
+  return streamed_source(
+      device, high.chunks != nullptr ? high.chunks : sort_into_chunks(high, kProgressAtSource, log),
+      job.traversal);
 }
 
 }  // namespace kiln

@@ -89,6 +89,11 @@ Vec3 Frame::to_frame(const Vec3& p, const std::array<double, 3>& origin) const {
           static_cast<float>((p.z + (origin[2] - center[2])) * scale)};
 }
 
+Vec3 Frame::to_world(const Vec3& p) const {
+  return {static_cast<float>(p.x / scale + center[0]), static_cast<float>(p.y / scale + center[1]),
+          static_cast<float>(p.z / scale + center[2])};
+}
+
 std::vector<Vec3> Frame::to_frame_within(const Mesh& mesh, double reach) const {
   std::vector<Vec3> result(mesh.positions.size());
   parallel_for(result.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {

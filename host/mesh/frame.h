@@ -28,6 +28,8 @@ struct Frame {
   Vec3 to_frame(const Mesh& mesh, std::size_t vertex) const;
   /// \param origin  of the mesh, see Mesh::origin
   Vec3 to_frame(const Vec3& position, const std::array<double, 3>& origin) const;
+  /// The inverse of to_frame() for meshes whose origin is 0, up to rounding to single precision.
+  Vec3 to_world(const Vec3& in_frame) const;
   /// All vertices in the frame. Vertices beyond `reach` that only degenerate triangles use become NaN, since rounding
   /// could make large triangles of these.
   /// \param reach  largest coordinate; 0.5 is the high poly's box

@@ -6,8 +6,11 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <vector>
 
+#include "base/parallel.h"
 #include "kiln/mesh.h"
+#include "kiln/source.h"
 
 namespace kiln {
 
@@ -38,5 +41,33 @@ class MeshStream {
   /// Identifies the file and its contents: a changed file has another text.
   virtual std::string identity() const = 0;
 };
+
+/// Number of elements that a thread reads at a time.
+inline constexpr std::size_t kStreamedElementsPerRead = std::size_t{1} << 15;
+
+/// Calls take(first, triangles) for consecutive pieces of triangles [begin, end) of a mesh, on all threads; `first` is
+/// the index of a piece's first triangle.
+template <typename Take>
+void for_each_piece(const MeshStream& mesh, std::size_t begin, std::size_t end, const Take& take) {
+  parallel_for(end - begin, kStreamedElementsPerRead, [&](std::size_t from, std::size_t to) {
+    std::vector<Triangle> triangles(to - from);
+    mesh.read_triangles(begin + from, std::span(triangles));
+    take(begin + from, std::span<const Triangle>(triangles));
+  });
+}
+
+/// Reads the positions of all vertices, which stay in memory while a mesh is streamed.
+/// \throws Error(internal) if the memory does not suffice
+std::vector<Vec3> read_all_positions(const MeshStream& mesh);
+
+/// At most `triangles` of a mesh's triangles, evenly spaced in its list, in the mesh's units. No two share vertices.
+Mesh sample_of(const MeshStream& mesh, std::size_t triangles);
+
+/// The bounding box of all triangles with area. \param positions  of all vertices
+Bounds bounds_of(const MeshStream& mesh, std::span<const Vec3> positions);
+
+/// Rejects meshes that a reader of whole files would move to the origin, or whose outliers it would leave out of the
+/// mesh's size. \param sample  a sample of kSampledTriangles triangles \throws Error(input)
+void check_coordinates(const MeshStream& mesh, const Mesh& sample, const Bounds& bounds);
 
 }  // namespace kiln

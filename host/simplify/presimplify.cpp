@@ -298,6 +298,62 @@ std::vector<Fold> folds_of(const std::vector<Vec3d>& points, const std::vector<T
   return folds;
 }
 
+/// Per vertex, 1 if it lies on an edge that does not have two triangles.
+std::vector<std::uint8_t> vertices_on_borders(const std::vector<Triangle>& triangles,
+                                              std::size_t vertices) {
+  std::vector<std::uint8_t> result(vertices, 0);
+  SideLists(triangles, vertices)
+      .each_edge([&](std::uint32_t, std::span<const SideLists::Item> sides) {
+        if (sides.size() == 2) return;
+        const std::uint32_t side = sides[0].index;
+        const Triangle& t = triangles[side / 3];
+        result[t[side % 3]] = result[t[(side + 1) % 3]] = 1;
+      });
+  return result;
+}
+
+Vec3d normal_of(const std::vector<Vec3>& positions, const Triangle& t) {
+  const Vec3d a = to_double(positions[t[0]]);
+  return cross(to_double(positions[t[1]]) - a, to_double(positions[t[2]]) - a);
+}
+
+/// Moves the vertices of folded triangles, most of which are slivers, along the surface towards the mean of their
+/// neighbours, several times.
+/// \param is_fixed  by vertex, 1 if it stays
+/// \param facing    by vertex, the unit normal of the dense mesh
+void relax_folds(const std::vector<Triangle>& triangles, const std::vector<std::uint8_t>& is_fixed,
+                 const std::vector<Vec3d>& facing, std::vector<Vec3>& positions) {
+  constexpr int kRounds = 8;
+  std::vector<std::uint8_t> moves(positions.size(), 0);
+  std::vector<Vec3d> sums(positions.size());
+  std::vector<double> counts(positions.size(), 0);
+  for (int round = 0; round < kRounds; ++round) {
+    bool any = false;
+    for (const Triangle& t : triangles) {
+      if (dot(normal_of(positions, t), facing[t[0]] + facing[t[1]] + facing[t[2]]) > 0) continue;
+      for (const std::uint32_t v : t) moves[v] = static_cast<std::uint8_t>(1 - is_fixed[v]);
+      any = true;
+    }
+    if (!any) return;
+    for (const Triangle& t : triangles) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        if (moves[t[k]] == 0) continue;
+        sums[t[k]] += to_double(positions[t[(k + 1) % 3]]) + to_double(positions[t[(k + 2) % 3]]);
+        counts[t[k]] += 2;
+      }
+    }
+    for (std::size_t v = 0; v < moves.size(); ++v) {
+      if (moves[v] == 0) continue;
+      const Vec3d at = to_double(positions[v]);
+      const Vec3d step = sums[v] * (1 / counts[v]) - at;
+      positions[v] = to_float(at + step - facing[v] * dot(step, facing[v]));
+      moves[v] = 0;
+      sums[v] = {};
+      counts[v] = 0;
+    }
+  }
+}
+
 }  // namespace
 
 void drop_small_components(std::vector<Triangle>& triangles, const std::vector<Triangle>& dense,
@@ -405,6 +461,24 @@ void presimplify(Work& work, std::size_t faces, double error, bool height_field,
   work.folds = folds_of(work.points, work.triangles, triangles, origin);
   work.triangles = std::move(triangles);
   work.sources.clear();
+}
+
+void presimplify_chunk(std::vector<Vec3>& positions, std::vector<Triangle>& triangles,
+                       std::size_t faces) {
+  constexpr double kAnyError = 1;
+  if (triangles.size() <= faces) return;
+  std::vector<Vec3d> facing(positions.size());
+  for (const Triangle& t : triangles) {
+    const Vec3d normal = normal_of(positions, t);
+    for (const std::uint32_t v : t) facing[v] += normal;
+  }
+  for (Vec3d& normal : facing) {
+    if (const double size = length(normal); size > 0) normal *= 1 / size;
+  }
+  const std::vector<std::uint8_t> is_fixed = vertices_on_borders(triangles, positions.size());
+  triangles =
+      simplify_triangles({positions, triangles}, faces, kAnyError, meshopt_SimplifyLockBorder);
+  relax_folds(triangles, is_fixed, facing, positions);
 }
 
 }  // namespace kiln

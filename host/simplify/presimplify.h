@@ -27,6 +27,12 @@ void presimplify(Work& work, std::size_t faces, double error, bool height_field,
                  std::span<const Place> untouched, bool parts = true,
                  PresimplifiedPieces* known = nullptr);
 
+/// Reduces a chunk of a mesh to about `faces` triangles by meshoptimizer, and keeps its border. Where triangles fold,
+/// vertices move slightly.
+/// \param positions, triangles  [in, out]
+void presimplify_chunk(std::vector<Vec3>& positions, std::vector<Triangle>& triangles,
+                       std::size_t faces);
+
 /// Removes small components: those of at most 64 triangles beside a cut, if other triangles of the same dense
 /// component (connected over edges) remain.
 /// \param triangles  [in, out]

@@ -20,7 +20,6 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kElementsPerRead = std::size_t{1} << 15;
 constexpr std::size_t kTrianglesPerTask = std::size_t{1} << 19;
 constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
@@ -62,7 +61,7 @@ class RankedSet {
       count += static_cast<std::uint32_t>(std::popcount(words_[w]));
     }
     std::vector<std::uint32_t> ascending_members(count);
-    parallel_for(words_.size(), kElementsPerRead, [&](std::size_t begin, std::size_t end) {
+    parallel_for(words_.size(), kStreamedElementsPerRead, [&](std::size_t begin, std::size_t end) {
       for (std::size_t w = begin; w < end; ++w) {
         std::size_t at = members_before_[w];
         for (std::uint64_t left = words_[w]; left != 0; left &= left - 1) {
@@ -91,12 +90,12 @@ std::vector<T> read_elements(std::span<const std::uint32_t> at, const Read& read
   // Up to this number of unused elements between two used ones are read along, since a second read would cost more
   constexpr std::size_t kMaxReadGap = 256;
   std::vector<T> result(at.size());
-  parallel_for(at.size(), kElementsPerRead, [&](std::size_t begin, std::size_t end) {
+  parallel_for(at.size(), kStreamedElementsPerRead, [&](std::size_t begin, std::size_t end) {
     std::vector<T> piece;
     for (std::size_t i = begin, next = begin; i < end; i = next) {
       next = i + 1;
       while (next < end && at[next] - at[next - 1] <= kMaxReadGap &&
-             at[next] - at[i] < kElementsPerRead) {
+             at[next] - at[i] < kStreamedElementsPerRead) {
         ++next;
       }
       piece.resize(at[next - 1] - at[i] + std::size_t{1});
@@ -143,37 +142,13 @@ class PositionTable {
 
 }  // namespace
 
-Mesh sample_of(const MeshStream& mesh) {
-  Mesh sample;
-  sample.name = mesh.name();
-  const std::size_t stride = mesh.triangle_count() / kSampledTriangles + 1;
-  for (std::size_t t = 0; t < mesh.triangle_count(); t += stride) {
-    Triangle triangle{};
-    mesh.read_triangles(t, std::span(&triangle, 1));
-    for (std::uint32_t& corner : triangle) {
-      Vec3 position;
-      mesh.read_positions(corner, std::span(&position, 1));
-      sample.positions.push_back(position);
-      corner = static_cast<std::uint32_t>(sample.positions.size() - 1);
-    }
-    sample.triangles.push_back(triangle);
-  }
-  return sample;
-}
-
 ChunkedMesh::ChunkedMesh(std::shared_ptr<const MeshStream> mesh, const ChunkOptions& options)
     : mesh_(std::move(mesh)) {
   const std::filesystem::path folder =
       options.folder.empty() ? ocl::kernel_folder().kiln / "chunks" : options.folder;
   const std::string key = mesh_->identity() + "\n" + std::to_string(options.triangles);
-  const std::uint64_t vertices = mesh_->vertex_count();
-  require_memory("The positions of '" + mesh_->path() + "'", vertices * sizeof(Vec3));
-  ProgressGuard::poll_in("reading the high poly's vertices");
-  positions_.resize(vertices);
-  parallel_for(vertices, kElementsPerRead, [&](std::size_t begin, std::size_t end) {
-    mesh_->read_positions(begin, std::span(positions_).subspan(begin, end - begin));
-  });
-  sample_ = sample_of(*mesh_);
+  positions_ = read_all_positions(*mesh_);
+  sample_ = sample_of(*mesh_, kSampledTriangles);
   reused_ = file_.open(folder, key);
   if (reused_) {
     frame_ = Frame::of(sample_, {summary().low, summary().high});
@@ -187,82 +162,16 @@ ChunkedMesh::ChunkedMesh(std::shared_ptr<const MeshStream> mesh, const ChunkOpti
 /// triangles with area, so only triangles without area use them.
 void ChunkedMesh::to_frame() {
   constexpr float kBeyondBox = std::numeric_limits<float>::quiet_NaN();
-  parallel_for(positions_.size(), kElementsPerRead, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      Vec3& p = positions_[i];
-      p = frame_.to_frame(p, {});
-      if (dot(to_double(p), to_double(p)) <= Frame::kReach * Frame::kReach) continue;
-      p = {kBeyondBox, kBeyondBox, kBeyondBox};
-    }
-  });
+  parallel_for(positions_.size(), kStreamedElementsPerRead,
+               [&](std::size_t begin, std::size_t end) {
+                 for (std::size_t i = begin; i < end; ++i) {
+                   Vec3& p = positions_[i];
+                   p = frame_.to_frame(p, {});
+                   if (dot(to_double(p), to_double(p)) <= Frame::kReach * Frame::kReach) continue;
+                   p = {kBeyondBox, kBeyondBox, kBeyondBox};
+                 }
+               });
 }
-
-namespace {
-
-/// Calls take(first, triangles) for consecutive pieces of the mesh's triangles, on all threads; `first` is the index of
-/// a piece's first triangle.
-template <typename Take>
-void for_each_piece(const MeshStream& mesh, std::size_t begin, std::size_t end, const Take& take) {
-  parallel_for(end - begin, kElementsPerRead, [&](std::size_t from, std::size_t to) {
-    std::vector<Triangle> triangles(to - from);
-    mesh.read_triangles(begin + from, std::span(triangles));
-    take(begin + from, std::span<const Triangle>(triangles));
-  });
-}
-
-Bounds bounds_of(const MeshStream& mesh, std::span<const Vec3> positions) {
-  constexpr double kUnbounded = std::numeric_limits<double>::infinity();
-  Bounds bounds{{kUnbounded, kUnbounded, kUnbounded}, {-kUnbounded, -kUnbounded, -kUnbounded}};
-  std::mutex mutex;
-  for_each_piece(
-      mesh, 0, mesh.triangle_count(), [&](std::size_t, std::span<const Triangle> triangles) {
-        Box<Vec3> box;
-        for (const Triangle& triangle : triangles) {
-          if (!has_area(positions, triangle)) continue;
-          for (const std::uint32_t corner : triangle) box.add(positions[corner]);
-        }
-        const std::lock_guard lock(mutex);
-        const Vec3d low = to_double(box.low), high = to_double(box.high);
-        for (int k = 0; k < 3; ++k) {
-          const auto axis = static_cast<std::size_t>(k);
-          bounds.low[axis] = std::min(bounds.low[axis], low[k] + 0.0);  // Adding 0 converts -0 to 0
-          bounds.high[axis] = std::max(bounds.high[axis], high[k] + 0.0);
-        }
-      });
-  return bounds;
-}
-
-/// Rejects meshes that a reader of whole files would move to the origin, or whose outliers it would leave out of the
-/// mesh's size.
-void check_coordinates(const MeshStream& mesh, const Mesh& sample, const Bounds& bounds) {
-  if (!(bounds.low[0] <= bounds.high[0])) {
-    throw Error(ErrorCode::input, "'" + mesh.path() +
-                                      "' has no triangle with finite, distinct corners: nothing "
-                                      "can be baked from it. Check the file's coordinates.");
-  }
-  std::array<double, 3> center{};
-  double squared_size = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const double side = bounds.high[k] - bounds.low[k];
-    center[k] = bounds.low[k] + side / 2;
-    squared_size += side * side;
-  }
-  if (local_origin(center, std::sqrt(squared_size)) != std::array<double, 3>{}) {
-    throw Error(ErrorCode::input, "'" + mesh.path() +
-                                      "' is larger than memory, and lies far from the world's "
-                                      "origin: move it there, or raise the " +
-                                      option("memory_limit") + ".");
-  }
-  if (may_have_outliers(sample, bounds)) {
-    throw Error(ErrorCode::input, "'" + mesh.path() +
-                                      "' is larger than memory, and reaches over 100,000 times as "
-                                      "far as most of its vertices: remove what lies far out, or "
-                                      "raise the " +
-                                      option("memory_limit") + ".");
-  }
-}
-
-}  // namespace
 
 void ChunkedMesh::sort(const std::filesystem::path& folder, const std::string& key,
                        std::size_t most) {
@@ -372,9 +281,10 @@ std::vector<Vec3> ChunkedMesh::smooth_normals(std::span<const std::uint32_t> ver
   std::vector<std::uint32_t> index_at(positions_.size(), kNone);
   if (welded) {
     const PositionTable at(places, weld_vertices(places));
-    parallel_for(positions_.size(), kElementsPerRead, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t v = begin; v < end; ++v) index_at[v] = at.find(positions_[v]);
-    });
+    parallel_for(positions_.size(), kStreamedElementsPerRead,
+                 [&](std::size_t begin, std::size_t end) {
+                   for (std::size_t v = begin; v < end; ++v) index_at[v] = at.find(positions_[v]);
+                 });
   } else {
     for (std::uint32_t i = 0; i < vertices.size(); ++i) index_at[vertices[i]] = i;
   }
@@ -413,7 +323,7 @@ std::vector<Vec3> ChunkedMesh::smooth_normals(std::span<const std::uint32_t> ver
     }
   }
   std::vector<Vec3> result(vertices.size());
-  parallel_for(result.size(), kElementsPerRead, [&](std::size_t begin, std::size_t end) {
+  parallel_for(result.size(), kStreamedElementsPerRead, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       result[i] = normalized_sum(sums[i].normal, sums[i].total);
       if (welded || result[i] != Vec3{}) continue;
@@ -434,7 +344,7 @@ std::vector<std::uint32_t> ChunkedMesh::renumber(std::span<std::uint32_t> triang
     if (t != kNone) listed_triangles.add(t);
   }
   std::vector<std::uint32_t> ids = listed_triangles.list();
-  parallel_for(triangles.size(), kElementsPerRead, [&](std::size_t begin, std::size_t end) {
+  parallel_for(triangles.size(), kStreamedElementsPerRead, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (triangles[i] != kNone) triangles[i] = listed_triangles.rank_of(triangles[i]);
     }
@@ -450,11 +360,12 @@ MeshPart ChunkedMesh::part(std::span<const std::uint32_t> ids) const {
     for (const std::uint32_t v : part.triangles[t]) used.add(v);
   });
   const std::vector<std::uint32_t> vertices = used.list();
-  parallel_for(part.triangles.size(), kElementsPerRead, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t t = begin; t < end; ++t) {
-      for (std::uint32_t& v : part.triangles[t]) v = used.rank_of(v);
-    }
-  });
+  parallel_for(part.triangles.size(), kStreamedElementsPerRead,
+               [&](std::size_t begin, std::size_t end) {
+                 for (std::size_t t = begin; t < end; ++t) {
+                   for (std::uint32_t& v : part.triangles[t]) v = used.rank_of(v);
+                 }
+               });
   part.positions.resize(vertices.size());
   for_each_alive(vertices.size(),
                  [&](std::size_t i) { part.positions[i] = positions_[vertices[i]]; });
@@ -479,6 +390,96 @@ MeshPart ChunkedMesh::part(std::span<const std::uint32_t> ids) const {
   use_given_normals(part.triangles, part.normals,
                     [&] { return smooth_normals(vertices, part.positions, false); });
   return part;
+}
+
+/// A reduced chunk.
+struct ChunkedMesh::ReducedChunk {
+  std::vector<Triangle> triangles;      ///< Indices into the members below
+  std::vector<std::uint32_t> vertices;  ///< Vertices of the whole mesh, ascending
+  std::vector<Vec3> positions;          ///< In the working frame
+};
+
+ChunkedMesh::ReducedChunk ChunkedMesh::reduce_one(std::size_t chunk,
+                                                  const ReduceChunk& reduce) const {
+  const auto number_by_rank = [](std::vector<Triangle>& triangles) {
+    std::vector<std::uint32_t> vertices;
+    vertices.reserve(3 * triangles.size());
+    for (const Triangle& triangle : triangles) {
+      vertices.insert(vertices.end(), triangle.begin(), triangle.end());
+    }
+    std::sort(vertices.begin(), vertices.end());
+    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+    for (Triangle& triangle : triangles) {
+      for (std::uint32_t& v : triangle) {
+        v = static_cast<std::uint32_t>(std::lower_bound(vertices.begin(), vertices.end(), v) -
+                                       vertices.begin());
+      }
+    }
+    return vertices;
+  };
+  ReducedChunk result;
+  result.triangles = read(chunk).triangles;
+  const std::vector<std::uint32_t> all = number_by_rank(result.triangles);
+  std::vector<Vec3> positions;
+  positions.reserve(all.size());
+  for (const std::uint32_t v : all) positions.push_back(positions_[v]);
+  reduce(positions, result.triangles);
+  result.vertices = number_by_rank(result.triangles);
+  for (std::uint32_t& v : result.vertices) {
+    result.positions.push_back(positions[v]);
+    v = all[v];
+  }
+  return result;
+}
+
+Mesh ChunkedMesh::reduced(const ReduceChunk& reduce) const {
+  // Memory in bytes for each triangle of a chunk that is reduced
+  constexpr std::uint64_t kBytesPerTriangle = 250;
+  std::uint64_t most = 1;
+  for (std::size_t chunk = 0; chunk < size(); ++chunk) most = std::max(most, records(chunk));
+  require_memory("Reducing a chunk of '" + mesh_->path() + "'", most * kBytesPerTriangle);
+  int threads = 1;
+  while (threads < thread_count() &&
+         memory_fits((static_cast<std::uint64_t>(threads) + 1) * most * kBytesPerTriangle)) {
+    ++threads;
+  }
+  std::vector<ReducedChunk> chunks(size());
+  std::atomic<std::size_t> done = 0;
+  parallel_for(
+      size(), 1,
+      [&](std::size_t begin, std::size_t end) {
+        for (std::size_t chunk = begin; chunk < end; ++chunk) {
+          ProgressGuard::poll_in("reducing chunk " + std::to_string(++done) + " of " +
+                                 std::to_string(size()));
+          chunks[chunk] = reduce_one(chunk, reduce);
+        }
+      },
+      threads);
+  RankedSet used(positions_.size());
+  for (const ReducedChunk& chunk : chunks) {
+    for (const std::uint32_t v : chunk.vertices) used.add(v);
+  }
+  const std::vector<std::uint32_t> vertices = used.list();
+  Mesh result;
+  result.name = mesh_->name();
+  result.positions.resize(vertices.size());
+  for (ReducedChunk& chunk : chunks) {
+    for (std::size_t i = 0; i < chunk.vertices.size(); ++i) {
+      chunk.vertices[i] = used.rank_of(chunk.vertices[i]);
+      result.positions[chunk.vertices[i]] = frame_.to_world(chunk.positions[i]);
+    }
+    for (const Triangle& t : chunk.triangles) {
+      result.triangles.push_back(
+          {chunk.vertices[t[0]], chunk.vertices[t[1]], chunk.vertices[t[2]]});
+    }
+    chunk = {};
+  }
+  if (mesh_->has_colors()) {
+    result.colors = read_elements<MeshStream::Color>(
+        vertices,
+        [&](std::size_t first, std::span<MeshStream::Color> to) { mesh_->read_colors(first, to); });
+  }
+  return result;
 }
 
 }  // namespace kiln

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -16,10 +17,6 @@
 #include "source/chunk_file.h"
 
 namespace kiln {
-
-/// A sample of a mesh's triangles, evenly spaced in its list, in the mesh's units: enough for messages about where the
-/// mesh lies.
-Mesh sample_of(const MeshStream& mesh);
 
 /// How a mesh is cut into chunks.
 struct ChunkOptions {
@@ -74,7 +71,16 @@ class ChunkedMesh {
   /// read to compute them.
   MeshPart part(std::span<const std::uint32_t> ids) const;
 
+  /// Reduces one chunk, and keeps the chunk's border. Triangles stay triangles over the same vertices, which may move.
+  using ReduceChunk =
+      std::function<void(std::vector<Vec3>& positions, std::vector<Triangle>& triangles)>;
+  /// Reduces each chunk, and joins the results to a mesh in memory: in the units of the mesh, with its colours, without
+  /// normals. `reduce` is called from several threads, and gets positions in the working frame.
+  Mesh reduced(const ReduceChunk& reduce) const;
+
  private:
+  struct ReducedChunk;
+  ReducedChunk reduce_one(std::size_t chunk, const ReduceChunk& reduce) const;
   void to_frame();
   void sort(const std::filesystem::path& folder, const std::string& key, std::size_t most);
   std::vector<Vec3> smooth_normals(std::span<const std::uint32_t> vertices,

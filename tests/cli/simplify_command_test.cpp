@@ -16,8 +16,10 @@
 #include "kiln/kiln.h"
 #include "kiln/plan.h"
 #include "mesh/fans.h"
+#include "source/streamed_files.h"
 #include "support/json_file.h"
 #include "support/process.h"
+#include "support/shapes.h"
 
 namespace kiln {
 namespace {
@@ -47,6 +49,34 @@ TEST(SimplifyCommand, PairsAreManyChartsAndChartsFew) {
   // Two triangles each, and some left over.
   EXPECT_GE(pairs["charts"], 150);
   EXPECT_EQ(pairs["border_texels"], 2);
+}
+
+TEST(SimplifyCommand, WhatNeedsTheWholeMeshIsRefusedWhereItIsLargerThanMemory) {
+  const fs::path scene = make_scene(4000);
+  const fs::path high = test::save_ply(test::BumpySphere::dense(600000), scene);
+  const std::vector<std::vector<std::string>> all = {
+      {"--max-error", "1%"},
+      {"--faces", "300", "--hull"},
+      {"--faces", "300", "--keep-uvs"},
+      {"--faces", "300", "--fill-holes", "all"},
+      {"--faces", "300", "--clean", "all"},
+      {"--faces", "300", "--up", "z"},
+      {"--faces", "300", "--unit", "mm"},
+      {"--faces", "300", "--high-normals", "flat"},
+  };
+  for (const std::vector<std::string>& flags : all) {
+    std::vector<std::string> words = {"simplify",       high, "--out", scene / "made.obj",
+                                      "--memory-limit", "64M"};
+    words.insert(words.end(), flags.begin(), flags.end());
+    const ProcessResult result = call_kiln(words);
+    const std::string& culprit = flags.size() == 2 ? "--faces" : flags[2];
+    EXPECT_EQ(result.exit_code, 2) << culprit;
+    EXPECT_NE(result.errors.find("is larger than memory, and "), std::string::npos)
+        << result.errors;
+    EXPECT_NE(result.errors.find(culprit), std::string::npos) << result.errors;
+    EXPECT_NE(result.errors.find("--memory-limit"), std::string::npos) << result.errors;
+  }
+  EXPECT_FALSE(fs::exists(scene / "made.obj"));
 }
 
 TEST(SimplifyCommand, PolygonsAreCutAsAsked) {

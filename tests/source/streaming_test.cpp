@@ -23,6 +23,7 @@
 #include "mesh/vector.h"
 #include "source/chunked_mesh.h"
 #include "source/high_poly.h"
+#include "source/streamed_files.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 
@@ -31,38 +32,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-template <typename T>
-void put(std::string& text, const T& value) {
-  text.append(reinterpret_cast<const char*>(&value), sizeof value);
-}
-
-/// A binary PLY with the mesh's normals and colours, if it has them at its vertices.
-std::string ply_of(const Mesh& mesh) {
-  const bool normals = !mesh.normals.empty(), colors = !mesh.colors.empty();
-  std::string text =
-      "ply\nformat binary_little_endian 1.0\nelement vertex " +
-      std::to_string(mesh.positions.size()) +
-      "\nproperty float x\nproperty float y\nproperty float z\n" +
-      (normals ? "property float nx\nproperty float ny\nproperty float nz\n" : "") +
-      (colors ? "property uchar red\nproperty uchar green\nproperty uchar blue\n" : "") +
-      "element face " + std::to_string(mesh.triangles.size()) +
-      "\nproperty list uchar int vertex_indices\nend_header\n";
-  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
-    put(text, mesh.positions[v]);
-    if (normals) put(text, mesh.normals[v]);
-    if (colors) text.append(reinterpret_cast<const char*>(mesh.colors[v].data()), 3);
-  }
-  for (const Triangle& t : mesh.triangles) {
-    text.push_back(3);
-    put(text, t);
-  }
-  return text;
-}
-
-fs::path save_ply(const Mesh& mesh, const fs::path& folder, const std::string& name = "high.ply") {
-  std::ofstream(folder / name, std::ios::binary) << ply_of(mesh);
-  return folder / name;
-}
+using test::error_of;
+using test::leave_memory;
+using test::ply_of;
+using test::put;
+using test::save_ply;
 
 void paint(Mesh& mesh) {
   std::mt19937 random(7);
@@ -328,15 +302,6 @@ TEST(Streaming, ProgressNamesTheChunkAndCancels) {
   EXPECT_EQ(chunks[1].substr(0, 17), "matching chunk 2 ");
 }
 
-std::string error_of(const std::function<void()>& run) {
-  try {
-    run();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
-}
-
 TEST(Streaming, WhatNeedsTheWholeMeshIsRefusedByName) {
   BakeOptions options = options_for(64, false);
   EXPECT_TRUE(streaming_obstacle(options).empty());
@@ -441,12 +406,6 @@ TEST(Streaming, OutliersAreRefusedSinceTheyMoveTheFrame) {
               ChunkedMesh(stream_ply(file), {.folder = folder / "chunks"});
             }).find("remove what lies far out"),
             std::string::npos);
-}
-
-/// Leaves so much memory, once all that is free has gone back to the system.
-void leave_memory(std::uint64_t bytes) {
-  memory_fits(std::numeric_limits<std::uint64_t>::max());
-  set_memory_limit(memory_limit() - memory_left() + bytes);
 }
 
 TEST(Streaming, AJobStreamsWhereTheMemoryLimitAsksForIt) {

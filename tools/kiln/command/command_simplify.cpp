@@ -6,6 +6,7 @@
 #include <string>
 
 #include "arguments/command_options.h"
+#include "base/progress_guard.h"
 #include "clean/high_hulls.h"
 #include "commands.h"
 #include "interrupt.h"
@@ -13,6 +14,7 @@
 #include "job/files.h"
 #include "job/high_poly_input.h"
 #include "job/mesh_files.h"
+#include "job/streaming.h"
 #include "kiln/kiln.h"
 #include "kiln/normals.h"
 #include "kiln/plan.h"
@@ -21,6 +23,8 @@
 #include "options/option_table.h"
 #include "options/parse.h"
 #include "report/console.h"
+#include "simplify/streamed_simplify.h"
+#include "source/chunked_mesh.h"
 
 namespace kiln::cli {
 namespace {
@@ -69,6 +73,28 @@ void warn_of_uv_excess(const SimplifyReport& report, std::uint32_t size,
   warnings.push_back({"uv-strays", text, 1});
 }
 
+/// Explains which argument needs a high poly in memory; empty if none does.
+Message whole_mesh_need(const SimplifyArguments& arguments) {
+  const auto needs_whole_mesh = [](const Message& what) {
+    return what + " needs the whole high poly in memory: leave it out.";
+  };
+  if (arguments.faces == 0) {
+    return "a LOW within an error needs the whole high poly in memory: give " + option("faces") +
+           ".";
+  }
+  if (arguments.keep_uvs) return needs_whole_mesh("--keep-uvs");
+  if (arguments.hull) return needs_whole_mesh("--hull");
+  if (arguments.fill_holes > 0) return needs_whole_mesh("--fill-holes");
+  if (arguments.clean == CleanHigh::all) return needs_whole_mesh("--clean all");
+  if (!arguments.frame.up.empty()) return needs_whole_mesh("--up");
+  if (!arguments.frame.unit.empty()) return needs_whole_mesh("--unit");
+  const ShadingRule rule = arguments.frame.shading.rule;
+  if (rule == ShadingRule::angle || rule == ShadingRule::flat) {
+    return needs_whole_mesh("--high-normals");
+  }
+  return {};
+}
+
 int run_simplify(const SimplifyArguments& arguments) {
   Console console(arguments.quiet, arguments.json);
   Stopwatch watch;
@@ -93,14 +119,26 @@ int run_simplify(const SimplifyArguments& arguments) {
   if (!console.progress(0.0, "reading")) return kExitCancelled;
   LoadMeshOptions load = load_options(arguments.frame, MeshSide::high);
   load.triangulation = arguments.load.triangulation;
-  Mesh high = load_mesh(arguments.high, load, &warnings);
-  if (!arguments.keep_hulls) drop_hidden_hulls(high, warnings);
-  const CleanReport cleaned =
-      clean_high(high,
-                 clean_options(arguments.clean, !arguments.keep_uvs, arguments.keep_inner,
-                               arguments.fill_holes, arguments.keep_parts || arguments.hull),
-                 warnings);
-  const ShadingReport shading = shade(arguments.frame.shading, high, warnings);
+  Mesh high;
+  CleanReport cleaned;
+  ShadingReport shading;
+  const std::shared_ptr<const MeshStream> streamed =
+      open_larger_than_memory(arguments.high, kMemoryToSimplify, whole_mesh_need(arguments));
+  if (streamed != nullptr) {
+    ProgressGuard progress_guard(
+        [&](double, std::string_view stage) { return console.progress(0.0, stage); });
+    high = reduce(ChunkedMesh(streamed), arguments.faces);
+    shading = shading_of(*streamed);
+  } else {
+    high = load_mesh(arguments.high, load, &warnings);
+    if (!arguments.keep_hulls) drop_hidden_hulls(high, warnings);
+    cleaned =
+        clean_high(high,
+                   clean_options(arguments.clean, !arguments.keep_uvs, arguments.keep_inner,
+                                 arguments.fill_holes, arguments.keep_parts || arguments.hull),
+                   warnings);
+    shading = shade(arguments.frame.shading, high, warnings);
+  }
   if (!console.progress(0.2, "simplifying")) return kExitCancelled;
   SimplifyReport report;
   SimplifyOptions options;
@@ -112,6 +150,7 @@ int run_simplify(const SimplifyArguments& arguments) {
   options.fit_normals =
       false;  // normals are fitted after the unwrap, which decides where seams are
   const Mesh simple = simplify(high, options, &report);
+  if (streamed != nullptr) measure_deviation(*streamed, simple, report);
   if (!console.progress(0.8, "unwrapping")) return kExitCancelled;
   UnwrapReport unwrap_report;
   const UnwrapOptions layout =
@@ -159,7 +198,9 @@ int run_simplify(const SimplifyArguments& arguments) {
   }
   if (!arguments.json.empty()) {
     Json json = {{"version", version()},
-                 {"inputs", {describe(high, arguments.high)}},
+                 {"inputs",
+                  {streamed != nullptr ? describe(*streamed, arguments.high)
+                                       : describe(high, arguments.high)}},
                  {"outputs", {arguments.out}},
                  {"faces", report.faces},
                  {"vertices", vertices},

@@ -1,0 +1,77 @@
+#include "simplify/streamed_simplify.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "mesh/box.h"
+#include "mesh/steps.h"
+#include "mesh/surface_distance.h"
+#include "mesh/usable.h"
+#include "mesh/weld.h"
+#include "simplify/presimplify.h"
+#include "simplify/simplify_job.h"
+
+namespace kiln {
+
+double reduced_share(const MeshStream& mesh, std::uint32_t faces) {
+  constexpr double kMaxShare = 0.25, kMaxTriangles = 4e6, kMinPerFace = 8;
+  const auto triangles = static_cast<double>(mesh.triangle_count());
+  const double goal = std::min(kMaxShare * triangles, kMaxTriangles);
+  return std::min(1.0, std::max(goal, kMinPerFace * faces) / triangles);
+}
+
+void reduce_chunk(std::vector<Vec3>& positions, std::vector<Triangle>& triangles, double share) {
+  const std::vector<std::uint32_t> first = weld_vertices(positions);
+  for (Triangle& t : triangles) t = {first[t[0]], first[t[1]], first[t[2]]};
+  std::erase_if(triangles,
+                [](const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; });
+  // meshoptimizer takes an unused vertex at the place of another for the other side of a seam.
+  std::vector<std::uint32_t> number(positions.size(), kNoVertex), used_vertices;
+  std::vector<Vec3> used_positions;
+  for (Triangle& t : triangles) {
+    for (std::uint32_t& v : t) {
+      if (number[v] == kNoVertex) {
+        number[v] = static_cast<std::uint32_t>(used_vertices.size());
+        used_vertices.push_back(v);
+        used_positions.push_back(positions[v]);
+      }
+      v = number[v];
+    }
+  }
+  const auto goal = static_cast<std::size_t>(share * static_cast<double>(triangles.size()));
+  presimplify_chunk(used_positions, triangles, goal);
+  for (std::size_t i = 0; i < used_vertices.size(); ++i) {
+    positions[used_vertices[i]] = used_positions[i];
+  }
+  for (Triangle& t : triangles) {
+    t = {used_vertices[t[0]], used_vertices[t[1]], used_vertices[t[2]]};
+  }
+}
+
+void measure_deviation(const MeshStream& mesh, const Mesh& low, SimplifyReport& report) {
+  report.input_faces = mesh.triangle_count();
+  if (report.dropped_parts > 0) return;
+  constexpr std::size_t kSamplesPerTriangle = 4;
+  Mesh sample = sample_of(mesh, kMaxSamples / kSamplesPerTriangle);
+  std::erase_if(sample.triangles,
+                [&](const Triangle& triangle) { return !has_area(sample.positions, triangle); });
+  if (sample.triangles.empty()) return;
+  // Distances are measured at a box of diagonal 1.
+  Box<Vec3> box;
+  for (const Triangle& triangle : sample.triangles) {
+    for (const std::uint32_t corner : triangle) box.add(sample.positions[corner]);
+  }
+  const Vec3d center = box.center();
+  const double scale = 1 / length(to_double(box.high) - to_double(box.low));
+  const auto scaled = [&](std::vector<Vec3> positions) {
+    for (Vec3& p : positions) p = to_float((to_double(p) - center) * scale);
+    return positions;
+  };
+  const DistanceReport distance =
+      one_sided_distance(scaled(std::move(sample.positions)), sample.triangles,
+                         SurfaceDistance(scaled(low.positions), low.triangles), kMaxSamples);
+  report.error = distance.largest;
+  report.mean_error = distance.mean;
+}
+
+}  // namespace kiln
