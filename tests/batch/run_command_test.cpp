@@ -130,6 +130,17 @@ TEST(RunCommand, GoesOnWhereAnAssetFails) {
   EXPECT_EQ(held_outputs(), 0U);
 }
 
+TEST(RunCommand, NamesFailedAssetsWhereNoReportCanBeWritten) {
+  if (!fs::exists("/dev/full")) return;
+  const fs::path folder = make_studio({"a", "b"});
+  write(folder / "assets/b_high.obj", "v 0 0 nonsense\n");
+  write(folder / "job.toml", kStudioJob);
+  const ProcessResult result = run_job(folder, {"--junit", "/dev/full", "--quiet"});
+  EXPECT_EQ(result.exit_code, 5);
+  EXPECT_NE(result.errors.find("No space left"), std::string::npos) << result.errors;
+  EXPECT_NE(result.errors.find("kiln: b: "), std::string::npos) << result.errors;
+}
+
 TEST(RunCommand, ALimitThatIsMissedIsAFailureWithFiles) {
   const fs::path folder = make_studio({"a"});
   write(folder / "job.toml",
