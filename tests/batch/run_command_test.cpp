@@ -180,6 +180,26 @@ TEST(RunBatch, BakesAgainAloneWhereMemoryDidNotSufficeBesideOthers) {
   EXPECT_EQ(std::count(events.begin(), events.end(), "before b"), 2);
 }
 
+TEST(RunCommand, SaysWhereABaselineHidesChangedPixels) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = make_studio({"a"});
+  write(folder / "job.toml", kStudioJob);
+  const auto run = [&](std::vector<std::string> more) {
+    const ProcessResult result = run_job(folder, std::move(more));
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    return result.errors;
+  };
+  const std::string json = (folder / "a.json").string(), page = (folder / "a.html").string();
+  const std::string words = "has no hashes of maps";
+  run({"--json", json});
+  EXPECT_NE(run({"--baseline", json, "--report", page}).find("'" + json + "' " + words),
+            std::string::npos);
+  EXPECT_NE(run({"--baseline", page, "--json", json}).find("this run's report " + words),
+            std::string::npos);
+  const std::string next = (folder / "b.html").string();
+  EXPECT_EQ(run({"--baseline", page, "--report", next}).find(words), std::string::npos);
+}
+
 TEST(RunCommand, NamesFailedAssetsWhereNoReportCanBeWritten) {
   if (!fs::exists("/dev/full")) return;
   const fs::path folder = make_studio({"a", "b"});

@@ -145,6 +145,18 @@ ReportHead report_head_of(const RunArguments& arguments, double seconds) {
 
 /// Adds the differences to a former report to a report, and prints them.
 void compare(const RunArguments& arguments, const Json& former, Json& report, Console& console) {
+  // Hashes of maps are computed for pages alone.
+  const auto has_maps = [](const Json& of) {
+    const std::vector<Json>& assets = of.at("assets").elements();
+    return std::any_of(assets.begin(), assets.end(),
+                       [](const Json& asset) { return asset.at("maps").is_array(); });
+  };
+  if (!has_maps(former) || !has_maps(report)) {
+    console.warning(
+        "--baseline: " + (has_maps(former) ? "this run's report" : "'" + arguments.baseline + "'") +
+        " has no hashes of maps, so changed pixels are not seen: write both reports "
+        "with --report FILE.");
+  }
   add_baseline(report, former);
   report["baseline"] = arguments.baseline;
   std::vector<const Json*> changed;
