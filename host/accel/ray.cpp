@@ -65,7 +65,7 @@ struct RayCaster::Impl {
         (query.use_reach ? KILN_RAY_USE_REACH : 0) | (query.inward ? KILN_RAY_INWARD : 0) |
         (query.outward_first ? KILN_RAY_OUTWARD_FIRST : 0) |
         (query.two_sided ? KILN_RAY_TWO_SIDED : 0) | (query.outermost ? KILN_RAY_OUTERMOST : 0) |
-        (query.has_ray_limits ? KILN_RAY_LIMITED : 0);
+        (query.has_ray_limits ? KILN_RAY_LIMITED : 0) | (query.any_hit ? KILN_RAY_ANY : 0);
     return params;
   }
 

@@ -274,16 +274,17 @@ void HighCoverage::select_seen_places(const MatchRequest& request) {
            std::max(static_cast<std::uint32_t>(kDirections / fewer), kMinDirections))) {
     directions.push_back(to_float(direction));
   }
-  // The rays use the same kernel as bakes, so that no other one has to be compiled. It is fast for neighbouring rays
-  // of one direction, so places are visited along a Morton curve, direction by direction.
+  // The rays use the same kernel as bakes, so that no other one has to be compiled. Neighbouring rays of one direction
+  // read the same nodes, so places are visited along a Morton curve, direction by direction.
   std::vector<Place> rays;
   std::vector<std::uint32_t> place_of_ray;
   const auto cast = [&] {
     if (rays.empty()) return;
     const auto count = static_cast<std::uint32_t>(rays.size());
     DeviceCorrespondence hit(context, count);
-    caster.intersect(device_samples(context, rays), count, count,
-                     {.t_min = kOriginOffset, .t_max = kRayLength, .two_sided = true}, hit);
+    caster.intersect(
+        device_samples(context, rays), count, count,
+        {.t_min = kOriginOffset, .t_max = kRayLength, .two_sided = true, .any_hit = true}, hit);
     std::vector<std::uint32_t> triangle(count);
     hit.triangle.read(context, triangle);
     for (std::size_t k = 0; k < place_of_ray.size(); ++k) {

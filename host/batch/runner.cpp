@@ -131,7 +131,8 @@ class BatchRun {
     bytes = expected_bytes(assets_[i].job);
     // Running bakes have allocated a part of their estimate already, which is thus counted twice. So fewer bakes run at
     // once than memory would allow.
-    while (running_ > 0 && running_bytes_ + bytes > memory_left()) {
+    // A bake that waits to run alone goes first.
+    while (waiting_alone_ > 0 || (running_ > 0 && running_bytes_ + bytes > memory_left())) {
       done_.wait_for(lock, std::chrono::milliseconds(50));
       if (interrupted()) return false;
     }
@@ -144,6 +145,33 @@ class BatchRun {
     const std::lock_guard lock(mutex_);
     --running_;
     running_bytes_ -= bytes;
+    done_.notify_all();
+  }
+
+  /// True if an error may be a lack of memory that was caused by concurrent bakes.
+  bool may_lack_memory(const AssetResult& result) const {
+    return at_once_ > 1 && result.state == AssetState::failed &&
+           result.error_code == static_cast<int>(ErrorCode::internal) &&
+           result.error_id != "timeout";
+  }
+
+  /// Runs a bake again while no other one runs: estimates of memory may be too low.
+  void try_alone(std::size_t i, const Stopwatch& watch, AssetResult& result) {
+    {
+      std::unique_lock lock(mutex_);
+      ++waiting_alone_;
+      --running_;
+      done_.notify_all();
+      while (running_ > 0) done_.wait_for(lock, std::chrono::milliseconds(50));
+      ++running_;
+    }
+    const unsigned attempts = result.attempts;
+    result = {};
+    result.name = assets_[i].name;
+    result.attempts = attempts;
+    try_asset(i, watch, result);
+    const std::lock_guard lock(mutex_);
+    --waiting_alone_;
     done_.notify_all();
   }
 
@@ -180,6 +208,7 @@ class BatchRun {
       result.name = asset.name;
       result.attempts = attempt + 1;
       try_asset(i, watch, result);
+      if (may_lack_memory(result) && !interrupted()) try_alone(i, watch, result);
       // a bake with wrong options would fail again, so it is not retried
       const bool retries = result.state == AssetState::failed &&
                            result.error_code != static_cast<int>(ErrorCode::usage);
@@ -405,6 +434,7 @@ class BatchRun {
   std::condition_variable done_;
   std::size_t next_ = 0;
   unsigned at_once_ = 1, running_ = 0;
+  unsigned waiting_alone_ = 0;  // Bakes in try_alone()
   std::uint64_t running_bytes_ = 0;
   std::vector<double> finished_shares_;
   double total_ = 0;

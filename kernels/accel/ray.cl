@@ -10,6 +10,9 @@
 // at two or more different t >= 0: only there can its result differ from outward first, and the host
 // checks (host/match/outermost.cpp) whether the low poly lies between.
 //
+// KILN_RAY_ANY makes the beam kernel end each ray at its first hit, so that callers that only need to know whether there
+// is one, and cast too few rays to compile occlusion.cl for, need no second program.
+//
 // | kernel                  | global size         | local | reads, writes a sample            |
 // | kiln_ray_closest_beam   | samples / 64, up    | 64    | 24 B (28 with reach) + tree, 17 B |
 // | kiln_ray_closest_scalar | samples             | 64    | the same                          |
@@ -67,7 +70,9 @@ static KILN_CALL void ray_cast_beam(const kiln_ray_params params,
   beam_bounds bounds;
   const uint count = min(params.end - first, (uint)KILN_BEAM_RAYS);
   vfloat segment_lo[3][KILN_BEAM_VECTORS], segment_hi[3][KILN_BEAM_VECTORS];
-  const bool beam = count == KILN_BEAM_RAYS &&
+  // Rays that end at any hit gain nothing from a beam, which ends with its last ray.
+  const bool any_hit = (params.flags & KILN_RAY_ANY) != 0;
+  const bool beam = !any_hit && count == KILN_BEAM_RAYS &&
                     beam_load(points, first, params, &rays, segment_lo, segment_hi) &&
                     beam_bound(params, &rays, segment_lo, segment_hi, &bounds);
 #ifdef KILN_RAY_FRONTIER
@@ -88,11 +93,11 @@ static KILN_CALL void ray_cast_beam(const kiln_ray_params params,
       if (beam) {
         frontier_trace(nodes, blocks, &frontier, &ray, order, &hit);
       } else {
-        wide_trace(nodes, blocks, &ray, order, false, &hit);
+        wide_trace(nodes, blocks, &ray, order, any_hit, &hit);
       }
 #else
       if (beam) beam_extract(&rays, i, &hit);
-      wide_trace(nodes, blocks, &ray, order, false, &hit);
+      wide_trace(nodes, blocks, &ray, order, any_hit, &hit);
 #endif
     }
     ray_store(first + i, params, &ray, &hit, triangle, barycentric, distance, status);

@@ -11,6 +11,8 @@
 #define KILN_RAY_OUTERMOST 16u     ///< The hit with the greatest t
 /// With OUTERMOST: hits with t above the sample's own reach do not count
 #define KILN_RAY_LIMITED 32u
+/// Any hit ends the ray on CPUs: only whether there is one is a function of the ray and the triangles
+#define KILN_RAY_ANY 64u
 
 /// Bit of the status, added to the provenance by KILN_RAY_OUTERMOST: the ray has hits at two or
 /// more different t >= 0.

@@ -136,6 +136,10 @@ TEST(RayKernel, VariantsAgreeToTheBit) {
             entry.query;  // texels as large as triangles: rays from shared entry points
         sparse.triangles_per_ray = 2;
         EXPECT_TRUE(cast(wide, rays, sparse) == b);
+        RayQuery any = entry.query;
+        any.any_hit = true;
+        const Cast ended = cast(wide, rays, any);
+        for (std::size_t i = 0; i < rays.size(); ++i) ASSERT_EQ(ended.hit(i), a.hit(i)) << i;
         if (entry.query.has_ray_limits) continue;
         const std::vector<std::uint8_t> hit_a = occluded(wide, rays, entry.query);
         const std::vector<std::uint8_t> hit_b = occluded(scalar, rays, entry.query);
@@ -146,6 +150,18 @@ TEST(RayKernel, VariantsAgreeToTheBit) {
       }
     }
   }
+}
+
+TEST(RayKernel, RaysThatMayEndAtAnyHitDoSo) {
+  KILN_REQUIRE_DEVICE();
+  const Scene soup = random_soup(2000, 7, 0.1f);
+  const RayCaster caster = caster_of(soup, Traversal::cpu);
+  const std::vector<Ray> rays = random_rays(5000, 9);
+  const RayQuery nearest{.t_min = 0, .t_max = 2, .two_sided = true};
+  RayQuery any = nearest;
+  any.any_hit = true;
+  EXPECT_NE(cast(caster, rays, any).triangle, cast(caster, rays, nearest).triangle)
+      << "no ray ended before its nearest hit, so none was shortened";
 }
 
 /// Rays from outside at every vertex, at points of every edge, and at random points: from every side a

@@ -111,6 +111,7 @@ TEST(JobFile, RefusesWhatIsWrongWithItsLine) {
       {"a" + std::string(50, '.') + "\n", {"job.toml:1"}},
       {std::string(100000, '[') + "\n", {"job.toml:1"}},
       {"\xff\xfe\n", {"job.toml:1"}},
+      {"[[bake]]\xCA\xA2\n", {"job.toml:1"}},  // U+02A2, for which toml++ has no case
   };
   for (const auto& [text, words] : cases) {
     const std::string message = refused(text);

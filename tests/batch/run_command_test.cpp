@@ -2,17 +2,25 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
+#include <condition_variable>
 #include <csignal>
 #include <filesystem>
 #include <map>
+#include <mutex>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 #include <vector>
 
+#include "batch/assets.h"
 #include "batch/batch_scene.h"
+#include "batch/job_file.h"
+#include "batch/runner.h"
 #include "cli/call.h"
 #include "io/file/output_set.h"
+#include "kiln/files.h"
 
 namespace kiln::test {
 namespace {
@@ -128,6 +136,79 @@ TEST(RunCommand, GoesOnWhereAnAssetFails) {
   EXPECT_TRUE(names(folder / "out/b").empty());
   EXPECT_EQ(names(folder / "out/a").size(), 2U);
   EXPECT_EQ(held_outputs(), 0U);
+}
+
+TEST(RunBatch, BakesAgainAloneWhereMemoryDidNotSufficeBesideOthers) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = make_studio({"a", "b"});
+  ExpandOptions expand;
+  expand.allow_hooks = true;
+  const std::vector<BatchAsset> assets =
+      expand_job_file(
+          parse_job_file(std::string(kStudioJob) + "before = \"before\"\nafter = \"after\"\n",
+                         folder / "job.toml", {}),
+          expand)
+          .assets;
+  ASSERT_EQ(assets.size(), 2U);
+  std::mutex mutex;
+  std::condition_variable changed;
+  std::vector<std::string> events;
+  RunBatchOptions options;
+  options.at_once = 2;
+  options.run_command = [&](const std::string& command, const std::string& input, std::string&) {
+    std::unique_lock lock(mutex);
+    const std::string event = command + " " + json::parse(input)["asset"].get<std::string>();
+    const auto times = [&](const std::string& of) {
+      return std::count(events.begin(), events.end(), of);
+    };
+    events.push_back(event);
+    changed.notify_all();
+    // a is in its bake while b fails for the first time.
+    if (event == "before a") {
+      changed.wait_for(lock, std::chrono::seconds(20), [&] { return times("before b") > 0; });
+    }
+    if (event == "before b" && times(event) == 1) throw std::bad_alloc();
+    return 0;
+  };
+  OutputSet outputs;
+  for (const AssetResult& result : run_batch(assets, options)) {
+    EXPECT_EQ(result.state, AssetState::baked) << result.name << ": " << result.error;
+    EXPECT_EQ(result.attempts, 1U);
+  }
+  const auto end_of_a = std::find(events.begin(), events.end(), "after a");
+  EXPECT_EQ(std::count(end_of_a, events.end(), "before b"), 1) << "b was not baked again after a";
+  EXPECT_EQ(std::count(events.begin(), events.end(), "before b"), 2);
+}
+
+TEST(RunCommand, SaysWhereABaselineHidesChangedPixels) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = make_studio({"a"});
+  write(folder / "job.toml", kStudioJob);
+  const auto run = [&](std::vector<std::string> more) {
+    const ProcessResult result = run_job(folder, std::move(more));
+    EXPECT_EQ(result.exit_code, 0) << result.errors;
+    return result.errors;
+  };
+  const std::string json = (folder / "a.json").string(), page = (folder / "a.html").string();
+  const std::string words = "has no hashes of maps";
+  run({"--json", json});
+  EXPECT_NE(run({"--baseline", json, "--report", page}).find("'" + json + "' " + words),
+            std::string::npos);
+  EXPECT_NE(run({"--baseline", page, "--json", json}).find("this run's report " + words),
+            std::string::npos);
+  const std::string next = (folder / "b.html").string();
+  EXPECT_EQ(run({"--baseline", page, "--report", next}).find(words), std::string::npos);
+}
+
+TEST(RunCommand, NamesFailedAssetsWhereNoReportCanBeWritten) {
+  if (!fs::exists("/dev/full")) return;
+  const fs::path folder = make_studio({"a", "b"});
+  write(folder / "assets/b_high.obj", "v 0 0 nonsense\n");
+  write(folder / "job.toml", kStudioJob);
+  const ProcessResult result = run_job(folder, {"--junit", "/dev/full", "--quiet"});
+  EXPECT_EQ(result.exit_code, 5);
+  EXPECT_NE(result.errors.find("No space left"), std::string::npos) << result.errors;
+  EXPECT_NE(result.errors.find("kiln: b: "), std::string::npos) << result.errors;
 }
 
 TEST(RunCommand, ALimitThatIsMissedIsAFailureWithFiles) {

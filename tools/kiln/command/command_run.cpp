@@ -145,6 +145,18 @@ ReportHead report_head_of(const RunArguments& arguments, double seconds) {
 
 /// Adds the differences to a former report to a report, and prints them.
 void compare(const RunArguments& arguments, const Json& former, Json& report, Console& console) {
+  // Hashes of maps are computed for pages alone.
+  const auto has_maps = [](const Json& of) {
+    const std::vector<Json>& assets = of.at("assets").elements();
+    return std::any_of(assets.begin(), assets.end(),
+                       [](const Json& asset) { return asset.at("maps").is_array(); });
+  };
+  if (!has_maps(former) || !has_maps(report)) {
+    console.warning(
+        "--baseline: " + (has_maps(former) ? "this run's report" : "'" + arguments.baseline + "'") +
+        " has no hashes of maps, so changed pixels are not seen: write both reports "
+        "with --report FILE.");
+  }
   add_baseline(report, former);
   report["baseline"] = arguments.baseline;
   std::vector<const Json*> changed;
@@ -584,6 +596,22 @@ int run_job_file(const RunArguments& arguments) {
         return result.state == AssetState::failed && result.files.empty();
       });
   const std::vector<std::string> problems = result_checks.finish(console, results, is_whole_run);
+  std::vector<const AssetResult*> failed;
+  for (const AssetResult& result : results) {
+    if (result.state == AssetState::failed) failed.push_back(&result);
+  }
+  std::map<AssetState, std::size_t> counts;
+  for (const AssetResult& result : results) ++counts[result.state];
+  const auto print_summary = [&] {
+    console.line(formatted("%s in %.2f s: %zu baked, %zu from the cache, %zu unchanged, %zu failed",
+                           counted(results.size(), "asset").c_str(), seconds,
+                           counts[AssetState::baked], counts[AssetState::restored],
+                           counts[AssetState::unchanged], counts[AssetState::failed]));
+    for (const AssetResult* result : failed) {
+      print_line(stderr, "kiln: " + result->name + ": " + result->error);
+    }
+    for (const std::string& problem : problems) print_line(stderr, "kiln: " + problem + ".");
+  };
   if (!arguments.json.empty() || !arguments.report.empty() || !arguments.junit.empty()) {
     Json report = report_of(report_head_of(arguments, seconds), batch, results);
     if (!arguments.report.empty() &&
@@ -593,22 +621,14 @@ int run_job_file(const RunArguments& arguments) {
       return kExitCancelled;
     }
     if (!arguments.baseline.empty()) compare(arguments, former, report, console);
-    save_reports(arguments, report);
+    try {
+      save_reports(arguments, report);
+    } catch (...) {
+      print_summary();  // a full disk fails assets and reports alike, and the assets must not go unnamed
+      throw;
+    }
   }
-  std::vector<const AssetResult*> failed;
-  for (const AssetResult& result : results) {
-    if (result.state == AssetState::failed) failed.push_back(&result);
-  }
-  std::map<AssetState, std::size_t> counts;
-  for (const AssetResult& result : results) ++counts[result.state];
-  console.line(formatted("%s in %.2f s: %zu baked, %zu from the cache, %zu unchanged, %zu failed",
-                         counted(results.size(), "asset").c_str(), seconds,
-                         counts[AssetState::baked], counts[AssetState::restored],
-                         counts[AssetState::unchanged], counts[AssetState::failed]));
-  for (const AssetResult* result : failed) {
-    print_line(stderr, "kiln: " + result->name + ": " + result->error);
-  }
-  for (const std::string& problem : problems) print_line(stderr, "kiln: " + problem + ".");
+  print_summary();
   return failed.empty() && problems.empty() ? 0 : 1;
 }
 
