@@ -132,10 +132,6 @@ TEST(RayKernel, VariantsAgreeToTheBit) {
         const Cast b = cast(scalar, rays, entry.query);
         ASSERT_EQ(a.triangle, b.triangle);
         EXPECT_TRUE(a == b);
-        RayQuery sparse =
-            entry.query;  // texels as large as triangles: rays from shared entry points
-        sparse.triangles_per_ray = 2;
-        EXPECT_TRUE(cast(wide, rays, sparse) == b);
         if (entry.query.has_ray_limits) continue;
         const std::vector<std::uint8_t> hit_a = occluded(wide, rays, entry.query);
         const std::vector<std::uint8_t> hit_b = occluded(scalar, rays, entry.query);
