@@ -16,12 +16,15 @@ constexpr std::size_t kLocalSize = 64;
 constexpr std::uint32_t kRaysPerLaunch = 1u << 20;
 // Rays of a work-item: KILN_ITEM_RAYS of kernels/accel/ray.cl.
 constexpr std::uint32_t kRaysPerBeam = 64;
-// From here on, neighbouring rays are traced one by one from shared entry points instead of together. By processor time,
-// rays of 8 x 8 texels took 0.64 as long with 1.2 triangles per texel, 0.95 with 0.6, and 1.22 with 0.3.
-constexpr double kMinTrianglesPerRayForFrontier = 0.6;
+// From here on, neighbouring rays are traced as streams instead of beams. By processor time, streams took 0.28 as long
+// with 1.2 triangles per ray, 0.63 with 0.15, 0.93 with 0.04, and 1.18 with 0.01.
+constexpr double kMinTrianglesPerRayForStreams = 0.025;
+// Work-items per work-group of streams: as many rays as a work-group of beams has.
+constexpr std::size_t kStreamLocalSize = kLocalSize * kRaysPerBeam / KILN_RAY_STREAM_BLOCK;
 // Work-items per work-group; each casts one block of rays.
 constexpr std::size_t kOcclusionLocalSize = 4;
-static_assert(kRaysPerLaunch % kRaysPerBeam == 0 && kRaysPerLaunch % KILN_OCCLUSION_BLOCK == 0);
+static_assert(kRaysPerLaunch % kRaysPerBeam == 0 && kRaysPerLaunch % KILN_OCCLUSION_BLOCK == 0 &&
+              kRaysPerLaunch % KILN_RAY_STREAM_BLOCK == 0);
 
 void check_query(const RayQuery& query, std::uint32_t count, std::uint32_t capacity) {
   if (!std::isfinite(query.t_min) || !std::isfinite(query.t_max) || query.t_min > query.t_max) {
@@ -42,7 +45,7 @@ void check_query(const RayQuery& query, std::uint32_t count, std::uint32_t capac
 struct RayCaster::Impl {
   cl::Context* context = nullptr;
   Traversal traversal = Traversal::cpu;
-  std::string defines, frontier_defines;
+  std::string defines;
   std::shared_ptr<const Tree> tree;
 
   void choose_variant(Traversal requested) {
@@ -50,7 +53,6 @@ struct RayCaster::Impl {
     defines = tree->defines(traversal == Traversal::gpu          ? "-DKILN_RAY_SCALAR=1"
                             : traversal == Traversal::cpu_single ? "-DKILN_RAY_SINGLE=1"
                                                                  : "");
-    frontier_defines = tree->defines("-DKILN_RAY_FRONTIER=1");
   }
 
   kiln_ray_params params(const RayQuery& query, std::uint32_t capacity,
@@ -107,11 +109,19 @@ void RayCaster::intersect(const cl::Array<float>& points, std::uint32_t count,
   check_query(query, count, std::min(capacity, result.capacity));
   result.count = count;
   const bool gpu = impl_->traversal == Traversal::gpu;
-  const bool frontier = !gpu && query.triangles_per_ray >= kMinTrianglesPerRayForFrontier;
-  impl_->launch("ray", gpu ? "kiln_ray_closest_scalar" : "kiln_ray_closest_beam",
-                frontier ? impl_->frontier_defines : impl_->defines, kLocalSize,
-                gpu ? 1 : kRaysPerBeam, impl_->params(query, capacity, result.capacity), count,
-                points, result.triangle, result.barycentric, result.distance, result.status);
+  const bool traces_streams = impl_->traversal == Traversal::cpu &&
+                              query.triangles_per_ray >= kMinTrianglesPerRayForStreams;
+  impl_->launch(traces_streams ? "ray_stream" : "ray",
+                gpu              ? "kiln_ray_closest_scalar"
+                : traces_streams ? "kiln_ray_closest_stream"
+                                 : "kiln_ray_closest_beam",
+                traces_streams ? impl_->tree->defines() : impl_->defines,
+                traces_streams ? kStreamLocalSize : kLocalSize,
+                gpu              ? 1
+                : traces_streams ? KILN_RAY_STREAM_BLOCK
+                                 : kRaysPerBeam,
+                impl_->params(query, capacity, result.capacity), count, points, result.triangle,
+                result.barycentric, result.distance, result.status);
 }
 
 void RayCaster::occluded(const cl::Array<float>& points, std::uint32_t count,

@@ -58,37 +58,44 @@ void visit_saved_members(AnyMesh& mesh, const Visit& visit) {
   visit(mesh.other_uvs);
 }
 
+/// Passes the bytes of a mesh's members to `put(data, size)`, piece by piece, so that none is copied.
+template <typename Put>
 class SavedMeshWriter {
  public:
+  explicit SavedMeshWriter(const Put& put) : put_(put) {}
+
   template <typename T>
   void add(const T& value) {
     static_assert(std::is_trivially_copyable_v<T>);
-    append(&value, sizeof value);
+    put_(&value, sizeof value);
   }
   template <typename T>
   void add(const std::vector<T>& values) {
     add(std::uint64_t{values.size()});
     if constexpr (std::is_trivially_copyable_v<T>) {
-      append(values.data(), values.size() * sizeof(T));
+      put_(values.data(), values.size() * sizeof(T));
     } else {
       for (const T& value : values) add(value);
     }
   }
   void add(const std::string& text) {
     add(std::uint64_t{text.size()});
-    append(text.data(), text.size());
+    put_(text.data(), text.size());
   }
   void add(const UvSet& set) {
     add(set.set);
     add(set.uvs);
   }
-  std::string bytes;
 
  private:
-  void append(const void* data, std::size_t size) {
-    bytes.append(static_cast<const char*>(data), size);
-  }
+  const Put& put_;
 };
+
+template <typename Put>
+void put_saved_members(const Mesh& mesh, const Put& put) {
+  SavedMeshWriter<Put> writer(put);
+  visit_saved_members(mesh, [&](const auto& member) { writer.add(member); });
+}
 
 class SavedMeshReader {
  public:
@@ -189,15 +196,15 @@ Warning warning_of_unsaved_materials(const Mesh& mesh, const std::string& file) 
 }
 
 void write_saved_mesh(const Mesh& mesh, AtomicFile& file) {
-  SavedMeshWriter writer;
-  visit_saved_members(mesh, [&](const auto& member) { writer.add(member); });
   SavedMeshHead head;
   std::memcpy(head.magic, kSavedMeshMagic, sizeof kSavedMeshMagic);
   head.byte_order = kSavedMeshByteOrder;
-  head.bytes = writer.bytes.size();
-  head.hash = hash_bytes(writer.bytes);
+  put_saved_members(mesh, [&](const void*, std::size_t size) { head.bytes += size; });
+  PieceHash hash(head.bytes);
+  put_saved_members(mesh, [&](const void* data, std::size_t size) { hash.add(data, size); });
+  head.hash = hash.value();
   file.write(&head, sizeof head);
-  file.write(writer.bytes);
+  put_saved_members(mesh, [&](const void* data, std::size_t size) { file.write(data, size); });
 }
 
 std::uint64_t saved_mesh_end(const std::filesystem::path& path) {

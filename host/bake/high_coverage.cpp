@@ -15,6 +15,7 @@
 #include "bake/coverage_slabs.h"
 #include "base/byte_hash.h"
 #include "base/parallel.h"
+#include "match/ray.h"
 #include "mesh/box.h"
 #include "mesh/kernels_shared.h"
 
@@ -274,17 +275,20 @@ void HighCoverage::select_seen_places(const MatchRequest& request) {
            std::max(static_cast<std::uint32_t>(kDirections / fewer), kMinDirections))) {
     directions.push_back(to_float(direction));
   }
-  // The rays use the same kernel as bakes, so that no other one has to be compiled. Neighbouring rays of one direction
-  // read the same nodes, so places are visited along a Morton curve, direction by direction.
+  // The rays use the same kernel as bakes, so that no other one has to be compiled. It is fast for neighbouring rays
+  // of one direction, so places are visited along a Morton curve, direction by direction.
+  const RayQuery query{.t_min = kOriginOffset,
+                       .t_max = kRayLength,
+                       .two_sided = true,
+                       .any_hit = true,
+                       .triangles_per_ray = ray_query(request, true).triangles_per_ray};
   std::vector<Place> rays;
   std::vector<std::uint32_t> place_of_ray;
   const auto cast = [&] {
     if (rays.empty()) return;
     const auto count = static_cast<std::uint32_t>(rays.size());
     DeviceCorrespondence hit(context, count);
-    caster.intersect(
-        device_samples(context, rays), count, count,
-        {.t_min = kOriginOffset, .t_max = kRayLength, .two_sided = true, .any_hit = true}, hit);
+    caster.intersect(device_samples(context, rays), count, count, query, hit);
     std::vector<std::uint32_t> triangle(count);
     hit.triangle.read(context, triangle);
     for (std::size_t k = 0; k < place_of_ray.size(); ++k) {

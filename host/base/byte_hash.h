@@ -1,6 +1,7 @@
 // A hash of large arrays.
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -17,7 +18,17 @@ namespace kiln {
 class ByteHash {
  public:
   void add(std::span<const std::byte> bytes) {
-    constexpr std::size_t kBytesPerBlock = std::size_t{1} << 20;
+    hash_.add(bytes.size());
+    add_blocks(bytes);
+  }
+  /// The hash; never 0, which callers use for "unknown".
+  std::uint64_t value() const { return hash_.value != 0 ? hash_.value : 1; }
+
+ private:
+  friend class PieceHash;
+  static constexpr std::size_t kBytesPerBlock = std::size_t{1} << 20;
+
+  void add_blocks(std::span<const std::byte> bytes) {
     std::vector<std::uint64_t> block_hashes((bytes.size() + kBytesPerBlock - 1) / kBytesPerBlock);
     parallel_for(bytes.size(), kBytesPerBlock, [&](std::size_t begin, std::size_t end) {
       Fnv1a hash;
@@ -30,14 +41,42 @@ class ByteHash {
       for (; i < end; ++i) hash.add(static_cast<std::uint64_t>(bytes[i]));
       block_hashes[begin / kBytesPerBlock] = hash.value;
     });
-    hash_.add(bytes.size());
     for (const std::uint64_t block : block_hashes) hash_.add(block);
   }
-  /// The hash; never 0, which callers use for "unknown".
-  std::uint64_t value() const { return hash_.value != 0 ? hash_.value : 1; }
+
+  Fnv1a hash_;
+};
+
+/// The hash that ByteHash has of one array, for bytes that come in pieces. It buffers 16 MiB.
+class PieceHash {
+ public:
+  /// \param size  sum of the sizes of all pieces
+  explicit PieceHash(std::uint64_t size) { hash_.hash_.add(size); }
+  void add(const void* data, std::size_t size) {
+    const auto* bytes = static_cast<const std::byte*>(data);
+    while (size != 0) {
+      const std::size_t part = std::min(size, kBufferBytes - buffer_.size());
+      buffer_.insert(buffer_.end(), bytes, bytes + part);
+      bytes += part;
+      size -= part;
+      if (buffer_.size() == kBufferBytes) flush();
+    }
+  }
+  std::uint64_t value() {
+    flush();
+    return hash_.value();
+  }
 
  private:
-  Fnv1a hash_;
+  static constexpr std::size_t kBufferBytes = 16 * ByteHash::kBytesPerBlock;
+
+  void flush() {
+    hash_.add_blocks(buffer_);
+    buffer_.clear();
+  }
+
+  ByteHash hash_;
+  std::vector<std::byte> buffer_;
 };
 
 /// Hash of the concatenation of several arrays.

@@ -21,8 +21,10 @@ namespace {
 using ResultWords = std::vector<std::uint32_t>;
 constexpr std::uint32_t kWorkItems = KILN_SELFTEST_ITEMS, kAtomicCells = KILN_SELFTEST_CELLS;
 // Samples of a work-item of kiln_ray_closest_beam; rays of the first launch, of which the last item has too few for a
-// beam.
+// beam or a stream.
 constexpr std::uint32_t kRaysPerBeam = 64, kRaysInFirstLaunch = kWorkItems / 2 + 40;
+// The local size that bakes use for streams, so that they need not compile the kernel again.
+constexpr std::size_t kStreamLocal = 16;
 
 std::uint32_t bits_of(float value) { return std::bit_cast<std::uint32_t>(value); }
 
@@ -272,23 +274,29 @@ std::string selftest_fault(Context& context, const std::string& extra_options) {
   const Array<float> barycentric(context, std::size_t{2} * kWorkItems);
   const Array<float> distance(context, kWorkItems);
   const Array<std::uint8_t> status(context, kWorkItems);
-  // The program and kernel that bakes use on this kind of device, CPU or GPU (host/accel/ray.cpp). The kernel of the
-  // other kind is not tested.
-  const Kernel trace =
-      context.kernel("ray", info.is_gpu ? "kiln_ray_closest_scalar" : "kiln_ray_closest_beam",
-                     std::string("-DKILN_BVH_PLAIN=1") +
-                         (info.is_gpu     ? " -DKILN_RAY_SCALAR=1"
-                          : is_pocl(info) ? ""
-                                          : " -DKILN_RAY_SINGLE=1") +
-                         extra);
-  // Neither launch has a multiple of kRaysPerBeam rays, so that both trace some rays one by one.
+  // The program and kernel that most bakes use on this kind of device, CPU or GPU (host/accel/ray.cpp). Kernels of
+  // other kinds are not tested.
+  const bool traces_streams = !info.is_gpu && is_pocl(info);
+  const Kernel trace = context.kernel(traces_streams ? "ray_stream" : "ray",
+                                      info.is_gpu      ? "kiln_ray_closest_scalar"
+                                      : traces_streams ? "kiln_ray_closest_stream"
+                                                       : "kiln_ray_closest_beam",
+                                      std::string("-DKILN_BVH_PLAIN=1") +
+                                          (info.is_gpu      ? " -DKILN_RAY_SCALAR=1"
+                                           : traces_streams ? ""
+                                                            : " -DKILN_RAY_SINGLE=1") +
+                                          extra);
+  const std::uint32_t rays_per_item = info.is_gpu      ? 1
+                                      : traces_streams ? KILN_RAY_STREAM_BLOCK
+                                                       : kRaysPerBeam;
+  // Neither launch has a multiple of rays_per_item rays, so that both trace some rays otherwise.
   for (const auto& [first, end] :
        {std::pair{0U, kRaysInFirstLaunch}, std::pair{kRaysInFirstLaunch, kWorkItems}}) {
     params.first = first;
     params.end = end;
-    context.launch(trace,
-                   info.is_gpu ? end - first : (end - first + kRaysPerBeam - 1) / kRaysPerBeam,
-                   kLocal, params, nodes, blocks, points, triangle, barycentric, distance, status);
+    context.launch(trace, (end - first + rays_per_item - 1) / rays_per_item,
+                   traces_streams ? kStreamLocal : kLocal, params, nodes, blocks, points, triangle,
+                   barycentric, distance, status);
   }
   const auto append = [&](const std::vector<float>& values) {
     for (const float value : values) all.push_back(bits_of(value));

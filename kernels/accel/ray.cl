@@ -18,7 +18,6 @@
 // | kiln_ray_closest_scalar | samples             | 64    | the same                          |
 //
 // Defines: KILN_RAY_SCALAR      build the scalar kernel instead of the beam
-//          KILN_RAY_FRONTIER    trace a beam's rays one by one from shared entry points (frontier.clh)
 //          KILN_LANES           8 or 16, rays a vector; default by the device (lib/vector.clh)
 //          KILN_PORTABLE_MASKS  no x86 instructions (lib/mask.clh)
 //          KILN_BVH_PLAIN       the tree has no prisms (prism.clh)
@@ -26,7 +25,6 @@
 // Strengths: neighbouring samples (blocks of 8 x 8, or halves of them) share one traversal. Limits: rays that have
 // little in common are traced one by one. Origins beyond 2^20 frame units and directions longer than 2 miss.
 #include "accel/beam.clh"
-#include "accel/frontier.clh"
 #include "accel/traverse_scalar.clh"
 #include "lib/call.clh"
 
@@ -75,30 +73,17 @@ static KILN_CALL void ray_cast_beam(const kiln_ray_params params,
   const bool beam = !any_hit && count == KILN_BEAM_RAYS &&
                     beam_load(points, first, params, &rays, segment_lo, segment_hi) &&
                     beam_bound(params, &rays, segment_lo, segment_hi, &bounds);
-#ifdef KILN_RAY_FRONTIER
-  beam_frontier frontier;
-  if (beam) frontier_find(nodes, &bounds, &frontier);
-#else
   if (beam && beam_trace(nodes, blocks, order, &rays, &bounds)) {
     beam_store(first, params, &rays, points, triangle, barycentric, distance, status);
     return;
   }
-#endif
   for (uint i = 0; i < count; ++i) {
     ray_state ray;
     ray_hit hit;
     ray_start(points, first + i, params, &hit);
     if (ray_load(points, first + i, params, &ray)) {
-#ifdef KILN_RAY_FRONTIER
-      if (beam) {
-        frontier_trace(nodes, blocks, &frontier, &ray, order, &hit);
-      } else {
-        wide_trace(nodes, blocks, &ray, order, any_hit, &hit);
-      }
-#else
       if (beam) beam_extract(&rays, i, &hit);
       wide_trace(nodes, blocks, &ray, order, any_hit, &hit);
-#endif
     }
     ray_store(first + i, params, &ray, &hit, triangle, barycentric, distance, status);
   }

@@ -25,6 +25,9 @@
 /// Number of any-hit rays that are sorted, and cast as streams, together.
 #define KILN_OCCLUSION_BLOCK 2048
 
+/// Number of neighbouring rays whose nearest hits are found by one work-item of streams.
+#define KILN_RAY_STREAM_BLOCK 256
+
 struct kiln_ray_params {
   kiln_float t_min;
   kiln_float t_max;

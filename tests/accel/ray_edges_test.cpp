@@ -21,7 +21,7 @@ TEST(RayKernel, CountsAroundTheWorkGroupAndNone) {
   for (Traversal traversal : {Traversal::cpu, Traversal::gpu}) {
     const RayCaster caster = caster_of(scene, traversal);
     const Cast all = cast(caster, rays, query);
-    for (std::size_t count : {0u, 1u, 7u, 8u, 9u, 63u, 64u, 65u, 127u, 4095u, 4097u}) {
+    for (std::size_t count : {0u, 1u, 7u, 8u, 9u, 63u, 64u, 65u, 127u, 255u, 257u, 4095u, 4097u}) {
       const std::vector<Ray> some(rays.begin(), rays.begin() + static_cast<std::ptrdiff_t>(count));
       const Cast part = cast(caster, some, query);
       for (std::size_t i = 0; i < count; ++i) {
@@ -45,6 +45,7 @@ TEST(RayKernel, SamplesThatAreNoRaysMiss) {
       {{0, 0, 0}, {0, nan, 1}},
       {{0, 0, 0}, {infinity, 0, 0}},
       {{0, 0, -1e30f}, {0, 0, 1}},
+      {{0, 0, 0}, {0, 0, 3}},  // too long
       good,
   };
   for (Traversal traversal : {Traversal::cpu, Traversal::gpu}) {

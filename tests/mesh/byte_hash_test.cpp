@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <set>
 #include <vector>
@@ -49,6 +50,21 @@ TEST(FastHash, KnowsTheOrderOfWords) {
     }
   }
   EXPECT_EQ(seen.size(), count);
+}
+
+// Pieces that end within words, within blocks and within what is buffered.
+TEST(PieceHash, EqualsTheHashOfTheWhole) {
+  for (const std::size_t size : {std::size_t{0}, std::size_t{7}, (std::size_t{1} << 20) + 3,
+                                 std::size_t{1} << 24, (std::size_t{5} << 23) + 1}) {
+    std::vector<std::uint8_t> bytes(size);
+    for (std::size_t i = 0; i < size; ++i) bytes[i] = static_cast<std::uint8_t>(i * 7 + i / 251);
+    PieceHash hash(size);
+    std::size_t piece = 1;
+    for (std::size_t at = 0; at < size; at += piece, piece = piece * 3 + 1) {
+      hash.add(bytes.data() + at, std::min(piece, size - at));
+    }
+    EXPECT_EQ(hash.value(), hash_bytes(bytes)) << size;
+  }
 }
 
 }  // namespace

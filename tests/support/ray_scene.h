@@ -215,11 +215,22 @@ Cast match_of(const std::vector<Ray>& rays, const Run& match) {
   return out;
 }
 
+/// Casts rays as those of dense texels, and expects the same bits as for sparse texels, which CPUs trace otherwise.
 inline Cast cast(const RayCaster& caster, const std::vector<Ray>& rays, const RayQuery& query) {
-  return match_of(rays, [&](const cl::Array<float>& points, std::uint32_t count,
-                            std::uint32_t capacity, DeviceCorrespondence& result) {
-    caster.intersect(points, count, capacity, query, result);
-  });
+  std::vector<Cast> casts;
+  for (const double triangles_per_ray : {0.0, 2.0}) {
+    RayQuery dense = query;
+    dense.triangles_per_ray = triangles_per_ray;
+    casts.push_back(match_of(rays, [&](const cl::Array<float>& points, std::uint32_t count,
+                                       std::uint32_t capacity, DeviceCorrespondence& result) {
+      caster.intersect(points, count, capacity, dense, result);
+    }));
+  }
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    EXPECT_EQ(casts[0].hit(i), casts[1].hit(i)) << "triangles_per_ray changes ray " << i;
+  }
+  EXPECT_TRUE(query.any_hit || casts[0] == casts[1]) << "triangles_per_ray changes results";
+  return casts[0];
 }
 
 inline std::vector<std::uint8_t> occluded(const RayCaster& caster, const std::vector<Ray>& rays,

@@ -74,6 +74,7 @@ class RayBench {
     query.t_max = static_cast<float>(diagonal * 0.024887);
     query.inward = true;
     query.two_sided = true;
+    query.triangles_per_ray = static_cast<double>(high_.triangles.size()) / rays_;
     const Agreement agreement = compare(query);
     RayQuery one_sided = query;
     one_sided.two_sided = false;
