@@ -452,6 +452,17 @@ class Pictures {
     return entry->second;
   }
 
+  /// True if colours are read from a GPU texture of two channels, such as BC5.
+  bool lacks_color(const MaterialPicture& picture, const fs::path& file, const Image& image) const {
+    if (kind_ != TextureKind::srgb || image.channels != 2) return false;
+    const std::string name = picture.file.string();
+    if (picture.bytes == nullptr) {
+      return is_two_channel_texture(*open_file(file, image_failure(name, "an image")), name);
+    }
+    const auto* const text = reinterpret_cast<const char*>(picture.bytes->data());
+    return is_two_channel_texture(*bytes_in_memory({text, picture.bytes->size()}), name);
+  }
+
   /// Adds a picture, or one of its channels (-1: all). \returns its index in the texture
   /// \param weighted  true: its alpha weights the colours
   std::uint32_t add(const std::shared_ptr<const Image>& image, int channel, bool weighted,
@@ -546,7 +557,7 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
   const MaterialSlot source_slot = in_alpha ? MaterialSlot::color : slot;
   texture.channel = in_alpha ? 3 : 0;
   Pictures pictures(texture.kind);
-  MaterialFinding heights, missing;
+  MaterialFinding heights, missing, two_channel;
   std::string first_missing;
   // Numbers of triangles in each UV tile; computed only if a file name may belong to a UDIM set
   std::vector<TileCounts> counts;
@@ -609,6 +620,7 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
     const bool weighted = slot == MaterialSlot::color && is_alpha_opacity(material);
     if (tiles.tiles.empty()) {
       const std::shared_ptr<const Image> image = pictures.read(picture, picture.file);
+      if (pictures.lacks_color(picture, picture.file, *image)) two_channel.add(material);
       if (slot == MaterialSlot::normal && holds_heights(*image, normals)) {
         heights.add(material);
         continue;
@@ -644,6 +656,15 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
     missing.warn(warnings, "picture-missing",
                  "with a missing picture ('" + first_missing +
                      "'): only the material's constant value is used.");
+  }
+  if (two_channel.count() != 0) {
+    const std::string file = picture_of(two_channel.first(), source_slot).file.string();
+    two_channel.warn(warnings, "two-channel-colors",
+                     "with a texture of two channels" +
+                         (file.empty() ? std::string() : " ('" + file + "')") +
+                         " as colours: BC5 and its like hold x and y of normals, and were read as "
+                         "grey and opacity. Give colours as BC7 or PNG, or this texture as normal "
+                         "map.");
   }
   if (heights.count() != 0) {
     heights.warn(warnings, "bump-is-height",

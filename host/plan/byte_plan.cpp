@@ -84,7 +84,7 @@ class BytePlanner {
     choose_normals();
     while (low_polys_.size() < Settings::kMaxTrials) {
       const std::optional<Prediction> next = best_prediction();
-      if (!next || next->error >= Settings::kMaxErrorRatioToTry * error_of(best())) break;
+      if (!next || !is_worth_building(next->error, error_of(best()))) break;
       // Larger pictures than predicted may fit, so the size is that of the first maps.
       build_trial(next->level, low_polys_.front().trial.baked, /*all_maps=*/false, next->error);
     }
@@ -131,6 +131,14 @@ class BytePlanner {
   double oversize_rank(std::uint64_t bytes) const {
     return 2 * Settings::kLostSurfacePenalty +
            static_cast<double>(bytes) / static_cast<double>(options_.max_bytes);
+  }
+  /// True if a predicted error is clearly below the smallest one so far. A penalty that both have is left out, since it
+  /// would hide every difference.
+  static bool is_worth_building(double predicted, double smallest) {
+    const double penalty = Settings::kLostSurfacePenalty;
+    const bool both_lost = std::min(predicted, smallest) >= penalty && smallest < 2 * penalty;
+    const double common = both_lost ? penalty : 0;
+    return predicted - common < Settings::kMaxErrorRatioToTry * (smallest - common);
   }
   BuiltLowPoly& best() {
     return *std::min_element(

@@ -108,7 +108,7 @@ std::vector<Material> load_materials(const Mesh& mesh, const std::filesystem::pa
 /// share its pictures.
 /// \param warnings  receives warnings; may be null: "material-value" for materials without picture and number: the
 ///                  default is used, "roughness-from-ns" and "metallic-from-illum" for numbers that are converted,
-///                  "bump-is-height" for grey pictures, which are not normal maps: treated as flat
+///                  "bump-is-height": grey pictures, no normals, treated as flat; "two-channel-colors": as BC5
 /// Names with `<UDIM>`, `<UVTILE>` or `%(UDIM)d` are sets (Texture::tiles). So are names with a tile's number if the
 /// mesh's UVs leave the first square and pictures for the other tiles exist; the warning "udim-siblings" reports this,
 /// and ambiguous cases. Colour pictures are weighted by their alpha if it is the material's opacity: in glTF unless

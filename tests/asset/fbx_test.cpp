@@ -442,6 +442,81 @@ TEST(Fbx, NormalsOfSkinsTurnWithTheBones) {
   }
 }
 
+/// Each corner's own normal turns with its own vertex: two hang on one bone, two on another.
+TEST(Fbx, NormalsOfSkinsTurnWithTheirOwnVertices) {
+  Skinned s;
+  s.weights = {{{1, 0}, {1, 0}, {0, 1}, {0, 1}}};
+  s.root.rotation = {0, 90, 0};
+  s.tip.rotation = {0, 90, 0};
+  FbxScene scene = s.scene();
+  for (FbxRecord& object : scene.objects) {
+    if (object.name == "Geometry") {
+      object.children.push_back(normals_by_corner({0, 0, 1, 0, 1, 0, 0, 1, 0, 0, 0, 1}));
+    }
+  }
+  const std::string bytes = scene.text();
+  const Mesh mesh = read_fbx({"a.fbx", bytes}).mesh;
+  // The root turns (x, y, z) to (z, y, -x), the tip on it to (-x, y, -z). So the square's corners come to (0, 0, 0),
+  // (0, 0, -1), (-1, 1, 0) and (0, 1, 0).
+  std::array<int, 4> found{};
+  for (std::size_t t = 0; t < 2; ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3 p = mesh.positions[mesh.triangles[t][k]];
+      const Vec3 n = mesh.normals[mesh.normal_triangles[t][k]];
+      const std::array<double, 3> at{p.x + mesh.origin[0], p.y + mesh.origin[1],
+                                     p.z + mesh.origin[2]};
+      const bool is_tip = at[1] > 0.5, is_far = std::abs(at[0]) + std::abs(at[2]) > 0.5;
+      ++found[(is_tip ? 2 : 0) + (is_far ? 1 : 0)];
+      EXPECT_NEAR(n.x, is_far || is_tip ? 0 : 1, 1e-6) << t << ' ' << k;
+      EXPECT_NEAR(n.y, is_far ? 1 : 0, 1e-6) << t << ' ' << k;
+      EXPECT_NEAR(n.z, is_far || !is_tip ? 0 : -1, 1e-6) << t << ' ' << k;
+    }
+  }
+  for (const int count : found) EXPECT_GE(count, 1);
+}
+
+/// Normals follow a shape whatever the face's size, and stay the file's where a shape leaves a face no area.
+TEST(Fbx, NormalsFollowBlendShapesOfAnySize) {
+  for (const double size : {0.25, 1.0, 5.0}) {
+    for (const bool is_flat : {false, true}) {
+      SCOPED_TRACE(size);
+      FbxScene scene;
+      scene.model(100, "n", 0);
+      // Another square stands 10 beside it, out of the shape's reach.
+      const double far = size + 10;
+      FbxRecord& square = scene.mesh(10, {0,  0, 0, size, 0, 0, size, size, 0, 0,  size, 0,
+                                          10, 0, 0, far,  0, 0, far,  size, 0, 10, size, 0},
+                                     {0, 1, 2, -4, 4, 5, 6, -8});
+      square.children.push_back(normals_by_corner(
+          {0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1}));
+      scene.connect(10, 100);
+      FbxRecord& shape = scene.add("Geometry", 20, "Geometry::up", "Shape");
+      shape.children.push_back({"Indexes", {std::vector<std::int32_t>{1, 2}}});
+      // Up to 45 degrees, or onto the other side of the square.
+      shape.children.push_back({"Vertices",
+                                {is_flat ? std::vector<double>{-size, 0, 0, -size, 0, 0}
+                                         : std::vector<double>{0, 0, size, 0, 0, size}}});
+      scene.add("Deformer", 30, "Deformer::", "BlendShape");
+      FbxRecord& channel = scene.add("Deformer", 31, "SubDeformer::up", "BlendShapeChannel",
+                                     {FbxScene::property("DeformPercent", "Number", {100.0})});
+      channel.children.push_back({"FullWeights", {std::vector<double>{100}}});
+      scene.connect(30, 10);
+      scene.connect(31, 30);
+      scene.connect(20, 31);
+      const std::string bytes = scene.text();
+      const Mesh mesh = read_fbx({"a.fbx", bytes}).mesh;
+      ASSERT_EQ(mesh.triangles.size(), 4U);
+      for (std::size_t i = 0; i < 4; ++i) {
+        const double wanted = is_flat || i >= 2 ? 0 : std::sqrt(0.5);
+        for (const std::uint32_t n : mesh.normal_triangles[i]) {
+          EXPECT_NEAR(mesh.normals[n].x, -wanted, 1e-6) << is_flat << ' ' << i;
+          EXPECT_NEAR(mesh.normals[n].z, wanted == 0 ? 1 : wanted, 1e-6) << is_flat << ' ' << i;
+        }
+      }
+    }
+  }
+}
+
 TEST(Fbx, BlendShapesCountByTheirPercentage) {
   // The second half of the square is lifted, up to 45 degrees.
   for (const double percent : {0.0, 50.0, 100.0, -25.0}) {

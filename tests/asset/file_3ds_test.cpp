@@ -366,6 +366,15 @@ TEST(Smoothing3ds, DamagedFilesAreReadAsFarAsTheyAreWhole) {
       for (const std::uint32_t m : mesh.materials) EXPECT_LT(m, mesh.material_names.size());
     }
   }
+  // A chunk that says that it is smaller than its head, before and between the others.
+  for (const char size : {'\0', '\1', '\5'}) {
+    const std::string odd = std::string("\x34\x12", 2) + size + std::string(3, '\0');
+    const std::string objects = chunk_of(object) + odd + chunk_of(prism(4, 8));
+    const auto meshes = read_smoothing_3ds(chunk(0x4D4D, odd + chunk(0x3D3D, odd + objects)));
+    ASSERT_EQ(meshes.size(), 2U) << int{size};
+    EXPECT_EQ(meshes[0].masks.size(), read_smoothing_3ds(whole)[0].masks.size());
+    EXPECT_EQ(meshes[1].masks.back(), 8U);
+  }
   // Sizes of chunks that lie, one by one.
   for (std::size_t at = 0; at < whole.size(); ++at) {
     std::string bytes = whole;

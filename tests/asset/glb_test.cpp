@@ -161,6 +161,29 @@ Mesh square_of(std::size_t columns, std::size_t rows) {
   return mesh;
 }
 
+TEST(SaveGlb, AlphaModesAndCutoffsAreWritten) {
+  const fs::path path = test::scratch_folder() / "a.glb";
+  const Mesh low = square_of(3, 3);
+  const Image color{1, 1, 3, {0.5F, 0.5F, 0.5F}}, opacity{1, 1, 1, {0.5F}};
+  AssetMaps maps;
+  maps.color = &color;
+  maps.opacity = &opacity;
+  for (const auto& [mode, name] : {std::pair{AlphaMode::opaque, "OPAQUE"},
+                                   {AlphaMode::mask, "MASK"},
+                                   {AlphaMode::blend, "BLEND"}}) {
+    for (const float cutoff : {0.25F, 0.5F, 0.75F}) {
+      for (const bool double_sided : {false, true}) {
+        save_glb(low, maps, path,
+                 {.alpha_mode = mode, .alpha_cutoff = cutoff, .double_sided = double_sided});
+        const json material = Parsed(path).head["materials"][0];
+        EXPECT_EQ(material.value("alphaMode", "OPAQUE"), name);
+        EXPECT_EQ(material.value("doubleSided", false), double_sided);
+        if (mode == AlphaMode::mask) EXPECT_EQ(material.value("alphaCutoff", 0.5F), cutoff);
+      }
+    }
+  }
+}
+
 /// Indices have 16 bits up to the index 65534, since 65535 restarts primitives, and 32 bits beyond; both come back.
 TEST(SaveGlb, IndicesHave16BitsWhereTheyFit) {
   const fs::path path = test::scratch_folder() / "a.glb";

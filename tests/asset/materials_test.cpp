@@ -506,5 +506,57 @@ TEST(Materials, ColoursInLinearLightAreConverted) {
               6e-4);
 }
 
+/// BC5 and its like hold x and y of normals: as colours they are grey with opacity, which is told. Grey and alpha of
+/// other formats, and normals, are what they are.
+TEST(Materials, TexturesOfTwoChannelsAreNoColours) {
+  const fs::path folder = test::scratch_folder();
+  const auto save = [&](std::uint32_t side, std::uint32_t channels, const char* name,
+                        const SaveImageOptions& options) {
+    const std::size_t values = std::size_t{side} * side * channels;
+    save_image({side, side, channels, std::vector<float>(values, 0.5F)}, folder / name, options);
+  };
+  save(8, 2, "bc5.dds", {.format = ImageFormat::dds});
+  save(6, 2, "r8g8.dds", {.format = ImageFormat::dds});
+  save(8, 1, "bc4.dds", {.format = ImageFormat::dds});
+  save(8, 3, "srgb.dds", {.format = ImageFormat::dds, .use = TextureUse::color});
+  save(8, 2, "grey_alpha.png", {.format = ImageFormat::png8});
+#ifdef KILN_HAS_ZSTD
+  save(8, 2, "bc5.ktx2", {.format = ImageFormat::ktx2});
+#endif
+  const auto warnings_of = [&](const fs::path& file, MaterialSlot slot, bool in_memory) {
+    Material material;
+    material.name = "m";
+    MaterialPicture& picture = slot == MaterialSlot::color      ? material.color_map
+                               : slot == MaterialSlot::emission ? material.emission_map
+                                                                : material.normal_map;
+    picture.file = folder / file;
+    if (in_memory) {
+      std::ifstream stream(folder / file, std::ios::binary);
+      const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+      const auto* const first = reinterpret_cast<const std::byte*>(bytes.data());
+      picture.bytes = std::make_shared<const std::vector<std::byte>>(first, first + bytes.size());
+    }
+    std::vector<Warning> warnings;
+    load_material_texture({material}, slot, &warnings);
+    return warnings;
+  };
+  for (const bool in_memory : {false, true}) {
+    for (const char* file : {"bc5.dds", "r8g8.dds", "bc5.ktx2"}) {
+      if (!fs::exists(folder / file)) continue;
+      for (const MaterialSlot slot : {MaterialSlot::color, MaterialSlot::emission}) {
+        const std::vector<Warning> warnings = warnings_of(file, slot, in_memory);
+        EXPECT_EQ(count(warnings, "two-channel-colors"), 1U) << file;
+        EXPECT_NE(message(warnings, "two-channel-colors").find(file), std::string::npos) << file;
+      }
+      EXPECT_EQ(count(warnings_of(file, MaterialSlot::normal, in_memory), "two-channel-colors"),
+                0U);
+    }
+    for (const char* file : {"bc4.dds", "srgb.dds", "grey_alpha.png"}) {
+      EXPECT_EQ(count(warnings_of(file, MaterialSlot::color, in_memory), "two-channel-colors"), 0U)
+          << file;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace kiln

@@ -186,6 +186,25 @@ TEST(MeshIo, RefusesBadWordsWithTheirLine) {
                   "ply\nformat ascii 1.0\nelement vertex 1\nproperty floaty x\nend_header\n",
                   {"line 4", "floaty", "xport"});
   expect_bad_text("w.ply", "ply\nformat text 1.0\nend_header\n", {"line 2", "text"});
+  for (const char* type : {"property float\n", "property list uchar int\n"}) {
+    expect_bad_text(
+        "w.ply",
+        std::string("ply\nformat ascii 1.0\nelement vertex 1\n") + type + "end_header\n0\n",
+        {"line 4", "no name"});
+  }
+  // Lines are those of the file, after headers of any length.
+  for (std::size_t comments = 0; comments < 3; ++comments) {
+    std::string text = "ply\nformat ascii 1.0\n";
+    for (std::size_t i = 0; i < comments; ++i) text += "comment no statement\n";
+    text +=
+        "element vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+        "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+        "0 0 0\n1 0 0\n0 zero 0\n3 0 1 2\n";
+    expect_bad_text("w.ply", text, {"line " + std::to_string(12 + comments), "zero"});
+    text.replace(text.find("zero"), 4, "1");
+    text.replace(text.rfind("2\n"), 1, "7");
+    expect_bad_text("w.ply", text, {"line " + std::to_string(13 + comments), "vertex 7"});
+  }
   expect_bad_text("w.ply", "ply\nformat ascii 1.0\nelement face 1\nend_header\n", {"vertex"});
   expect_bad_text("w.ply",
                   pyramid_ply<float, std::uint8_t, std::int32_t>("ascii", "float", "uchar", "int")

@@ -99,6 +99,19 @@ TEST(PathPattern, CapturesNamesAndFolders) {
   EXPECT_FALSE(matches("*.obj", ".hidden.obj"));
 }
 
+/// Captures are those of all alternatives, each once, in the order in which they first stand.
+TEST(PathPattern, CapturesOfEveryAlternative) {
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(PathPattern("a/b.obj").captures(), Names());
+  EXPECT_EQ(PathPattern("{dir}/{name}.obj").captures(), (Names{"dir", "name"}));
+  EXPECT_EQ(PathPattern("{name}_{a,b}_{of}.obj").captures(), (Names{"name", "of"}));
+  Captures captures;
+  for (const char* const path : {"x_a_y.obj", "x_b_y.obj"}) {
+    ASSERT_TRUE(matches("{name}_{a,b}_{of}.obj", path, &captures)) << path;
+    EXPECT_EQ(captures, (Captures{{"name", "x"}, {"of", "y"}})) << path;
+  }
+}
+
 TEST(PathPattern, FillsInCapturesAsTheyAre) {
   const PathPattern out("out/{dir}/{name}");
   EXPECT_EQ(out.path({{"dir", "a/b"}, {"name", "c"}}), "out/a/b/c");

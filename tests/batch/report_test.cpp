@@ -257,6 +257,9 @@ TEST(MapPictures, HaveTheValuesOfTheirChannels) {
   std::vector<cli::MapPicture> maps = cli::picture_maps(job, files, 512);
   ASSERT_EQ(maps.size(), 2U);
   EXPECT_EQ(maps[0].name, "paint");
+  EXPECT_EQ(maps[1].name, "height");
+  EXPECT_EQ(maps[0].file, files[0]);
+  EXPECT_EQ(maps[1].file, files[1]);
   EXPECT_EQ(maps[0].channels, 4U);
   EXPECT_EQ(maps[0].picture.channels, 3U);
   ASSERT_EQ(maps[0].alpha.channels, 1U);

@@ -1,6 +1,7 @@
 // Cages at the command line: found, saved as meshes and images, corrected, drawn.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -94,6 +95,47 @@ TEST(CageCommand, FindsSavesAndDrawsOne) {
   }
   EXPECT_EQ(draw({"--draw-cage", "--cage-mesh", folder / "cage.obj"}).first, 0);
   EXPECT_EQ(draw({"--draw-cage", "--cage", "0.1", "--normals"}).first, 2);
+  // Of two shells the outer one is drawn. Edges are the same lines from either end: the shell by itself, whose vertices
+  // are numbered the other way round, is the same picture, but for rounding.
+  Mesh outer = load_mesh(folder / "cage.obj");
+  const auto group = std::find(outer.group_names.begin(), outer.group_names.end(), "outer");
+  ASSERT_NE(group, outer.group_names.end());
+  const auto number = static_cast<std::uint32_t>(group - outer.group_names.begin());
+  std::vector<Triangle> triangles;
+  const auto last = static_cast<std::uint32_t>(outer.positions.size() - 1);
+  for (std::size_t t = 0; t < outer.triangles.size(); ++t) {
+    const Triangle& corners = outer.triangles[t];
+    if (outer.groups[t] != number) continue;
+    triangles.push_back({last - corners[0], last - corners[1], last - corners[2]});
+  }
+  EXPECT_EQ(2 * triangles.size(), outer.triangles.size());
+  Mesh shell;
+  shell.positions.assign(outer.positions.rbegin(), outer.positions.rend());
+  shell.triangles = std::move(triangles);
+  save_obj(shell, folder / "shell.obj");
+  const auto picture = [&](std::vector<std::string> flags) {
+    flags.insert(flags.end(), {"--square", "--samples", "1"});
+    EXPECT_EQ(draw(std::move(flags)).first, 0);
+    return load_image(folder / "p.png");
+  };
+  const Image both = picture({"--draw-cage", "--cage-mesh", folder / "cage.obj"});
+  const Image alone = picture({"--draw-cage", "--cage-mesh", folder / "shell.obj"});
+  const Image without = picture({});
+  const auto differing = [](const Image& a, const Image& b) {
+    std::size_t count = 0;
+    for (std::uint32_t y = 0; y < a.height; ++y) {
+      for (std::uint32_t x = 0; x < a.width; ++x)
+        count += std::equal(a.at(x, y), a.at(x, y) + a.channels, b.at(x, y)) ? 0 : 1;
+    }
+    return count;
+  };
+  ASSERT_EQ(both.pixels.size(), alone.pixels.size());
+  ASSERT_EQ(both.pixels.size(), without.pixels.size());
+  EXPECT_LT(differing(both, alone), 40U);
+  shell.triangles.resize(1);
+  save_obj(shell, folder / "one.obj");
+  EXPECT_GT(differing(alone, picture({"--draw-cage", "--cage-mesh", folder / "one.obj"})), 500U);
+  EXPECT_GT(differing(both, without), 1000U);
   // Without the flag a cage is for a map, which needs HIGH; with it, what has no say in a cage is refused.
   EXPECT_NE(draw({"--cage", "0.1"}).second.find("--draw-cage"), std::string::npos);
   EXPECT_EQ(draw({"--draw-cage"}).first, 2);

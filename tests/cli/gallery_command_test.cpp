@@ -53,6 +53,12 @@ TEST(RenderCommand, ZoomsTimesFramesAndShowsErrors) {
     EXPECT_EQ(frames[key]["frames"], 3) << key;
     EXPECT_GT(frames[key]["seconds_median"].get<double>(), 0) << key;
   }
+  // The line lists them by commas, the first one after a colon.
+  const std::size_t first = result.output.find(": high poly "),
+                    second = result.output.find(", low poly ");
+  EXPECT_NE(first, std::string::npos) << result.output;
+  EXPECT_NE(second, std::string::npos) << result.output;
+  EXPECT_LT(first, second);
   EXPECT_EQ(frames["mesh"]["triangles"], 36 * 12 * 2);
   EXPECT_GT(frames["reference"]["bytes"], frames["mesh"]["bytes"]);
   EXPECT_GE(frames["with_map"]["bytes"].get<int>(), 128 * 128 * 6);

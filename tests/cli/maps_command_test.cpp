@@ -174,6 +174,18 @@ TEST(MapsCommand, TransparentPartsAreNotThere) {
   const Image mask = load_image(scene / "out" / "low_mask.png");
   EXPECT_EQ(*mask.at(2, 8), 1);
   EXPECT_EQ(*mask.at(13, 8), 0);
+  const auto says_idle = [&] {
+    const json warnings = report_of(scene)["warnings"];
+    return std::any_of(warnings.begin(), warnings.end(),
+                       [](const json& warning) { return warning["code"] == "alpha-test-idle"; });
+  };
+  EXPECT_FALSE(says_idle());
+  save_image({2, 2, 1, std::vector<float>(4, 1)}, scene / "opaque.png", {ImageFormat::png8});
+  const std::string opaque = (scene / "opaque.png").string() + ":opacity";
+  const ProcessResult idle =
+      bake(scene, {"--maps", "mask", "--alpha-test", "0.5", "--transfer", opaque});
+  ASSERT_EQ(idle.exit_code, 0) << idle.errors;
+  EXPECT_TRUE(says_idle());
 }
 
 TEST(MapsCommand, WritesLayersAndErrors) {

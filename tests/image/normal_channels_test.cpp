@@ -217,6 +217,11 @@ TEST(NormalChannels, GreyPicturesAreHeights) {
   EXPECT_TRUE(holds([](const Normal& n) { return std::vector{n[0], n[0], n[0]}; }));
   EXPECT_TRUE(holds([](const Normal& n) { return std::vector{n[0], 1.0}; }));
   EXPECT_TRUE(holds([](const Normal& n) { return std::vector{n[0], n[0], n[0], 1.0}; }));
+  // Grey near the middle lies in the unit disc whatever the other channel is: opaque alpha is no y, and no x.
+  EXPECT_TRUE(holds([](const Normal& n) { return std::vector{0.1 * n[0], 1.0}; }));
+  EXPECT_TRUE(holds([](const Normal& n) {
+    return std::vector{0.1 * n[0], 0.1 * n[0], 0.1 * n[0], 1.0};
+  }));
   // Cut out: alpha of 0 and 1 is no x.
   EXPECT_TRUE(holds([](const Normal& n) {
     return std::vector{n[0], n[0], n[0], n[1] > 0 ? 1.0 : -1.0};

@@ -88,5 +88,22 @@ TEST(JobNodes, OfEqualNamesAreTheFirst) {
   EXPECT_NEAR(most, 2.5F, 1e-6);
 }
 
+/// What a file says of itself stays: its copyright, its extras, and its scene's name and extras.
+TEST(JobNodes, WhatAFileSaysOfItselfStays) {
+  KILN_REQUIRE_DEVICE();
+  Job job = job_of({"a", "b"}, {"a", "b"});
+  Asset low = *job.low.given[0].asset;
+  low.copyright = "(c) A. Maker";
+  low.extras = R"({"part": 7})";
+  low.scene = R"({"name": "Stage", "extras": {"act": 2}})";
+  job.low = JobLow(JobInput(std::move(low), "low"));
+  const json head = head_of(run_in_memory(job).glb);
+  EXPECT_EQ(head["asset"].value("copyright", ""), "(c) A. Maker");
+  EXPECT_EQ(head["asset"]["extras"].value("part", 0), 7);
+  ASSERT_EQ(head["scenes"].size(), 1U);
+  EXPECT_EQ(head["scenes"][0].value("name", ""), "Stage");
+  EXPECT_EQ(head["scenes"][0]["extras"].value("act", 0), 2);
+}
+
 }  // namespace
 }  // namespace kiln::test

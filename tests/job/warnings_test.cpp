@@ -2,6 +2,7 @@
 #include <cctype>
 #include <functional>
 #include <limits>
+#include <optional>
 
 #include "job/job_scene.h"
 
@@ -142,6 +143,34 @@ TEST(JobWarnings, CountWhatIsThere) {
       }
       EXPECT_EQ(found, count);
       EXPECT_EQ(times, count == 0 ? 0U : 1U);
+    }
+  }
+}
+
+/// A scene without a flaw has no warning, whatever its sets are.
+TEST(JobWarnings, OfSoundScenesAreNone) {
+  KILN_REQUIRE_DEVICE();
+  for (const std::optional<SetsBy> sets :
+       {std::optional<SetsBy>(), std::optional(SetsBy::none), std::optional(SetsBy::material)}) {
+    for (const bool is_asset : {false, true}) {
+      Scene scene = plain_scene();
+      scene.low = join_meshes(std::vector<Mesh>{scene.low, square_at(4, 0, "other")});
+      if (sets != SetsBy::material) {
+        for (std::size_t i = 0; i < scene.low.uvs.size(); ++i) {
+          Vec2& uv = scene.low.uvs[i];
+          uv.x = (uv.x + (i < scene.low.uvs.size() / 2 ? 0.0F : 1.0F)) / 2;
+        }
+      }
+      scene.high.mesh = join_meshes(std::vector<Mesh>{scene.high.mesh, square_at(4, 0.01F, "h")});
+      Job job = scene.job;
+      job.sets = sets;
+      job.high = {JobInput(scene.high.mesh, "high")};
+      job.low = JobLow(scene.low);
+      if (is_asset) job.out = "a.glb";
+      for (const Warning& warning : run_in_memory(job).warnings) {
+        if (is_asset && warning.code == "double-sided") continue;  // an open sheet in a GLB
+        ADD_FAILURE() << warning.code << ": " << warning.message.text();
+      }
     }
   }
 }

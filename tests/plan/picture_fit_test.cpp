@@ -122,6 +122,21 @@ TEST(PictureFit, LaddersRiseInBytesAndFallInError) {
   // Whole and without loss: rounding to 8 bits alone, at most half a step a channel.
   EXPECT_LT(choices.back().error.steps, 0.5 * std::sqrt(3.0));
   EXPECT_EQ(choices.back().level, 0U);
+  // Errors of sizes are those of their pictures without loss, and grow as sizes fall.
+  const std::vector<PictureError>& levels = ladders[0].levels;
+  ASSERT_EQ(levels.size(), 4U);  // 128 to 16
+  for (std::size_t level = 0; level < levels.size(); ++level) {
+    if (level > 0) EXPECT_GT(levels[level].steps, levels[level - 1].steps) << level;
+    for (const PictureChoice& choice : choices) {
+      if (choice.level != level) continue;
+      if (choice.encoding.format != PictureFormat::png) {
+        EXPECT_GT(choice.error.steps, 0.9 * levels[level].steps) << level;
+        continue;
+      }
+      EXPECT_NEAR(choice.error.steps, levels[level].steps, 1e-6) << level;
+      EXPECT_NEAR(choice.error.degrees, levels[level].degrees, 1e-6) << level;
+    }
+  }
 }
 
 /// What is not covered has no part in smaller sizes: white on a black ground stays white.

@@ -396,16 +396,31 @@ std::string why_not_ktx2(std::span<const std::byte> given) {
   return Ktx2Header(bytes).refusal_reason(remedy);
 }
 
-bool gpu_texture_holds_floats(const ByteSource& source) {
+namespace {
+
+/// The texel format that the head of a KTX 2 or DDS file states; nullopt if it is none that is read, or an old one.
+std::optional<TexelStorage> stated_storage(const ByteSource& source) {
   constexpr std::size_t kMaxDdsHeaderBytes = 148;
   const std::string head = source.head(kMaxDdsHeaderBytes);
-  std::optional<TexelStorage> storage;
   if (is_ktx2(head) && head.size() >= kKtx2Header) {
-    storage = storage_of(&FormatRow::vulkan, word_at(head, 12));
-  } else if (is_dds(head) && head.size() == kMaxDdsHeaderBytes && head.substr(84, 4) == "DX10") {
-    storage = storage_of(&FormatRow::dxgi, word_at(head, 128));
+    return storage_of(&FormatRow::vulkan, word_at(head, 12));
   }
+  if (is_dds(head) && head.size() == kMaxDdsHeaderBytes && head.substr(84, 4) == "DX10") {
+    return storage_of(&FormatRow::dxgi, word_at(head, 128));
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+bool gpu_texture_holds_floats(const ByteSource& source) {
+  const std::optional<TexelStorage> storage = stated_storage(source);
   return storage && storage->is_float();
+}
+
+bool gpu_texture_has_two_channels(const ByteSource& source) {
+  const std::optional<TexelStorage> storage = stated_storage(source);
+  return storage && (storage->block ? block_channels(*storage->block) : storage->channels) == 2;
 }
 
 Image parse_ktx2(const ByteSource& source, const std::string& file, const ImageLimits& limits) {

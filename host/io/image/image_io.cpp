@@ -212,6 +212,11 @@ bool holds_linear_light(const ByteSource& source, const std::string& file) {
   }
 }
 
+bool is_two_channel_texture(const ByteSource& source, const std::string& file) {
+  const std::optional<PictureKind> kind = picture_kind(source.head(kHeadBytes), file);
+  return (kind == kKtx2 || kind == kDds) && gpu_texture_has_two_channels(source);
+}
+
 bool holds_linear_light(const std::filesystem::path& path) {
   const FailWith fail = image_failure(path.string(), "an image");
   return holds_linear_light(*open_file(path, fail), path.string());

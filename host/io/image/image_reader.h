@@ -27,6 +27,10 @@ Image parse_image(const ByteSource& source, const std::string& file,
 /// True if a picture holds linear light: see holds_linear_light() in kiln/image.h, for files.
 bool holds_linear_light(const ByteSource& source, const std::string& file);
 
+/// True for a GPU texture (KTX 2, DDS) of two channels, which are usually x and y of normals. Pictures of grey and
+/// alpha in other formats are none.
+bool is_two_channel_texture(const ByteSource& source, const std::string& file);
+
 /// Parses any PNG: palettes and transparency are expanded; numbers of 1 to 16 bits are divided by their maximum;
 /// gamma and colour profiles are ignored.
 /// \throws Error(input), as below

@@ -111,6 +111,8 @@ bool is_dds(std::string_view head);
 std::string why_not_ktx2(std::span<const std::byte> bytes);
 /// True if a KTX 2 or DDS file stores floats.
 bool gpu_texture_holds_floats(const ByteSource& source);
+/// True for a KTX 2 or DDS that stores two channels: BC5, or two numbers a texel.
+bool gpu_texture_has_two_channels(const ByteSource& source);
 
 /// True if the first 18 bytes are a plausible TGA header, since TGA has no magic number.
 bool looks_like_tga(const std::string& head);

@@ -165,6 +165,8 @@ TEST(GpuTexture, DdsHasEveryLevel) {
     EXPECT_EQ(word(file, 20),
               level_bytes(kind, levels[0]) / (blocks ? 1 : std::size_t{kind.height}));
     EXPECT_EQ(word(file, 108), levels.size() > 1 ? 0x401008U : 0x1000U);
+    // Alpha mode of the DX10 header: straight where the picture has alpha, else unknown.
+    EXPECT_EQ(word(file, 144), kind.channels == 4 ? 1U : 0U) << kind.vulkan;
   }
 }
 
@@ -258,6 +260,30 @@ TEST(GpuTexture, StoredErrorIsThatOfWhatComesBack) {
         options.use = TextureUse::values;
         EXPECT_NEAR(stored_error(image, options).max, is.max_error * 255, 1e-4) << name;
         EXPECT_LE(is.max_error * 255, dither && format != ImageFormat::tiff8 ? 1.0 : 0.5001);
+      }
+    }
+  }
+}
+
+/// Formats of bytes may store more channels than the picture has, or fewer: those of both count, each of them.
+TEST(GpuTexture, StoredErrorIsOfTheChannelsOfBoth) {
+  for (std::uint32_t channels = 1; channels <= 4; ++channels) {
+    for (std::uint32_t off = 0; off < channels; ++off) {
+      Image image{4, 3, channels, {}};  // no blocks: values are bytes
+      for (std::uint32_t i = 0; i < 12 * channels; ++i) {
+        const bool is_off = i % channels == off;
+        image.pixels.push_back(
+            static_cast<float>((static_cast<double>(i * 31 % 251) + (is_off ? 0.375 : 0)) / 255));
+      }
+      for (const ImageFormat format : {ImageFormat::png8, ImageFormat::dds, ImageFormat::tga}) {
+        for (const TextureUse use : {TextureUse::values, TextureUse::color}) {
+          if (use == TextureUse::color && channels == 2) continue;  // DDS has no colours of two
+          SaveImageOptions options{format};
+          options.use = use;
+          const StoredError error = stored_error(image, options);
+          EXPECT_NEAR(error.max, 0.375, 1e-3) << channels << ' ' << off << ' ' << int(format);
+          EXPECT_NEAR(error.mean, 0.375, 1e-3) << channels << ' ' << off << ' ' << int(format);
+        }
       }
     }
   }

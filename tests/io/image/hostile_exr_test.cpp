@@ -196,6 +196,31 @@ TEST(HostileExr, HugeTiles) {
   EXPECT_EQ(read(tiled(256, 256, 0)).pixels, std::vector<float>{0.5F});
 }
 
+/// Neither rate may be below 1; a rate of 2 is one that images do not have here.
+TEST(HostileExr, SamplingRatesAreCheckedAlongBothSides) {
+  const std::string whole = plain({.data = {0, 0, 1, 1}, .display = {0, 0, 1, 1}});
+  const std::size_t rates = whole.find(std::string("Y\0\2\0\0\0", 6)) + 10;
+  ASSERT_EQ(whole.substr(rates, 8), little_endian(1, 4) + little_endian(1, 4));
+  EXPECT_EQ(read(whole).width, 2U);
+  for (const std::size_t side : {0U, 4U}) {
+    for (const std::uint32_t rate : {0U, 0xFFFFFFFFU, 2U}) {
+      std::string bytes = whole;
+      bytes.replace(rates + side, 4, little_endian(rate, 4));
+      EXPECT_NE(refusal(bytes).find(rate == 2 ? "subsampled" : "a sampling rate is below 1"),
+                std::string::npos)
+          << side << ' ' << rate << ": " << refusal(bytes);
+    }
+  }
+}
+
+/// What a file holds in place of colours is listed.
+TEST(HostileExr, ChannelsThatAreNoPictureAreNamed) {
+  const std::string bytes =
+      plain({.data = {0, 0, 1, 1}, .display = {0, 0, 1, 1}, .channels = {"P", "Q", "layer.T"}});
+  EXPECT_NE(refusal(bytes).find("it holds P, Q, layer.T, but"), std::string::npos)
+      << refusal(bytes);
+}
+
 TEST(HostileExr, FieldsAreNamed) {
   const Box one;
   expect_words(refusal(plain({.compression = 10})), {"compression", "10"});

@@ -3,8 +3,10 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
+#include <span>
 #include <vector>
 
 #include "base/parallel.h"
@@ -94,6 +96,82 @@ TEST(PngDeflate, PixelsStay) {
       }
     }
   }
+}
+
+/// The filter type of each row: the first byte of each row of the inflated stream (PNG, 3rd edition, section 9).
+std::vector<std::uint8_t> filters_of(std::span<const std::byte> file, const Image& image) {
+  const auto* const bytes = reinterpret_cast<const std::uint8_t*>(file.data());
+  std::vector<std::uint8_t> packed;
+  for (std::size_t at = 8; at + 12 <= file.size();) {
+    const std::size_t length = std::size_t{bytes[at]} << 24 | std::size_t{bytes[at + 1]} << 16 |
+                               std::size_t{bytes[at + 2]} << 8 | bytes[at + 3];
+    if (std::memcmp(bytes + at + 4, "IDAT", 4) == 0) {
+      packed.insert(packed.end(), bytes + at + 8, bytes + at + 8 + length);
+    }
+    at += 12 + length;
+  }
+  const std::size_t row = std::size_t{image.width} * image.channels + 1;
+  std::vector<std::uint8_t> raw(row * image.height);
+  auto size = static_cast<uLongf>(raw.size());
+  EXPECT_EQ(uncompress(raw.data(), &size, packed.data(), static_cast<uLong>(packed.size())), Z_OK);
+  EXPECT_EQ(size, raw.size());
+  std::vector<std::uint8_t> filters;
+  for (std::size_t y = 0; y < image.height; ++y) filters.push_back(raw[y * row]);
+  return filters;
+}
+
+/// Pictures each of whose rows suits one filter by turns: noise, slopes along rows, along columns, along both, and steps
+/// of two directions that meet where Paeth's three differences tie.
+TEST(PngDeflate, EachOfTheFiveFiltersIsUsedAndUndone) {
+  std::array<std::size_t, 5> used{};
+  std::array<std::size_t, 2> paeth_ties{};
+  for (std::uint32_t seed = 1; seed <= 24; ++seed) {
+    for (const std::uint32_t channels : {1U, 3U}) {
+      Noise random{seed};
+      const int along = static_cast<int>(seed % 4) * 3, down = static_cast<int>(seed / 4 % 3) * 5;
+      const int grain = static_cast<int>(seed % 5) * 2 + 1;
+      Image image{40, 48, channels, {}};
+      std::vector<int> values;
+      for (int y = 0; y < 48; ++y) {
+        for (int x = 0; x < 40; ++x) {
+          for (std::uint32_t c = 0; c < channels; ++c) {
+            const bool is_noisy = y % 16 >= 12;
+            const int value =
+                is_noisy ? static_cast<int>(255 * random())
+                         : along * x + down * (y % 16) + static_cast<int>(grain * random());
+            values.push_back(value & 0xFF);
+            image.pixels.push_back(static_cast<float>(value & 0xFF) / 255);
+          }
+        }
+      }
+      for (const bool smallest : {false, true}) {
+        const std::vector<std::byte> file = encode_picture(image, {.smallest = smallest});
+        const Image back = load_image(file);
+        ASSERT_EQ(back.pixels.size(), values.size());
+        std::size_t wrong = 0;
+        for (std::size_t i = 0; i < values.size(); ++i) {
+          wrong += std::lround(back.pixels[i] * 255) == values[i] ? 0 : 1;
+        }
+        EXPECT_EQ(wrong, 0U) << seed << ' ' << channels << ' ' << smallest;
+        const std::vector<std::uint8_t> filters = filters_of(file, image);
+        for (std::size_t y = 0; y < filters.size(); ++y) {
+          ASSERT_LT(filters[y], 5);
+          ++used[filters[y]];
+          if (filters[y] != 4 || y == 0) continue;
+          const std::size_t row = std::size_t{40} * channels;
+          for (std::size_t i = y * row + channels; i < (y + 1) * row; ++i) {
+            const int a = values[i - channels], b = values[i - row], c = values[i - row - channels];
+            const int to_a = std::abs(b - c), to_b = std::abs(a - c),
+                      to_c = std::abs(a + b - 2 * c);
+            paeth_ties[0] += to_a == to_c && to_a < to_b && a != c ? 1 : 0;
+            paeth_ties[1] += to_b == to_c && to_b < to_a && b != c ? 1 : 0;
+          }
+        }
+      }
+    }
+  }
+  for (std::size_t filter = 0; filter < 5; ++filter) EXPECT_GT(used[filter], 20U) << filter;
+  for (std::size_t tie = 0; tie < 2; ++tie) EXPECT_GT(paeth_ties[tie], 20U) << tie;
 }
 
 /// The fast encoding writes bands of rows, each after the last row of the one above: all their pixels are the rounded
