@@ -50,7 +50,7 @@ constexpr double kMidRoughness = 0.0008;
 
 /// Smallest angle between the two fitted normals of a crease, in degrees: smaller angles are not worth the extra
 /// vertices. The limit is lower along hard edges of the high poly, where the angle is no artifact of few faces.
-constexpr double kMinFittedCreaseDegrees = 45, kMinHardEdgeDegrees = 30;
+constexpr double kMinFittedCreaseDegrees = 45, kMinHardEdgeDegrees = 20;
 /// A hard edge of the high poly belongs to a low-poly edge if it is nearer than kMaxHardEdgeDistance times that
 /// edge's length. A low-poly edge is hard if the hard edges that belong to it cover at least kMinHardEdgeCoverage of
 /// its length.
@@ -91,19 +91,44 @@ NormalFit::NormalFit(const Mesh& high)
                 "fit_normals: mesh '" + high.name +
                     "' has no triangle of positive area; check the file it is from");
   }
+  find_hard_edges();
 }
 
 void NormalFit::find_hard_edges() {
   if (high_.normal_triangles.size() != high_.triangles.size()) return;
   const std::vector<std::uint32_t> first = weld_vertices(positions_);
-  std::vector<Triangle> welded = high_.triangles;
-  for (Triangle& t : welded) {
-    for (std::uint32_t& v : t) v = first[v];
+  const auto normal_of = [&](std::size_t triangle, std::size_t corner) {
+    return to_double(high_.normals[high_.normal_triangles[triangle][corner]]);
+  };
+  // Both ends of a hard edge have two normals at over kMinHardEdgeDegrees, of which one is farther than half of that
+  // from the vertex's first normal. Scans have no such vertex, and skip the lists of sides.
+  const double nearby = cosine_of(0.49 * kMinHardEdgeDegrees);
+  std::vector<std::uint32_t> first_corner(positions_.size(), kNoSide);
+  std::vector<bool> is_split(positions_.size());
+  bool any = false;
+  for (std::uint32_t t = 0; t < high_.triangles.size(); ++t) {
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const std::uint32_t v = first[high_.triangles[t][k]];
+      std::uint32_t& known = first_corner[v];
+      if (known == kNoSide) known = 3 * t + k;
+      const Vec3d a = normal_of(known / 3, known % 3), b = normal_of(t, k);
+      if (dot(a, b) >= nearby * length(a) * length(b)) continue;
+      is_split[v] = any = true;
+    }
+  }
+  if (!any) return;
+  std::vector<Triangle> welded;
+  std::vector<std::uint32_t> source;
+  for (std::uint32_t t = 0; t < high_.triangles.size(); ++t) {
+    const Triangle& c = high_.triangles[t];
+    const Triangle corners{first[c[0]], first[c[1]], first[c[2]]};
+    if (is_split[corners[0]] + is_split[corners[1]] + is_split[corners[2]] < 2) continue;
+    welded.push_back(corners);
+    source.push_back(t);
   }
   const auto normal = [&](std::uint32_t triangle, std::uint32_t vertex) {
     const Triangle& t = welded[triangle];
-    const std::size_t k = t[0] == vertex ? 0 : t[1] == vertex ? 1 : 2;
-    return to_double(high_.normals[high_.normal_triangles[triangle][k]]);
+    return normal_of(source[triangle], t[0] == vertex ? 0 : t[1] == vertex ? 1 : 2);
   };
   const double most = cosine_of(kMinHardEdgeDegrees);
   const auto parts = [&](const Vec3d& a, const Vec3d& b) {
@@ -431,11 +456,13 @@ void NormalFit::fit(Mesh& low, const TwoSided& sides, const std::vector<Place>& 
   const double sample_area = area_until_.back() / static_cast<double>(found.size());
   Solver solver(found, sample_area, positions, low.triangles, purpose, tolerance);
   // Under a normal map, which corrects normals, a crease is not worth the extra vertices. Hard edges of the high poly
-  // are worth them: smooth normals across such an edge would leave a step within a texel.
+  // are worth them: smooth normals across such an edge would leave a step within a texel. Charts need no seam there:
+  // as normals on both sides are near the high poly's, texels on both sides hold nearly the same vector.
   const bool shaded = purpose == NormalPurpose::shading || low.uv_triangles.empty();
   const bool with_creases = shaded && options.crease_degrees < 180;
   std::vector<bool> hard;
-  if (shaded || edges == EdgesUnderMap::hard) hard = along_hard_edges(positions, low.triangles);
+  if (options.hard_degrees < 180 && (shaded || edges == EdgesUnderMap::hard))
+    hard = along_hard_edges(positions, low.triangles);
   NormalFans fans(low, sides, with_creases ? cosine_of(options.crease_degrees) : -1, hard);
   std::vector<std::uint32_t> normal_of_corner = fans.normal_of_corner();
   Normals normals = solver.solve(normal_of_corner, fans.count());

@@ -17,12 +17,12 @@ namespace kiln {
 /// A high poly prepared for sampling: see fit_normals(). Immutable; keeps the mesh by reference.
 class NormalFit {
  public:
+  /// Finds the high poly's hard edges, too. Low-poly edges along them become hard, both for plain shading and under
+  /// maps.
   /// \throws Error(input) if no triangle has an area
   explicit NormalFit(const Mesh& high);
 
   class Samples;
-  /// Finds the high poly's hard edges. Low-poly edges along them become hard, both for plain shading and under maps.
-  void find_hard_edges();
   /// Fits a low poly's normals. Deterministic on any number of threads.
   /// \param last  [in, out] samples of the previous low poly, which are reused if the two meshes differ in UVs only;
   ///              receives the samples of `low`; may be null
@@ -49,6 +49,7 @@ class NormalFit {
   bool normal_at(std::size_t triangle, const std::array<double, 3>& share, const Vec3d& face,
                  Vec3d& normal) const;
 
+  void find_hard_edges();
   std::vector<bool> along_hard_edges(const std::vector<Vec3>& positions,
                                      const std::vector<Triangle>& triangles) const;
   const std::vector<Place>& sampled_positions(const Mesh& low, const TwoSided& sides,
@@ -58,9 +59,8 @@ class NormalFit {
   Frame frame_;
   std::vector<Vec3> positions_;
   CornerNormals smooth_;  ///< Computed normals of a small mesh without normals; else empty
-  /// Hard edges of the high poly; empty if there are none, or before find_hard_edges()
-  std::vector<HardEdge> hard_edges_;
-  std::vector<double> area_until_;  ///< Prefix sums of the triangles' doubled areas
+  std::vector<HardEdge> hard_edges_;  ///< Hard edges of the high poly
+  std::vector<double> area_until_;    ///< Prefix sums of the triangles' doubled areas
 };
 
 /// Positions of high-poly samples on a low poly.

@@ -128,10 +128,7 @@ struct SimplifyLevels::Impl {
   }
 
   const NormalFit& normals() {
-    if (!fit) {
-      fit.emplace(high);
-      fit->find_hard_edges();
-    }
+    if (!fit) fit.emplace(high);
     return *fit;
   }
 

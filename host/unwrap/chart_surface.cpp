@@ -121,30 +121,37 @@ void measure_surface(ChartSurface& surface) {
 ChartSurface chart_surface(const Mesh& mesh) {
   ChartSurface surface;
   const std::vector<std::uint32_t> weld = weld_vertices(mesh.positions);
-  std::vector<std::uint32_t> new_vertex(mesh.positions.size(), kNoIndex);
-  std::vector<std::uint32_t> kept_triangles;
+  Box<Vec3d> box;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     if (!has_area(mesh.positions, mesh.triangles[t])) continue;
+    surface.source.push_back(t);
+    for (const std::uint32_t v : mesh.triangles[t]) box.add(to_double(mesh.positions[v]));
+  }
+  if (surface.source.empty()) return surface;
+  const Vec3d size = box.size();
+  const double extent = std::max({size.x, size.y, size.z});
+  const double scale = std::ldexp(1.0, -std::ilogb(extent));
+  const auto moved = [&](std::uint32_t v) {
+    return (to_double(mesh.positions[v]) - box.low) * scale;
+  };
+  // Triangles near the origin may be so small that moving them rounds all corners to one point, as at the pole of a
+  // sphere where sin(pi) is 1e-16. They have no shape to lay out.
+  std::erase_if(surface.source, [&](std::uint32_t t) {
+    const Triangle& c = mesh.triangles[t];
+    return length(moved(c[0]) - moved(c[1])) == 0 && length(moved(c[0]) - moved(c[2])) == 0;
+  });
+  std::vector<std::uint32_t> new_vertex(mesh.positions.size(), kNoIndex);
+  for (const std::uint32_t t : surface.source) {
     Triangle corners = mesh.triangles[t];
     for (std::uint32_t& corner : corners) {
       std::uint32_t& index = new_vertex[weld[corner]];
       if (index == kNoIndex) {
-        index = static_cast<std::uint32_t>(kept_triangles.size());
-        kept_triangles.push_back(weld[corner]);
+        index = static_cast<std::uint32_t>(surface.positions.size());
+        surface.positions.push_back(moved(weld[corner]));
       }
       corner = index;
     }
     surface.triangles.push_back(corners);
-    surface.source.push_back(t);
-  }
-  if (kept_triangles.empty()) return surface;
-  Box<Vec3d> box;
-  for (const std::uint32_t v : kept_triangles) box.add(to_double(mesh.positions[v]));
-  const Vec3d size = box.size();
-  const double extent = std::max({size.x, size.y, size.z});
-  const double scale = std::ldexp(1.0, -std::ilogb(extent));
-  for (const std::uint32_t v : kept_triangles) {
-    surface.positions.push_back((to_double(mesh.positions[v]) - box.low) * scale);
   }
   measure_triangles(surface);
   find_bends(surface, find_mates(surface));

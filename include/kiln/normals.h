@@ -25,7 +25,7 @@ inline constexpr double kShadingCreaseDegrees = 55;
 /// Settings of fit_normals().
 struct FitNormalsOptions {
   /// UV seams become hard edges where normals fitted to each side alone differ by this angle or more,
-  /// degrees. 0: all seams; 180: none.
+  /// degrees. 0: all seams; 180: none, nor edges along hard edges of the high poly.
   double hard_degrees = 10;
   /// Crease angle of a mesh without UVs, or for shading: edges whose faces turn by this angle or more become hard if
   /// their normals differ by 45 degrees. Vertices then have several normals. 180: none. kShadingCreaseDegrees suits
@@ -36,8 +36,9 @@ struct FitNormalsOptions {
 
 /// Report of fit_normals().
 struct FitNormalsReport {
-  std::uint64_t normals = 0;     ///< Number of normals
-  std::uint64_t hard_edges = 0;  ///< UV seams and creases with different normals on their sides
+  std::uint64_t normals = 0;  ///< Number of normals
+  /// Edges with different normals on their sides: UV seams, creases, and those along the high poly's hard edges
+  std::uint64_t hard_edges = 0;
 };
 
 /// Fits a low poly's normals to the high poly's, by least squares over the surface.
@@ -49,8 +50,10 @@ struct FitNormalsReport {
 /// from a face around it than tangent space reaches.
 ///
 /// UV seams are hard edges where that helps: see FitNormalsOptions. Vertices are split at seams in any case, so
-/// hard edges cost none. Creases inside charts do, and are made only on request and if there is no normal map.
-/// Else corners that share a position and UVs share their normal.
+/// hard edges cost none. Inside charts, edges become hard only where the high poly's edges are hard: where its own
+/// normals differ by 20 degrees or more. A map cannot hold the step that smooth normals would leave there. Other
+/// creases inside charts are made only on request and if there is no normal map. Else corners that share a position
+/// and UVs share their normal.
 ///
 /// The sides of a two-sided sheet share no normal: each uses the samples that face its way.
 ///

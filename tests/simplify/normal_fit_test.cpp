@@ -288,11 +288,64 @@ TEST(NormalFit, CreasesInsideChartsAreHardForShading) {
   EXPECT_LT(off(hard, high, 64), 0.01);
   EXPECT_EQ(report.hard_edges, 12U);
   EXPECT_EQ(split_vertices(hard), 24U);
-  // Not by default, nor where a map bends normals.
-  EXPECT_GT(off(fit_normals(low, high, {.purpose = NormalPurpose::shading}), high), 5);
+  // Not by default where the high poly is smooth, nor where a map bends normals.
+  Mesh smooth = high;
+  smooth.normals.clear();
+  smooth.normal_triangles.clear();
+  EXPECT_EQ(fit_normals(low, smooth, shaded).normals.size(), 24U);
+  EXPECT_GT(off(fit_normals(low, smooth, {.purpose = NormalPurpose::shading}), high), 5);
   const FitNormalsOptions mapped{.crease_degrees = kShadingCreaseDegrees,
                                  .purpose = NormalPurpose::map};
   EXPECT_EQ(fit_normals(low, high, mapped).normals, fit_normals(low, high).normals);
+}
+
+/// Where the high poly's normals part, smooth normals would leave a step that texels cannot hold.
+TEST(NormalFit, EdgesAlongHardEdgesAreHardUnderAMap) {
+  const Mesh high = flat_shaded(test::grid_cube(24));
+  const Mesh low = unwrap(simplify(high, {.faces = 12, .fit_normals = false}));
+  ASSERT_LT(distinct(low, false), 24U);  // Charts have edges of the cube inside.
+  FitNormalsReport report;
+  const Mesh hard = fit_normals(low, high, {}, &report);
+  EXPECT_EQ(report.hard_edges, 12U);
+  EXPECT_EQ(report.normals, 24U);
+  EXPECT_EQ(hard.uv_triangles, low.uv_triangles);
+  EXPECT_EQ(hard.uvs, low.uvs);
+  for (std::size_t t = 0; t < hard.triangles.size(); ++t) {
+    const Vec3d face = corner_weights(hard.positions, hard.triangles[t]).normal;
+    for (std::size_t k = 0; k < 3; ++k) EXPECT_LT(degrees(face, corner_normal(hard, t, k)), 0.1);
+  }
+  // A limit of 180 degrees makes no edge hard.
+  EXPECT_EQ(fit_normals(low, high, {180}, &report).normals.size(), 8U);
+  EXPECT_EQ(report.hard_edges, 0U);
+  // What simplify() makes has the same normals.
+  EXPECT_EQ(simplify(high, {.faces = 12}).normals.size(), 24U);
+}
+
+/// Hard edges are found by position: the file may split all vertices, or share them all.
+TEST(NormalFit, SmoothHighPolysHaveNoHardEdges) {
+  const Mesh high = with_face_normals(test::BumpySphere::dense(20000));
+  const Mesh low = unwrap(simplify(high, {.faces = 800, .fit_normals = false}));
+  Mesh torn = high;
+  torn.positions.clear();
+  torn.normals.clear();
+  for (std::uint32_t t = 0; t < high.triangles.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      torn.positions.push_back(high.positions[high.triangles[t][k]]);
+      torn.normals.push_back(to_float(corner_normal(high, t, k)));
+    }
+    torn.triangles[t] = torn.normal_triangles[t] = {3 * t, 3 * t + 1, 3 * t + 2};
+  }
+  EXPECT_EQ(fit_normals(low, high).normals, fit_normals(low, torn).normals);
+  const Mesh all_split = flat_shaded(test::grid_cube(24));
+  Mesh torn_cube = all_split;
+  torn_cube.positions.clear();
+  for (std::uint32_t t = 0; t < all_split.triangles.size(); ++t) {
+    for (const std::uint32_t v : all_split.triangles[t])
+      torn_cube.positions.push_back(all_split.positions[v]);
+    torn_cube.triangles[t] = {3 * t, 3 * t + 1, 3 * t + 2};
+  }
+  const Mesh box = unwrap(simplify(all_split, {.faces = 12, .fit_normals = false}));
+  EXPECT_EQ(fit_normals(box, torn_cube).normals.size(), 24U);
 }
 
 /// The sides of a prism turn by less than creases do of a high poly whose normals do not tell. Its own normals are
@@ -308,6 +361,9 @@ TEST(NormalFit, LevelsAreHardWhereTheHighPolyIs) {
   levels.fit_normals(mapped);
   EXPECT_LT(off(mapped, high), 0.5);
   for (const Mesh& rough : levels.draft_meshes(0)) EXPECT_LT(off(rough, high), 0.5);
+  // Sides of 15 turn by 24 degrees.
+  const Mesh finer = flat_shaded(test::prism_tube(15));
+  EXPECT_LT(off(fit_normals(unwrap(test::prism_tube(15)), finer), finer), 0.5);
   // Not where it is smooth: each place has one normal.
   Mesh smooth = fit_normals(prism, prism, {.purpose = NormalPurpose::shading});
   const SimplifyLevels round(smooth, faces, LevelRule::shape);

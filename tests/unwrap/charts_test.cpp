@@ -56,6 +56,22 @@ TEST(Charts, FlatAreaIsOneChartWithoutDistortion) {
   EXPECT_LT(facts.density_spread, 1e-3);
 }
 
+/// Formulas leave such triangles at the pole of a sphere, where sin(pi) is 1e-16.
+TEST(Charts, TrianglesThatRoundToAPointHaveNoTexels) {
+  constexpr float kTiny = 1e-17F;
+  const Mesh mesh =
+      of({{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {0, 0, 0}, {kTiny, 0, 0}, {0, kTiny, 0}},
+         {{3, 4, 5}, {0, 1, 2}});
+  const Mesh laid_out = unwrap(mesh, {.size = 128});
+  EXPECT_EQ(laid_out.triangles, mesh.triangles);
+  EXPECT_EQ(laid_out.uv_triangles[0], (Triangle{0, 0, 0}));
+  EXPECT_EQ(laid_out.uvs[0], (Vec2{0, 0}));
+  EXPECT_EQ(laid_out.uvs.size(), 4U);
+  for (const Vec2& uv : laid_out.uvs) EXPECT_TRUE(uv.x >= 0 && uv.x <= 1 && uv.y >= 0 && uv.y <= 1);
+  // Alone, they are large.
+  EXPECT_EQ(charted(of({{0, 0, 0}, {kTiny, 0, 0}, {0, kTiny, 0}}, {{0, 1, 2}})).charts, 1U);
+}
+
 /// A square bar along x or y, of so many pieces along it.
 void add_bar(Mesh& mesh, const Vec3& from, bool along_x, float length, std::uint32_t pieces) {
   const auto first = static_cast<std::uint32_t>(mesh.positions.size());
