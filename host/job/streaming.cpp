@@ -1,6 +1,7 @@
 // Decides whether a high poly is larger than memory, and whether the job can be baked from one on disk.
 #include "bake/streaming.h"
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
@@ -100,10 +101,20 @@ ShadingReport shading_of(const MeshStream& streamed) {
 }
 
 Mesh reduce(const ChunkedMesh& mesh, std::uint32_t faces) {
-  const double share = reduced_share(mesh.mesh(), faces);
-  return mesh.reduced([share](std::vector<Vec3>& positions, std::vector<Triangle>& triangles) {
-    reduce_chunk(positions, triangles, share);
-  });
+  double share = reduced_share(mesh.mesh(), faces);
+  const double of_chunks = std::max(share, kMinReducedShare);
+  Mesh result =
+      mesh.reduced([of_chunks](std::vector<Vec3>& positions, std::vector<Triangle>& triangles) {
+        reduce_chunk(positions, triangles, of_chunks);
+      });
+  share /= of_chunks;
+  while (share < 1) {
+    ProgressGuard::poll_in("reducing the chunks together");
+    const double of_pieces = std::max(share, kMinReducedShare);
+    reduce_pieces(result, of_pieces);
+    share /= of_pieces;
+  }
+  return result;
 }
 
 std::shared_ptr<const ChunkedMesh> sort_into_chunks(const LoadedHigh& high, double progress,

@@ -3,15 +3,36 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/parallel.h"
 #include "mesh/box.h"
 #include "mesh/steps.h"
 #include "mesh/surface_distance.h"
 #include "mesh/usable.h"
 #include "mesh/weld.h"
+#include "simplify/mesh_pieces.h"
 #include "simplify/presimplify.h"
 #include "simplify/simplify_job.h"
 
 namespace kiln {
+namespace {
+
+/// Numbers the vertices that triangles use. \param triangles  [in, out] \returns the former index of each vertex
+std::vector<std::uint32_t> used_vertices_of(std::vector<Triangle>& triangles) {
+  std::vector<std::uint32_t> vertices;
+  vertices.reserve(3 * triangles.size());
+  for (const Triangle& t : triangles) vertices.insert(vertices.end(), t.begin(), t.end());
+  std::sort(vertices.begin(), vertices.end());
+  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  for (Triangle& t : triangles) {
+    for (std::uint32_t& v : t) {
+      v = static_cast<std::uint32_t>(std::lower_bound(vertices.begin(), vertices.end(), v) -
+                                     vertices.begin());
+    }
+  }
+  return vertices;
+}
+
+}  // namespace
 
 double reduced_share(const MeshStream& mesh, std::uint32_t faces) {
   constexpr double kMaxShare = 0.25, kMaxTriangles = 4e6, kMinPerFace = 8;
@@ -45,6 +66,35 @@ void reduce_chunk(std::vector<Vec3>& positions, std::vector<Triangle>& triangles
   }
   for (Triangle& t : triangles) {
     t = {used_vertices[t[0]], used_vertices[t[1]], used_vertices[t[2]]};
+  }
+}
+
+void reduce_pieces(Mesh& mesh, double share) {
+  constexpr std::size_t kMinPiece = 500'000;
+  const std::vector<std::vector<std::uint32_t>> pieces =
+      pieces_of(mesh.positions, mesh.triangles, kMinPiece);
+  std::vector<std::vector<Triangle>> reduced(pieces.size());
+  parallel_for(pieces.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      std::vector<Triangle> triangles;
+      triangles.reserve(pieces[i].size());
+      for (const std::uint32_t t : pieces[i]) triangles.push_back(mesh.triangles[t]);
+      std::vector<std::uint32_t> vertices = used_vertices_of(triangles);
+      std::vector<Vec3> positions;
+      for (const std::uint32_t v : vertices) positions.push_back(mesh.positions[v]);
+      const std::vector<Vec3> before = positions;
+      reduce_chunk(positions, triangles, share);
+      // Vertices of several pieces lie on their borders, which stay, so each is written by one thread.
+      for (std::size_t k = 0; k < vertices.size(); ++k) {
+        if (!(positions[k] == before[k])) mesh.positions[vertices[k]] = positions[k];
+      }
+      for (Triangle& t : triangles) t = {vertices[t[0]], vertices[t[1]], vertices[t[2]]};
+      reduced[i] = std::move(triangles);
+    }
+  });
+  mesh.triangles.clear();
+  for (const std::vector<Triangle>& triangles : reduced) {
+    mesh.triangles.insert(mesh.triangles.end(), triangles.begin(), triangles.end());
   }
 }
 

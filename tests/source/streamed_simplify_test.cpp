@@ -184,6 +184,25 @@ TEST(StreamedSimplify, ReducedChunksFitTogether) {
   }
 }
 
+TEST(StreamedSimplify, PiecesInMemoryFitTogether) {
+  Mesh mesh = test::BumpySphere::dense(1'200'000);  // two pieces
+  const std::size_t triangles = mesh.triangles.size();
+  reduce_pieces(mesh, 0.2);
+  EXPECT_NEAR(static_cast<double>(mesh.triangles.size()), 0.2 * static_cast<double>(triangles),
+              0.01 * static_cast<double>(triangles));
+  std::size_t odd = 0, of_four = 0;
+  for (const auto& [edge, count] : count_at_edges(mesh.triangles)) {
+    odd += count % 2 != 0 ? 1 : 0;
+    of_four += count == 4 ? 1 : 0;
+  }
+  EXPECT_EQ(odd, 0U);
+  EXPECT_LT(of_four, 200U);
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3d at = to_double(mesh.positions[t[0]]);
+    ASSERT_NEAR(length(at), distance_to_bumpy_sphere(at), 2e-3);
+  }
+}
+
 TEST(StreamedSimplify, DeviationsAreThoseFromTheWholeMesh) {
   const Mesh mesh = test::BumpySphere::dense(60000);
   const fs::path folder = test::scratch_folder();
