@@ -20,6 +20,23 @@ inline Triangle lowest_first(Triangle corners) {
   return corners;
 }
 
+/// Numbers the vertices that triangles use, ascending. \param triangles  [in, out] get the new numbers
+/// \returns the former number of each vertex
+inline std::vector<std::uint32_t> number_used_vertices(std::vector<Triangle>& triangles) {
+  std::vector<std::uint32_t> vertices;
+  vertices.reserve(3 * triangles.size());
+  for (const Triangle& t : triangles) vertices.insert(vertices.end(), t.begin(), t.end());
+  std::sort(vertices.begin(), vertices.end());
+  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  for (Triangle& t : triangles) {
+    for (std::uint32_t& v : t) {
+      v = static_cast<std::uint32_t>(std::lower_bound(vertices.begin(), vertices.end(), v) -
+                                     vertices.begin());
+    }
+  }
+  return vertices;
+}
+
 /// Lists of items, one per vertex, sorted by key and then by index. A counting sort distributes the items, then the
 /// lists are sorted in parallel, which is several times as fast as sorting all items at once.
 class VertexLists {

@@ -8,31 +8,13 @@
 #include "mesh/steps.h"
 #include "mesh/surface_distance.h"
 #include "mesh/usable.h"
+#include "mesh/vertex_lists.h"
 #include "mesh/weld.h"
 #include "simplify/mesh_pieces.h"
 #include "simplify/presimplify.h"
 #include "simplify/simplify_job.h"
 
 namespace kiln {
-namespace {
-
-/// Numbers the vertices that triangles use. \param triangles  [in, out] \returns the former index of each vertex
-std::vector<std::uint32_t> used_vertices_of(std::vector<Triangle>& triangles) {
-  std::vector<std::uint32_t> vertices;
-  vertices.reserve(3 * triangles.size());
-  for (const Triangle& t : triangles) vertices.insert(vertices.end(), t.begin(), t.end());
-  std::sort(vertices.begin(), vertices.end());
-  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
-  for (Triangle& t : triangles) {
-    for (std::uint32_t& v : t) {
-      v = static_cast<std::uint32_t>(std::lower_bound(vertices.begin(), vertices.end(), v) -
-                                     vertices.begin());
-    }
-  }
-  return vertices;
-}
-
-}  // namespace
 
 double reduced_share(const MeshStream& mesh, std::uint32_t faces) {
   constexpr double kMaxShare = 0.25, kMaxTriangles = 4e6, kMinPerFace = 8;
@@ -47,18 +29,10 @@ void reduce_chunk(std::vector<Vec3>& positions, std::vector<Triangle>& triangles
   std::erase_if(triangles,
                 [](const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; });
   // meshoptimizer takes an unused vertex at the place of another for the other side of a seam.
-  std::vector<std::uint32_t> number(positions.size(), kNoVertex), used_vertices;
+  const std::vector<std::uint32_t> used_vertices = number_used_vertices(triangles);
   std::vector<Vec3> used_positions;
-  for (Triangle& t : triangles) {
-    for (std::uint32_t& v : t) {
-      if (number[v] == kNoVertex) {
-        number[v] = static_cast<std::uint32_t>(used_vertices.size());
-        used_vertices.push_back(v);
-        used_positions.push_back(positions[v]);
-      }
-      v = number[v];
-    }
-  }
+  used_positions.reserve(used_vertices.size());
+  for (const std::uint32_t v : used_vertices) used_positions.push_back(positions[v]);
   const auto goal = static_cast<std::size_t>(share * static_cast<double>(triangles.size()));
   presimplify_chunk(used_positions, triangles, goal);
   for (std::size_t i = 0; i < used_vertices.size(); ++i) {
@@ -73,20 +47,22 @@ void reduce_pieces(Mesh& mesh, double share) {
   constexpr std::size_t kMinPiece = 500'000;
   const std::vector<std::vector<std::uint32_t>> pieces =
       pieces_of(mesh.positions, mesh.triangles, kMinPiece);
+  const std::vector<std::uint8_t> is_shared =
+      vertices_between_pieces(pieces, mesh.triangles, mesh.positions.size());
   std::vector<std::vector<Triangle>> reduced(pieces.size());
   parallel_for(pieces.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       std::vector<Triangle> triangles;
       triangles.reserve(pieces[i].size());
       for (const std::uint32_t t : pieces[i]) triangles.push_back(mesh.triangles[t]);
-      std::vector<std::uint32_t> vertices = used_vertices_of(triangles);
+      const std::vector<std::uint32_t> vertices = number_used_vertices(triangles);
       std::vector<Vec3> positions;
+      positions.reserve(vertices.size());
       for (const std::uint32_t v : vertices) positions.push_back(mesh.positions[v]);
-      const std::vector<Vec3> before = positions;
       reduce_chunk(positions, triangles, share);
-      // Vertices of several pieces lie on their borders, which stay, so each is written by one thread.
+      // Shared vertices lie on borders, which stay, or touch pieces that are closed around them.
       for (std::size_t k = 0; k < vertices.size(); ++k) {
-        if (!(positions[k] == before[k])) mesh.positions[vertices[k]] = positions[k];
+        if (is_shared[vertices[k]] == 0) mesh.positions[vertices[k]] = positions[k];
       }
       for (Triangle& t : triangles) t = {vertices[t[0]], vertices[t[1]], vertices[t[2]]};
       reduced[i] = std::move(triangles);

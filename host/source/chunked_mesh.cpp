@@ -15,6 +15,7 @@
 #include "cl/kernel_folder.h"
 #include "mesh/steps.h"
 #include "mesh/usable.h"
+#include "mesh/vertex_lists.h"
 #include "mesh/weld.h"
 
 namespace kiln {
@@ -401,30 +402,14 @@ struct ChunkedMesh::ReducedChunk {
 
 ChunkedMesh::ReducedChunk ChunkedMesh::reduce_one(std::size_t chunk,
                                                   const ReduceChunk& reduce) const {
-  const auto number_by_rank = [](std::vector<Triangle>& triangles) {
-    std::vector<std::uint32_t> vertices;
-    vertices.reserve(3 * triangles.size());
-    for (const Triangle& triangle : triangles) {
-      vertices.insert(vertices.end(), triangle.begin(), triangle.end());
-    }
-    std::sort(vertices.begin(), vertices.end());
-    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
-    for (Triangle& triangle : triangles) {
-      for (std::uint32_t& v : triangle) {
-        v = static_cast<std::uint32_t>(std::lower_bound(vertices.begin(), vertices.end(), v) -
-                                       vertices.begin());
-      }
-    }
-    return vertices;
-  };
   ReducedChunk result;
   result.triangles = read(chunk).triangles;
-  const std::vector<std::uint32_t> all = number_by_rank(result.triangles);
+  const std::vector<std::uint32_t> all = number_used_vertices(result.triangles);
   std::vector<Vec3> positions;
   positions.reserve(all.size());
   for (const std::uint32_t v : all) positions.push_back(positions_[v]);
   reduce(positions, result.triangles);
-  result.vertices = number_by_rank(result.triangles);
+  result.vertices = number_used_vertices(result.triangles);
   for (std::uint32_t& v : result.vertices) {
     result.positions.push_back(positions[v]);
     v = all[v];
