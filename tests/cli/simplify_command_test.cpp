@@ -163,7 +163,9 @@ TEST(SimplifyCommand, HardEdgesForShadingAreCountedAsVertices) {
   const json hard = made({"--normals", "shading"}), map = made({});
   EXPECT_EQ(hard["vertices"], 24);
   EXPECT_EQ(hard["hard_edges"], 12);
-  EXPECT_LT(map["vertices"], 24);
+  // The cube's own normals part at its edges, so that those of a map do, too.
+  EXPECT_EQ(map["vertices"], 24);
+  EXPECT_LT(made({"--hard-angle", "180"})["vertices"], 24);
   EXPECT_EQ(made({"--normals", "shading", "--hard-angle", "180"})["hard_edges"], 0);
 }
 
