@@ -214,16 +214,6 @@ Mesh parse_named(const MeshInput& input, const std::filesystem::path& path,
 
 }  // namespace
 
-std::vector<std::filesystem::path> material_file_paths(const Mesh& mesh,
-                                                       const std::filesystem::path& folder) {
-  std::vector<std::filesystem::path> paths;
-  for (std::string name : mesh.material_files) {
-    std::replace(name.begin(), name.end(), '\\', '/');
-    paths.push_back(folder / name);
-  }
-  return paths;
-}
-
 Mesh load_mesh_file(const std::filesystem::path& path, const LoadMeshOptions& options,
                     std::vector<Warning>* warnings, Asset* whole) {
   MeshInput input{path.string(), {}, warnings, options, path.parent_path()};

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -164,6 +165,16 @@ bool has_uvs(const Mesh& mesh, std::size_t triangle) {
 }
 
 }  // namespace
+
+std::vector<std::filesystem::path> material_file_paths(const Mesh& mesh,
+                                                       const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> paths;
+  for (std::string name : mesh.material_files) {
+    std::replace(name.begin(), name.end(), '\\', '/');
+    paths.push_back(folder / name);
+  }
+  return paths;
+}
 
 void save_obj(const Mesh& mesh, const std::filesystem::path& path) {
   check(mesh);

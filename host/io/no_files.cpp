@@ -1,6 +1,8 @@
 // A build without file formats: readers and writers exist, and throw an error.
+#include <memory>
 #include <string>
 
+#include "io/file/byte_source.h"
 #include "kiln/asset.h"
 #include "kiln/height_field.h"
 #include "kiln/image.h"
@@ -43,6 +45,10 @@ Mesh load_mesh(std::span<const std::byte> /*bytes*/, std::string_view name,
 }
 
 std::vector<std::string> mesh_formats() { return {}; }
+
+std::unique_ptr<ByteSource> open_file(const std::filesystem::path& path, FailWith /*fail*/) {
+  fail(path.string());
+}
 
 Image load_image(const std::filesystem::path& path) { fail(path.string()); }
 Image load_image(std::span<const std::byte> /*bytes*/, std::string_view name) {
