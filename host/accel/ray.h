@@ -32,8 +32,8 @@ struct RayQuery {
   bool outermost = false;
   bool has_ray_limits =
       false;  ///< With `outermost`, ignore hits with t above the sample's own `reach`
-  /// Only whether a ray has a hit matters: on CPUs, rays end at any hit. Of the result, only which rays hit nothing is
-  /// then defined. For rays that have little in common; many of them are faster by RayCaster::occluded(), whose kernel is
+  /// Only whether a ray has a hit matters: on CPUs, rays that are not traced as streams end at any hit. Of the result,
+  /// only which rays hit nothing is then defined. For rays that have little in common; many of them are faster by RayCaster::occluded(), whose kernel is
   /// another program.
   bool any_hit = false;
   /// Number of triangles per ray where rays of neighbouring texels hit, if known: it decides on CPUs whether these rays

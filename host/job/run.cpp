@@ -17,7 +17,6 @@
 #include "kiln/files.h"
 #include "mesh/steps.h"
 #include "options/parse.h"
-#include "source/chunked_mesh.h"
 
 namespace kiln {
 namespace {

@@ -23,12 +23,8 @@ constexpr std::uint64_t kBytesPerTexel = 32;
 
 /// Explains which option of the job needs the whole high poly in memory; empty if none does.
 Message find_streaming_obstacle(const Job& job, const BakeOptions& options, const RunHooks& hooks) {
-  const auto explain_whole_mesh_need = [](const Message& what) {
-    return what + " needs the whole high poly in memory: leave it out.";
-  };
   if (job.low.given.empty() && (plans_low_poly(job) || !deviation_bound(job).empty())) {
-    return "a LOW within an error needs the whole high poly in memory: give LOW, or " +
-           option("faces") + ".";
+    return explain_error_bound_need("give LOW, or " + option("faces"));
   }
   if (!asset_file(job).empty()) {
     return Message(
@@ -44,30 +40,46 @@ Message find_streaming_obstacle(const Job& job, const BakeOptions& options, cons
   if (job.reasons) return explain_whole_mesh_need(option("reasons"));
   if (job.alpha_test > 0) return explain_whole_mesh_need(option("alpha_test"));
   if (hooks.sample) return explain_whole_mesh_need("a function that samples images");
-  if (job.fill_holes > 0) return explain_whole_mesh_need(option("fill_holes"));
-  if (!job.frame.up.empty()) return explain_whole_mesh_need(option("up"));
-  if (!job.frame.unit.empty()) return explain_whole_mesh_need(option("unit"));
   if (job.given.contains("--clean") && job.clean != CleanHigh::none) {
     return explain_whole_mesh_need(
         option("clean", job.clean == CleanHigh::all ? "all" : kAutomatic));
   }
-  const ShadingRule rule = job.frame.shading.rule;
-  if (rule == ShadingRule::angle || rule == ShadingRule::flat)
-    return explain_whole_mesh_need(option("high_normals"));
+  if (const Message obstacle = find_reading_obstacle(job.frame, job.fill_holes); !obstacle.empty())
+    return obstacle;
   return streaming_obstacle(options);
 }
 
 }  // namespace
 
-std::shared_ptr<const MeshStream> open_larger_than_memory(const std::string& path,
-                                                          const MemoryNeed& need,
-                                                          Message obstacle) {
+Message explain_whole_mesh_need(const Message& what) {
+  return what + " needs the whole high poly in memory: leave it out.";
+}
+
+Message explain_error_bound_need(const Message& remedy) {
+  return "a LOW within an error needs the whole high poly in memory: " + remedy + ".";
+}
+
+Message find_reading_obstacle(const MeshFrameArguments& frame, double fill_holes) {
+  if (fill_holes > 0) return explain_whole_mesh_need(option("fill_holes"));
+  if (!frame.up.empty()) return explain_whole_mesh_need(option("up"));
+  if (!frame.unit.empty()) return explain_whole_mesh_need(option("unit"));
+  const ShadingRule rule = frame.shading.rule;
+  if (rule == ShadingRule::angle || rule == ShadingRule::flat) {
+    return explain_whole_mesh_need(option("high_normals"));
+  }
+  return {};
+}
+
+std::shared_ptr<const MeshStream> open_larger_than_memory(
+    const std::string& path, const MemoryNeed& need,
+    const std::function<Message()>& find_obstacle) {
   if (lower_extension(path) != ".ply") return nullptr;
   const PlyLayout layout = ply_layout(path);
   if (layout.triangles == 0 ||
       memory_fits(layout.triangles * need.bytes_per_triangle + need.other_bytes)) {
     return nullptr;
   }
+  Message obstacle = find_obstacle();
   if (!layout.obstacle.empty()) {
     obstacle = "it " + layout.obstacle + ": write it as a binary, little-endian PLY of triangles.";
   }
@@ -87,10 +99,14 @@ std::shared_ptr<const MeshStream> open_streamed_high(const Job& job, const BakeO
   const std::uint64_t texels = std::uint64_t{options.width} * options.height;
   MemoryNeed need = job.low.given.empty() ? kMemoryToSimplify : kMemoryToBake;
   need.other_bytes = kBytesOfDeviceBuffers + texels * kBytesPerTexel;
-  std::shared_ptr<const MeshStream> streamed =
-      open_larger_than_memory(path, need, find_streaming_obstacle(job, options, hooks));
+  std::shared_ptr<const MeshStream> streamed = open_larger_than_memory(
+      path, need, [&] { return find_streaming_obstacle(job, options, hooks); });
   if (streamed != nullptr) log.progress(0, "reading " + path);
   return streamed;
+}
+
+std::string streaming_line(const std::string& normals) {
+  return "HIGH is larger than memory: read chunk by chunk, without repairs, normals " + normals;
 }
 
 ShadingReport shading_of(const MeshStream& streamed) {

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 
 #include "job/high_poly_input.h"
+#include "kiln/job.h"
 #include "kiln/message.h"
 #include "mesh/mesh_stream.h"
 
@@ -27,14 +29,26 @@ inline constexpr MemoryNeed kMemoryToBake{140, 100};
 /// 18.
 inline constexpr MemoryNeed kMemoryToSimplify{240, 178};
 
+/// States that an option needs the whole high poly in memory, as the end of a sentence about it, with a remedy.
+Message explain_whole_mesh_need(const Message& what);
+/// explain_whole_mesh_need() for a low poly within an error. \param remedy  names the options to give instead
+Message explain_error_bound_need(const Message& remedy);
+/// explain_whole_mesh_need() for the options of reading and repairing that bakes and `kiln simplify` share; empty if none
+/// is given.
+Message find_reading_obstacle(const MeshFrameArguments& frame, double fill_holes);
+
 /// Opens a high poly that is larger than memory. Null if it fits into memory, or may fit and is needed whole.
-/// \param obstacle  why it is needed whole, as the end of a sentence about it, with a remedy; empty: it is not
+/// \param find_obstacle  returns why it is needed whole, by explain_whole_mesh_need() or the like; empty: it is not.
+///                       Called only for a high poly that does not fit
 /// \throws OptionError if it is needed whole and cannot fit
-std::shared_ptr<const MeshStream> open_larger_than_memory(const std::string& path,
-                                                          const MemoryNeed& need, Message obstacle);
+std::shared_ptr<const MeshStream> open_larger_than_memory(
+    const std::string& path, const MemoryNeed& need, const std::function<Message()>& find_obstacle);
 
 /// Makes a mesh in memory that stands for a larger one when a low poly of `faces` triangles is made from it.
 Mesh reduce(const ChunkedMesh& mesh, std::uint32_t faces);
+
+/// A line of the summary. \param normals  which normals are used, such as "smooth"
+std::string streaming_line(const std::string& normals);
 
 /// States which normals a streamed high poly has: those of its file, or smooth ones.
 ShadingReport shading_of(const MeshStream& streamed);

@@ -3,6 +3,7 @@
 #include "base/percent.h"
 #include "job/map_words.h"
 #include "job/stages.h"
+#include "job/streaming.h"
 #include "kiln/plan.h"
 #include "options/parse.h"
 
@@ -226,8 +227,7 @@ void add_summary(const RunOutcome& outcome, const Source::Stats& source) {
     for (const MapReached& map : plan->bounds) console.line(describe(map));
   }
   if (scene.high.streamed != nullptr) {
-    console.line("HIGH is larger than memory: read chunk by chunk, without repairs, normals " +
-                 std::string(scene.high.streamed->has_normals() ? "the file's" : "smooth"));
+    console.line(streaming_line(scene.high.streamed->has_normals() ? "the file's" : "smooth"));
   } else if (const Message text = shading_line(scene.high.input.shading, job.frame.shading);
              !text.empty() && !scene.high.input.heights) {
     console.line(text);

@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "base/memory.h"
-#include "base/option.h"
 #include "base/parallel.h"
 #include "base/progress_guard.h"
 #include "cl/kernel_folder.h"

@@ -74,25 +74,12 @@ void warn_of_uv_excess(const SimplifyReport& report, std::uint32_t size,
 }
 
 /// Explains which argument needs a high poly in memory; empty if none does.
-Message whole_mesh_need(const SimplifyArguments& arguments) {
-  const auto needs_whole_mesh = [](const Message& what) {
-    return what + " needs the whole high poly in memory: leave it out.";
-  };
-  if (arguments.faces == 0) {
-    return "a LOW within an error needs the whole high poly in memory: give " + option("faces") +
-           ".";
-  }
-  if (arguments.keep_uvs) return needs_whole_mesh("--keep-uvs");
-  if (arguments.hull) return needs_whole_mesh("--hull");
-  if (arguments.fill_holes > 0) return needs_whole_mesh("--fill-holes");
-  if (arguments.clean == CleanHigh::all) return needs_whole_mesh("--clean all");
-  if (!arguments.frame.up.empty()) return needs_whole_mesh("--up");
-  if (!arguments.frame.unit.empty()) return needs_whole_mesh("--unit");
-  const ShadingRule rule = arguments.frame.shading.rule;
-  if (rule == ShadingRule::angle || rule == ShadingRule::flat) {
-    return needs_whole_mesh("--high-normals");
-  }
-  return {};
+Message find_streaming_obstacle(const SimplifyArguments& arguments) {
+  if (arguments.faces == 0) return explain_error_bound_need("give " + option("faces"));
+  if (arguments.keep_uvs) return explain_whole_mesh_need("--keep-uvs");
+  if (arguments.hull) return explain_whole_mesh_need("--hull");
+  if (arguments.clean == CleanHigh::all) return explain_whole_mesh_need("--clean all");
+  return find_reading_obstacle(arguments.frame, arguments.fill_holes);
 }
 
 int run_simplify(const SimplifyArguments& arguments) {
@@ -122,13 +109,15 @@ int run_simplify(const SimplifyArguments& arguments) {
   Mesh high;
   CleanReport cleaned;
   ShadingReport shading;
-  const std::shared_ptr<const MeshStream> streamed =
-      open_larger_than_memory(arguments.high, kMemoryToSimplify, whole_mesh_need(arguments));
+  const std::shared_ptr<const MeshStream> streamed = open_larger_than_memory(
+      arguments.high, kMemoryToSimplify, [&] { return find_streaming_obstacle(arguments); });
   if (streamed != nullptr) {
     ProgressGuard progress_guard(
         [&](double, std::string_view stage) { return console.progress(0.0, stage); });
     high = reduce(ChunkedMesh(streamed), arguments.faces);
-    shading = shading_of(*streamed);
+    // The reduced mesh has no normals of its own.
+    shading.chosen = ShadingRule::smooth;
+    shading.missing = streamed->triangle_count();
   } else {
     high = load_mesh(arguments.high, load, &warnings);
     if (!arguments.keep_hulls) drop_hidden_hulls(high, warnings);
@@ -189,7 +178,9 @@ int run_simplify(const SimplifyArguments& arguments) {
       with_commas(report.input_faces).c_str(), report.input_faces == 1 ? "face" : "faces",
       with_commas(vertices).c_str(), report.error * 100, back.c_str(),
       describe_layout(charts, coverage, arguments.keep_uvs).c_str(), watch.total()));
-  if (const Message text = shading_line(shading, arguments.frame.shading); !text.empty()) {
+  if (streamed != nullptr) {
+    console.line(streaming_line("smooth"));
+  } else if (const Message text = shading_line(shading, arguments.frame.shading); !text.empty()) {
     console.line(text.text(option_as_flag));
   }
   if (report.mended > 0) {
