@@ -236,6 +236,7 @@ PlyLayout ply_layout(const std::filesystem::path& path) {
   result.obstacle = find_stream_layout(parse_header(start), layout);
   result.triangles = layout.triangles;
   result.has_uvs = layout.has_uvs;
+  result.has_normals = layout.has_normals;
   return result;
 }
 

@@ -13,7 +13,7 @@ namespace kiln {
 /// A binary PLY whose elements have constant sizes: vertices without lists, then triangles without further properties.
 struct PlyLayout {
   std::uint64_t triangles = 0;
-  bool has_uvs = false;
+  bool has_uvs = false, has_normals = false;
   /// Why the file cannot be read piece by piece, as the end of a sentence about it; empty: it can.
   std::string obstacle;
 };

@@ -44,6 +44,11 @@ Message find_streaming_obstacle(const Job& job, const BakeOptions& options, cons
     return explain_whole_mesh_need(
         option("clean", job.clean == CleanHigh::all ? "all" : kAutomatic));
   }
+  // Normals of the file would be used instead of smooth ones.
+  if (job.frame.shading.rule == ShadingRule::smooth &&
+      ply_layout(job.high.front().name).has_normals) {
+    return explain_whole_mesh_need(option("high_normals", "smooth"));
+  }
   if (const Message obstacle = find_reading_obstacle(job.frame, job.fill_holes); !obstacle.empty())
     return obstacle;
   return streaming_obstacle(options);

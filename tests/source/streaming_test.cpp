@@ -408,6 +408,27 @@ TEST(Streaming, OutliersAreRefusedSinceTheyMoveTheFrame) {
             std::string::npos);
 }
 
+TEST(Streaming, SmoothNormalsInPlaceOfTheFilesAreRefused) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  Mesh mesh = test::BumpySphere::dense(1500000, true);
+  mesh.normal_triangles.clear();
+  ASSERT_EQ(mesh.normals.size(), mesh.positions.size());
+  Job job;
+  job.high = {save_ply(mesh, folder)};
+  job.low = test::BumpySphere::light();
+  job.bake = options_for(16, false);
+  job.in_memory = true;
+  job.frame.shading.rule = ShadingRule::smooth;
+  const std::string error = error_of([&] {
+    leave_memory(std::uint64_t{100} << 20);
+    run(*test::device(), job);
+  });
+  set_memory_limit(0);
+  EXPECT_NE(error.find("shading = smooth needs the whole high poly in memory"), std::string::npos)
+      << error;
+}
+
 TEST(Streaming, AJobStreamsWhereTheMemoryLimitAsksForIt) {
   KILN_REQUIRE_DEVICE();
   const fs::path folder = test::scratch_folder();
