@@ -32,7 +32,7 @@ void append_cluster_maps(BakeResult& result, BakeResult baked) {
 
 /// Bakes all clusters of visibility directions, one after the other. \throws Cancelled
 BakeResult bake_clusters(const Source::Impl& high, const Mesh& low, const BakeOptions& options,
-                         const BakeProgress& progress) {
+                         const OpenMapRows* open_rows, const BakeProgress& progress) {
   check_options(options);
   check_saved(options, high, low);
   const std::uint32_t cluster_count = options.match.visibility.clusters;
@@ -40,7 +40,7 @@ BakeResult bake_clusters(const Source::Impl& high, const Mesh& low, const BakeOp
   BakeResult result;
   for (; clusters.cluster < cluster_count; ++clusters.cluster) {
     const double begin = clusters.cluster;
-    BakeResult baked = Pipeline({high, low, options}, BandStorage::reused,
+    BakeResult baked = Pipeline({high, low, options, 1, open_rows}, BandStorage::reused,
                                 progress.part(begin / cluster_count, (begin + 1) / cluster_count))
                            .run(clusters);
     if (clusters.cluster == 0) {
@@ -51,6 +51,15 @@ BakeResult bake_clusters(const Source::Impl& high, const Mesh& low, const BakeOp
   }
   if (cluster_count > 1) result.clusters = clusters.field->clusters();
   return result;
+}
+
+BakeResult bake_unless_cancelled(const Source& source, const Mesh& low, const BakeOptions& options,
+                                 const OpenMapRows* open_rows) {
+  ProgressGuard guard(options.progress);
+  const BakeProgress progress(guard.progress());
+  return unless_cancelled<BakeResult>(
+      [&] { return bake_clusters(impl_of(source), low, options, open_rows, progress); },
+      [](BakeResult& none) { none.cancelled = true; });
 }
 
 }  // namespace
@@ -64,11 +73,12 @@ BakeResult bake_drawn(const Source::Impl& high, const Mesh& low, const BakeOptio
 }
 
 BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& options) {
-  ProgressGuard guard(options.progress);
-  const BakeProgress progress(guard.progress());
-  return unless_cancelled<BakeResult>(
-      [&] { return bake_clusters(impl_of(source), low, options, progress); },
-      [](BakeResult& none) { none.cancelled = true; });
+  return bake_unless_cancelled(source, low, options, nullptr);
+}
+
+BakeResult bake_rows(const Source& source, const Mesh& low, const BakeOptions& options,
+                     const OpenMapRows& open) {
+  return bake_unless_cancelled(source, low, options, &open);
 }
 
 BakeResult bake(const Match& match, const Source& source, const Mesh& low,

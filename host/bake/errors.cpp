@@ -54,7 +54,7 @@ class FinerEvaluation {
       : scene_(scene),
         options_(options),
         context_(context_of(scene.high.device)),
-        layers_(scene.high, scene.surface, options_, false, 1, /*checks=*/true),
+        layers_(scene.high, scene.surface, options_, ImageStorage::none, 1, /*checks=*/true),
         sampler_(context_, scene.surface,
                  {options.width, options.height, options.samples, kBandSamples}),
         own_matcher_(options.samples != scene.options.samples && scene.matcher.reads_sample_places()

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "bake/encode_texels.h"
 #include "bake/report.h"
 #include "base/memory.h"
 #include "base/parallel.h"
@@ -11,7 +12,6 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kTexelsPerTask = std::size_t{1} << 16;
 // Padding that reaches across any map.
 constexpr std::int32_t kUnlimitedPadding = 16384;
 
@@ -56,31 +56,6 @@ ChartMap weigh_by_opacity(const Image& opacity, ChartMap charts) {
   return charts;
 }
 
-/// Fills texels beyond the padding with the background, and encodes the values of all texels.
-void encode_texels(const MapInfo& map, const BakeOptions& options,
-                   const std::vector<std::uint8_t>& coverage, Image& image) {
-  const std::array<float, 4> empty = map_background(map, options);
-  const std::size_t channels = image.channels;
-  const bool marks_misses = options.encoding.miss == MissPolicy::mark;
-  const bool copies_values = map.type != MapType::unit_vector && !marks_misses;
-  const bool is_halved = map.type == MapType::unit_vector && !marks_misses &&
-                         !options.encoding.raw && !options.encoding.two_component;
-  parallel_for(coverage.size(), kTexelsPerTask, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      if (coverage[i] == kCoverageEmpty) {
-        std::copy_n(empty.begin(), channels, &image.pixels[i * channels]);
-      }
-      if (!copies_values && !is_halved) {
-        encode_texel(map, options, coverage[i], &image.pixels[i * channels]);
-      }
-    }
-    if (!is_halved) return;
-    // A vectorizable version of encode_texel().
-    float* const pixels = image.pixels.data();
-    for (std::size_t i = begin * 3; i < end * 3; ++i) pixels[i] = pixels[i] * 0.5F + 0.5F;
-  });
-}
-
 /// Converts normals to three channels in [0, 1], which renderers read, whatever the map's encoding is.
 Image normals_as_rendered(const MapInfo& map, const BakeOptions& options,
                           const std::vector<std::uint8_t>& coverage, Image image) {
@@ -91,13 +66,30 @@ Image normals_as_rendered(const MapInfo& map, const BakeOptions& options,
   return image;
 }
 
+/// True if no later stage of a bake needs whole images, so that maps can be finished row by row.
+bool allows_rows(const BakeOptions& options) {
+  return !options.encoding.mips && options.encoding.gutter >= 0 &&
+         !options.encoding.two_component && options.match.fallback.empty() &&
+         options.match.fallback_blend == 0 && options.match.visibility.clusters == 1 &&
+         !options.report.errors;
+}
+
+/// True if a map's texels depend only on texels within the padding's width.
+bool allows_rows(const MapInfo& map, const BakeOptions& options) {
+  return is_averaged(map.type) && !leaves_out_misses(map, options.encoding.miss);
+}
+
 /// Memory in bytes that grows with the map: maps, temporary arrays of padding, mip levels, a band, and a stored
 /// match. It is checked before the bake, so that the bake does not fail halfway.
+/// \param by_rows  true: maps that can be finished row by row are not kept
 std::uint64_t peak_bytes(const BakeOptions& options, std::span<const MapRow> rows,
-                         std::uint32_t band) {
+                         std::uint32_t band, bool by_rows) {
   std::uint64_t channels = 1;  // Number of channels of the maps, and 1 for coverage and charts
-  for (const MapKind kind : options.maps) channels += map_row(kind).info.channels;
-  for (const MapRow& row : rows) channels += row.info.channels;
+  const auto count = [&](const MapInfo& map) {
+    if (!by_rows || !allows_rows(map, options)) channels += map.channels;
+  };
+  for (const MapKind kind : options.maps) count(map_row(kind).info);
+  for (const MapRow& row : rows) count(row.info);
   const std::uint64_t texels = std::uint64_t{options.width} * options.height;
   const std::uint64_t level = texels * channels * sizeof(float);
   const std::uint64_t samples = texels * options.samples * options.samples;
@@ -114,10 +106,13 @@ std::uint64_t peak_bytes(const BakeOptions& options, std::span<const MapRow> row
 }  // namespace
 
 Layers::Layers(const Source::Impl& source, const LowSurface& surface, const BakeOptions& options,
-               bool with_images, std::uint32_t finer, bool checks) {
+               ImageStorage storage, std::uint32_t finer, bool checks)
+    : rows_(context_of(source.device), options) {
   own_rows_ = own_rows(options);
-  if (with_images) {
-    require_memory("The maps", peak_bytes(options, own_rows_, band_samples(source)));
+  const bool by_rows =
+      storage == ImageStorage::rows && allows_rows(options) && !any_obeys_max_error(options);
+  if (storage != ImageStorage::none) {
+    require_memory("The maps", peak_bytes(options, own_rows_, band_samples(source), by_rows));
     coverage_.resize(std::size_t{options.width} * options.height);
   }
   const MapRequest request{source, surface, options, shared_results_, finer, checks};
@@ -128,11 +123,13 @@ Layers::Layers(const Source::Impl& source, const LowSurface& surface, const Bake
       return;
     }
     Image image{options.width, options.height, row.info.channels, {}};
-    layers_.push_back({&row, row.make(request), std::move(image)});
+    layers_.push_back({&row, row.make(request), std::move(image), {}});
+    if (by_rows && allows_rows(row.info, options)) layers_.back().rows = rows_.add(row.info);
   };
   for (const MapKind kind : options.maps) add(map_row(kind));
   for (const MapRow& row : own_rows_) add(row);
   for (Layer& layer : layers_) {
+    if (layer.rows) continue;
     const std::size_t values = coverage_.size() * layer.image.channels;
     layer.image.pixels.reserve(values);
     untouched_bytes_ += values * sizeof(float);
@@ -158,12 +155,22 @@ void Layers::extend(Image& image, std::size_t texels) {
 }
 
 void Layers::extend_images() {
-  for (Layer& layer : layers_) extend(layer.image, coverage_.size());
+  for (Layer& layer : layers_) {
+    if (!layer.rows) extend(layer.image, coverage_.size());
+  }
+  if (rows_.empty()) return;
+  rows_.extend(layers_.front().image.height);
+  rows_.finish(coverage_);
 }
 
 BandPixels Layers::pixels(Layer& layer, const TexelBand& band) {
   const std::size_t width = layer.image.width;
   const std::size_t offset = band.first_row * width, count = band.row_count * width;
+  if (layer.rows) {
+    rows_.extend(band.first_row + band.row_count);
+    return {rows_.rows(*layer.rows, band.first_row, band.row_count),
+            std::span(coverage_).subspan(offset, count)};
+  }
   extend(layer.image, offset + count);
   const std::size_t channels = layer.image.channels;
   return {std::span(layer.image.pixels).subspan(offset * channels, count * channels),
@@ -282,6 +289,10 @@ std::vector<std::size_t> Layers::pad_with(cl::Context& context, const BakeOption
   };
   const MapInfo& map = layers_[first].row->info;
   coverage = coverage_;
+  if (!rows_.empty()) {  // Their padding is marked already
+    std::replace(coverage.begin(), coverage.end(), std::uint8_t{kCoverageGutter},
+                 std::uint8_t{kCoverageEmpty});
+  }
   if (needs_own_rules(map)) {
     padded = pad(context, map, options, options.encoding.gutter, images[first], coverage);
     return {first};
@@ -292,7 +303,7 @@ std::vector<std::size_t> Layers::pad_with(cl::Context& context, const BakeOption
   for (std::size_t l = first; l < images.size(); ++l) {
     const MapInfo& other = layers_[l].row->info;
     const GutterOptions other_gutter = padding_rules(other, options, options.encoding.gutter);
-    if (other.type == MapType::coverage || needs_own_rules(other)) continue;
+    if (layers_[l].rows || other.type == MapType::coverage || needs_own_rules(other)) continue;
     if (missed && other_gutter.fill_missed != gutter.fill_missed) continue;
     same_rule_maps.push_back(l);
     gutter_images.push_back({&images[l], other_gutter.unit_vectors});
@@ -308,8 +319,15 @@ std::vector<Image> Layers::finish(cl::Context& context, const BakeOptions& optio
   for (Layer& layer : layers_) images.push_back(keep ? layer.image : std::move(layer.image));
   std::vector<std::uint8_t> is_map_padded(images.size());
   std::size_t last = 0;  // index of the last padded map
+  std::optional<std::size_t> first_by_rows;
+  std::size_t last_by_rows = 0;
   coverage.clear();
   for (std::size_t first = 0; first < images.size(); ++first) {
+    if (layers_[first].rows) {
+      if (!first_by_rows) first_by_rows = first;
+      last_by_rows = first;
+      continue;
+    }
     if (is_map_padded[first] != 0 || layers_[first].row->info.type == MapType::coverage) continue;
     std::vector<std::uint8_t> full_coverage;
     std::uint64_t count = 0;
@@ -327,7 +345,11 @@ std::vector<Image> Layers::finish(cl::Context& context, const BakeOptions& optio
       last = same_rule_maps.back();
       padded = count;
     }
-    if (coverage.empty()) coverage = std::move(full_coverage);
+    if (coverage.empty() && !first_by_rows) coverage = std::move(full_coverage);
+  }
+  if (first_by_rows) {
+    if (coverage.empty()) coverage = std::move(coverage_);
+    if (last_by_rows >= last) padded = rows_.padded();
   }
   if (coverage.empty()) {
     // The coverage includes padding, even if there is no map to pad.

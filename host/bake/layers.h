@@ -3,9 +3,11 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "bake/row_finisher.h"
 #include "cl/context.h"
 #include "detail/registry.h"
 #include "image/mips.h"
@@ -18,15 +20,19 @@ struct Layer {
   const MapRow* row = nullptr;
   std::unique_ptr<MapMaker> map_maker;
   Image image;
+  std::optional<std::size_t> rows;  ///< Number in RowFinisher, if the map is finished row by row
 };
+
+/// Storage of the maps' texels: whole images; for the maps that allow it, only the rows that are being finished; none,
+/// for callers that store texels themselves.
+enum class ImageStorage { whole, rows, none };
 
 class Layers {
  public:
   /// Creates a layer for each requested map.
-  /// \param with_images false: no images are allocated, for callers that store texels themselves
   /// \param finer, checks  see MapRequest
   Layers(const Source::Impl& source, const LowSurface& surface, const BakeOptions& options,
-         bool with_images = true, std::uint32_t finer = 1, bool checks = false);
+         ImageStorage storage = ImageStorage::whole, std::uint32_t finer = 1, bool checks = false);
 
   ~Layers();
   Layers(const Layers&) = delete;
@@ -42,6 +48,10 @@ class Layers {
   /// last row: its pages are then in the cache when its texels are written, whereas clearing whole images would pass
   /// twice through all of memory.
   void extend_images();
+  /// Passes on rows that are final, of the maps that are finished row by row.
+  void finish_rows() { rows_.finish(coverage_); }
+  /// Sets the receiver of the rows of a layer with Layer::rows.
+  void set_target(const Layer& layer, MapRows& target) { rows_.set_target(*layer.rows, target); }
   void run_blended(const TexelBand& band, const DeviceCorrespondence& match,
                    const DeviceCorrespondence& other, const cl::Array<float>& shares);
 
@@ -74,7 +84,7 @@ class Layers {
   std::vector<std::vector<Image>> mips(cl::Context& context, const BakeOptions& options,
                                        const ChartMap& charts) const;
 
-  /// Fills background and padding, and encodes all maps. \param keep leaves the layers unchanged, for a further bake
+  /// Fills background and padding, and encodes all maps that are not finished row by row. \param keep leaves the layers unchanged, for a further bake
   /// \param coverage  out: includes padding
   /// \param padded out: number of padding texels
   /// \param drawn out: the normals as renderers read them, independent of the encoding; null: not computed
@@ -101,6 +111,7 @@ class Layers {
   std::shared_ptr<BandReads> band_reads_;
   std::vector<MapRow> own_rows_;  // Registry rows of transfers, variants and custom maps
   std::vector<Layer> layers_;
+  RowFinisher rows_;
   std::vector<std::uint8_t> coverage_;
   std::size_t untouched_bytes_ = 0;  // of reserved images; see count_untouched()
 };

@@ -50,7 +50,7 @@ Pipeline::Pipeline(const Scene& scene, BandStorage bands, BakeProgress progress)
       edge_turn_(make_edge_turn()),
       sheet_reach_(sheet_reach(scene.options, surface_)),
       layers_(streamed_part_ != nullptr ? *streamed_part_ : scene.high, surface_, scene.options,
-              true, scene.finer) {
+              scene.open_rows != nullptr ? ImageStorage::rows : ImageStorage::whole, scene.finer) {
   const BakeOptions& options = scene_.options;
   if (scene_.high.is_streamed()) refuse_streaming(options);
   if (options.match.saved == nullptr) result_.report.cage_mesh = cage_.report(surface_);
@@ -246,6 +246,7 @@ void Pipeline::run_over_bands(const Pass& pass) {
     find(band, pass);
     if (pass.compute_maps) layers_.run(band.texels, band.match);
     report.seconds_detail += stopwatch_.lap();
+    layers_.finish_rows();
     record_samples(band, pass);
   }
   layers_.extend_images();
@@ -396,10 +397,11 @@ void Pipeline::finish_maps(Image* drawn) {
   std::vector<Image> images = layers_.finish(context_, options, band_storage_ == BandStorage::kept,
                                              result_.coverage, report.gutter_texels, drawn);
   result_.maps.clear();
+  const double farthest = max_point_distance();
   for (std::size_t l = 0; l < images.size(); ++l) {
-    const MapInfo& info = layers_.all()[l].row->info;
-    BakedMap map{info.kind, std::move(images[l]), std::move(mips[l]), cluster_, info};
-    if (obeys(info, "encoding.origin")) map.origin = map_origin(options, scene_.high.frame);
+    BakedMap map = describe(layers_.all()[l], farthest);
+    map.image = std::move(images[l]);
+    map.mips = std::move(mips[l]);
     result_.maps.push_back(std::move(map));
   }
   report.seconds_image += stopwatch_.lap();
@@ -435,15 +437,32 @@ double Pipeline::max_point_distance() const {
   return std::max(cage, request.distance * units_per_frame_unit_ - (request.cage ? cage : 0));
 }
 
-void Pipeline::finish_report() {
+/// Describes a layer's map by its properties that do not depend on the bake.
+BakedMap Pipeline::describe(const Layer& layer, double farthest) const {
+  const MapInfo& info = layer.row->info;
+  const BakeOptions& options = scene_.options;
+  BakedMap map{info.kind, {options.width, options.height, info.channels, {}}, {}, cluster_, info};
+  if (obeys(info, "encoding.origin")) map.origin = map_origin(options, scene_.high.frame);
+  map.ranges = ranges_of(*layer.row, {scene_.high, options, farthest});
+  map.unit = layer.row->unit;
+  return map;
+}
+
+/// Sets the receivers of the maps that are finished row by row.
+void Pipeline::open_rows() {
+  if (scene_.open_rows == nullptr) return;
   const double farthest = max_point_distance();
+  for (const Layer& layer : layers_.all()) {
+    if (layer.rows) layers_.set_target(layer, (*scene_.open_rows)(describe(layer, farthest)));
+  }
+}
+
+void Pipeline::finish_report() {
   BakeReport& report = result_.report;
   for (BakedMap& map : result_.maps) {
     const auto layer =
         std::find_if(layers_.all().begin(), layers_.all().end(),
                      [&](const Layer& made) { return made.row->info.kind == map.kind; });
-    map.ranges = ranges_of(*layer->row, {scene_.high, scene_.options, farthest});
-    map.unit = layer->row->unit;
     layer->map_maker->report(map, report.warnings);
     if (find_variant(scene_.options, map.kind.name) != nullptr) continue;
     if (!map.ids.empty()) report.ids = map.ids;
@@ -456,6 +475,7 @@ void Pipeline::finish_report() {
 BakeResult Pipeline::run(Clusters& clusters, Image* drawn) {
   prepare_match(clusters);
   make_collectors();
+  open_rows();
   run_over_bands({});
   finish_match(true);
   report_coverage();

@@ -11,6 +11,7 @@
 #include "bake/fallback_blend.h"
 #include "bake/high_coverage.h"
 #include "bake/layers.h"
+#include "bake/map_rows.h"
 #include "bake/match_stage.h"
 #include "bake/match_transitions.h"
 #include "bake/progress.h"
@@ -43,6 +44,8 @@ class Pipeline {
     const Mesh& low;
     const BakeOptions& options;
     std::uint32_t finer = 1;  ///< Refinement of maps' own sampling; see MapRequest::finer
+    /// For maps that are finished row by row; null: all images stay in memory
+    const OpenMapRows* open_rows = nullptr;
   };
 
   Pipeline(const Scene& scene, BandStorage bands, BakeProgress progress = BakeProgress());
@@ -88,6 +91,8 @@ class Pipeline {
 
  private:
   double max_point_distance() const;
+  BakedMap describe(const Layer& layer, double farthest) const;
+  void open_rows();
   bool keeps_matcher() const;
   void prepare_copies();
   PipelineBand& sample_band(std::uint32_t number);

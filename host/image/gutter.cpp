@@ -19,7 +19,7 @@ constexpr std::size_t kKeysPerBand = std::size_t{1} << 22;
 
 // Mask of rows for the device: 1 for texels that have values to copy; rows are padded to a multiple of 8. Padding of
 // earlier bands is no source.
-void make_mask(const Image& image, const std::vector<std::uint8_t>& coverage, std::uint32_t first,
+void make_mask(const Image& image, std::span<const std::uint8_t> coverage, std::uint32_t first,
                std::uint32_t count, std::uint32_t stride, bool missed_is_source,
                std::span<std::uint8_t> mask) {
   parallel_for(count, 64, [&](std::size_t begin, std::size_t end) {
@@ -59,7 +59,7 @@ void copy_values(std::span<const CopiedTexel> copies, Image& image) {
 // Copies values along a band's offsets into empty texels. Returns their number.
 // \param first_row  of the band in the image
 template <typename Offset, int kShift>
-std::uint64_t apply(std::span<const GutterImage> images, std::vector<std::uint8_t>& coverage,
+std::uint64_t apply(std::span<const GutterImage> images, std::span<std::uint8_t> coverage,
                     const kiln_gutter_band& band, std::size_t first_row,
                     const std::vector<Offset>& offsets) {
   constexpr std::int64_t kBias = std::int64_t{1} << (kShift - 1);
@@ -93,16 +93,17 @@ std::uint64_t apply(std::span<const GutterImage> images, std::vector<std::uint8_
 
 template <typename Key, typename Offset, int kShift>
 std::uint64_t fill_nearest(cl::Context& context, std::span<const GutterImage> images,
-                           std::vector<std::uint8_t>& coverage, std::uint32_t radius,
-                           bool missed_is_source, const char* defines) {
+                           std::span<std::uint8_t> coverage, const RowRange& filled,
+                           std::uint32_t radius, bool missed_is_source, const char* defines) {
   const Image& image = *images.front().image;
   kiln_gutter_band band{};
   band.stride = (image.width + 7) / 8 * 8;
   band.pad = (radius + 7) / 8 * 8;
   band.radius = radius;
   const std::size_t key_stride = band.stride + 2 * std::size_t{band.pad};
+  const std::uint32_t filled_rows = filled.last - filled.first;
   const auto rows = static_cast<std::uint32_t>(std::clamp<std::size_t>(
-      kKeysPerBand / key_stride, std::min<std::size_t>(64, image.height), image.height));
+      kKeysPerBand / key_stride, std::min<std::size_t>(64, filled_rows), filled_rows));
   // Each tile reads `radius` rows beyond its own rows, so smaller tiles would mostly repeat work.
   band.tile_rows = std::min(rows, std::max(64U, radius));
 
@@ -118,10 +119,10 @@ std::uint64_t fill_nearest(cl::Context& context, std::span<const GutterImage> im
 
   std::uint64_t count = 0;
   std::vector<Offset> found(offsets.size());
-  for (std::uint32_t first = 0; first < image.height; first += rows) {
-    band.row_count = std::min(rows, image.height - first);
+  for (std::uint32_t first = filled.first; first < filled.last; first += rows) {
+    band.row_count = std::min(rows, filled.last - first);
     const std::uint32_t top = masked < image.height && first > radius ? first - radius : 0;
-    if (masked < image.height || first == 0) {
+    if (masked < image.height || first == filled.first) {
       band.height = std::min(masked, image.height - top);
       mask.write_by(
           context, std::size_t{band.stride} * band.height, [&](std::span<std::uint8_t> sources) {
@@ -140,22 +141,22 @@ std::uint64_t fill_nearest(cl::Context& context, std::span<const GutterImage> im
 }
 
 std::uint64_t fill_nearest(cl::Context& context, std::span<const GutterImage> images,
-                           std::vector<std::uint8_t>& coverage, std::uint32_t radius,
-                           bool missed_is_source) {
+                           std::span<std::uint8_t> coverage, const RowRange& filled,
+                           std::uint32_t radius, bool missed_is_source) {
   const Image& image = *images.front().image;
   // The sum is at least the image's diagonal
   radius = std::min(radius, image.width + image.height);
   if (radius <= KILN_GUTTER_NARROW_RADIUS) {
     return fill_nearest<std::uint32_t, std::uint16_t, KILN_GUTTER_NARROW_SHIFT>(
-        context, images, coverage, radius, missed_is_source, "");
+        context, images, coverage, filled, radius, missed_is_source, "");
   }
   radius = std::min<std::uint32_t>(radius, KILN_GUTTER_WIDE_RADIUS);
   return fill_nearest<std::uint64_t, std::uint32_t, KILN_GUTTER_WIDE_SHIFT>(
-      context, images, coverage, radius, missed_is_source, "-DKILN_GUTTER_WIDE=1");
+      context, images, coverage, filled, radius, missed_is_source, "-DKILN_GUTTER_WIDE=1");
 }
 
 // Fills missed texels, and empty ones if `everywhere`, by push-pull. Returns the number of empty texels.
-std::uint64_t fill_smooth(std::span<const GutterImage> images, std::vector<std::uint8_t>& coverage,
+std::uint64_t fill_smooth(std::span<const GutterImage> images, std::span<std::uint8_t> coverage,
                           const GutterOptions& options, bool everywhere) {
   const std::size_t texels = coverage.size();
   std::vector<std::uint8_t> known(texels);
@@ -193,21 +194,8 @@ std::uint64_t fill_smooth(std::span<const GutterImage> images, std::vector<std::
   return empty;
 }
 
-}  // namespace
-
-std::uint64_t fill_gutter(cl::Context& context, Image& image, std::vector<std::uint8_t>& coverage,
-                          const GutterOptions& options) {
-  const GutterImage one{&image, options.unit_vectors};
-  return fill_gutters(context, {&one, 1}, coverage, options);
-}
-
-std::uint64_t fill_gutters(cl::Context& context, std::span<const GutterImage> images,
-                           std::vector<std::uint8_t>& coverage, const GutterOptions& options) {
-  if (options.texels < -1) {
-    throw Error(ErrorCode::usage, "The gutter is " + std::to_string(options.texels) +
-                                      " texels; use 0 or more, or -1 to fill everything.");
-  }
-  if (images.empty()) return 0;
+/// \throws Error(internal) for images and a coverage of different sizes
+void check_sizes(std::span<const GutterImage> images, std::span<const std::uint8_t> coverage) {
   const Image& first = *images.front().image;
   const std::size_t texels = std::size_t{first.width} * first.height;
   for (const GutterImage& one : images) {
@@ -219,15 +207,42 @@ std::uint64_t fill_gutters(cl::Context& context, std::span<const GutterImage> im
                   "fill_gutter was given an image and a coverage of other sizes.");
     }
   }
+}
+
+}  // namespace
+
+std::uint64_t fill_gutter(cl::Context& context, Image& image, std::span<std::uint8_t> coverage,
+                          const GutterOptions& options) {
+  const GutterImage one{&image, options.unit_vectors};
+  return fill_gutters(context, {&one, 1}, coverage, options);
+}
+
+std::uint64_t fill_gutters(cl::Context& context, std::span<const GutterImage> images,
+                           std::span<std::uint8_t> coverage, const GutterOptions& options) {
+  if (options.texels < -1) {
+    throw Error(ErrorCode::usage, "The gutter is " + std::to_string(options.texels) +
+                                      " texels; use 0 or more, or -1 to fill everything.");
+  }
+  if (images.empty()) return 0;
+  check_sizes(images, coverage);
   const bool everywhere = options.texels == -1;
   std::uint64_t count = 0;
   if (options.texels != 0) {
     const auto radius = everywhere ? 1U : static_cast<std::uint32_t>(options.texels);
-    count = fill_nearest(context, images, coverage, radius, !options.fill_missed);
+    count = fill_nearest(context, images, coverage, {0, images.front().image->height}, radius,
+                         !options.fill_missed);
   }
   if (everywhere || options.fill_missed)
     count += fill_smooth(images, coverage, options, everywhere);
   return count;
+}
+
+std::uint64_t fill_gutter_rows(cl::Context& context, std::span<const GutterImage> images,
+                               std::span<std::uint8_t> coverage, std::uint32_t texels,
+                               const RowRange& rows) {
+  if (images.empty() || texels == 0 || rows.first >= rows.last) return 0;
+  check_sizes(images, coverage);
+  return fill_nearest(context, images, coverage, rows, texels, /*missed_is_source=*/true);
 }
 
 }  // namespace kiln

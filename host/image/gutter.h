@@ -37,7 +37,7 @@ struct GutterOptions {
 /// device and with any number of threads. If nothing is baked, nothing changes.
 /// \returns number of texels that became padding
 /// \throws Error(usage) for a width below -1, Error(device)
-std::uint64_t fill_gutter(cl::Context& context, Image& image, std::vector<std::uint8_t>& coverage,
+std::uint64_t fill_gutter(cl::Context& context, Image& image, std::span<std::uint8_t> coverage,
                           const GutterOptions& options);
 
 /// One of several images with the same charts.
@@ -48,6 +48,18 @@ struct GutterImage {
 
 /// Fills several images of equal size and coverage; nearest texels are searched once.
 std::uint64_t fill_gutters(cl::Context& context, std::span<const GutterImage> images,
-                           std::vector<std::uint8_t>& coverage, const GutterOptions& options);
+                           std::span<std::uint8_t> coverage, const GutterOptions& options);
+
+/// Rows [first, last) of an image.
+struct RowRange {
+  std::uint32_t first = 0, last = 0;
+};
+
+/// Does the work of fill_gutters() for some rows of the images, without filling missed texels. Rows within `texels` of
+/// them are read, also where they were filled before, and stay unchanged. So a map can be padded row by row.
+/// \param texels  width of the padding
+std::uint64_t fill_gutter_rows(cl::Context& context, std::span<const GutterImage> images,
+                               std::span<std::uint8_t> coverage, std::uint32_t texels,
+                               const RowRange& rows);
 
 }  // namespace kiln

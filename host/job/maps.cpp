@@ -133,9 +133,10 @@ BakeOptions options_of_plan(const BakeOptions& asked, const LowPolyPlan& plan,
 }  // namespace
 
 BakeResult bake_high(const HighPolyInput& high, const Source& source, const Mesh& low,
-                     const BakeOptions& options) {
+                     const BakeOptions& options, const OpenMapRows* open_rows) {
   try {
-    return bake(source, low, options);
+    return open_rows != nullptr ? bake_rows(source, low, options, *open_rows)
+                                : bake(source, low, options);
   } catch (const Error& error) {
     if (!high.heights || !obeys(find_match(options.match.method.name), "match.uv") ||
         error.code() != ErrorCode::input) {
@@ -159,7 +160,11 @@ BakedLayout bake_layout(const BakeScene& scene, const Source& source, BakeOption
     baked.planned = bake_by_best_match(scene, source, baked.options);
     baked.result = std::move(baked.planned->result);
   } else {
-    baked.result = bake_high(scene.high.input, source, scene.low.mesh, baked.options);
+    const OpenMapRows open_rows = [&](const BakedMap& map) -> MapRows& {
+      return begin_map_file(scene, map, baked);
+    };
+    baked.result = bake_high(scene.high.input, source, scene.low.mesh, baked.options,
+                             writes_map_rows(scene, baked.options) ? &open_rows : nullptr);
   }
   check_baked_layout(scene, source, baked);
   return baked;

@@ -45,29 +45,6 @@ bool has_clusters(const std::string& map) {
   });
 }
 
-/// Warns of texels beyond the map's range, which integer formats clamp.
-void warn_of_clamped(const RunContext& run, const BakedMap& map, const std::string& name,
-                     std::span<const std::uint8_t> coverage) {
-  const RangeExcess excess = beyond_range(map, coverage);
-  if (holds_floats(run.job.image) || excess.texels == 0) return;
-  const std::string example =
-      formatted("%.6g at texel column %u, row %u", double{excess.value}, excess.x, excess.y);
-  run.log.warnings.push_back({"beyond-range",
-                              with_commas(excess.texels) + " texels of the map " + name +
-                                  " exceed its range and are clamped, for example " + example +
-                                  ": give " +
-                                  option("range", std::string(map.kind.name) + "=LO,HI") +
-                                  " with a range that contains them, or " +
-                                  option("format", "exr") + ", which stores values unclamped.",
-                              excess.texels});
-}
-
-Json range_json(const std::vector<ValueRange>& ranges) {
-  Json json = Json::array();
-  for (const auto [low, high] : ranges) json.push_back({low, high});
-  return json;
-}
-
 /// Describes the mip levels of a map, with the file of each.
 Json describe_levels(const BakedMap& map, const std::vector<fs::path>& files) {
   Json levels = Json::array();
@@ -105,90 +82,6 @@ void register_output(const RunContext& run, const fs::path& path, JobOutputs& ou
   run.log.progress(kProgressAtSave, "writing " + path.string());
 }
 
-namespace {
-
-/// Mean length of a texel's side on the low poly, world units.
-double texel_side(const Mesh& low, const BakeReport& report) {
-  double area = 0;
-  for (std::size_t i = 0; i < low.triangles.size(); ++i) {
-    const Triangle& t = low.triangles[i];
-    // triangles of other texture sets have no finite UVs
-    if (!std::isfinite(low.uvs[low.uv_triangles[i][0]].x)) continue;
-    std::array<std::array<double, 3>, 2> side{};
-    const Vec3 &a = low.positions[t[0]], &b = low.positions[t[1]], &c = low.positions[t[2]];
-    side[0] = {double{b.x} - a.x, double{b.y} - a.y, double{b.z} - a.z};
-    side[1] = {double{c.x} - a.x, double{c.y} - a.y, double{c.z} - a.z};
-    const auto& [u, v] = side;
-    const double doubled =
-        std::hypot(u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]);
-    if (std::isfinite(doubled)) area += doubled / 2;
-  }
-  const double texels = static_cast<double>(std::max<std::uint64_t>(1, report.texels));
-  return std::sqrt(area / texels);
-}
-
-/// Warns if the file format stores the values of a map with steps that are too coarse, or overflows.
-/// \param ranges  ranges of an integer format; empty for floats
-void warn_of_format(const BakeScene& scene, const BakeResult& result, const BakedMap& map,
-                    const std::string& name, const std::vector<ValueRange>& ranges) {
-  // Magnitudes that round to infinity in half precision, and below which half precision loses bits.
-  constexpr float kMinHalfOverflow = 65520, kMinNormalHalf = 0x1p-14F;
-  constexpr int kHalfMantissaBits = 10, kFloatMantissaBits = 23, kMinHalfExponent = -24;
-  const SaveImageOptions& image = scene.run.job.image;
-  const ImageFormat format = image.format;
-  const bool is_half = format == ImageFormat::exr_half;
-  if (map.info.low != 0 || map.info.high != 0) return;
-  float max_magnitude = 0;
-  for (std::size_t i = 0; i < map.image.pixels.size(); ++i) {
-    const auto state = TexelState{result.coverage[i / map.image.channels]};
-    const float value = std::abs(map.image.pixels[i]);
-    if (state == TexelState::baked && std::isfinite(value))
-      max_magnitude = std::max(max_magnitude, value);
-  }
-  if (max_magnitude == 0) return;
-  const auto warn = [&](const char* code, const std::string& what) {
-    scene.run.log.warnings.push_back(
-        {code,
-         "The map " + name + " " + what +
-             (format == ImageFormat::exr_float || format == ImageFormat::tiff_float
-                  ? "Set an " + option("origin") + " nearer to the mesh, or none."
-                  : "Use " + option("format", "exr32") + "."),
-         1});
-  };
-  const auto number = [](double value) { return formatted("%.3g", value); };
-  if (is_half && max_magnitude >= kMinHalfOverflow) {
-    return warn("map-overflow",
-                "reaches " + number(double{max_magnitude}) +
-                    ", but half precision ends at 65504: larger texels become infinite. ");
-  }
-  if (is_half && max_magnitude < kMinNormalHalf) {
-    return warn("map-steps", "has values of at most " + number(double{max_magnitude}) +
-                                 ", which half precision stores in steps of " +
-                                 number(std::exp2(kMinHalfExponent)) + ". ");
-  }
-  const bool stores_positions = obeys(map.info, "encoding.origin") &&
-                                std::any_of(maps().begin(), maps().end(), [&](const MapInfo& info) {
-                                  return info.kind == map.kind;
-                                });
-  if (!stores_positions) return;
-  double precision_step =
-      std::exp2(std::ilogb(max_magnitude) - (is_half ? kHalfMantissaBits : kFloatMantissaBits));
-  if (!holds_floats(image)) {
-    precision_step = 0;
-    for (const auto [low, high] : ranges) {
-      precision_step =
-          std::max(precision_step, (double{high} - low) / (stores_8_bits(image) ? 255 : 65535));
-    }
-  }
-  const double texel_size = texel_side(scene.low.mesh, result.report);
-  if (precision_step > texel_size) {
-    warn("map-steps", "is stored in steps of " + number(precision_step) + ", but its texels are " +
-                          number(texel_size) + " apart. ");
-  }
-}
-
-}  // namespace
-
 bool chooses_padding(const Job& job) {
   return job.given.contains("--gutter") ||
          job.bake.encoding.gutter != BakeOptions().encoding.gutter;
@@ -196,32 +89,6 @@ bool chooses_padding(const Job& job) {
 
 bool pads_for_mips(const Job& job) {
   return writes_gltf(job) || (!chooses_padding(job) && (job.low.given.empty() || job.unwrap));
-}
-
-void convert_to_stored(const BakeScene& scene, BakedMap& map, const std::string& name,
-                       BakedLayout& baked) {
-  const SaveImageOptions& options = scene.run.job.image;
-  StoredMaps& stored = baked.stored;
-  warn_of_clamped(scene.run, map, name, baked.result.coverage);
-  if (obeys(map.info, "encoding.origin")) stored.origin = map.origin;
-  const auto is_this = [&](const MapVariant& variant) { return variant.name == map.kind.name; };
-  const std::vector<MapVariant>& variants = baked.options.variants;
-  if (!map.ids.empty() && std::any_of(variants.begin(), variants.end(), is_this)) {
-    stored.variant_ids[name] = ids_json(map.ids);
-  }
-  const std::vector<ValueRange> range = stored_ranges(map, options.format);
-  warn_of_format(scene, baked.result, map, name, range);
-  to_stored(map, options.format);
-  if (!range.empty()) stored.ranges[name] = range_json(range);
-  if (!writes_gltf(scene.run.job) && pads_for_mips(scene.run.job)) {
-    pad_for_mips(map, baked.result.coverage, chooses_padding(scene.run.job));
-  }
-  if (!stores_8_bits(options) || writes_gltf(scene.run.job)) return;
-  SaveImageOptions file_options = options;
-  file_options.use = texture_use(map, baked.options);
-  stored.errors[name] = describe(
-      stored_error(map.image, file_options, baked.result.coverage),
-      file_options.use == TextureUse::normal || file_options.use == TextureUse::tangent_normal);
 }
 
 namespace {
@@ -302,6 +169,10 @@ void save_maps(const BakeScene& scene, BakedLayout& baked, JobOutputs& outputs) 
   std::vector<ImageLayer> layers;
   for (BakedMap& map : baked.result.maps) {
     const std::string name = cluster_name(std::string(map.kind.name), map.cluster);
+    if (MapFile* const file = baked.file_of(map)) {
+      finish_map_file(scene, map, name, *file, baked, outputs);
+      continue;
+    }
     convert_to_stored(scene, map, name, baked);
     const std::vector<ImageText> texts =
         value_texts(job.image, stored_ranges(map, job.image.format), std::string(map.unit));

@@ -16,6 +16,7 @@
 #include "job/describe.h"
 #include "job/high_poly_input.h"
 #include "job/job_options.h"
+#include "job/map_rows_file.h"
 #include "job/match_inputs.h"
 #include "job/run.h"
 #include "kiln/asset.h"
@@ -151,7 +152,12 @@ struct BakedLayout {
   bool sampled_images_alone = false;
   std::optional<PlannedBake> planned;  ///< The plan of --match auto, without its maps
   std::optional<Reasons> reasons;      ///< The reasons of --reasons
+  /// Files of maps that are written during the bake; `result` has these maps without pixels
+  std::vector<std::unique_ptr<MapFile>> files;
   StoredMaps stored;
+
+  /// The file of a map; null if the map's pixels are in `result`
+  MapFile* file_of(const BakedMap& map) const;
 };
 
 /// A low poly that was planned together with its maps.
@@ -277,9 +283,10 @@ void choose_seam_normals(const BakeScene& scene, const Source& source, const Bak
 
 /// Bakes the maps of a layout, and checks them. \param options  including size and progress
 BakedLayout bake_layout(const BakeScene& scene, const Source& source, BakeOptions options);
-/// Calls bake(). If the layouts of LOW and a height field disagree, the error states the likely reason.
+/// Calls bake(), or bake_rows() if `open_rows` is not null. If the layouts of LOW and a height field disagree, the error
+/// states the likely reason.
 BakeResult bake_high(const HighPolyInput& high, const Source& source, const Mesh& low,
-                     const BakeOptions& options);
+                     const BakeOptions& options, const OpenMapRows* open_rows = nullptr);
 /// Plans the low poly together with its maps.
 /// \param low  gets the planned mesh; scene.low must be this object
 /// \param planned  gets the plan and its trials
@@ -411,10 +418,6 @@ void register_output(const RunContext& run, const std::filesystem::path& path, J
 bool chooses_padding(const Job& job);
 /// True if pad_for_mips() pads the maps: those of a glTF, and those of UVs that Kiln makes, unless a padding was given.
 bool pads_for_mips(const Job& job);
-/// Converts a map to the values that its file format stores, and records their properties. Pads maps except those of a
-/// glTF, which encode_asset_maps() pads.
-void convert_to_stored(const BakeScene& scene, BakedMap& map, const std::string& name,
-                       BakedLayout& baked);
 /// Rejects outputs that would overwrite an input or a foreign OBJ, before any work.
 /// \param sets  LOW's texture sets, once they are known
 void check_outputs(const Job& job, std::span<const BakedSet> sets = {}, const RunHooks& hooks = {});
@@ -431,6 +434,20 @@ void save_low_and_maps(const BakeScene& scene, const Source& source, const std::
 void save_beside_maps(const BakeScene& scene, const BakedLayout& baked, JobOutputs& outputs);
 /// Writes the cage that --cage auto found, if --save-cage requests it.
 void save_found_cage(const BakeScene& scene, const MatchInputs& inputs, JobOutputs& outputs);
+
+// ---- stored_map.cpp ----
+
+/// Converts a map to the values that its file format stores, and records their properties. Pads maps except those of a
+/// glTF, which encode_asset_maps() pads.
+void convert_to_stored(const BakeScene& scene, BakedMap& map, const std::string& name,
+                       BakedLayout& baked);
+/// True if the files of a layout's maps can be written while the maps are baked: nothing but the file needs the pixels.
+bool writes_map_rows(const BakeScene& scene, const BakeOptions& options);
+/// Begins the file of a map, for bake_rows().
+MapRows& begin_map_file(const BakeScene& scene, const BakedMap& map, BakedLayout& baked);
+/// Completes the file of a map, and records the properties of its values.
+void finish_map_file(const BakeScene& scene, const BakedMap& map, const std::string& name,
+                     MapFile& file, BakedLayout& baked, JobOutputs& outputs);
 
 // ---- report.cpp ----
 

@@ -129,6 +129,43 @@ TEST_P(GutterSizes, AllCoveredNoneCoveredAndNoGutterChangeNothing) {
   }
 }
 
+// Rows are filled one piece after the other, from windows that hold no more than the rows around each piece.
+TEST_P(GutterSizes, RowByRowIsTheSame) {
+  KILN_REQUIRE_DEVICE();
+  const auto [width, height] = GetParam();
+  for (const std::uint32_t radius : {1U, 5U, 16U, 200U}) {
+    Scene before = make_scene(width, height, 3);
+    scatter(before, 0.05, kCoverageBaked, radius);
+    scatter(before, 0.02, kCoverageMissed, radius + 1000);
+    Scene whole = before;
+    const std::uint64_t count = fill(whole, {.texels = static_cast<int>(radius)});
+    for (const std::uint32_t step : {1U, 3U, 20U}) {
+      Scene rows = before;
+      std::uint64_t filled = 0;
+      for (std::uint32_t first = 0; first < height; first += step) {
+        const std::uint32_t last = std::min(first + step, height);
+        const std::uint32_t top = first > radius ? first - radius : 0;
+        const std::uint32_t bottom = std::min(last + radius, height);
+        const std::size_t row = std::size_t{width} * 3;
+        const auto begin = rows.image.pixels.begin() + static_cast<std::ptrdiff_t>(top * row);
+        Image window{
+            width, bottom - top, 3,
+            std::vector<float>(begin, begin + static_cast<std::ptrdiff_t>((bottom - top) * row))};
+        const GutterImage image{&window, false};
+        filled += fill_gutter_rows(
+            context_of(*test::device()), {&image, 1},
+            std::span(rows.coverage)
+                .subspan(std::size_t{top} * width, std::size_t{bottom - top} * width),
+            radius, {first - top, last - top});
+        std::copy(window.pixels.begin(), window.pixels.end(), begin);
+      }
+      EXPECT_EQ(filled, count) << radius << ' ' << step;
+      EXPECT_EQ(rows.image.pixels, whole.image.pixels) << radius << ' ' << step;
+      EXPECT_EQ(rows.coverage, whole.coverage) << radius << ' ' << step;
+    }
+  }
+}
+
 // One source in a corner or the middle: the disc around it, every tie of the circle included.
 TEST(Gutter, OneSourceGivesADisc) {
   KILN_REQUIRE_DEVICE();

@@ -17,6 +17,7 @@
 #include <cerrno>
 #include <cstring>
 #include <mutex>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -144,9 +145,10 @@ Image read_exr(const ByteSource& source, const std::string& name, const FailWith
 }
 
 // Calls write(buffer, first row, rows) for one band of an image after the other; the buffer holds the
-// band's pixels as T.
+// band's pixels as T. The image begins at row `top` of the file.
 template <typename T, typename Write>
-void for_each_band(const Image& image, Imf::PixelType type, int threads, const Write& write) {
+void for_each_band(const Image& image, std::size_t top, Imf::PixelType type, int threads,
+                   const Write& write) {
   const std::size_t row = std::size_t{image.width} * image.channels;
   std::vector<T> band;
   for (std::size_t first = 0; first < image.height; first += kExrBandRows) {
@@ -154,17 +156,18 @@ void for_each_band(const Image& image, Imf::PixelType type, int threads, const W
     convert_rows(image, first, count, band, threads);
     Imf::FrameBuffer buffer;
     for (std::size_t i = 0; i < image.channels; ++i) {
-      buffer.insert(
-          kNames[image.channels][i],
-          slice(type, band.data() + i, 0, static_cast<std::int64_t>(first), image.channels, row));
+      buffer.insert(kNames[image.channels][i],
+                    slice(type, band.data() + i, 0, static_cast<std::int64_t>(top + first),
+                          image.channels, row));
     }
-    write(buffer, static_cast<int>(first), static_cast<int>(count));
+    write(buffer, static_cast<int>(top + first), static_cast<int>(count));
   }
 }
 
 template <typename T>
-void write_rows(const Image& image, Imf::OutputFile& output, Imf::PixelType type, int threads) {
-  for_each_band<T>(image, type, threads,
+void write_rows(const Image& image, std::size_t top, Imf::OutputFile& output, Imf::PixelType type,
+                int threads) {
+  for_each_band<T>(image, top, type, threads,
                    [&](const Imf::FrameBuffer& buffer, int /*first*/, int count) {
                      output.setFrameBuffer(buffer);
                      output.writePixels(count);
@@ -176,18 +179,23 @@ void write_tiles(const Image& image, int level, Imf::TiledOutputFile& output, Im
                  int threads) {
   static_assert(kExrBandRows % kTileSize == 0);
   constexpr int kTile = kTileSize;
-  for_each_band<T>(image, type, threads, [&](const Imf::FrameBuffer& buffer, int first, int count) {
-    output.setFrameBuffer(buffer);
-    output.writeTiles(0, output.numXTiles(level) - 1, first / kTile, (first + count - 1) / kTile,
-                      level);
-  });
+  for_each_band<T>(image, 0, type, threads,
+                   [&](const Imf::FrameBuffer& buffer, int first, int count) {
+                     output.setFrameBuffer(buffer);
+                     output.writeTiles(0, output.numXTiles(level) - 1, first / kTile,
+                                       (first + count - 1) / kTile, level);
+                   });
 }
 
-Imf::Header make_header(const Image& image, Imf::PixelType type, const SaveImageOptions& options) {
-  Imf::Header header(static_cast<int>(image.width), static_cast<int>(image.height));
+Imf::PixelType pixel_type(const SaveImageOptions& options) {
+  return options.format == ImageFormat::exr_half ? Imf::HALF : Imf::FLOAT;
+}
+
+Imf::Header make_header(const ImageShape& shape, const SaveImageOptions& options) {
+  Imf::Header header(static_cast<int>(shape.width), static_cast<int>(shape.height));
   header.compression() = kCompression;
-  for (std::size_t i = 0; i < image.channels; ++i) {
-    header.channels().insert(kNames[image.channels][i], Imf::Channel(type));
+  for (std::size_t i = 0; i < shape.channels; ++i) {
+    header.channels().insert(kNames[shape.channels][i], Imf::Channel(pixel_type(options)));
   }
   put_texts(header, "", options.origin, options.texts);
   return header;
@@ -282,16 +290,59 @@ int exr_threads(int threads) {
 
 namespace {
 
-void write_image(const Image& image, const SaveImageOptions& options, Imf::OStream& stream) {
-  const bool half = options.format == ImageFormat::exr_half;
-  const Imf::PixelType type = half ? Imf::HALF : Imf::FLOAT;
-  Imf::OutputFile output(stream, make_header(image, type, options), exr_threads(options.threads));
-  if (half) {
-    write_rows<Imath::half>(image, output, type, options.threads);
+ImageShape shape_of(const Image& image) { return {image.width, image.height, image.channels}; }
+
+/// Writes the rows of an image, which begins at row `top` of the file.
+void write_rows(const Image& image, std::size_t top, const SaveImageOptions& options,
+                Imf::OutputFile& output) {
+  if (options.format == ImageFormat::exr_half) {
+    write_rows<Imath::half>(image, top, output, Imf::HALF, options.threads);
   } else {
-    write_rows<float>(image, output, type, options.threads);
+    write_rows<float>(image, top, output, Imf::FLOAT, options.threads);
   }
 }
+
+void write_image(const Image& image, const SaveImageOptions& options, Imf::OStream& stream) {
+  Imf::OutputFile output(stream, make_header(shape_of(image), options),
+                         exr_threads(options.threads));
+  write_rows(image, 0, options, output);
+}
+
+/// An OpenEXR file that is written row by row. OpenEXR keeps the rows of an incomplete block.
+class ExrRows : public ImageRows {
+ public:
+  ExrRows(const ImageShape& shape, const std::filesystem::path& path,
+          const SaveImageOptions& options)
+      : height_(shape.height), options_(options), file_(path), stream_(file_) {
+    name_exr_errors(file_, stream_, [&] {
+      output_.emplace(stream_, make_header(shape, options), exr_threads(options.threads));
+    });
+  }
+
+  void put(const Image& rows) override {
+    name_exr_errors(file_, stream_, [&] { write_rows(rows, next_row_, options_, *output_); });
+    stream_.check();
+    next_row_ += rows.height;
+  }
+
+  void commit() override {
+    if (next_row_ != height_) {
+      throw Error(ErrorCode::internal,
+                  "'" + file_.destination().string() + "' was finished before its last row.");
+    }
+    output_.reset();
+    stream_.check();
+    file_.commit();
+  }
+
+ private:
+  std::size_t height_;
+  SaveImageOptions options_;
+  AtomicFile file_;
+  ExrStream stream_;
+  std::optional<Imf::OutputFile> output_;
+  std::size_t next_row_ = 0;
+};
 
 /// OpenEXR's output to memory.
 class ExrMemory : public Imf::OStream {
@@ -318,6 +369,11 @@ void save_exr(const Image& image, const std::filesystem::path& path,
   write_exr(path, [&](ExrStream& stream) { write_image(image, options, stream); });
 }
 
+std::unique_ptr<ImageRows> save_exr_rows(const ImageShape& shape, const std::filesystem::path& path,
+                                         const SaveImageOptions& options) {
+  return std::make_unique<ExrRows>(shape, path, options);
+}
+
 std::vector<std::byte> encode_exr(const Image& image, const SaveImageOptions& options) {
   std::vector<std::byte> bytes;
   ExrMemory stream(bytes);
@@ -330,8 +386,8 @@ void save_exr_mips(const std::vector<const Image*>& levels, const std::filesyste
   const bool half = options.format == ImageFormat::exr_half;
   const int threads = options.threads;
   write_exr(path, [&](ExrStream& stream) {
-    const Imf::PixelType type = half ? Imf::HALF : Imf::FLOAT;
-    Imf::Header header = make_header(*levels.front(), type, options);
+    const Imf::PixelType type = pixel_type(options);
+    Imf::Header header = make_header(shape_of(*levels.front()), options);
     header.setTileDescription({kTileSize, kTileSize, Imf::MIPMAP_LEVELS, Imf::ROUND_DOWN});
     Imf::TiledOutputFile output(stream, header, exr_threads(threads));
     for (std::size_t level = 0; level < levels.size(); ++level) {

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <exception>
 #include <filesystem>
+#include <memory>
 #include <new>
 #include <string>
 #include <vector>
@@ -18,6 +19,7 @@
 #include "io/file/atomic_file.h"
 #include "io/file/byte_source.h"
 #include "io/image/exr_header.h"
+#include "io/image/image_rows.h"
 #include "kiln/image.h"
 
 namespace kiln {
@@ -27,6 +29,10 @@ namespace kiln {
 /// \throws Error(output)
 void save_exr(const Image& image, const std::filesystem::path& path,
               const SaveImageOptions& options);
+
+/// Begins the same file, for rows that follow.
+std::unique_ptr<ImageRows> save_exr_rows(const ImageShape& shape, const std::filesystem::path& path,
+                                         const SaveImageOptions& options);
 
 /// Encodes the same file in memory.
 std::vector<std::byte> encode_exr(const Image& image, const SaveImageOptions& options);
@@ -79,14 +85,12 @@ class ExrStream : public Imf::OStream {
   std::exception_ptr error_;
 };
 
-/// Opens a file, calls write(stream), and commits it.
+/// Calls write(), and turns OpenEXR's exceptions into errors that name the file.
 /// \throws Error(output)
 template <typename Write>
-void write_exr(const std::filesystem::path& path, const Write& write) {
-  AtomicFile file(path);
-  ExrStream stream(file);
+void name_exr_errors(const AtomicFile& file, const ExrStream& stream, const Write& write) {
   try {
-    write(stream);
+    write();
   } catch (const Error&) {
     throw;
   } catch (const std::bad_alloc&) {
@@ -95,6 +99,15 @@ void write_exr(const std::filesystem::path& path, const Write& write) {
     stream.check();
     file.fail(error.what(), 0);
   }
+}
+
+/// Opens a file, calls write(stream), and commits it.
+/// \throws Error(output)
+template <typename Write>
+void write_exr(const std::filesystem::path& path, const Write& write) {
+  AtomicFile file(path);
+  ExrStream stream(file);
+  name_exr_errors(file, stream, [&] { write(stream); });
   stream.check();
   file.commit();
 }

@@ -9,9 +9,11 @@
 
 #include "base/lower_case.h"
 #include "base/option.h"
+#include "io/file/atomic_file.h"
 #include "io/image/exr.h"
 #include "io/image/gpu_texture.h"
 #include "io/image/image_reader.h"
+#include "io/image/image_rows.h"
 #include "io/image/picture.h"
 #include "io/image/png.h"
 #include "kiln/files.h"
@@ -20,18 +22,22 @@
 namespace kiln {
 namespace {
 
-void check_image(const Image& image) {
-  if (image.width == 0 || image.height == 0 || image.width > kLargestImageSide ||
-      image.height > kLargestImageSide) {
-    throw Error(ErrorCode::usage, "An image of " + std::to_string(image.width) + " x " +
-                                      std::to_string(image.height) +
+void check_shape(const ImageShape& shape) {
+  if (shape.width == 0 || shape.height == 0 || shape.width > kLargestImageSide ||
+      shape.height > kLargestImageSide) {
+    throw Error(ErrorCode::usage, "An image of " + std::to_string(shape.width) + " x " +
+                                      std::to_string(shape.height) +
                                       " pixels cannot be saved; each side must be 1 to " +
                                       std::to_string(kLargestImageSide) + ".");
   }
-  if (image.channels < 1 || image.channels > 4) {
-    throw Error(ErrorCode::usage, "An image of " + std::to_string(image.channels) +
+  if (shape.channels < 1 || shape.channels > 4) {
+    throw Error(ErrorCode::usage, "An image of " + std::to_string(shape.channels) +
                                       " channels cannot be saved; use 1 to 4.");
   }
+}
+
+void check_image(const Image& image) {
+  check_shape({image.width, image.height, image.channels});
   if (image.pixels.size() != std::size_t{image.width} * image.height * image.channels) {
     throw Error(ErrorCode::usage,
                 "An image's pixels hold " + std::to_string(image.pixels.size()) +
@@ -335,6 +341,46 @@ void save_image(const Image& image, const std::filesystem::path& path,
                     png_options(options.format == ImageFormat::png8 ? 8 : 16, options));
   }
   save_bytes(encode(image, options), path);
+}
+
+namespace {
+
+class PngFileRows : public ImageRows {
+ public:
+  PngFileRows(const ImageShape& shape, const std::filesystem::path& path, const PngOptions& options)
+      : file_(path),
+        rows_(shape, options, DitherBlocks(Image(), options.dither), path.string(),
+              [this](std::string_view bytes) { file_.write(bytes); }) {}
+
+  void put(const Image& rows) override { rows_.put(rows); }
+  void commit() override {
+    rows_.finish();
+    file_.commit();
+  }
+
+ private:
+  AtomicFile file_;
+  PngRows rows_;
+};
+
+}  // namespace
+
+bool writes_rows(ImageFormat format) {
+  return is_exr(format) || format == ImageFormat::png16 || format == ImageFormat::png8;
+}
+
+std::unique_ptr<ImageRows> save_image_rows(const ImageShape& shape,
+                                           const std::filesystem::path& path,
+                                           const SaveImageOptions& options) {
+  check_shape(shape);
+  check_options(options);
+  check_extension(path, options.format);
+  if (is_exr(options.format)) return save_exr_rows(shape, path, options);
+  if (!writes_rows(options.format)) {
+    throw Error(ErrorCode::usage, "Only PNG and OpenEXR files are written row by row.");
+  }
+  return std::make_unique<PngFileRows>(
+      shape, path, png_options(options.format == ImageFormat::png8 ? 8 : 16, options));
 }
 
 std::vector<std::byte> encode(const Image& image, const SaveImageOptions& options) {

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "io/image/image_rows.h"
 #include "kiln/asset.h"
 #include "kiln/image.h"
 
@@ -66,12 +67,49 @@ class DitherBlocks {
 };
 
 /// Quantises a row to the bytes of a PNG, without the filter byte; 16-bit values are big-endian.
+/// \param y   row of the whole image
 /// \param to  receives the bytes of all values
+/// \param first_row  the row of the whole image with which `image` begins
 void quantise_row(const Image& image, int bits, const DitherBlocks& dither, std::size_t y,
-                  std::uint8_t* to);
+                  std::uint8_t* to, std::size_t first_row = 0);
 
 /// Receives a file's bytes, one piece after the other.
 using PutBytes = std::function<void(std::string_view)>;
+
+/// Writes a PNG row by row: the bytes of write_png() with Deflate::fast.
+class PngRows {
+ public:
+  /// Writes the header.
+  /// \param dither  of the whole image
+  /// \param name    file name for messages
+  PngRows(const ImageShape& shape, const PngOptions& options, DitherBlocks dither, std::string name,
+          PutBytes put);
+  ~PngRows();
+  PngRows(const PngRows&) = delete;
+  PngRows& operator=(const PngRows&) = delete;
+
+  /// Appends rows. \param rows  the next rows; of the image's width and channels
+  void put(const Image& rows);
+  /// Completes the file. All rows must have been put.
+  void finish();
+
+ private:
+  struct Band;
+  const std::uint8_t* row(const Image& rows, std::size_t y,
+                          std::vector<std::uint8_t>& scratch) const;
+  Band encode_band(const Image& rows, std::size_t first, std::size_t last) const;
+
+  ImageShape shape_;
+  int bits_, threads_;
+  DitherBlocks dither_;
+  std::string name_;
+  PutBytes put_;
+  std::size_t row_bytes_, band_rows_;
+  std::size_t next_row_ = 0;        ///< Number of rows that were put
+  std::vector<std::uint8_t> kept_;  ///< Quantised rows [first_kept_, next_row_)
+  std::size_t first_kept_ = 0;
+  unsigned long adler_;
+};
 
 /// Passes a PNG's bytes to `put`.
 /// \param name  file name for messages

@@ -117,8 +117,8 @@ double bayer_threshold(std::size_t x, std::size_t y) {
 }  // namespace
 
 void quantise_row(const Image& image, int bits, const DitherBlocks& dither, std::size_t y,
-                  std::uint8_t* to) {
-  const float* from = image.at(0, y);
+                  std::uint8_t* to, std::size_t first_row) {
+  const float* from = image.at(0, y - first_row);
   const std::size_t count = std::size_t{image.width} * image.channels;
   if (bits == 16) {
     for (std::size_t i = 0; i < count; ++i) {
@@ -199,13 +199,6 @@ struct Layout {
   std::size_t row_bytes() const { return row_values() * static_cast<std::size_t>(bits / 8); }
 };
 
-// One band of rows: quantised, filtered and deflated.
-struct Band {
-  Bytes chunk;  // The finished IDAT chunk
-  uLong adler = 0;
-  std::size_t raw_bytes = 0;
-};
-
 /// Deflates by zlib, whose block headers are shorter.
 void deflate_small(std::span<const std::uint8_t> raw, bool last, const std::string& name,
                    Bytes& to) {
@@ -223,34 +216,6 @@ void deflate_small(std::span<const std::uint8_t> raw, bool last, const std::stri
   to.resize(before + stream.total_out);
   deflateEnd(&stream);
   if (!complete) throw Error(ErrorCode::internal, "zlib could not deflate '" + name + "'.");
-}
-
-void encode_band(const Layout& layout, std::size_t first, std::size_t last, const std::string& name,
-                 Band& band) {
-  const std::size_t row = layout.row_bytes();
-  const std::size_t size = (row + 1) * (last - first);
-  const auto memory = std::make_unique_for_overwrite<std::uint8_t[]>(size);
-  const std::span<const std::uint8_t> raw(memory.get(), size);
-  Bytes above(row, 0);  // By the specification, the row above the first is zero.
-  Bytes values(row);
-  if (first != 0) quantise_row(layout.image, layout.bits, layout.dither, first - 1, above.data());
-  for (std::size_t y = first; y < last; ++y) {
-    quantise_row(layout.image, layout.bits, layout.dither, y, values.data());
-    std::uint8_t* to = memory.get() + (y - first) * (row + 1);
-    *to++ = kFilterUp;
-    for (std::size_t i = 0; i < row; ++i) to[i] = static_cast<std::uint8_t>(values[i] - above[i]);
-    std::swap(values, above);
-  }
-  const bool is_last = last == layout.image.height;
-  band.chunk = open_chunk("IDAT");
-  if (layout.row_bytes() * layout.image.height < kSmallImageBytes) {
-    deflate_small(raw, is_last, name, band.chunk);
-  } else {
-    run_deflate(raw, is_last, band.chunk);
-  }
-  close_chunk(band.chunk);
-  band.adler = adler_of(raw);
-  band.raw_bytes = raw.size();
 }
 
 // ---- Small files: one stream, whose matches extend over all rows. ------------------------------------
@@ -395,81 +360,162 @@ void send_small(const Layout& layout, bool smallest, const std::string& /*name*/
   put(data);
 }
 
-// Outputs bands in order, although they are produced in any order: one thread writes while others
-// compress.
-class InOrder {
- public:
-  InOrder(std::size_t count, const PutBytes& send) : bands_(count), put_bytes_(send) {}
+void put_chunk(const Bytes& bytes, const PutBytes& put) {
+  put({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
 
-  // Never blocks: the thread that brings the next band writes all bands that are ready.
-  void put(std::size_t number, Band band) {
-    const std::lock_guard lock(mutex_);
-    bands_[number] = std::move(band);
-    for (; next_ < bands_.size() && bands_[next_].raw_bytes != 0; ++next_) {
-      Band& ready = bands_[next_];
-      adler_ = adler32_combine(adler_, ready.adler, static_cast<z_off_t>(ready.raw_bytes));
-      put_bytes_({reinterpret_cast<const char*>(ready.chunk.data()), ready.chunk.size()});
-      ready.chunk = {};
-    }
+/// Writes the signature, the header and the texts.
+void put_head(const ImageShape& shape, const PngOptions& options, const PutBytes& put) {
+  put("\x89PNG\r\n\x1a\n");
+  Bytes header;
+  put_big_endian(header, shape.width);
+  put_big_endian(header, shape.height);
+  constexpr std::array<std::uint8_t, 5> kColourType = {0, 0, 4, 2, 6};
+  for (const int value : {options.bits, int{kColourType[shape.channels]}, 0, 0, 0}) {
+    header.push_back(static_cast<std::uint8_t>(value));
   }
-  uLong adler() const { return adler_; }
-
- private:
-  std::vector<Band> bands_;
-  const PutBytes& put_bytes_;
-  std::mutex mutex_;
-  std::size_t next_ = 0;
-  uLong adler_ = adler32(0, nullptr, 0);
-};
+  put_chunk(chunk("IHDR", header), put);
+  for (const ImageText& text : options.texts) {
+    const std::string keyword_and_text = text.keyword + '\0' + text.text;
+    put_chunk(chunk("tEXt", Bytes(keyword_and_text.begin(), keyword_and_text.end())), put);
+  }
+}
 
 }  // namespace
 
-void write_png(const Image& image, const PngOptions& options, const std::string& name,
-               const PutBytes& send) {
-  const auto& [bits, dither, threads, texts, use, level] = options;
-  const DitherBlocks blocks = bits == 8 ? DitherBlocks(image, dither, use) : DitherBlocks();
-  const Layout layout{image, bits, blocks};
-  send("\x89PNG\r\n\x1a\n");
-  Bytes header;
-  put_big_endian(header, image.width);
-  put_big_endian(header, image.height);
-  constexpr std::array<std::uint8_t, 5> kColourType = {0, 0, 4, 2, 6};
-  for (const int value : {bits, int{kColourType[image.channels]}, 0, 0, 0}) {
-    header.push_back(static_cast<std::uint8_t>(value));
-  }
-  const auto put = [&](const Bytes& bytes) {
-    send({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-  };
-  put(chunk("IHDR", header));
-  for (const ImageText& text : texts) {
-    const std::string keyword_and_text = text.keyword + '\0' + text.text;
-    put(chunk("tEXt", Bytes(keyword_and_text.begin(), keyword_and_text.end())));
-  }
-  if (level != Deflate::fast && (layout.row_bytes() + 1) * image.height <= kMaxSingleStreamBytes) {
-    send_small(layout, level == Deflate::smallest, name, put);
-    put(chunk("IEND", {}));
-    return;
-  }
-  put(chunk("IDAT", {0x78, 0x01}));  // zlib: deflate, 32 KiB window, fastest
+// ---- Files that are written row by row --------------------------------------------------------------
+//
+// A band of rows is one IDAT chunk. Rows of a band that is not yet complete are kept as quantised bytes, with the row
+// above the band, from which "up" predicts its first row.
 
-  const std::size_t rows = std::max(kMinBandRows, kBandBytes / (layout.row_bytes() + 1));
-  const std::size_t band_count = (image.height + rows - 1) / rows;
-  InOrder sent(band_count, send);
+struct PngRows::Band {
+  Bytes chunk;  // The finished IDAT chunk
+  uLong adler = 0;
+  std::size_t raw_bytes = 0;
+};
+
+PngRows::PngRows(const ImageShape& shape, const PngOptions& options, DitherBlocks dither,
+                 std::string name, PutBytes put)
+    : shape_(shape),
+      bits_(options.bits),
+      threads_(options.threads),
+      dither_(std::move(dither)),
+      name_(std::move(name)),
+      put_(std::move(put)),
+      row_bytes_(std::size_t{shape.width} * shape.channels *
+                 static_cast<std::size_t>(options.bits / 8)),
+      band_rows_(std::max(kMinBandRows, kBandBytes / (row_bytes_ + 1))),
+      adler_(adler32(0, nullptr, 0)) {
+  put_head(shape, options, put_);
+  put_chunk(chunk("IDAT", {0x78, 0x01}), put_);  // zlib: deflate, 32 KiB window, fastest
+}
+
+PngRows::~PngRows() = default;
+
+/// Reads a row of `rows` or of the kept ones; the returned bytes may be in `scratch`.
+const std::uint8_t* PngRows::row(const Image& rows, std::size_t y, Bytes& scratch) const {
+  if (y < next_row_) return &kept_[(y - first_kept_) * row_bytes_];
+  quantise_row(rows, bits_, dither_, y, scratch.data(), next_row_);
+  return scratch.data();
+}
+
+PngRows::Band PngRows::encode_band(const Image& rows, std::size_t first, std::size_t last) const {
+  const std::size_t size = (row_bytes_ + 1) * (last - first);
+  const auto memory = std::make_unique_for_overwrite<std::uint8_t[]>(size);
+  const std::span<const std::uint8_t> raw(memory.get(), size);
+  Bytes values(row_bytes_), next_values(row_bytes_);
+  // By the specification, the row above the first is zero.
+  const std::uint8_t* above = first == 0 ? values.data() : row(rows, first - 1, values);
+  for (std::size_t y = first; y < last; ++y) {
+    const std::uint8_t* const at = row(rows, y, next_values);
+    std::uint8_t* to = memory.get() + (y - first) * (row_bytes_ + 1);
+    *to++ = kFilterUp;
+    for (std::size_t i = 0; i < row_bytes_; ++i)
+      to[i] = static_cast<std::uint8_t>(at[i] - above[i]);
+    std::swap(values, next_values);
+    above = at;
+  }
+  const bool is_last = last == shape_.height;
+  Band band;
+  band.chunk = open_chunk("IDAT");
+  if (row_bytes_ * shape_.height < kSmallImageBytes) {
+    deflate_small(raw, is_last, name_, band.chunk);
+  } else {
+    run_deflate(raw, is_last, band.chunk);
+  }
+  close_chunk(band.chunk);
+  band.adler = adler_of(raw);
+  band.raw_bytes = raw.size();
+  return band;
+}
+
+void PngRows::put(const Image& rows) {
+  const std::size_t end = next_row_ + rows.height;
+  const std::size_t first_band = next_row_ / band_rows_;
+  const std::size_t end_band =
+      end == shape_.height ? (end + band_rows_ - 1) / band_rows_ : end / band_rows_;
+  // Bands are written in order, although they are produced in any order: one thread writes while others compress.
+  std::vector<Band> bands(end_band - first_band);
+  std::size_t next_band = 0;
+  std::mutex mutex;
   parallel_for(
-      band_count, 1,
-      [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-          Band band;
-          const std::size_t y = i * rows;
-          encode_band(layout, y, std::min<std::size_t>(y + rows, image.height), name, band);
-          sent.put(i, std::move(band));
+      bands.size(), 1,
+      [&](std::size_t begin, std::size_t stop) {
+        for (std::size_t i = begin; i < stop; ++i) {
+          const std::size_t y = (first_band + i) * band_rows_;
+          Band band = encode_band(rows, y, std::min<std::size_t>(y + band_rows_, shape_.height));
+          // Never blocks for long: the thread that brings the next band writes all bands that are ready.
+          const std::lock_guard lock(mutex);
+          bands[i] = std::move(band);
+          for (; next_band < bands.size() && bands[next_band].raw_bytes != 0; ++next_band) {
+            Band& ready = bands[next_band];
+            adler_ = adler32_combine(adler_, ready.adler, static_cast<z_off_t>(ready.raw_bytes));
+            put_chunk(ready.chunk, put_);
+            ready.chunk = {};
+          }
         }
       },
-      threads);
+      threads_);
+  // The rows of the next band, and the row above it
+  const std::size_t first_row = std::max<std::size_t>(end_band * band_rows_, 1) - 1;
+  Bytes kept((end - std::min(first_row, end)) * row_bytes_);
+  for (std::size_t y = first_row; y < end; ++y) {
+    Bytes scratch(row_bytes_);
+    const std::uint8_t* const from = row(rows, y, scratch);
+    std::copy_n(from, row_bytes_, &kept[(y - first_row) * row_bytes_]);
+  }
+  kept_ = std::move(kept);
+  first_kept_ = first_row;
+  next_row_ = end;
+}
+
+void PngRows::finish() {
+  if (next_row_ != shape_.height) {
+    throw Error(ErrorCode::internal, "'" + name_ + "' was finished before its last row.");
+  }
   Bytes trailer;
-  put_big_endian(trailer, static_cast<std::uint32_t>(sent.adler()));
-  put(chunk("IDAT", trailer));
-  put(chunk("IEND", {}));
+  put_big_endian(trailer, static_cast<std::uint32_t>(adler_));
+  put_chunk(chunk("IDAT", trailer), put_);
+  put_chunk(chunk("IEND", {}), put_);
+}
+
+void write_png(const Image& image, const PngOptions& options, const std::string& name,
+               const PutBytes& send) {
+  const ImageShape shape{image.width, image.height, image.channels};
+  DitherBlocks blocks =
+      options.bits == 8 ? DitherBlocks(image, options.dither, options.use) : DitherBlocks();
+  const Layout layout{image, options.bits, blocks};
+  if (options.deflate != Deflate::fast &&
+      (layout.row_bytes() + 1) * image.height <= kMaxSingleStreamBytes) {
+    put_head(shape, options, send);
+    send_small(layout, options.deflate == Deflate::smallest, name,
+               [&](const Bytes& bytes) { put_chunk(bytes, send); });
+    put_chunk(chunk("IEND", {}), send);
+    return;
+  }
+  PngRows rows(shape, options, std::move(blocks), name, send);
+  rows.put(image);
+  rows.finish();
 }
 
 void save_png(const Image& image, const std::filesystem::path& path, const PngOptions& options) {

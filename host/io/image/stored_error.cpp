@@ -1,4 +1,6 @@
 // Quantisation errors of 8-bit pictures.
+#include "io/image/stored_error.h"
+
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -23,9 +25,11 @@ float z_of_xy(float x, float y) {
 /// A few rows as decoded from a file. It has the image's number of channels or fewer.
 class StoredRows {
  public:
-  StoredRows(const Image& image, const SaveImageOptions& options, const DitherBlocks& dither,
-             const Image& lossy)
+  /// \param first_row  the file's row with which the image begins; 0 for textures and lossy formats
+  StoredRows(const Image& image, std::size_t first_row, const SaveImageOptions& options,
+             const DitherBlocks& dither, const Image& lossy)
       : image_(image),
+        first_row_(first_row),
         dither_(dither),
         lossy_(lossy),
         bytes_(std::size_t{image.width} * kBandRows * image.channels) {
@@ -59,8 +63,10 @@ class StoredRows {
  private:
   void read_bytes(std::size_t band) {
     const std::size_t row = std::size_t{image_.width} * channels_;
-    for (std::size_t k = 0; k < kBandRows && kBandRows * band + k < image_.height; ++k) {
-      quantise_row(image_, 8, dither_, kBandRows * band + k, bytes_.data());
+    for (std::size_t k = 0; k < kBandRows; ++k) {
+      const std::size_t y = kBandRows * band + k;
+      if (y < first_row_ || y >= first_row_ + image_.height) continue;
+      quantise_row(image_, 8, dither_, y, bytes_.data(), first_row_);
       for (std::size_t i = 0; i < row; ++i)
         decoded_values_[k * row + i] = static_cast<float>(bytes_[i]) / 255;
     }
@@ -79,6 +85,7 @@ class StoredRows {
   }
 
   const Image& image_;
+  std::size_t first_row_;
   const DitherBlocks& dither_;
   const Image& lossy_;
   TextureFormat format_{};
@@ -110,37 +117,47 @@ double error_of(const float* value, std::size_t channels, const float* stored,
 
 }  // namespace
 
-namespace {
+StoredErrorSums::StoredErrorSums(std::size_t height)
+    : sums_((height + kBandRows - 1) / kBandRows) {}
 
-/// \param lossy  decoded picture if the format is lossy, otherwise empty
-StoredError error_over(const Image& image, const SaveImageOptions& options,
-                       const DitherBlocks& dither, const Image& lossy,
-                       std::span<const std::uint8_t> coverage) {
+void StoredErrorSums::add(const Image& rows, std::size_t first_row, const SaveImageOptions& options,
+                          const DitherBlocks& dither, const Image& lossy,
+                          std::span<const std::uint8_t> coverage) {
   constexpr std::uint8_t kBaked = 1;  // TexelState::baked
-  struct Sum {
-    double sum = 0, max = 0;
-    std::uint64_t texels = 0;
-  };
-  std::vector<Sum> sums((image.height + kBandRows - 1) / kBandRows);
-  parallel_for(sums.size(), 4, [&](std::size_t begin, std::size_t end) {
-    StoredRows rows(image, options, dither, lossy);
-    for (std::size_t band = begin; band < end; ++band) {
-      rows.read(band);
-      for (std::size_t k = 0; k < kBandRows && kBandRows * band + k < image.height; ++k) {
-        const std::size_t y = kBandRows * band + k;
-        for (std::size_t x = 0; x < image.width; ++x) {
-          if (!coverage.empty() && coverage[y * image.width + x] != kBaked) continue;
-          const double error =
-              error_of(image.at(x, y), image.channels, rows.at(x, k), rows.channels(), options.use);
-          sums[band].sum += error;
-          sums[band].max = std::max(sums[band].max, error);
-          ++sums[band].texels;
+  const std::size_t end = first_row + rows.height, first_band = first_row / kBandRows;
+  const std::size_t bands = (end + kBandRows - 1) / kBandRows - first_band;
+  parallel_for(bands, 4, [&](std::size_t begin, std::size_t stop) {
+    StoredRows stored(rows, first_row, options, dither, lossy);
+    for (std::size_t band = first_band + begin; band < first_band + stop; ++band) {
+      stored.read(band);
+      Sum& sum = sums_[band];
+      for (std::size_t k = 0; k < kBandRows; ++k) {
+        if (kBandRows * band + k < first_row || kBandRows * band + k >= end) continue;
+        const std::size_t y = kBandRows * band + k - first_row;
+        for (std::size_t x = 0; x < rows.width; ++x) {
+          if (!coverage.empty() && coverage[y * rows.width + x] != kBaked) continue;
+          const double error = error_of(rows.at(x, y), rows.channels, stored.at(x, k),
+                                        stored.channels(), options.use);
+          sum.sum += error;
+          sum.max = std::max(sum.max, error);
+          ++sum.texels;
         }
       }
     }
   });
+}
+
+void StoredErrorSums::add(const Image& rows, std::size_t first_row, const SaveImageOptions& options,
+                          std::span<const std::uint8_t> coverage) {
+  const bool dithers =
+      options.dither && !is_texture(options.format) && options.format != ImageFormat::tiff8;
+  const DitherBlocks dither(rows, dithers ? Dither::on : Dither::off);
+  add(rows, first_row, options, dither, Image(), coverage);
+}
+
+StoredError StoredErrorSums::error() const {
   Sum all;
-  for (const Sum& sum : sums) {
+  for (const Sum& sum : sums_) {
     all.sum += sum.sum;
     all.max = std::max(all.max, sum.max);
     all.texels += sum.texels;
@@ -148,14 +165,11 @@ StoredError error_over(const Image& image, const SaveImageOptions& options,
   return {all.texels == 0 ? 0 : all.sum / static_cast<double>(all.texels), all.max};
 }
 
-}  // namespace
-
 StoredError error_of_stored(const Image& image, const SaveImageOptions& options,
                             std::span<const std::uint8_t> coverage) {
-  const bool dithers =
-      options.dither && !is_texture(options.format) && options.format != ImageFormat::tiff8;
-  const DitherBlocks dither(image, dithers ? Dither::on : Dither::off);
-  return error_over(image, options, dither, Image(), coverage);
+  StoredErrorSums sums(image.height);
+  sums.add(image, 0, options, coverage);
+  return sums.error();
 }
 
 StoredError picture_error(const Image& image, const PictureEncoding& encoding,
@@ -164,9 +178,11 @@ StoredError picture_error(const Image& image, const PictureEncoding& encoding,
   options.format = ImageFormat::png8;
   options.use = encoding.use;
   const bool lossy = encoding.is_lossy();
-  return error_over(image, options,
-                    lossy ? DitherBlocks() : DitherBlocks(image, encoding.dither, encoding.use),
-                    lossy ? load_image(encode_picture(image, encoding)) : Image(), coverage);
+  StoredErrorSums sums(image.height);
+  sums.add(image, 0, options,
+           lossy ? DitherBlocks() : DitherBlocks(image, encoding.dither, encoding.use),
+           lossy ? load_image(encode_picture(image, encoding)) : Image(), coverage);
+  return sums.error();
 }
 
 }  // namespace kiln
