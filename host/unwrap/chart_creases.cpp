@@ -11,14 +11,14 @@
 namespace kiln {
 namespace {
 
-/// Bounds for single creases. The two faces at a crease enclose at least 60 degrees (cosine kMaxCreaseCosine), and
-/// the edge is longer than kCreaseLength times the square root of the mean triangle area. A triangle counts as flat
-/// if its angle to a neighbour is less than half a degree (kMinFlatCosine).
+/// Limits for single creases. The two faces at a crease enclose at least 60 degrees between their normals (cosine at
+/// most kMaxCreaseCosine), and the edge is at least kCreaseLength times the square root of the mean triangle area. A
+/// triangle counts as flat if a neighbour's normal is within half a degree (kMinFlatCosine).
 constexpr double kMaxCreaseCosine = 0.5, kCreaseLength = 3, kMinFlatCosine = 0.99996;
-/// Bounds for chains of creases. The two faces at each edge of a chain enclose at least 75 degrees (kMaxChainCosine),
-/// while the triangles beside the chain have angles below 25 degrees to their other neighbours (kMinSmoothCosine).
-/// Lengths are in the same unit. A chain is longer than kChainLength, or than kFlatChainLength between flat
-/// triangles, so that a box of twelve triangles stays one net.
+/// Limits for chains of creases. At each edge of a chain, the normals of the two faces enclose at least 75 degrees
+/// (kMaxChainCosine), while the triangles beside the chain have a neighbour within 25 degrees (kMinSmoothCosine). The
+/// minimum length of a chain is kChainLength, or kFlatChainLength between flat triangles, in the unit of kCreaseLength:
+/// a box of twelve triangles stays one net.
 constexpr double kMaxChainCosine = 0.26, kMinSmoothCosine = 0.906, kChainLength = 8,
                  kFlatChainLength = 18;
 
@@ -59,7 +59,7 @@ class CreaseFinder {
   }
 
  private:
-  /// True if the triangle has a smooth neighbour, and all others lie across creases.
+  /// True if the triangle has a neighbour with nearly the same normal, and each other neighbour lies across a crease.
   bool is_smooth(std::uint32_t t) const {
     return smooth_triangles_[t] != 0 && bent_triangles_[t] == 0;
   }
@@ -70,7 +70,7 @@ class CreaseFinder {
     const std::uint32_t m = surface_.mate[h];
     return m == kNoIndex ? 0.0 : dot(surface_.normal[h / 3], surface_.normal[m / 3]);
   }
-  /// Adds edges that belong to a long chain.
+  /// Adds the edges that belong to long chains.
   void add_chains(const std::vector<std::uint32_t>& edges, std::vector<std::uint32_t>& creases) {
     DisjointSets sets(surface_.positions.size());
     const auto ends = [&](std::uint32_t h) {

@@ -16,16 +16,16 @@
 namespace kiln {
 namespace {
 
-/// Number of merges tried in one batch; independent of the number of threads, so that results are, too. Most merges are
-/// refused, so few trials are wasted on charts that an earlier merge of the batch has consumed.
+/// Number of merges that are tried in one batch. It does not depend on the number of threads, so neither do results.
+/// Most merges are refused, so few trials are wasted on charts that an earlier merge of the batch has consumed.
 constexpr std::size_t kTrialsPerBatch = 6;
-/// Number of tasks in which patches are flattened.
+/// Number of parallel tasks into which the flattening of patches is divided.
 constexpr std::size_t kFlatteningTasks = 32;
 /// Maximum rounds of each solver for bringing a chart within its limits.
 constexpr int kRigidRounds = 5, kInjectiveRounds = 15;
 /// Largest variance of normals within a patch: 1 - |mean normal|.
 constexpr double kMaxNormalVariance = 0.2;
-/// Merges of charts with fewer triangles run on one thread, since starting threads would take longer.
+/// Merges of charts with fewer triangles in total run on one thread, since starting threads would take longer.
 constexpr std::size_t kMinTrianglesForThreads = 200;
 
 /// Triangles of a patch: the leaves of its tree of merges.
@@ -44,16 +44,19 @@ std::vector<std::uint32_t> triangles_of(const std::vector<ChartPatch>& patches, 
   return triangles;
 }
 
-/// A patch, and the path down its tree of merges through the larger part, for a binary search of the largest part that
-/// can be flattened.
+/// State of a binary search for the largest part of a patch that can be flattened. The path leads down the patch's tree
+/// of merges, always through the larger part.
 struct PartSearch {
-  std::vector<std::uint32_t> path;  ///< Merge tree nodes from the patch to a triangle.
-  /// Indices in the path: the last node that fails, and the first that can be flattened
+  /// Nodes of the tree of merges, from the patch down to one triangle
+  std::vector<std::uint32_t> path;
+  /// Indices in `path`: the last node that could not be flattened, and the first that could (or the single triangle at
+  /// the end)
   int last_failing = -1, fits = 0;
-  FlatChart chart;  ///< Flattened chart of the largest part so far
+  FlatChart chart;  ///< Chart of the largest part that could be flattened so far
 
   bool is_done() const { return last_failing + 1 == fits && !chart.source.empty(); }
-  /// The index in `path` to try next: much smaller parts until one can be flattened, then bisection.
+  /// The index in `path` to try next: at first, each attempt is on a part of at most 0.7 times the size; once one can
+  /// be flattened, bisection.
   int next(std::span<const std::uint32_t> sizes) const {
     constexpr double kMaxNextSizeRatio = 0.7;
     if (last_failing < 0 || last_failing + 1 == fits) return last_failing + 1;
@@ -79,7 +82,7 @@ class PatchFlattener {
         borders_(borders),
         scratches_(surface) {
     patch_sizes_.reserve(patches.size());
-    for (const ChartPatch& patch : patches) {  // Parts precede the patches merged from them
+    for (const ChartPatch& patch : patches) {  // The parts of a patch precede the patch in the list
       const auto [a, b] = patch.parts;
       patch_sizes_.push_back(a == kNoIndex ? 1 : patch_sizes_[a] + patch_sizes_[b]);
     }
@@ -153,11 +156,11 @@ class PatchFlattener {
   const std::vector<ChartPatch>& patches_;
   const ChartLimits& limits_;
   ChartBorders& borders_;
-  std::vector<std::uint32_t> patch_sizes_;  ///< Number of triangles of each patch.
+  std::vector<std::uint32_t> patch_sizes_;  ///< Number of triangles of each patch
   ScratchPool scratches_;
 };
 
-/// Patches of triangles with similar normals; those that cannot be flattened within the limits are split again.
+/// Flattened patches of triangles with similar normals. Patches that cannot be flattened within the limits are split.
 std::vector<FlatChart> grow_patches(const ChartSurface& surface, const ChartLimits& limits,
                                     ChartBorders& borders, int threads) {
   ChartMerger chart_merger(surface, borders);
@@ -178,8 +181,8 @@ std::vector<FlatChart> grow_patches(const ChartSurface& surface, const ChartLimi
   return PatchFlattener(surface, chart_merger.patches(), limits, borders).run(threads);
 }
 
-/// Initializes a joined chart: copies the layouts of both parts, and moves the second layout so that the joint
-/// coincides.
+/// Initializes the layout of a joined chart: copies the layouts of both parts, and moves the second so that the edges
+/// along which the parts are joined coincide.
 void place_edge_to_edge(FlatChart& joined, const FlatChart& a, const FlatChart& b) {
   const std::size_t split = a.triangles.size();
   std::vector<std::uint8_t> is_vertex_of_a(joined.points.size(), 0);
@@ -220,7 +223,8 @@ void place_edge_to_edge(FlatChart& joined, const FlatChart& a, const FlatChart& 
   }
 }
 
-/// Joins two charts edge to edge. \param joint  half-edges to glue
+/// Joins two charts edge to edge.
+/// \param joint  half-edges to glue
 FlatChart join(const ChartSurface& surface, const ChartBorders& borders,
                std::span<const std::uint32_t> joint, const FlatChart& a, const FlatChart& b,
                CutScratch& scratch) {
@@ -267,7 +271,7 @@ bool flatten_chart(FlatChart& chart, const ChartSurface& surface) {
 
 namespace {
 
-/// Merges charts greedily; each merge is tried by flattening.
+/// Merges charts greedily. A merge is only kept if the merged chart can be flattened within the limits.
 void join_charts(const ChartSurface& surface, ChartBorders& borders, const ChartLimits& limits,
                  std::vector<FlatChart>& charts, int threads) {
   ChartMerger chart_merger(surface, borders);
@@ -288,7 +292,8 @@ void join_charts(const ChartSurface& surface, ChartBorders& borders, const Chart
   const auto accept = [&](std::span<const ChartPatch> joined, std::span<std::uint8_t> accepted) {
     std::array<FlatChart, kTrialsPerBatch> trial_charts;
     MergeTrials<kTrialsPerBatch> trials(joined);
-    // The largest trials start first, for load balance. Trials that another trial may make useless come last.
+    // The largest trials start first, for load balance. Trials that an earlier merge of the batch may supersede come
+    // last.
     std::array<std::size_t, kTrialsPerBatch> order{}, sizes{};
     std::size_t triangles = 0;
     for (std::size_t i = 0; i < joined.size(); ++i) {
@@ -319,7 +324,7 @@ void join_charts(const ChartSurface& surface, ChartBorders& borders, const Chart
     parallel_for(joined.size(), 1, lay, triangles < kMinTrianglesForThreads ? 1 : threads);
     for (std::size_t i = 0; i < joined.size(); ++i) {
       for (const std::uint32_t part : joined[i].parts) {
-        // An earlier merge has consumed one of the charts
+        // An earlier merge of the batch has consumed one of the two charts
         if (charts[part].source.empty()) accepted[i] = 0;
       }
       if (accepted[i] == 0) continue;

@@ -10,8 +10,8 @@ namespace {
 
 double length(const Vec2d& p) { return std::sqrt(dot(p, p)); }
 
-/// Side of line ab on which c lies. 1: left, -1: right, 0: undecided because of rounding, or nearer to the line than
-/// `apart`.
+/// Side of the line ab on which c lies. 1: left; -1: right; 0: c is nearer to the line than `apart`, or rounding leaves
+/// the side undecided.
 int side_of_line(const Vec2d& a, const Vec2d& b, const Vec2d& c, double apart = 0) {
   const double left = (b.x - a.x) * (c.y - a.y), right = (b.y - a.y) * (c.x - a.x);
   const double det = left - right;
@@ -29,7 +29,7 @@ struct BoxedSide {
   }
 };
 
-/// Calls `found(a, b)` for each pair of touching sides, until it returns false.
+/// Calls `found(a, b)` for each pair of touching sides. Stops when `found` returns false.
 template <typename Found>
 void for_each_touching_pair(std::span<const Vec2d> polygon, double apart, const Found& found) {
   const std::size_t count = polygon.size();
@@ -59,8 +59,7 @@ void for_each_touching_pair(std::span<const Vec2d> polygon, double apart, const 
         }
         continue;
       }
-      // Two sides that are separated by a single side may be nearer than `apart`, since the side between them may be
-      // short.
+      // With a single side between them, two sides may be nearer than `apart`, since that side may be short.
       const bool near = (a + 2) % count == b || (b + 2) % count == a;
       if (!segments_apart_certain(polygon[a], end(a), polygon[b], end(b), near ? 0 : apart)) {
         if (!found(a, b)) return;

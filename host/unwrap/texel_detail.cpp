@@ -13,9 +13,9 @@
 namespace kiln {
 namespace {
 
-/// Number of samples on a low poly; each triangle has at least one.
+/// Number of samples on a low poly, at least one per triangle.
 constexpr double kSampleCount = 8000;
-/// Expected share of the map that charts cover.
+/// Assumed share of the map that charts cover.
 constexpr double kExpectedMapCoverage = 0.75;
 constexpr std::size_t kTrianglesPerTask = 32;
 
@@ -39,8 +39,8 @@ std::vector<Triangle> pick_triangles(const std::vector<Triangle>& triangles,
   return result;
 }
 
-/// Stratified sample points on a triangle, each with a rotation for the texel-sized square around it. Each triangle has
-/// a different offset.
+/// Stratified sample points on a triangle. Each has a rotation for the texel-sized square around it. The pattern is
+/// offset differently for each triangle.
 struct TriangleSamples : TriangleSpread {
   double turn;
   TriangleSamples(std::size_t triangle, std::size_t place)
@@ -63,7 +63,8 @@ TexelDetail::TexelDetail(const Mesh& high)
       normals_(corner_normals(high, positions_)),
       surface_(positions_, triangles_) {}
 
-/// \returns false if the high poly faces away at the nearest point
+/// Finds the high poly's normal at the point nearest to `point`.
+/// \returns false if the high poly faces away from `facing` there
 bool TexelDetail::normal_at(const Vec3d& point, const Vec3d& facing, Vec3d& normal) const {
   const std::uint32_t t = surface_.nearest(to_float(point));
   const Triangle& c = triangles_[t];
@@ -95,7 +96,7 @@ class TexelDetail::Walk {
     return 0.5 * cross(b - a, c - a);
   }
 
-  /// The high poly's normal at a point of the layout, in the low poly's frame.
+  /// The high poly's normal at a point of the layout, in the low poly's tangent frame.
   /// \param t  a nearby triangle, from which the walk to the point's triangle starts
   bool normal_at(std::uint32_t t, const Vec2d& at, Vec3d& normal) const {
     constexpr int kMaxWalkSteps = 200;
