@@ -68,7 +68,7 @@ std::uint32_t ChartBorders::glue(const Run& given, std::uint32_t count_a, std::u
   return open;
 }
 
-void ChartBorders::unglue(const std::vector<std::uint32_t>& edges) {
+void ChartBorders::open_edges(const std::vector<std::uint32_t>& edges) {
   for (const std::uint32_t h : edges) set_glued(h, false);
   if (edges.empty()) return;
   // Both charts are discs with one border each, and all opened edges lie on both borders, so each border can be

@@ -35,7 +35,7 @@ class ChartBorders {
                      std::vector<std::uint32_t>& glued);
 
   /// Opens edges that glue() glued, and repairs the rings at their end points.
-  void unglue(const std::vector<std::uint32_t>& edges);
+  void open_edges(const std::vector<std::uint32_t>& edges);
   /// Rebuilds the ring that starts at an open half-edge. \returns its number of half-edges.
   std::uint32_t trace(std::uint32_t h);
 

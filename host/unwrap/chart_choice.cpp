@@ -64,13 +64,13 @@ constexpr int kRelaxingRounds = 4;
 /// Charts that may be chosen, and their score.
 struct ChartCandidate {
   ChosenCharts chosen;
-  double worth = -std::numeric_limits<double>::infinity();
+  double score = -std::numeric_limits<double>::infinity();
 };
 
 ChartCandidate& best_candidate(std::vector<ChartCandidate>& tried) {
   return *std::max_element(
       tried.begin(), tried.end(),
-      [](const ChartCandidate& a, const ChartCandidate& b) { return a.worth < b.worth; });
+      [](const ChartCandidate& a, const ChartCandidate& b) { return a.score < b.score; });
 }
 
 CutPrice cut_price(const ChartSurface& surface, const UnwrapOptions& options,
@@ -139,12 +139,12 @@ std::vector<std::size_t> distinct_candidates(const std::vector<ChartCandidate>& 
 }
 
 /// Packs a candidate's charts and sets its score.
-void pack(const ChartSurface& surface, const UnwrapOptions& options, ChartCandidate& one) {
-  PackState packed = search_packing(outlines_of(one.chosen.charts), options.size,
+void pack(const ChartSurface& surface, const UnwrapOptions& options, ChartCandidate& candidate) {
+  PackState packed = search_packing(outlines_of(candidate.chosen.charts), options.size,
                                     options.border_texels, kPackingOrders, 1);
-  one.worth = packed.share - std::max(0.0, kTargetCoverage - packed.share) -
-              vertex_price(surface, one.chosen.charts);
-  if (packed.share > 0) one.chosen.packed = std::move(packed);
+  candidate.score = packed.share - std::max(0.0, kTargetCoverage - packed.share) -
+                    vertex_price(surface, candidate.chosen.charts);
+  if (packed.share > 0) candidate.chosen.packed = std::move(packed);
 }
 
 /// Grows charts within limits of distortion and length, and cuts them where that improves the packing at the cost of
@@ -177,7 +177,7 @@ ChosenCharts choose_directly(const ChartSurface& surface, const UnwrapOptions& o
     return std::move(best.chosen);
   limits.length = kMaxChartLength * std::sqrt(surface.total_area);
   ChartCandidate shorter = grow_and_cut(surface, options, limits, threads);
-  return std::move(shorter.worth > best.worth ? shorter.chosen : best.chosen);
+  return std::move(shorter.score > best.score ? shorter.chosen : best.chosen);
 }
 
 }  // namespace

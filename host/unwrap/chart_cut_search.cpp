@@ -70,8 +70,8 @@ class LineSearch {
   /// A connected component of the nodes on one side of the current line.
   struct Part {
     std::uint32_t neighbour = kNoIndex;
-    bool leaf = true;   ///< True if the part is adjacent to a single other part
-    double length = 0;  ///< Length of the part's edges to other parts
+    bool is_leaf = true;  ///< True if the part is adjacent to a single other part
+    double length = 0;    ///< Length of the part's edges to other parts
     double area = 0;
   };
 
@@ -212,13 +212,13 @@ class LineSearch {
       if (a == b) continue;
       for (const auto& [one, other] : {std::pair{a, b}, std::pair{b, a}}) {
         Part& part = parts_[one];
-        part.leaf = part.leaf && (part.neighbour == kNoIndex || part.neighbour == other);
+        part.is_leaf = part.is_leaf && (part.neighbour == kNoIndex || part.neighbour == other);
         part.neighbour = other;
         part.length += link.length;
       }
     }
     for (std::uint32_t p = 0; p < parts_.size(); ++p) {
-      if (part_of_node_[p] == p && parts_[p].leaf) test_part(p);
+      if (part_of_node_[p] == p && parts_[p].is_leaf) test_part(p);
     }
   }
 
@@ -233,11 +233,11 @@ class LineSearch {
         continue;
       const double cost =
           part.length * (2 * price.margin + price.seam) - 2 * price.size * part.area * rest;
-      const double worth = best.gain_at(part.length);
-      if (shape_.box - kMinBoxRatio * shape_.area - cost <= worth) continue;
+      const double gain_to_beat = best.gain_at(part.length);
+      if (shape_.box - kMinBoxRatio * shape_.area - cost <= gain_to_beat) continue;
       if (box_area_sum < 0) box_area_sum = box_area_with_and_without(p);
       const double gain = shape_.box - box_area_sum - cost;
-      if (gain <= worth) continue;
+      if (gain <= gain_to_beat) continue;
       best.gain = gain;
       best.length = part.length;
       cut_off_[n].resize(nodes_.size());

@@ -133,7 +133,7 @@ class CutTree {
     };
     parallel_for(count, 1, shape, threads_);
     std::vector<std::vector<ChartCut>> cuts(count * CutShape::kDirections);
-    const auto look = [&](std::size_t from, std::size_t to) {
+    const auto find_cuts = [&](std::size_t from, std::size_t to) {
       for (std::size_t i = from; i < to; ++i) {
         const std::size_t n = i / CutShape::kDirections;
         std::vector<CutPrice> prices;
@@ -146,7 +146,7 @@ class CutTree {
                       : std::vector<ChartCut>(prices.size());
       }
     };
-    parallel_for(cuts.size(), 1, look, threads_);
+    parallel_for(cuts.size(), 1, find_cuts, threads_);
     std::vector<std::vector<CutParts>> parts(count);
     const auto split = [&](std::size_t from, std::size_t to) {
       for (std::size_t i = from; i < to; ++i) {
@@ -192,7 +192,7 @@ class CutTree {
       const std::vector<std::uint8_t>& apart = best[p].apart;
       const bool done = cut_apart(surface_, scratch->borders, apart, scratch->index_in_chart,
                                   parts.rest.chart, parts.apart.chart);
-      mark(node, *scratch, true);
+      mark_edges(node, *scratch, true);
       if (!done) continue;
       parts.rest.neighbour = neighbours_in_part(node.neighbour, apart, 0);
       parts.apart.neighbour = neighbours_in_part(node.neighbour, apart, 1);
@@ -204,7 +204,7 @@ class CutTree {
 
   /// Marks the edges of a node's triangles in a thread's scratch memory.
   /// \param apart  true: opens the edges to other nodes; false: restores the state of borders_
-  void mark(const Node& node, Scratch& scratch, bool apart) const {
+  void mark_edges(const Node& node, Scratch& scratch, bool apart) const {
     for (std::uint32_t i = 0; i < node.chart.source.size(); ++i) {
       scratch.index_in_chart[node.chart.source[i]] = i;
       for (std::uint32_t k = 0; k < 3; ++k) {
@@ -228,12 +228,12 @@ class CutTree {
       scratch = std::make_unique<Scratch>(
           Scratch{borders_, std::vector<std::uint32_t>(surface_.triangles.size())});
     }
-    mark(node, *scratch, true);
+    mark_edges(node, *scratch, true);
     return scratch;
   }
 
   void release(const Node& node, std::unique_ptr<Scratch> scratch) {
-    mark(node, *scratch, false);
+    mark_edges(node, *scratch, false);
     const std::lock_guard lock(mutex_);
     free_scratches_.push_back(std::move(scratch));
   }

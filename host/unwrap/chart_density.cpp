@@ -31,7 +31,7 @@ struct PowerLaw {
 
   double error(double s) const { return area * level * std::pow(s, -power); }
   /// The scale s that minimizes error(s) + weight * area * s^2.
-  double best(double weight, double min_scale, double max_scale) const {
+  double best_scale(double weight, double min_scale, double max_scale) const {
     const double s = std::pow(0.5 * power * level / weight, 1 / (2 + power));
     return std::clamp(s, min_scale, max_scale);
   }
@@ -66,7 +66,7 @@ double lagrange_multiplier(const std::vector<PowerLaw>& laws, double area) {
     const double weight = std::sqrt(low * high);
     double used_area = 0;
     for (const PowerLaw& law : laws) {
-      const double s = law.best(weight, min_scale, max_scale);
+      const double s = law.best_scale(weight, min_scale, max_scale);
       used_area += law.area * s * s;
     }
     (used_area > area ? low : high) = weight;
@@ -122,7 +122,7 @@ class DensityCut {
   Cost cost(const TexelNeed& need) const {
     const PowerLaw law = fit_power_law(need, whole_);
     const double s =
-        law.best(texel_price_, 1 / std::sqrt(kMaxDensityRatio), std::sqrt(kMaxDensityRatio));
+        law.best_scale(texel_price_, 1 / std::sqrt(kMaxDensityRatio), std::sqrt(kMaxDensityRatio));
     return {law.error(s) / texel_price_ + law.area * s * s, s};
   }
 
@@ -249,7 +249,8 @@ std::vector<double> texel_scales(std::span<const TexelNeed> needs) {
   std::vector<double> scales;
   double used_area = 0;
   for (const PowerLaw& law : laws) {
-    const double s = law.best(weight, 1 / std::sqrt(kMaxDensityRatio), std::sqrt(kMaxDensityRatio));
+    const double s =
+        law.best_scale(weight, 1 / std::sqrt(kMaxDensityRatio), std::sqrt(kMaxDensityRatio));
     scales.push_back(s);
     used_area += law.area * s * s;
   }

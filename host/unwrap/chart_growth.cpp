@@ -51,18 +51,18 @@ struct PartSearch {
   std::vector<std::uint32_t> path;
   /// Indices in `path`: the last node that could not be flattened, and the first that could (or the single triangle at
   /// the end)
-  int last_failing = -1, fits = 0;
+  int last_failing = -1, first_flat = 0;
   FlatChart chart;  ///< Chart of the largest part that could be flattened so far
 
-  bool is_done() const { return last_failing + 1 == fits && !chart.source.empty(); }
+  bool is_done() const { return last_failing + 1 == first_flat && !chart.source.empty(); }
   /// The index in `path` to try next: at first, each attempt is on a part of at most 0.7 times the size; once one can
   /// be flattened, bisection.
   int next(std::span<const std::uint32_t> sizes) const {
     constexpr double kMaxNextSizeRatio = 0.7;
-    if (last_failing < 0 || last_failing + 1 == fits) return last_failing + 1;
-    if (!chart.source.empty()) return (last_failing + fits) / 2;
+    if (last_failing < 0 || last_failing + 1 == first_flat) return last_failing + 1;
+    if (!chart.source.empty()) return (last_failing + first_flat) / 2;
     int at = last_failing + 1;
-    while (at < fits &&
+    while (at < first_flat &&
            sizes[path[static_cast<std::size_t>(at)]] >
                kMaxNextSizeRatio * sizes[path[static_cast<std::size_t>(last_failing)]]) {
       ++at;
@@ -95,23 +95,25 @@ class PatchFlattener {
     }
     std::vector<FlatChart> charts;
     while (!open_searches.empty()) {
-      const auto lay = [&](std::size_t begin, std::size_t end) {
+      const auto flatten = [&](std::size_t begin, std::size_t end) {
         std::unique_ptr<CutScratch> scratch = scratches_.acquire();
         for (std::size_t i = begin; i < end; ++i) try_next_part(open_searches[i], *scratch);
         scratches_.release(std::move(scratch));
       };
-      parallel_for(open_searches.size(), open_searches.size() / kFlatteningTasks + 1, lay, threads);
+      parallel_for(open_searches.size(), open_searches.size() / kFlatteningTasks + 1, flatten,
+                   threads);
       std::vector<PartSearch> next;
-      for (PartSearch& one : open_searches) {
-        if (!one.is_done()) {
-          next.push_back(std::move(one));
+      for (PartSearch& search : open_searches) {
+        if (!search.is_done()) {
+          next.push_back(std::move(search));
           continue;
         }
-        charts.push_back(std::move(one.chart));
-        for (std::size_t n = 0; n < static_cast<std::size_t>(one.fits); ++n) {
-          const ChartPatch& patch = patches_[one.path[n]];
-          borders_.unglue(patch.glued);
-          next.push_back(start_part_search(patch.parts[patch.parts[0] == one.path[n + 1] ? 1 : 0]));
+        charts.push_back(std::move(search.chart));
+        for (std::size_t n = 0; n < static_cast<std::size_t>(search.first_flat); ++n) {
+          const ChartPatch& patch = patches_[search.path[n]];
+          borders_.open_edges(patch.glued);
+          next.push_back(
+              start_part_search(patch.parts[patch.parts[0] == search.path[n + 1] ? 1 : 0]));
         }
       }
       open_searches = std::move(next);
@@ -128,28 +130,28 @@ class PatchFlattener {
       p = patch_sizes_[b] > patch_sizes_[a] ? b : a;
       result.path.push_back(p);
     }
-    result.fits = static_cast<int>(result.path.size()) - 1;
+    result.first_flat = static_cast<int>(result.path.size()) - 1;
     return result;
   }
 
-  void try_next_part(PartSearch& one, CutScratch& scratch) const {
-    const auto at = static_cast<std::size_t>(one.next(patch_sizes_));
+  void try_next_part(PartSearch& search, CutScratch& scratch) const {
+    const auto at = static_cast<std::size_t>(search.next(patch_sizes_));
     const auto set_above = [&](std::uint8_t value) {
       for (std::size_t n = 0; n < at; ++n)
-        scratch.mark(surface_, patches_[one.path[n]].glued, value);
+        scratch.set_inverted(surface_, patches_[search.path[n]].glued, value);
     };
     set_above(1);
-    FlatChart chart = cut_open(surface_, triangles_of(patches_, one.path[at]), borders_.glued(),
+    FlatChart chart = cut_open(surface_, triangles_of(patches_, search.path[at]), borders_.glued(),
                                scratch.index_in_chart, scratch.inverted);
     set_above(0);
     const bool is_flat = flatten_chart(chart, surface_);
     const bool done = chart.source.size() == 1 || (is_flat && is_within_limits(chart, limits_));
     if (!done) {
-      one.last_failing = static_cast<int>(at);
+      search.last_failing = static_cast<int>(at);
       return;
     }
-    one.fits = static_cast<int>(at);
-    one.chart = std::move(chart);
+    search.first_flat = static_cast<int>(at);
+    search.chart = std::move(chart);
   }
 
   const ChartSurface& surface_;
@@ -236,10 +238,10 @@ FlatChart join(const ChartSurface& surface, const ChartBorders& borders,
     triangles.insert(triangles.end(), part->source.begin(), part->source.end());
     rest.insert(rest.end(), part->rest.begin(), part->rest.end());
   }
-  scratch.mark(surface, joint, 1);
+  scratch.set_inverted(surface, joint, 1);
   FlatChart joined = cut_open(surface, triangles, borders.glued(), scratch.index_in_chart,
                               scratch.inverted, std::move(rest));
-  scratch.mark(surface, joint, 0);
+  scratch.set_inverted(surface, joint, 0);
   place_edge_to_edge(joined, a, b);
   return joined;
 }
@@ -306,7 +308,7 @@ void join_charts(const ChartSurface& surface, ChartBorders& borders, const Chart
                        return std::pair(trials.has_rival(q), sizes[p]) >
                               std::pair(trials.has_rival(p), sizes[q]);
                      });
-    const auto lay = [&](std::size_t begin, std::size_t end) {
+    const auto flatten = [&](std::size_t begin, std::size_t end) {
       std::unique_ptr<CutScratch> scratch = scratches.acquire();
       for (std::size_t n = begin; n < end; ++n) {
         const std::size_t i = order[n];
@@ -321,7 +323,7 @@ void join_charts(const ChartSurface& surface, ChartBorders& borders, const Chart
       }
       scratches.release(std::move(scratch));
     };
-    parallel_for(joined.size(), 1, lay, triangles < kMinTrianglesForThreads ? 1 : threads);
+    parallel_for(joined.size(), 1, flatten, triangles < kMinTrianglesForThreads ? 1 : threads);
     for (std::size_t i = 0; i < joined.size(); ++i) {
       for (const std::uint32_t part : joined[i].parts) {
         // An earlier merge of the batch has consumed one of the two charts

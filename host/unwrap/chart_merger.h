@@ -112,7 +112,7 @@ class ChartMerger {
       accept(std::span<const ChartPatch>(joined), accepted);
       for (std::size_t i = 0; i < joined.size(); ++i) {
         if (accepted[i] == 0) {
-          if (width == 1) borders_.unglue(joined[i].glued);
+          if (width == 1) borders_.open_edges(joined[i].glued);
           continue;
         }
         if (width > 1) glue(joined[i]);
@@ -151,7 +151,7 @@ class ChartMerger {
       patch.open = pair.half_edge;
       patch.parts = {pair.a, pair.b};
       if (!glue(patch)) continue;
-      if (width > 1) borders_.unglue(patch.glued);
+      if (width > 1) borders_.open_edges(patch.glued);
       patch.border = a.border + b.border - 2 * static_cast<std::uint32_t>(patch.glued.size());
       patch.area = a.area + b.area;
       patch.normal = a.normal + b.normal;

@@ -163,9 +163,9 @@ class ProxyCollapse {
         v, [&](std::uint32_t h) { body(end(h)); }, [&](std::uint32_t h) { body(at_[h]); });
   }
 
-  void push(const Candidate& one) {
-    queue_.push(one);
-    is_queued_[one.from] = 1;
+  void push(const Candidate& candidate) {
+    queue_.push(candidate);
+    is_queued_[candidate.from] = 1;
   }
   void propose(std::uint32_t v) {
     const Candidate best = cheapest_collapse(v);
@@ -198,8 +198,9 @@ class ProxyCollapse {
     return {};
   }
 
-  std::uint32_t target_vertex(const Candidate& one) const {
-    return at_[one.half_edge] == one.from ? end(one.half_edge) : at_[one.half_edge];
+  std::uint32_t target_vertex(const Candidate& candidate) const {
+    return at_[candidate.half_edge] == candidate.from ? end(candidate.half_edge)
+                                                      : at_[candidate.half_edge];
   }
 
   /// True if collapsing the edge of h removes the triangle of half-edge g.
@@ -208,8 +209,9 @@ class ProxyCollapse {
   }
 
   /// True if a collapse keeps the topology and flips no triangle.
-  bool is_valid(const Candidate& one) {
-    const std::uint32_t u = one.from, v = target_vertex(one), h = one.half_edge, m = mate_[h];
+  bool is_valid(const Candidate& candidate) {
+    const std::uint32_t u = candidate.from, v = target_vertex(candidate), h = candidate.half_edge,
+                        m = mate_[h];
     std::array<std::uint32_t, 2> sides{h, m}, apex{kNoIndex, kNoIndex};
     for (std::size_t i = 0; i < 2; ++i) {
       if (sides[i] == kNoIndex) continue;
@@ -236,7 +238,7 @@ class ProxyCollapse {
           [&](std::uint32_t g) {
             if (!is_allowed || triangle_vanishes(g, h)) return;
             const Vec3d &a = position_[end(g)], &b = position_[at_[previous_half_edge(g)]];
-            is_allowed = keeps_shape(a, b, position_[w], one.position);
+            is_allowed = keeps_shape(a, b, position_[w], candidate.position);
           },
           [](std::uint32_t) {});
     }
@@ -256,8 +258,9 @@ class ProxyCollapse {
     return shape(size, to) >= std::min(kMinShape, shape(length(before), from));
   }
 
-  void collapse(const Candidate& one) {
-    const std::uint32_t u = one.from, v = target_vertex(one), h = one.half_edge, m = mate_[h];
+  void collapse(const Candidate& candidate) {
+    const std::uint32_t u = candidate.from, v = target_vertex(candidate), h = candidate.half_edge,
+                        m = mate_[h];
     fan_.clear();
     for_each_half_edge_from(
         u, [&](std::uint32_t g) { fan_.push_back(g); }, [](std::uint32_t) {});
@@ -277,13 +280,13 @@ class ProxyCollapse {
     if (m != kNoIndex) remove_triangle(m);
     first_[v] = fan_begin(mate_, half_edge_from_v);
     quadric_[v] += quadric_[u];
-    position_[v] = one.position;
+    position_[v] = candidate.position;
     for_each_neighbour(v, [&](std::uint32_t w) {
-      if (is_queued_[w] == 0) to_requeue_.push_back(w);
+      if (is_queued_[w] == 0) vertices_to_queue_.push_back(w);
     });
-    if (is_queued_[v] == 0) to_requeue_.push_back(v);
-    for (const std::uint32_t w : to_requeue_) propose(w);
-    to_requeue_.clear();
+    if (is_queued_[v] == 0) vertices_to_queue_.push_back(v);
+    for (const std::uint32_t w : vertices_to_queue_) propose(w);
+    vertices_to_queue_.clear();
   }
 
   /// Removes a triangle whose half-edge h was collapsed, and merges its other two sides into one edge.
@@ -322,7 +325,7 @@ class ProxyCollapse {
   std::vector<std::uint8_t> is_queued_;
   std::priority_queue<Candidate> queue_;
   std::vector<Candidate> candidates_;
-  std::vector<std::uint32_t> ring_, fan_, to_requeue_;
+  std::vector<std::uint32_t> ring_, fan_, vertices_to_queue_;
   std::size_t triangles_left_, collapse_count_ = 0;
 };
 

@@ -21,9 +21,8 @@ struct ChartProxy {
   std::vector<std::uint32_t> piece;
   /// For each half-edge of the proxy, the half-edge of the finer surface that represents it
   std::vector<std::uint32_t> surface_edge;
-  std::vector<std::uint8_t>
-      /// 1 for each half-edge of the finer surface between two triangles of one piece
-      is_inside_piece;
+  /// 1 for each half-edge of the finer surface between two triangles of one piece
+  std::vector<std::uint8_t> is_inside_piece;
 };
 
 /// Fans of triangles around vertices. A vertex at which several fans meet is split: each fan counts as one vertex.

@@ -93,19 +93,20 @@ void measure_triangles(ChartSurface& surface) {
 void find_bends(ChartSurface& surface, std::vector<std::uint8_t> open) {
   constexpr double kMinAngle = 0.1;
   const std::size_t count = surface.positions.size();
-  std::vector<double> turn(count, 0);
+  std::vector<double> vertex_bend(count, 0);
   for (std::uint32_t h = 0; h < surface.mate.size(); ++h) {
     const double to = surface.length[h], from = surface.length[previous_half_edge(h)],
                  across = surface.length[next_half_edge(h)];
     const double cosine = (to * to + from * from - across * across) / (2 * to * from);
-    turn[start_of(surface, h)] += std::acos(std::clamp(cosine, -1.0, 1.0));
+    vertex_bend[start_of(surface, h)] += std::acos(std::clamp(cosine, -1.0, 1.0));
     if (surface.mate[h] == kNoIndex) open[start_of(surface, h)] = open[end_of(surface, h)] = 1;
   }
   for (std::size_t v = 0; v < count; ++v) {
-    turn[v] = open[v] != 0 ? 0 : std::log(std::max(turn[v] / (2 * std::numbers::pi), kMinAngle));
+    vertex_bend[v] =
+        open[v] != 0 ? 0 : std::log(std::max(vertex_bend[v] / (2 * std::numbers::pi), kMinAngle));
   }
   for (const Triangle& t : surface.triangles) {
-    const double a = turn[t[0]], b = turn[t[1]], c = turn[t[2]];
+    const double a = vertex_bend[t[0]], b = vertex_bend[t[1]], c = vertex_bend[t[2]];
     surface.bend.push_back((a + b + c) / 3);
     surface.bend_squared.push_back((a * a + b * b + c * c) / 3);
   }

@@ -250,8 +250,8 @@ std::vector<FlatChart> grow_again(const ChartSurface& surface, const FlatChart& 
 
 ChosenCharts transfer_charts(const ChartSurface& surface, const VertexFans& fans,
                              const ChartProxy& proxy, const ChosenCharts& chosen,
-                             const ChartLimits& limits, int threads, std::size_t& anew) {
-  anew = 0;
+                             const ChartLimits& limits, int threads, std::size_t& regrown) {
+  regrown = 0;
   std::vector<std::uint32_t> chart_of(proxy.surface.triangles.size());
   for (std::uint32_t c = 0; c < chosen.charts.size(); ++c) {
     for (const std::uint32_t t : chosen.charts[c].source) chart_of[t] = c;
@@ -269,7 +269,7 @@ ChosenCharts transfer_charts(const ChartSurface& surface, const VertexFans& fans
   std::vector<std::uint8_t> is_transferred(charts.size(), 0);
   const ProxyLayout layout(surface, proxy, chosen);
   ScratchPool scratches(surface);
-  const auto lay = [&](std::size_t begin, std::size_t end) {
+  const auto flatten = [&](std::size_t begin, std::size_t end) {
     std::unique_ptr<CutScratch> scratch = scratches.acquire();
     for (std::size_t c = begin; c < end; ++c) {
       charts[c] = cut_open(surface, triangles[c], made.borders.glued(), scratch->index_in_chart);
@@ -280,7 +280,7 @@ ChosenCharts transfer_charts(const ChartSurface& surface, const VertexFans& fans
     }
     scratches.release(std::move(scratch));
   };
-  parallel_for(charts.size(), 1, lay, threads);
+  parallel_for(charts.size(), 1, flatten, threads);
   if (std::find(is_transferred.begin(), is_transferred.end(), 0) == is_transferred.end())
     return made;
   std::vector<std::uint8_t> glued = made.borders.glued();
@@ -291,7 +291,7 @@ ChosenCharts transfer_charts(const ChartSurface& surface, const VertexFans& fans
       all_charts.push_back(std::move(charts[c]));
       continue;
     }
-    anew += charts[c].source.size();
+    regrown += charts[c].source.size();
     std::vector<FlatChart> some =
         grow_again(surface, charts[c], limits, glued, index_in_chart, threads);
     std::move(some.begin(), some.end(), std::back_inserter(all_charts));

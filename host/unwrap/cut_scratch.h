@@ -22,8 +22,8 @@ struct CutScratch {
   explicit CutScratch(const ChartSurface& surface)
       : index_in_chart(surface.triangles.size()), inverted(surface.mate.size(), 0) {}
   /// Sets whether the state of edges is inverted.
-  void mark(const ChartSurface& surface, std::span<const std::uint32_t> edges,
-            std::uint8_t is_inverted) {
+  void set_inverted(const ChartSurface& surface, std::span<const std::uint32_t> edges,
+                    std::uint8_t is_inverted) {
     for (const std::uint32_t h : edges) inverted[h] = inverted[surface.mate[h]] = is_inverted;
   }
 };

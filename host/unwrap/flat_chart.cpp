@@ -159,7 +159,7 @@ FlatChart cut_open(const ChartSurface& surface, std::span<const std::uint32_t> t
     chart.boundary.push_back(chart.triangles[index_in_chart[h / 3]][h % 3]);
   }
   chart.points.resize(chart.vertex.size());
-  chart.apart = kMinBorderDistance * std::sqrt(surface.total_area);
+  chart.min_border_distance = kMinBorderDistance * std::sqrt(surface.total_area);
   return chart;
 }
 
@@ -187,14 +187,14 @@ void lay_out_triangle(FlatChart& chart, const ChartSurface& surface) {
   for (std::size_t k = 0; k < 3; ++k) chart.points[chart.triangles[0][k]] = points[k];
 }
 
-bool is_injective(const FlatChart& chart, double apart) {
+bool is_injective(const FlatChart& chart, double min_distance) {
   for (const Triangle& t : chart.triangles) {
     if (!orient2d_certain(chart.points[t[0]], chart.points[t[1]], chart.points[t[2]])) return false;
   }
   std::vector<Vec2d> border;
   border.reserve(chart.boundary.size());
   for (const std::uint32_t v : chart.boundary) border.push_back(chart.points[v]);
-  return is_simple(border, apart);
+  return is_simple(border, min_distance);
 }
 
 FlatDistortion distortion(const FlatChart& chart) {

@@ -34,7 +34,7 @@ struct FlatChart {
   double roughness_energy =
       0;  ///< Estimated energy that the surface's roughness causes in every layout
   /// Minimum distance between border sides in the solvers. It is larger than the change by rounding UVs.
-  double apart = 0;
+  double min_border_distance = 0;
 };
 
 /// Deviation of a layout from an isometry, averaged over a chart's area.
@@ -45,9 +45,8 @@ struct FlatDistortion {
 
 /// Limits of a chart's distortion.
 struct ChartLimits {
-  double energy =
-      /// Limit of the mean energy after subtracting FlatChart::roughness_energy, see FlatDistortion
-      0.05;
+  /// Limit of the mean energy after subtracting FlatChart::roughness_energy, see FlatDistortion
+  double energy = 0.05;
   double max_stretch = 5;  ///< Limit of the distortion of single triangles
   double length = std::numeric_limits<double>::infinity();  ///< Limit of the flat chart's extent
 };
@@ -121,9 +120,9 @@ void injective_rounds(FlatChart& chart, int rounds, const ChartLimits* until = n
 /// True if the layout is injective: no triangle is flipped or degenerate, and the border does not touch itself. These
 /// two conditions suffice, since an orientation-preserving map of a disc covers a point as often as the border winds
 /// around it. Computed in double precision with an error bound; undecided cases count as not injective.
-/// \param apart  minimum distance between border sides. It does not apply to neighbours, nor to two sides with only one
-///   side between them
-bool is_injective(const FlatChart& chart, double apart = 0);
+/// \param min_distance  minimum distance between border sides. It does not apply to neighbours, nor to two sides with
+///   only one side between them
+bool is_injective(const FlatChart& chart, double min_distance = 0);
 
 FlatDistortion distortion(const FlatChart& chart);
 bool is_within_limits(const FlatChart& chart, const ChartLimits& limits);

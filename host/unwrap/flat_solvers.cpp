@@ -16,7 +16,7 @@ namespace kiln {
 namespace {
 
 /// The symmetric 2 x 2 matrix ((xx, xy), (xy, yy)).
-struct Symmetric {
+struct SymmetricMatrix2 {
   double xx = 1, xy = 0, yy = 1;
 };
 
@@ -43,7 +43,7 @@ Vec2d nearest_rotation(const Jacobian& j) {
 
 /// Weight matrix of the squared distance between the Jacobian and its nearest rotation. With this weight, the distance
 /// has the same gradient as the symmetric Dirichlet energy (Rabinovich et al. 2017, equation 15).
-Symmetric dirichlet_weight(const Jacobian& j) {
+SymmetricMatrix2 dirichlet_weight(const Jacobian& j) {
   const double det = cross(j.u, j.v);
   const double sum = dot(j.u, j.u) + dot(j.v, j.v);
   const double root = std::sqrt(std::max(0.0, sum * sum - 4 * det * det));
@@ -116,7 +116,7 @@ class StepSystem {
   }
 
  private:
-  static void add(FlatSystem<2>::Block& block, double weight, const Symmetric& m) {
+  static void add(FlatSystem<2>::Block& block, double weight, const SymmetricMatrix2& m) {
     block[0] += weight * m.xx;
     block[1] += weight * m.xy;
     block[2] += weight * m.xy;
@@ -125,7 +125,7 @@ class StepSystem {
 
   void add(const FlatChart& chart, std::size_t i, std::vector<Vec2d>& right) {
     const Jacobian j = jacobian(chart, i, chart.points);
-    const Symmetric m = dirichlet_weight(j);
+    const SymmetricMatrix2 m = dirichlet_weight(j);
     const Vec2d r = nearest_rotation(j);
     const RestShape& rest = chart.rest[i];
     for (std::size_t k = 0; k < 3; ++k) {
@@ -150,7 +150,7 @@ bool pin_touching(const FlatChart& chart, const std::vector<Vec2d>& to,
   constexpr std::size_t kMaxTouches = 1000, kPinReach = 2;
   std::vector<Vec2d> border;
   for (const std::uint32_t v : chart.boundary) border.push_back(to[v]);
-  const auto found = touching_sides(border, chart.apart, kMaxTouches);
+  const auto found = touching_sides(border, chart.min_border_distance, kMaxTouches);
   if (found.empty()) return false;
   const std::size_t count = border.size();
   std::vector<std::uint8_t> is_pinned(chart.points.size(), 0);
@@ -256,7 +256,7 @@ void injective_rounds(FlatChart& chart, int rounds, const ChartLimits* until,
         chart.points[v] = points_before[v] + direction[v] * step;
       }
       current = energy(chart, chart.points);
-      any_moved = current < last && is_injective(chart, chart.apart);
+      any_moved = current < last && is_injective(chart, chart.min_border_distance);
     }
     if (!any_moved) {
       chart.points = points_before;

@@ -80,7 +80,7 @@ class Untangler {
   std::vector<TouchingSides> find_touching_sides() const {
     std::vector<Vec2d> border;
     for (const std::uint32_t v : chart_.boundary) border.push_back(chart_.points[v]);
-    return touching_sides(border, 2 * chart_.apart, max_touching_pairs_ + 1);
+    return touching_sides(border, 2 * chart_.min_border_distance, max_touching_pairs_ + 1);
   }
 
   /// Pushes the corners of touching sides into the chart.

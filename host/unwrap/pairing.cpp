@@ -12,7 +12,7 @@ namespace {
 
 /// Largest stretch of a pair; above it, two single triangles are better. A pair reaches this limit if its areas differ
 /// by a factor of 5, or with a shear of 4.
-constexpr double kStretchLimit = 0.7;
+constexpr double kMaxStretch = 0.7;
 
 struct Link {
   float stretch;
@@ -33,8 +33,8 @@ double pair_stretch(const TriangleShape& a, int apex_a, const TriangleShape& b, 
       b.area * stretch(width * scale, height * scale, b_next, b_last, b.squared_edge[apex_b]);
   // Adds the difference of the areas without a weight. By area-weighted stretch alone, a tiny triangle would be
   // distorted in favour of a large one.
-  const double even = 0.5 * (std::log(a.area) - std::log(b.area));
-  return total / (a.area + b.area) + 0.25 * even * even;
+  const double half_log_ratio = 0.5 * (std::log(a.area) - std::log(b.area));
+  return total / (a.area + b.area) + 0.25 * half_log_ratio * half_log_ratio;
 }
 
 std::vector<Link> find_links(std::span<const Vec3> positions, std::span<const Triangle> triangles,
@@ -75,7 +75,7 @@ std::vector<Link> find_links(std::span<const Vec3> positions, std::span<const Tr
       const Side& b = sides[i].triangle < sides[j].triangle ? sides[j] : sides[i];
       if (a.triangle == b.triangle) continue;
       const double cost = pair_stretch(shapes[a.triangle], a.apex, shapes[b.triangle], b.apex);
-      if (!(cost <= kStretchLimit)) continue;
+      if (!(cost <= kMaxStretch)) continue;
       links.push_back({static_cast<float>(cost), a.triangle, b.triangle, a.apex, b.apex});
     }
   }

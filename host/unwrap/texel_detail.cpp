@@ -81,9 +81,9 @@ bool TexelDetail::normal_at(const Vec3d& point, const Vec3d& facing, Vec3d& norm
 }
 
 /// Samples of one low poly.
-class TexelDetail::Walk {
+class TexelDetail::LowPolySampler {
  public:
-  Walk(const TexelDetail& detail, const Mesh& low, const FlatTriangles& flat)
+  LowPolySampler(const TexelDetail& detail, const Mesh& low, const FlatTriangles& flat)
       : detail_(detail),
         low_(low),
         flat_(flat),
@@ -190,21 +190,21 @@ class TexelDetail::Walk {
 
 std::vector<TexelErrors> TexelDetail::errors(const Mesh& low, const FlatTriangles& flat,
                                              std::uint32_t size, int threads) const {
-  const Walk walk(*this, low, flat);
+  const LowPolySampler sampler(*this, low, flat);
   std::vector<TexelErrors> result(low.triangles.size(), TexelErrors{});
   double total_area = 0;
-  for (std::size_t t = 0; t < result.size(); ++t) total_area += walk.area(t);
+  for (std::size_t t = 0; t < result.size(); ++t) total_area += sampler.area(t);
   const double side = std::sqrt(total_area / kExpectedMapCoverage) / size;
   const auto measure_triangle = [&](std::uint32_t t) {
     const auto& [a, b, c] = flat.corners[t];
     const auto sample_count =
-        1 + static_cast<std::size_t>(kSampleCount * walk.area(t) / total_area);
+        1 + static_cast<std::size_t>(kSampleCount * sampler.area(t) / total_area);
     double seen = 0;
     for (std::size_t i = 0; i < sample_count; ++i) {
       const TriangleSamples at(t, i);
       const Vec2d p = a + (b - a) * at.u + (c - a) * at.v;
       Vec3d normal_at_sample{}, corner{};
-      if (!walk.normal_at(t, p, normal_at_sample)) continue;
+      if (!sampler.normal_at(t, p, normal_at_sample)) continue;
       ++seen;
       for (std::size_t s = 0; s < kTexelSides.size(); ++s) {
         const double reach = std::sqrt(0.5) * side * kTexelSides[s];
@@ -212,7 +212,7 @@ std::vector<TexelErrors> TexelDetail::errors(const Mesh& low, const FlatTriangle
         for (int k = 0; k < 4; ++k) {
           const double angle = at.turn + 0.5 * std::numbers::pi * k;
           const Vec2d q = p + Vec2d{std::cos(angle), std::sin(angle)} * reach;
-          if (walk.normal_at(t, q, corner)) mean += corner;
+          if (sampler.normal_at(t, q, corner)) mean += corner;
         }
         const double most = length(mean);
         if (most > 0) result[t][s] += length(normal_at_sample - mean * (1 / most));
@@ -222,7 +222,7 @@ std::vector<TexelErrors> TexelDetail::errors(const Mesh& low, const FlatTriangle
   };
   const auto body = [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
-      if (walk.area(t) > 0) measure_triangle(static_cast<std::uint32_t>(t));
+      if (sampler.area(t) > 0) measure_triangle(static_cast<std::uint32_t>(t));
     }
   };
   if (total_area > 0) parallel_for(result.size(), kTrianglesPerTask, body, threads);

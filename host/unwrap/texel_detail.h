@@ -23,9 +23,8 @@ using TexelErrors = std::array<double, kTexelSides.size()>;
 /// A mesh's triangles in the UV layout, at the scale of the surface. Triangles without area are points.
 struct FlatTriangles {
   std::vector<std::array<Vec2d, 3>> corners;
-  std::vector<std::array<std::uint32_t, 3>>
-      /// For each side, the half-edge of the triangle across it; kNoIndex if there is none
-      neighbours;
+  /// For each side, the half-edge of the triangle across it; kNoIndex if there is none
+  std::vector<std::array<std::uint32_t, 3>> neighbours;
 };
 
 /// The high poly's normals, prepared for lookups from low polys. Immutable. Cost: n log n to build; about 1
@@ -47,7 +46,7 @@ class TexelDetail {
                                   int threads = 0) const;
 
  private:
-  class Walk;
+  class LowPolySampler;
   bool normal_at(const Vec3d& point, const Vec3d& facing, Vec3d& normal) const;
 
   Frame frame_;

@@ -35,8 +35,8 @@ void check_input(const Mesh& mesh, const UnwrapOptions& options) {
   }
   if (options.detail_of != nullptr && options.method != UnwrapMethod::charts) {
     throw Error(ErrorCode::usage,
-                "unwrap: detail_of has no effect on pairs, which get texels by area: choose the "
-                "method charts, or leave detail_of out");
+                "unwrap: detail_of has no effect with the method pairs, which distributes texels "
+                "by area: choose the method charts, or leave detail_of out");
   }
   validate(mesh);
   if (options.detail_of != nullptr) validate(*options.detail_of);
@@ -75,7 +75,7 @@ Mesh unwrap_for(const Mesh& mesh, const UnwrapOptions& options, const TexelDetai
   if (degenerate == shapes.size()) {
     throw Error(ErrorCode::input,
                 "unwrap: mesh '" + mesh.name +
-                    "' has no triangle of positive area; check the file it is from");
+                    "' has no triangle of positive area; check the file it was read from");
   }
   if (report != nullptr) *report = {};
   const std::optional<TexelDetail> own = detail == nullptr ? detail_of(options) : std::nullopt;

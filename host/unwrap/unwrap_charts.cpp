@@ -58,7 +58,7 @@ ChartSurface make_surface(const Mesh& mesh, const std::vector<std::uint8_t>& is_
   if (surface.triangles.empty()) {
     throw Error(ErrorCode::input,
                 "unwrap: mesh '" + mesh.name +
-                    "' has no triangle of positive area; check the file it is from");
+                    "' has no triangle of positive area; check the file it was read from");
   }
   for (std::uint32_t h = 0; h < surface.mate.size(); ++h) {
     if (is_separate[h / 3] == 0 || surface.mate[h] == kNoIndex) continue;
@@ -90,10 +90,10 @@ struct PackedLayout {
 PackedLayout pack_with(std::span<const Outline> outlines, std::uint32_t size, double padding,
                        const PackState* from, int threads) {
   // The minimum distance between borders is the padding, plus the rounding of two borders to UV steps.
-  const double apart = padding + 4 * size / kUvSteps;
+  const double min_distance = padding + 4 * size / kUvSteps;
   const auto packed = [&] {
-    if (outlines.size() > kMaxBitmapCharts) return pack_boxes(outlines, size, apart);
-    return pack_outlines(outlines, size, apart, from, threads);
+    if (outlines.size() > kMaxBitmapCharts) return pack_boxes(outlines, size, min_distance);
+    return pack_outlines(outlines, size, min_distance, from, threads);
   };
   PackedLayout layout{packed(), padding};
   const double side = layout.packing.scale / size;
@@ -200,14 +200,14 @@ class RoundedChart {
           flat.empty() ? first_touching_sides(outline_of(chart_)) : std::nullopt;
       if (flat.empty() && !touching_pair) return true;
       for (const std::size_t i : flat) widen_triangle(chart_.triangles[i]);
-      if (touching_pair) part(touching_pair->first, touching_pair->second);
+      if (touching_pair) separate_sides(touching_pair->first, touching_pair->second);
     }
     return false;
   }
 
   /// Marks the triangles to separate from the chart: those without area, or if there are none, those at one pair of
   /// touching border sides.
-  void mark(std::vector<std::uint8_t>& is_separate) const {
+  void mark_separate_triangles(std::vector<std::uint8_t>& is_separate) const {
     const std::vector<std::size_t> flat = flattened_triangles();
     for (const std::size_t i : flat) is_separate[chart_.source[i]] = 1;
     if (!flat.empty()) return;
@@ -266,32 +266,32 @@ class RoundedChart {
   }
 
   /// The nearest border side and corner of two touching sides: squared distance, and indices on the border.
-  struct Near {
+  struct NearestPair {
     double squared = std::numeric_limits<double>::max();
     std::size_t side = 0, corner = 0;
   };
 
   /// Separates two border sides: moves one of them, and the nearest corner of the other, away from each other.
-  void part(std::size_t a, std::size_t b) {
-    Near near;
+  void separate_sides(std::size_t a, std::size_t b) {
+    NearestPair nearest;
     for (const std::size_t end : {0, 1}) {
       for (const auto& [side, corner] : {std::pair{a, b + end}, std::pair{b, a + end}}) {
         const Vec2d along = border(side + 1) - border(side), to = border(corner) - border(side);
         const double at = std::clamp(dot(to, along) / std::max(dot(along, along), 1.0), 0.0, 1.0);
         const Vec2d off = to - along * at;
         if (corner % count() == side || corner % count() == (side + 1) % count()) continue;
-        if (dot(off, off) < near.squared) near = {dot(off, off), side, corner % count()};
+        if (dot(off, off) < nearest.squared) nearest = {dot(off, off), side, corner % count()};
       }
     }
-    if (near.squared == std::numeric_limits<double>::max()) return;
+    if (nearest.squared == std::numeric_limits<double>::max()) return;
     // The corner moves to the side on which its neighbours mostly lie.
-    const Vec2d from = border(near.side), along = border(near.side + 1) - from;
-    const double inside = cross(along, border(near.corner + count() - 1) - from) +
-                          cross(along, border(near.corner + 1) - from);
+    const Vec2d from = border(nearest.side), along = border(nearest.side + 1) - from;
+    const double inside = cross(along, border(nearest.corner + count() - 1) - from) +
+                          cross(along, border(nearest.corner + 1) - from);
     const Vec2d push_direction = inside > 0 ? -along : along;
-    move(chart_.boundary[near.corner], -push_direction);
-    move(chart_.boundary[near.side], push_direction);
-    move(chart_.boundary[(near.side + 1) % count()], push_direction);
+    move(chart_.boundary[nearest.corner], -push_direction);
+    move(chart_.boundary[nearest.side], push_direction);
+    move(chart_.boundary[(nearest.side + 1) % count()], push_direction);
   }
 
   std::size_t count() const { return chart_.boundary.size(); }
@@ -361,16 +361,16 @@ void write_report(const ChartSurface& surface, const std::vector<FlatChart>& cha
                                std::to_string(report.charts) +
                                    " charts leave no room for a padding of " +
                                    std::to_string(options.border_texels) + " texels at a size of " +
-                                   std::to_string(options.size) + "; it was reduced to " + text +
-                                   " texels: use a larger size or fewer faces",
+                                   std::to_string(options.size) + "; the padding was reduced to " +
+                                   text + " texels. Use a larger size or fewer faces",
                                report.charts});
   }
   if (narrow > kMaxNarrowShare * weight) {
     report.warnings.push_back(
         {"narrow-charts",
-         counted(narrow_charts, "chart") + ", of " + percent(narrow / weight, 2) +
-             " of the surface, narrower than a texel at a size of " + std::to_string(options.size) +
-             ": maps blur there, and shading may be worse with than without them: use a larger "
+         "charts narrower than a texel at a size of " + std::to_string(options.size) + " cover " +
+             percent(narrow / weight, 2) + " of the surface (" + counted(narrow_charts, "chart") +
+             "). Maps blur there, and shading may be worse with maps than without. Use a larger "
              "size or fewer faces",
          narrow_charts});
   }
@@ -409,7 +409,7 @@ Mesh unwrap_charts(const Mesh& mesh, const UnwrapOptions& options, UnwrapReport*
       place(charts[i], layout.packing.places[i], layout.packing.scale, options.size);
       RoundedChart rounded(charts[i]);
       if (rounded.repair()) continue;
-      rounded.mark(is_separate);
+      rounded.mark_separate_triangles(is_separate);
       any_chart_failed = true;
     }
     if (any_chart_failed) {
