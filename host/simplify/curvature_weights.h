@@ -33,7 +33,7 @@ class CurvatureWeights {
       const std::uint32_t a = t[k], b = t[(k + 1) % 3];
       const Vec3d side = at(b) - at(a);
       const double turn = dot(facing_[b] - facing_[a], side), square = dot(side, side);
-      if (square > 0) bent += (turn > 0 ? turn : -kHollowWeight * turn) / square;
+      if (square > 0) bent += (turn > 0 ? turn : -kConcaveWeight * turn) / square;
     }
     return 1 + kSampleCurvatureWeight * bent / 3;
   }
