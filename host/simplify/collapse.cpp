@@ -186,10 +186,10 @@ std::optional<EdgeCollapser::Step> EdgeCollapser::twin_step(const Entry& twin) {
   Step step = step_for(twin.a, twin.b);
   if (!step.allowed || step.anchor != Anchor::none) return std::nullopt;
   if (round_point_) step.target = round_point_(step.target);
-  const bool may = keeps_shapes(twin, step) &&
-                   rule_->keeps(mesh_, twin.a, twin.b, step.anchor, step.target) &&
-                   keeps_topology(twin.a, twin.b) && is_within_bound(twin, step);
-  return may ? std::optional(step) : std::nullopt;
+  const bool is_allowed = keeps_shapes(twin, step) &&
+                          rule_->keeps(mesh_, twin.a, twin.b, step.anchor, step.target) &&
+                          keeps_topology(twin.a, twin.b) && is_within_bound(twin, step);
+  return is_allowed ? std::optional(step) : std::nullopt;
 }
 
 /// Collapses an edge together with its UV copies, or none of them if one of these collapses is not allowed.

@@ -9,7 +9,7 @@
 namespace kiln {
 namespace {
 
-/// Cosine of the largest angle by which a collapse may turn a triangle's normal, by leniency.
+/// Cosine of the largest angle by which a collapse may turn a triangle's normal; one value per leniency.
 constexpr std::array<double, 3> kMinTurnCosines{0.5, 0.2, 0.0};
 /// Minimum quality of a triangle (1: equilateral; 0: no area). Triangles below it may not get worse. The limit is low,
 /// a triangle 80 times as long as high, because long triangles along bevels and creases approximate the surface better
@@ -25,7 +25,8 @@ constexpr double kDegenerateRatio = 1e-12;
 constexpr std::array<double, 3> kMinFacingCosines{0.2, 0.0, -0.1};
 /// Minimum length of a mean of unit normals. Normals with a shorter mean have no common direction.
 constexpr double kMinDirectionLength = 0.3;
-/// Two adjacent triangles are folded onto each other if the cosine between their normals is below this, by leniency.
+/// Two adjacent triangles are folded onto each other if the cosine between their normals is below this; one value per
+/// leniency.
 constexpr std::array<double, 3> kMinFoldCosines{-0.8, -0.9, -0.985};
 /// Cosine of the largest turn of a triangle that cannot cause folds. On flat surfaces it saves nearly all checks for
 /// folds.
@@ -114,8 +115,8 @@ bool CollapseShape::add(CollapseMesh& mesh, std::uint32_t moved, std::uint32_t o
       }
     }
     if (leniency == 0) {
-      const double good = triangle_quality(sides, length_after);
-      if (good < kMinQuality && good < triangle_quality(b2[0] + d2 + c2[0], length_before))
+      const double quality = triangle_quality(sides, length_after);
+      if (quality < kMinQuality && quality < triangle_quality(b2[0] + d2 + c2[0], length_before))
         return false;
     }
     any_turns_far_ = any_turns_far_ || sharpening_ || turns_far;

@@ -27,13 +27,13 @@ std::optional<Vec3d> minimum_on_line(const QuadraticForm& form, const Vec3d& at,
   double low = -std::numeric_limits<double>::infinity(), high = -low;
   for (const HalfSpace& space : half_spaces) {
     const double slope = dot(space.normal, along);
-    const double room = space.offset - dot(space.normal, at);
+    const double gap = space.offset - dot(space.normal, at);
     if (std::abs(slope) < kMaxParallelSine) {
-      if (room > kHullRounding) return std::nullopt;
+      if (gap > kHullRounding) return std::nullopt;
     } else if (slope > 0) {
-      low = std::max(low, room / slope);
+      low = std::max(low, gap / slope);
     } else {
-      high = std::min(high, room / slope);
+      high = std::min(high, gap / slope);
     }
   }
   if (low > high + kHullRounding) return std::nullopt;

@@ -62,9 +62,9 @@ LayoutCopies::LayoutCopies(std::span<const Vec2> uvs, std::span<const Triangle> 
   for (std::uint32_t t = 0; t < corners.size(); ++t) {
     const Vec2 &a = uvs[corners[t][0]], &b = uvs[corners[t][1]], &c = uvs[corners[t][2]];
     if (!is_finite(a) || !is_finite(b) || !is_finite(c)) continue;
-    const double twice =
+    const double doubled_area =
         (double{b.x} - a.x) * (double{c.y} - a.y) - (double{b.y} - a.y) * (double{c.x} - a.x);
-    if (twice == 0) continue;
+    if (doubled_area == 0) continue;
     CopyCenter& place = places[t];
     const double u = (double{a.x} + b.x + c.x) / 3, v = (double{a.y} + b.y + c.y) / 3;
     place.whole_offset = {std::floor(u), std::floor(v)};

@@ -147,20 +147,20 @@ std::vector<double> errors_of(const Lattice& lattice) {
         const bool is_upright = row % 2 == 1;
         for (std::size_t i = is_upright ? 0 : step; i < side; i += square_size) {
           const std::size_t at = j * side + i, half_hypotenuse = is_upright ? step * side : step;
-          double worst = off(at, at - half_hypotenuse, at + half_hypotenuse);
+          double error = off(at, at - half_hypotenuse, at + half_hypotenuse);
           if (step > 1) {
             const std::size_t half = step / 2;
             for (const bool right : {false, true}) {
               for (const bool up : {false, true}) {
                 if ((right ? i + half >= side : i < half) || (up ? j + half >= side : j < half))
                   continue;
-                worst = std::max(
-                    worst,
+                error = std::max(
+                    error,
                     errors[(up ? j + half : j - half) * side + (right ? i + half : i - half)]);
               }
             }
           }
-          errors[at] = worst;
+          errors[at] = error;
         }
       }
     });
@@ -169,8 +169,8 @@ std::vector<double> errors_of(const Lattice& lattice) {
       for (std::size_t row = begin; row < end; ++row) {
         for (std::size_t column = 0; column < lattice.cells() / square_size; ++column) {
           const std::size_t at = (row * square_size + step) * side + column * square_size + step;
-          const bool rising = (row + column) % 2 == 0;
-          const std::size_t half_hypotenuse = rising ? step * side + step : step * side - step;
+          const bool is_rising = (row + column) % 2 == 0;
+          const std::size_t half_hypotenuse = is_rising ? step * side + step : step * side - step;
           errors[at] =
               std::max({off(at, at - half_hypotenuse, at + half_hypotenuse), errors[at - step],
                         errors[at + step], errors[at - step * side], errors[at + step * side]});

@@ -221,16 +221,18 @@ Flaws SimplifyCheck::find(const std::vector<Vec3d>& points,
 
 Flaws SimplifyCheck::find_among(const std::vector<Vec3d>& points,
                                 const std::vector<Triangle>& triangles,
-                                std::span<const std::uint32_t> some) {
-  std::vector<std::uint8_t> is_candidate(triangles.size(), 0);
-  for (const std::uint32_t t : some) is_candidate[t] = 1;
-  return find_flaws_in(points, triangles, &is_candidate);
+                                std::span<const std::uint32_t> included) {
+  std::vector<std::uint8_t> is_included(triangles.size(), 0);
+  for (const std::uint32_t t : included) is_included[t] = 1;
+  return find_flaws_in(points, triangles, &is_included);
 }
 
 Flaws SimplifyCheck::find_flaws_in(const std::vector<Vec3d>& points,
                                    const std::vector<Triangle>& triangles,
-                                   const std::vector<std::uint8_t>* some) {
-  const auto counts = [&](std::size_t t) { return some == nullptr || (*some)[t] != 0; };
+                                   const std::vector<std::uint8_t>* is_included) {
+  const auto is_checked = [&](std::size_t t) {
+    return is_included == nullptr || (*is_included)[t] != 0;
+  };
   Flaws flaws;
   std::vector<Vec3d> normals(triangles.size()), around(points.size());
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
@@ -238,8 +240,8 @@ Flaws SimplifyCheck::find_flaws_in(const std::vector<Vec3d>& points,
     const Vec3d normal = normal_of(corners);
     for (const std::uint32_t v : triangles[t]) around[v] += normal;
     normals[t] = unit_or_zero(normal);
-    if (counts(t) && is_flat(corners)) flaws.flat.push_back(t);
-    if (height_field_ && counts(t) &&
+    if (is_checked(t) && is_flat(corners)) flaws.flat.push_back(t);
+    if (height_field_ && is_checked(t) &&
         !(upward_quality(corners[0], corners[1], corners[2]) > kMaxDegenerateHeight)) {
       flaws.facing_down.push_back(t);
     }
@@ -247,7 +249,7 @@ Flaws SimplifyCheck::find_flaws_in(const std::vector<Vec3d>& points,
   const std::vector<Neighbours> neighbours = neighbours_of(normals, triangles);
   std::vector<std::uint32_t> candidates;
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
-    if (!counts(t)) continue;
+    if (!is_checked(t)) continue;
     int opposed_neighbours = 0;
     for (const std::uint32_t v : triangles[t]) opposed_neighbours += dot(normals[t], around[v]) < 0;
     if (neighbours[t].least < kMaxSuspiciousCosine || opposed_neighbours >= 2)

@@ -65,16 +65,16 @@ class SimplifyCheck {
         surface_(std::make_unique<SurfaceDistance>(positions, triangles)) {}
 
   Flaws find(const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles);
-  /// Checks only the triangles whose indices are in `some`.
+  /// Checks only the triangles whose indices are in `included`.
   Flaws find_among(const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles,
-                   std::span<const std::uint32_t> some);
+                   std::span<const std::uint32_t> included);
 
   /// True if a triangle has a flaw by itself. The triangle must lie near one that find() has checked.
   bool is_flaw(const TriangleCorners& corners) const;
 
  private:
   Flaws find_flaws_in(const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles,
-                      const std::vector<std::uint8_t>* some);
+                      const std::vector<std::uint8_t>* is_included);
   void load_near(const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles,
                  std::span<const std::uint32_t> candidates);
   bool faces_away(const TriangleCorners& corners, bool shell) const;

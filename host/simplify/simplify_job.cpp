@@ -311,11 +311,11 @@ bool SimplifyJob::drop_small_components() {
   const ComponentSizes parts(dense_);
   finely_curved.get();
   if (parts.is_single_component()) return false;
-  const std::size_t of_one_side = std::max<std::size_t>(
+  const std::size_t one_sided_faces = std::max<std::size_t>(
       options_.faces * dense_.triangles.size() / face_count_of_dense_mesh(), 1);
   const std::string faces = counted(options_.faces, "face");
   const std::vector<std::uint8_t> surplus_components =
-      parts.surplus_components(of_one_side, kMinComponentFaces);
+      parts.surplus_components(one_sided_faces, kMinComponentFaces);
   if (std::find(surplus_components.begin(), surplus_components.end(), 1) !=
       surplus_components.end()) {
     drop_components(parts, surplus_components,
@@ -323,7 +323,7 @@ bool SimplifyJob::drop_small_components() {
     return true;
   }
   // A low poly never deviates by more than its edge length, so smaller components need no estimate.
-  if (parts.count_below(mean_edge(dense_, of_one_side)) == 0) return false;
+  if (parts.count_below(mean_edge(dense_, one_sided_faces)) == 0) return false;
   // Estimates the deviation on the largest component only, since stray components may deviate far.
   const SimplifyResult guess =
       simplify_to_count(start(options_.faces, {}, true, /*finely_curved=*/false));
@@ -353,9 +353,10 @@ bool SimplifyJob::drop_surplus(const SimplifyResult& result) {
   if (parts.is_single_component()) return false;
   const std::uint64_t count = count_components(result.triangles, result.points.size());
   const auto least = static_cast<std::uint32_t>(result.triangles.size() / count + 1);
-  const std::size_t of_one_side = std::max<std::size_t>(
+  const std::size_t one_sided_faces = std::max<std::size_t>(
       options_.faces * dense_.triangles.size() / face_count_of_dense_mesh(), 1);
-  const std::vector<std::uint8_t> surplus_components = parts.surplus_components(of_one_side, least);
+  const std::vector<std::uint8_t> surplus_components =
+      parts.surplus_components(one_sided_faces, least);
   if (std::find(surplus_components.begin(), surplus_components.end(), 1) ==
       surplus_components.end())
     return false;

@@ -89,13 +89,13 @@ SimplifyResult SimplifyJob::simplify_within(double bound, const Work& work) {
     result.low_to_high =
         low_to_high_distance(bound_samples_->surface, to_floats(result.points), result.triangles);
     result.is_bounded = shrinking.is_bounded();
-    const bool good = has_no_flaws(result);
+    const bool is_sound = has_no_flaws(result);
     if (best.triangles.empty() || result.flawed.size() < best.flawed.size()) {
       best = result;
       repaired_count_of_best = mended;
     }
     const std::size_t most = kMaxFlaws + result.triangles.size() / kFacesPerFlaw;
-    if (good || result.flawed.empty() || result.flawed.size() > most) break;
+    if (is_sound || result.flawed.empty() || result.flawed.size() > most) break;
     if (std::exchange(sharpening, 0) > 0) continue;
     flawed_sets.push_back(result.flawed);
     // In the next run, the ball is smaller. Its radius shrinks from the one within which presimplification keeps the

@@ -116,9 +116,9 @@ std::vector<CrossLineTensor> label_lines_at_vertices(const std::vector<Vec3d>& p
           lines[v].add(across * (1 / size), line_weight(one, other));
         }
       });
-  const double room = max_line_weight(length_of_lines, length_of_all);
+  const double max_weight = max_line_weight(length_of_lines, length_of_all);
   for (CrossLineTensor& of : lines) {
-    const double w = of.count > 0 ? kLineStayWeight * room / of.count : 0;
+    const double w = of.count > 0 ? kLineStayWeight * max_weight / of.count : 0;
     for (double* sum : {&of.xx, &of.xy, &of.xz, &of.yy, &of.yz, &of.zz}) *sum *= w;
   }
   return lines;

@@ -261,8 +261,8 @@ UvSeamConstraint::Plan UvSeamConstraint::plan(const CollapseMesh& mesh, std::uin
   onto(b, a);
   if (reverse_plan.kind == Plan::Kind::none) return plan;
   // All copies must collapse in the same direction.
-  const int goes = rank(plan.pairs[0].gone), stays = rank(plan.pairs[0].kept);
-  if (goes != stays) return goes < stays ? plan : reverse_plan;
+  const int gone_rank = rank(plan.pairs[0].gone), kept_rank = rank(plan.pairs[0].kept);
+  if (gone_rank != kept_rank) return gone_rank < kept_rank ? plan : reverse_plan;
   if (has_copies(plan) || has_copies(reverse_plan)) {
     const auto key = [&](const Plan& p) { return uv_copies_.first_copy(p.pairs[0].kept); };
     return key(reverse_plan) < key(plan) ? reverse_plan : plan;
@@ -327,9 +327,9 @@ Vec2 UvSeamConstraint::uv_at(const Plan& plan, const Vec3d& target) const {
   std::array<float, 2> uv{};
   for (std::size_t axis = 0; axis < 2; ++axis) {
     const auto [low, high] = std::minmax({uv_component(a, axis), uv_component(b, axis)});
-    const double room = std::sqrt(squared(a, b)) / 2;
-    uv[axis] =
-        static_cast<float>(std::clamp(sum.best_uv(axis, target) / scale_, low - room, high + room));
+    const double max_shift = std::sqrt(squared(a, b)) / 2;
+    uv[axis] = static_cast<float>(
+        std::clamp(sum.best_uv(axis, target) / scale_, low - max_shift, high + max_shift));
   }
   return {uv[0], uv[1]};
 }

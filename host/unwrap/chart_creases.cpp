@@ -39,7 +39,7 @@ class CreaseFinder {
     }
   }
 
-  void part() {
+  void separate() {
     std::vector<std::uint32_t> creases;
     std::vector<std::uint32_t> chain_edges;
     for (std::uint32_t h = 0; h < surface_.mate.size(); ++h) {
@@ -101,6 +101,6 @@ class CreaseFinder {
 
 }  // namespace
 
-void separate_at_creases(ChartSurface& surface) { CreaseFinder(surface).part(); }
+void separate_at_creases(ChartSurface& surface) { CreaseFinder(surface).separate(); }
 
 }  // namespace kiln

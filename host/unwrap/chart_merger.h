@@ -197,7 +197,7 @@ class ChartMerger {
     std::vector<std::pair<std::uint32_t, ChartBorders::Run>> best;
     const std::uint32_t open = patches_[p].open;
     std::uint32_t h = open;
-    const auto look = [&](std::uint32_t half_edge) {
+    const auto add_run = [&](std::uint32_t half_edge) {
       const ChartBorders::Run run = borders_.run_through(half_edge);
       const std::uint32_t other = owner(surface_.mate[half_edge]);
       if (neighbour_index_[other] == kNoIndex) {
@@ -214,13 +214,13 @@ class ChartMerger {
       if (m != kNoIndex && owner(m) != p) {
         last_shared_edge = h;
         const std::uint32_t before = borders_.previous(h);
-        const bool goes_on =
+        const bool continues_run =
             surface_.mate[before] != kNoIndex && borders_.next(m) == surface_.mate[before];
-        if (!goes_on) look(h), any = true;
+        if (!continues_run) add_run(h), any = true;
       }
       h = borders_.next(h);
     } while (h != open);
-    if (!any && last_shared_edge != kNoIndex) look(last_shared_edge);
+    if (!any && last_shared_edge != kNoIndex) add_run(last_shared_edge);
     const ChartPatch& patch = patches_[p];
     std::vector<Pair>& waiting = waiting_pairs_[p];
     for (const auto& [other, run] : best) {

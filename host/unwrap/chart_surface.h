@@ -17,11 +17,12 @@ struct ChartSurface {
   /// Triangles of positive area; their corners are welded vertices
   std::vector<Triangle> triangles;
   std::vector<std::uint32_t> source;  ///< Index in the mesh of each triangle
-  std::vector<std::uint32_t> mate;  ///< The opposite half-edge; kNoIndex at borders and where more
-                                    ///< than two triangles meet or two are oriented inconsistently.
-  std::vector<double> length;       ///< Length of each half-edge
-  std::vector<double> area;         ///< Area of each triangle
-  std::vector<Vec3d> normal;        ///< Unit normal of each triangle
+  /// The opposite half-edge; kNoIndex at borders and where more than two triangles meet or two are oriented
+  /// inconsistently.
+  std::vector<std::uint32_t> mate;
+  std::vector<double> length;  ///< Length of each half-edge
+  std::vector<double> area;    ///< Area of each triangle
+  std::vector<Vec3d> normal;   ///< Unit normal of each triangle
   /// For each triangle, the mean over its corners of the bend, and of the squared bend. The bend at a vertex is the
   /// logarithm of (the sum of angles around the vertex / 360 degrees): 0 at a flat vertex and at borders.
   std::vector<double> bend, bend_squared;
