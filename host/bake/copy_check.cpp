@@ -115,9 +115,9 @@ std::optional<CopyCheck::Place> CopyCheck::baked_place_of(const Place& place) co
   UvPosition uv = uv_at(surface_, place);
   for (std::size_t axis = 0; axis < 2; ++axis) uv[axis] -= uv_places_[place.triangle].offset[axis];
   std::uint32_t triangle = surface_.copy_of[place.triangle];
-  if (!uv_places_[triangle].holds(uv)) {
+  if (!uv_places_[triangle].contains(uv)) {
     const bool found = baked_places_.any_at(uv, [&](std::uint32_t other) {
-      if (!uv_places_[other].holds(uv)) return false;
+      if (!uv_places_[other].contains(uv)) return false;
       triangle = other;
       return true;
     });

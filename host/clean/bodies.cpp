@@ -1,4 +1,4 @@
-// Finds superfluous triangles: floaters, and parts that are invisible from outside.
+// Finds superfluous triangles: those of floaters, and those of parts that are invisible from outside.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,20 +13,20 @@
 namespace kiln {
 namespace {
 
-/// Largest share of the area that may be removed as floaters; a larger share is assumed to be intended.
+/// Largest share of the area that is removed as floaters. A larger share is assumed to be intended, and kept.
 constexpr double kMaxFloaterShare = 0.1;
-/// Largest number of grid cells that triangles touch, which bounds the time.
+/// Largest number of grid cells that triangles may touch in total. It bounds the time.
 constexpr double kMaxTouchedCells = 8e6;
-/// If the largest body's diagonal is below this share of the box, the search is repeated at that body's scale, up to
-/// kMaxScales times.
+/// If the diagonal of the largest body is below this share of the mesh's diagonal, the search is repeated at that
+/// body's scale, at most kMaxScales times.
 constexpr double kMaxRescaleShare = 0.5;
 constexpr int kMaxScales = 4;
 
-/// Pixels that a part must cover in all views to count as hidden.
+/// A part only counts as hidden if all views together cover at least this many pixels with it, visible or not.
 constexpr std::uint32_t kMinHiddenPixels = 256;
-/// The first views have no back faces, so that least is occluded; the later ones have back faces, for leaves of which
-/// only the back is visible. The first 32 directions are drawn in rounds: each round shows most of the remaining
-/// parts, which are not counted in later rounds.
+/// In the first views, back faces are transparent, so that they hide as little as possible. In later views, back faces
+/// are drawn, for leaves of which only the back is visible. The first 32 directions are drawn in several rounds: each
+/// round shows most of the remaining parts, and later rounds do not test these again.
 constexpr std::array<OutsideViews, 6> kViewRounds{{{.step = 8, .first = 0, .backs = false},
                                                    {.step = 8, .first = 4, .backs = false},
                                                    {.step = 4, .first = 2, .backs = false},
@@ -34,7 +34,7 @@ constexpr std::array<OutsideViews, 6> kViewRounds{{{.step = 8, .first = 0, .back
                                                    {},
                                                    {.count = 64, .backs = false}}};
 
-/// Components over shared vertices, numbered in order.
+/// Components of a mesh that are connected over shared vertices, numbered in order.
 struct SharedParts {
   std::vector<std::uint32_t> of;
   std::size_t count = 0;
@@ -46,7 +46,7 @@ struct SharedParts {
       sets.join(t[0], t[1]);
       sets.join(t[1], t[2]);
     }
-    // Index of each vertex's component + 1; 0: none yet
+    // Index of each vertex's component + 1; 0 if it has none yet
     std::vector<std::uint32_t> number(mesh.positions.size(), 0);
     for (std::size_t t = 0; t < of.size(); ++t) {
       std::uint32_t& part = number[sets.find(corners[t][0])];
@@ -61,7 +61,7 @@ bool is_finite_triangle(const Mesh& mesh, const Triangle& t) {
          is_finite(mesh.positions[t[2]]);
 }
 
-/// Bodies: clusters of parts whose gaps are below the size of a grid cell. One of its parts identifies each body.
+/// Finds bodies: clusters of parts with gaps below the size of a grid cell. One of its parts identifies each body.
 class BodyFinder {
  public:
   BodyFinder(const Mesh& mesh, const SharedParts& parts, const Vec3d& low, double cell)
@@ -91,8 +91,8 @@ class BodyFinder {
       for (int k = 0; k <= steps - i; ++k) {
         const double step = steps == 0 ? 0 : 1.0 / steps;
         const PartInCell part_in_cell{cell_of(a + u * (i * step) + v * (k * step)), part};
-        // Neighbouring triangles mostly touch the same cells: a small cache removes most repetitions, and sorting
-        // finds the others.
+        // Neighbouring triangles mostly touch the same cells. A small cache removes most repetitions, and sorting
+        // removes the others.
         const std::uint64_t mixed = part_in_cell.first ^
                                     part_in_cell.first >> (kBitsPerCoordinate - 4) ^
                                     part_in_cell.first >> 2 * (kBitsPerCoordinate - 4);
@@ -103,7 +103,7 @@ class BodyFinder {
     }
   }
   std::uint64_t cell_of(const Vec3d& p) const {
-    // Cell coordinates start at 1, so that each cell has preceding cells, even if the parts have no extent.
+    // Cell coordinates start at 1, so that every cell has cells before it, even if the parts have no extent.
     const auto cell_coordinate = [&](double x) {
       return static_cast<std::uint64_t>(
           std::clamp(x / cell_size_ + 1, 1.0, (1 << kBitsPerCoordinate) - 2.0));
@@ -123,7 +123,7 @@ class BodyFinder {
         std::unique(parts_in_cells_.begin(), parts_in_cells_.end(),
                     [](const PartInCell& a, const PartInCell& b) { return a.first == b.first; }),
         parts_in_cells_.end());
-    // 13 of the 26 adjacent cells precede a cell: one in the cell's own row, and three in each of four other rows.
+    // Of the 26 cells around a cell, 13 come before it: one in its own row, and three in each of four other rows.
     constexpr std::uint64_t kCellsPerRow = std::uint64_t{1} << kBitsPerCoordinate,
                             kCellsPerSlice = kCellsPerRow << kBitsPerCoordinate;
     for (const std::uint64_t back : {std::uint64_t{0}, kCellsPerRow, kCellsPerSlice - kCellsPerRow,
@@ -143,7 +143,7 @@ class BodyFinder {
   double cell_size_;
   DisjointSets part_sets_;
   std::vector<PartInCell> parts_in_cells_;
-  std::array<PartInCell, 4096> recent_entries_{};  ///< Cache of recent places, indexed by a hash
+  std::array<PartInCell, 4096> recent_entries_{};  ///< Cache of recent entries, indexed by a hash
 };
 
 }  // namespace
@@ -212,10 +212,10 @@ std::vector<std::uint8_t> find_inner(const Mesh& mesh, Cleaned& inner) {
   const auto is_hidden = [](const SeenPixels& of) {
     return of.front + of.back == 0 && of.drawn >= kMinHiddenPixels;
   };
-  std::vector<std::uint8_t> is_unseen;  // For each part, 1 if no view has shown it so far
+  std::vector<std::uint8_t> is_unseen;  // 1 for each part that no view has shown so far
   for (const OutsideViews& views : kViewRounds) {
     const std::vector<SeenPixels> more =
-        look_from_outside(mesh, parts.of, parts.count, views, is_unseen);
+        count_seen_pixels(mesh, parts.of, parts.count, views, is_unseen);
     for (std::size_t p = 0; p < seen.size(); ++p) {
       if (!is_unseen.empty() && is_unseen[p] == 0) continue;
       seen[p].drawn += more[p].drawn;

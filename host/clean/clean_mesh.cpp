@@ -38,8 +38,8 @@ double diagonal_of(const Mesh& mesh) {
   return box.diagonal();
 }
 
-/// Finds degenerate and duplicate triangles. Non-finite ones are not included.
-std::vector<std::uint8_t> find_useless(const Mesh& mesh, CleanReport& report) {
+/// Finds degenerate and duplicate triangles. Triangles that are not finite are not among them.
+std::vector<std::uint8_t> find_degenerate_and_duplicate(const Mesh& mesh, CleanReport& report) {
   const std::vector<Triangle> corners = welded_triangles(mesh);
   std::vector<std::uint8_t> dropped(corners.size(), 0);
   const auto note = [&](Cleaned& cleaned, std::uint32_t t) {
@@ -71,7 +71,8 @@ std::vector<std::uint8_t> find_useless(const Mesh& mesh, CleanReport& report) {
   return dropped;
 }
 
-/// \returns the number of removed triangles; 0 if all triangles would be removed, in which case all are kept
+/// Removes triangles.
+/// \returns their number. If all triangles would be removed, all are kept, and the result is 0
 std::uint64_t drop(Mesh& mesh, const std::vector<std::uint8_t>& dropped) {
   const auto count = static_cast<std::size_t>(std::count(dropped.begin(), dropped.end(), 1));
   if (count == 0 || count == dropped.size()) return 0;
@@ -112,10 +113,11 @@ std::string count_phrase(std::uint64_t count, const char* noun, const char* one,
 void add_warnings(const Mesh& mesh, const CleanOptions& options, CleanReport& r,
                   std::uint64_t given, std::uint64_t floating, std::uint64_t hidden) {
   RepairWarnings repair_warnings(mesh, r);
-  repair_warnings.add_warning(
-      "welded-vertices", r.welded,
-      std::to_string(r.welded.count) + (r.welded.count == 1 ? " vertex" : " vertices") +
-          " of open edges within " + percent_of_diagonal(options.weld) + " of another @: welded.");
+  repair_warnings.add_warning("welded-vertices", r.welded,
+                              std::to_string(r.welded.count) +
+                                  (r.welded.count == 1 ? " vertex" : " vertices") +
+                                  " of open edges within " + percent_of_diagonal(options.weld) +
+                                  " of another vertex @: welded together.");
   repair_warnings.add_warning(
       "degenerate-triangles", r.degenerate,
       count_phrase(r.degenerate.count, "triangle", "has no area", "have no area") +
@@ -124,28 +126,27 @@ void add_warnings(const Mesh& mesh, const CleanOptions& options, CleanReport& r,
       "duplicate-triangles", r.duplicates,
       count_phrase(r.duplicates.count, "triangle", "repeats another", "repeat another") +
           " @: left out.");
-  repair_warnings.add_warning(
-      "split-at-junctions", r.junctions,
-      counted(r.junctions.count, "open edge") + " on which others end @: cut there.");
+  repair_warnings.add_warning("split-at-junctions", r.junctions,
+                              counted(r.junctions.count, "open edge") +
+                                  " on which vertices of other open edges lie @: split there.");
   repair_warnings.add_warning("dropped-fins", r.fins,
-                              counted(r.fins.count, "fin") + " below " +
+                              counted(r.fins.count, "fin") + " of less than " +
                                   percent_of_diagonal(options.floater) +
                                   " across on edges that two other triangles share @: left out.");
   repair_warnings.add_warning(
       "turned-triangles", r.turned,
       std::to_string(r.turned.count) + " of " + counted(given, "triangle") +
-          " faced against those beside them, or away from all views from outside @; they were "
-          "turned round. To be rid of this, let the program that made the mesh recalculate its "
-          "normals.");
+          " faced against their neighbours, or away from all views from outside @; they were "
+          "turned round. To avoid this, recalculate the mesh's normals in the program that made "
+          "it.");
   repair_warnings.add_warning(
       "faces-inwards", r.inward,
-      "Views from outside see backs of its faces almost alone @. If it is no room, turn its "
-      "faces round "
-      "(flip normals) in the modelling tool.");
-  repair_warnings.add_warning(
-      "filled-holes", r.holes,
-      count_phrase(r.holes.count, "hole", "of a few edges", "of a few edges") + ", below " +
-          percent_of_diagonal(options.max_hole) + " around @: filled.");
+      "Views from outside show almost only the backs of its faces @. Unless it is a room, flip its "
+      "normals in the modelling tool.");
+  repair_warnings.add_warning("filled-holes", r.holes,
+                              counted(r.holes.count, "hole") +
+                                  " of a few edges, with a perimeter below " +
+                                  percent_of_diagonal(options.max_hole) + " @: filled.");
   repair_warnings.add_warning(
       "filled-large-holes", r.large_holes,
       counted(r.large_holes.count, "hole") + ", up to " + percent_of_diagonal(r.largest_hole) +
@@ -160,19 +161,19 @@ void add_warnings(const Mesh& mesh, const CleanOptions& options, CleanReport& r,
   repair_warnings.add_warning(
       "open-holes", r.open_rims.count != 0 ? r.open_rims : r.open_edges,
       r.open_rims.count == 0
-          ? counted(r.open_edges.count, "open edge") + " @ that belong to no closed rim: left open."
+          ? counted(r.open_edges.count, "open edge") + " that belong to no closed rim @: left open."
           : count_phrase(r.open_rims.count, "rim", "stays", "stay") +
                 (std::isinf(options.fill_holes)
-                     ? " open @, as outlines of flat sheets do."
+                     ? " open @, like the outlines of all flat sheets."
                      : " open @: larger than " + percent_of_diagonal(options.fill_holes) +
-                           " across, or an outline of a sheet."));
+                           " across, or the outline of a sheet."));
   repair_warnings.add_warning("dropped-floaters", r.floaters,
-                              counted(r.floaters.count, "floater") + " below " +
-                                  percent_of_diagonal(options.floater) + " across, of " +
+                              counted(r.floaters.count, "floater") + " of less than " +
+                                  percent_of_diagonal(options.floater) + " across, with " +
                                   counted(floating, "triangle") + " @: left out.");
   repair_warnings.add_warning("dropped-inner", r.inner,
                               counted(r.inner.count, "part") +
-                                  " that no view from outside sees, of " +
+                                  " that no view from outside sees, with " +
                                   counted(hidden, "triangle") + " @: left out.");
 }
 
@@ -187,18 +188,19 @@ CleanReport clean_mesh(Mesh& mesh, const CleanOptions& options) {
   std::uint64_t floating = 0, hidden = 0;
   const double diagonal = diagonal_of(mesh);
   const bool full_cleaning = !options.windings_alone;
-  // Runs the enabled steps in order, with progress and cancellation between steps.
+  // Runs the enabled steps in order. Between steps, reports progress and checks for cancellation.
   constexpr int kRepairSteps = 10;
   int finished_steps = 0;
   const auto step = [&](bool is, const auto& body) {
     if (is) body();
     ProgressGuard::poll_at(static_cast<double>(++finished_steps) / kRepairSteps, "cleaning");
   };
-  // Duplicates hide open edges, so they are removed first, and again after welding, which may create more.
-  step(full_cleaning, [&] { drop(mesh, find_useless(mesh, report)); });
+  // Duplicate triangles hide open edges, so they are removed first. Welding may create more, so they are removed again
+  // after it.
+  step(full_cleaning, [&] { drop(mesh, find_degenerate_and_duplicate(mesh, report)); });
   step(full_cleaning && options.weld > 0,
        [&] { report.welded = weld_near(mesh, options.weld * diagonal); });
-  step(report.welded.count != 0, [&] { drop(mesh, find_useless(mesh, report)); });
+  step(report.welded.count != 0, [&] { drop(mesh, find_degenerate_and_duplicate(mesh, report)); });
   step(full_cleaning && options.weld > 0,
        [&] { report.junctions = cut_at_junctions(mesh, options.weld * diagonal); });
   step(full_cleaning && options.floater > 0,

@@ -1,4 +1,4 @@
-// Collision hulls of game engines, recognized by their names.
+// Removes collision hulls of game engines, which are recognized by their names.
 #include "kiln/collision_hulls.h"
 
 #include <algorithm>
@@ -17,16 +17,17 @@
 namespace kiln {
 namespace {
 
-/// Meaning of an object's name.
+/// What an object's name says about collisions.
 enum class HullKind {
-  /// The object is drawn and is a hull (Godot's -col); it is only a hull if other objects of LOW are drawn
-  shown,  ///< The name is not that of a hull: the object is drawn
+  /// The object is drawn, and is a hull, too (Godot's -col). In LOW, it only counts as a hull if other objects are
+  /// drawn
+  shown,  ///< The name is not that of a hull, so the object is drawn
   both,
   hidden,  ///< A hull that is never drawn
 };
 
-/// Unreal's prefixes for convex, box, sphere and capsule hulls; Godot's suffixes, before a copy's number
-/// ("crate-col.001").
+/// Recognizes Unreal's prefixes for convex, box, sphere and capsule hulls, and Godot's suffixes, which may precede a
+/// copy's number ("crate-col.001").
 HullKind hull_kind_of(const std::string& name) {
   const std::string lower = lower_case(name);
   std::string_view text = lower;
@@ -35,14 +36,14 @@ HullKind hull_kind_of(const std::string& name) {
   }
   const std::size_t last = text.find_last_not_of("0123456789. ");
   text = text.substr(
-      0, last + 1);  // If there is no character to keep, npos + 1 is 0, which leaves an empty text
+      0, last + 1);  // If no character remains, npos + 1 is 0, which leaves an empty text
   for (const char* ending : {"-colonly", "-convcolonly"}) {
     if (text.ends_with(ending)) return HullKind::hidden;
   }
   return text.ends_with("-col") || text.ends_with("-convcol") ? HullKind::both : HullKind::shown;
 }
 
-/// Removes names without triangles.
+/// Removes names that no triangle has, and renumbers the others.
 void drop_unused(std::vector<std::uint32_t>& of, std::vector<std::string>& names) {
   std::vector<std::uint32_t> number(names.size(), 0);
   for (const std::uint32_t name : of) number[name] = 1;
@@ -56,7 +57,7 @@ void drop_unused(std::vector<std::uint32_t>& of, std::vector<std::string>& names
   for (std::uint32_t& name : of) name = number[name];
 }
 
-/// Removes pool entries that no corner uses.
+/// Removes entries of a pool that no corner uses.
 template <typename T>
 void drop_unused(std::vector<Triangle>& of, std::vector<T>& pool) {
   std::vector<std::uint32_t> number(pool.size(), 0);
@@ -75,7 +76,7 @@ void drop_unused(std::vector<Triangle>& of, std::vector<T>& pool) {
   }
 }
 
-/// Removes triangles, and all data that only they used.
+/// Removes triangles, and all data that only these used.
 Mesh without_triangles(Mesh mesh, const std::vector<std::uint8_t>& dropped) {
   drop_triangles(mesh, dropped);
   drop_unused(mesh.uv_triangles, mesh.uvs);
@@ -92,8 +93,8 @@ std::vector<HullKind> hull_kinds_of(const std::vector<std::string>& names) {
   return hull_kinds;
 }
 
-/// Shapes of groups. A group of an OBJ file may have several names ("g skin UCX_crate"), and is a hull if any of
-/// these names is a hull's.
+/// The hull kinds of groups. A group of an OBJ file may have several names ("g skin UCX_crate"), and is a hull if any
+/// of these is a hull's name.
 std::vector<HullKind> hull_kinds_of_groups(const std::vector<std::string>& names) {
   std::vector<HullKind> hull_kinds;
   for (const std::string& name : names) {
@@ -105,7 +106,7 @@ std::vector<HullKind> hull_kinds_of_groups(const std::vector<std::string>& names
   return hull_kinds;
 }
 
-/// Name of a hull's triangle: that of its object, or else of its group, as in OBJ files.
+/// Name of the hull that a triangle belongs to: its object's name, or else its group's, as in OBJ files.
 const std::string& hull_name(const Mesh& hulls, const std::vector<HullKind>& objects,
                              std::size_t t) {
   const bool by_object = !hulls.objects.empty() &&
@@ -126,8 +127,8 @@ std::vector<HullKind> hull_kinds_of_triangles(const Mesh& mesh) {
   return hull_kinds;
 }
 
-/// Names of hulls, in the order of their first triangles.
-/// \param of  [out] index of each triangle's name
+/// Names of all hulls, in the order of their first triangles.
+/// \param of  [out] for each triangle, the index of its hull's name
 std::vector<std::string> list_hulls(const Mesh& hulls, std::vector<std::uint32_t>& of) {
   std::vector<std::string> names;
   const std::vector<HullKind> objects = hull_kinds_of(hulls.object_names);
@@ -140,7 +141,7 @@ std::vector<std::string> list_hulls(const Mesh& hulls, std::vector<std::uint32_t
   return names;
 }
 
-/// The first names as a quoted list, for a message.
+/// The first few names as a quoted list, for a message.
 std::string quote_names(const std::vector<std::string>& names) {
   constexpr std::size_t kMaxNamesInWarning = 5;
   std::string list;
@@ -156,7 +157,7 @@ std::string quote_names(const std::vector<std::string>& names) {
 
 std::vector<std::uint8_t> collision_hulls(const Mesh& low) {
   const std::vector<HullKind> hull_kinds = hull_kinds_of_triangles(low);
-  // If LOW consists of -col objects only, they are drawn.
+  // If LOW consists of objects named -col only, these are drawn.
   const bool has_shown_objects =
       std::find(hull_kinds.begin(), hull_kinds.end(), HullKind::shown) != hull_kinds.end();
   const HullKind smallest_hull_kind = has_shown_objects ? HullKind::both : HullKind::hidden;
@@ -181,20 +182,20 @@ Mesh take_collision_hulls(Mesh& low, std::vector<Warning>* warnings) {
   const std::string list = quote_names(names);
   if (found == is_hull.size()) {
     throw Error(ErrorCode::input, "LOW '" + low.name +
-                                      "' is nothing but collision hulls, by their names (" + list +
-                                      "): give the mesh that is drawn, or add " +
+                                      "' consists of collision hulls only, by their names (" +
+                                      list + "): bake onto the mesh that is drawn, or add " +
                                       option("keep_hulls") + " to bake onto these.");
   }
   if (warnings != nullptr) {
-    warnings->push_back({"collision-hulls",
-                         "LOW '" + low.name + "': " + counted(names.size(), "collision hull") +
-                             " (" + list + "; " + counted(found, "triangle") + ")" +
-                             (names.size() == 1 ? " was" : " were") +
-                             " left out of the bake, and " +
-                             (names.size() == 1 ? "stays as it is" : "stay as they are") +
-                             " in a LOW that is written. Where one is drawn, rename it, or add " +
-                             option("keep_hulls") + ".",
-                         names.size()});
+    warnings->push_back(
+        {"collision-hulls",
+         "LOW '" + low.name + "': " + counted(names.size(), "collision hull") + " (" + list + "; " +
+             counted(found, "triangle") + ")" + (names.size() == 1 ? " was" : " were") +
+             " left out of the bake, and " +
+             (names.size() == 1 ? "stays as it is" : "stay as they are") +
+             " in a LOW that is written. If one of them is drawn, rename it, or add " +
+             option("keep_hulls") + ".",
+         names.size()});
   }
   low = without_triangles(std::move(low), is_hull);
   return hulls;
@@ -215,8 +216,8 @@ void drop_hidden_hulls(Mesh& high, std::vector<Warning>& warnings) {
                       "'" + high.name + "': " + counted(names.size(), "collision hull") + " (" +
                           quote_names(names) + "; " + counted(found, "triangle") + ")" +
                           (names.size() == 1 ? " was" : " were") +
-                          " left out: no map shows or meets them. Where one is drawn, rename it, "
-                          "or add " +
+                          " left out, so that they do not appear in maps. If one of them is drawn, "
+                          "rename it, or add " +
                           option("keep_hulls") + ".",
                       names.size()});
   high = without_triangles(std::move(high), is_hull);

@@ -1,4 +1,4 @@
-// Finds fins: few faces that are attached to an edge of two other faces.
+// Finds fins: a few faces attached to an edge that two other faces share.
 #include <algorithm>
 
 #include "clean/steps.h"
@@ -10,23 +10,23 @@
 namespace kiln {
 namespace {
 
-/// Largest share of the area that may be removed as fins; a larger share is assumed to be intended.
+/// Largest share of the area that is removed as fins. A larger share is assumed to be intended, and kept.
 constexpr double kMaxFinShare = 0.1;
 
 }  // namespace
 
 std::vector<std::uint8_t> find_fins(const Mesh& mesh, double size, Cleaned& fins) {
   const std::vector<Triangle> corners = welded_triangles(mesh);
-  std::vector<std::uint8_t> open(corners.size(), 0), hangs(corners.size(), 0),
-      crowded(corners.size(), 0);
+  std::vector<std::uint8_t> open(corners.size(), 0), is_attached(corners.size(), 0),
+      is_crowded(corners.size(), 0);
   bool any = false;
   SideLists(corners, mesh.positions.size())
       .each_edge([&](std::uint32_t, std::span<const SideLists::Item> sides) {
         if (sides.size() == 2) return;
         any = any || sides.size() == 3;
         std::vector<std::uint8_t>& of = sides.size() == 1   ? open
-                                        : sides.size() == 3 ? hangs
-                                                            : crowded;
+                                        : sides.size() == 3 ? is_attached
+                                                            : is_crowded;
         for (const SideLists::Item& side : sides) of[side.index / 3] = 1;
       });
   if (!any) return {};
@@ -34,7 +34,7 @@ std::vector<std::uint8_t> find_fins(const Mesh& mesh, double size, Cleaned& fins
   struct Sums {
     Box<Vec3d> box;
     double area = 0;
-    bool open = false, hangs = false, crowded = false;
+    bool open = false, is_attached = false, is_crowded = false;
   };
   std::vector<Sums> sums(parts.parts.size());
   double whole = 0, area = 0;
@@ -45,11 +45,11 @@ std::vector<std::uint8_t> find_fins(const Mesh& mesh, double size, Cleaned& fins
     of.area += own;
     whole += own;
     of.open = of.open || open[t] != 0;
-    of.hangs = of.hangs || hangs[t] != 0;
-    of.crowded = of.crowded || crowded[t] != 0;
+    of.is_attached = of.is_attached || is_attached[t] != 0;
+    of.is_crowded = of.is_crowded || is_crowded[t] != 0;
   }
   const auto is_fin = [&](const Sums& of) {
-    return of.open && of.hangs && !of.crowded && of.box.diagonal() < size;
+    return of.open && of.is_attached && !of.is_crowded && of.box.diagonal() < size;
   };
   Cleaned found;
   for (std::size_t p = 0; p < sums.size(); ++p) {

@@ -1,4 +1,4 @@
-// Collision hulls within a high poly.
+// Removes collision hulls from a high poly.
 #pragma once
 
 #include <vector>
@@ -8,9 +8,9 @@
 
 namespace kiln {
 
-/// Removes objects and groups of a high poly that engines never draw: UCX_, UBX_, USP_, UCP_, -colonly, -convcolonly.
-/// Keeps -col and -convcol, which Godot draws. A mesh that consists of hidden hulls alone is not changed.
-/// \param warnings  receives "collision-hulls" with their names
+/// Removes those objects and groups of a high poly that engines never draw: UCX_, UBX_, USP_, UCP_, -colonly,
+/// -convcolonly. Keeps -col and -convcol, which Godot draws. A mesh that consists of hidden hulls alone is not changed.
+/// \param warnings  receives the warning "collision-hulls" with the names of the hulls
 void drop_hidden_hulls(Mesh& high, std::vector<Warning>& warnings);
 
 }  // namespace kiln

@@ -15,19 +15,20 @@ namespace {
 
 using TriangleCorners = std::array<std::uint32_t, 3>;
 
-/// Smallest continuation_cosine() of holes whose patch follows the surface: 70 degrees.
+/// Smallest continuation_cosine() of holes whose patch continues the surface: the cosine of 70 degrees. Patches of
+/// other holes are flat.
 constexpr double kMinCurvedCosine = 0.342;
-/// Growth of edge lengths with the distance from the rim.
+/// Growth of the target edge length per unit of distance from the rim.
 constexpr double kSizeGrowth = 0.3;
-/// An edge is split if its length is more than this many times the target length at its ends.
+/// An edge is split if it is longer than this many times the target length at its ends.
 constexpr double kMaxEdgeRatio = 1.4;
-/// Maximum number of inner vertices, above which no edge is split.
+/// If a patch has this many inner vertices, no more edges are split.
 constexpr std::size_t kMaxInnerVertices = 20000;
-/// Maximum number of rounds of splitting; each round halves long edges.
+/// Maximum number of rounds of splitting. Each round halves long edges.
 constexpr int kMaxSplitRounds = 60;
-/// Rounds of fairing. Each round uses the cotangent weights of the shape that the previous round made.
+/// Number of rounds of fairing. Each round uses the cotangent weights of the shape that the previous round made.
 constexpr int kFairingRounds = 8;
-/// Range of cotangents. The limit keeps needle triangles around a scan's hole from dominating the weights.
+/// Range to which cotangents are clamped, so that needle triangles around a scan's hole do not dominate the weights.
 constexpr double kMinCotangent = 0.02, kMaxCotangent = 20;
 constexpr std::uint32_t kNoNeighbour = std::numeric_limits<std::uint32_t>::max();
 
@@ -41,7 +42,7 @@ double cotangent(const Vec3d& tip, const Vec3d& a, const Vec3d& b) {
   return std::clamp(value, kMinCotangent, kMaxCotangent);
 }
 
-/// Area vector of a polygon, twice its size.
+/// Area vector of a polygon, whose length is twice the polygon's area.
 Vec3d area_vector(std::span<const Vec3d> points) {
   Vec3d sum{};
   for (std::size_t i = 2; i < points.size(); ++i) {
@@ -50,7 +51,7 @@ Vec3d area_vector(std::span<const Vec3d> points) {
   return sum;
 }
 
-/// A triangulation whose edges are split and flipped.
+/// A triangulation whose edges can be split and flipped.
 class PatchTriangulation {
  public:
   PatchTriangulation(const HoleRim& rim, std::vector<TriangleCorners> triangles)
@@ -68,7 +69,8 @@ class PatchTriangulation {
   std::size_t rim() const { return rim_; }
   const std::vector<TriangleCorners>& triangles() const { return triangles_; }
 
-  /// Splits each inner edge for which `is` returns true. \returns whether there was one
+  /// Splits each inner edge for which `is` returns true.
+  /// \returns true if there was at least one
   template <typename Is>
   bool split_edges(const Is& is) {
     std::vector<std::pair<double, std::uint32_t>> long_sides;
@@ -79,7 +81,7 @@ class PatchTriangulation {
       }
     }
     std::sort(long_sides.begin(), long_sides.end());
-    // A split may renumber another side of its triangles. The check skips such a side, which the next round finds
+    // A split may renumber sides of its triangles. The check skips a side that was renumbered; the next round finds it
     // again.
     for (const auto& [size, side] : long_sides) {
       if (is(start(side), end(side)) && points.size() - rim_ < kMaxInnerVertices) split_at(side);
@@ -92,7 +94,7 @@ class PatchTriangulation {
            kMaxEdgeRatio * (edge_lengths_[a] + edge_lengths_[b]) / 2;
   }
 
-  /// Flips edges whose opposite angles exceed 180 degrees together.
+  /// Flips each edge whose two opposite angles exceed 180 degrees together.
   template <typename IsEdge>
   void flip_to_delaunay(const IsEdge& is_edge) {
     constexpr int kMaxRounds = 20;
@@ -170,19 +172,19 @@ class PatchTriangulation {
     constexpr double kAngleTolerance = 1e-9;
     if (!(angle(c) + angle(d) > std::numbers::pi + kAngleTolerance)) return false;
     if (is_edge(c, d) || has_edge(side)) return false;
-    // The flipped pair must not fold.
+    // The two triangles after the flip must not fold onto each other.
     const Vec3d n = corner_normal(points[a], points[b], points[c]) +
                     corner_normal(points[b], points[a], points[d]);
     return dot(corner_normal(points[a], points[d], points[c]), n) > 0 &&
            dot(corner_normal(points[d], points[b], points[c]), n) > 0;
   }
 
-  /// True if an edge joins the tips of both triangles at a side already.
+  /// True if an edge joins the tips of the two triangles at a side already.
   bool has_edge(std::uint32_t side) const {
     const std::uint32_t wanted = tip(opposite_side_[side]);
     for (const bool outgoing : {true, false}) {
       std::uint32_t at =
-          outgoing ? previous_side(side) : next(side);  // a side that starts or ends at the tip
+          outgoing ? previous_side(side) : next(side);  // A side that starts or ends at the tip
       for (std::size_t visited_sides = 0; visited_sides < triangles_.size(); ++visited_sides) {
         const std::uint32_t opposite_side = opposite_side_[at];
         if (opposite_side == kNoNeighbour || opposite_side / 3 == side / 3) break;
@@ -216,15 +218,15 @@ class PatchTriangulation {
 
  private:
   std::vector<TriangleCorners> triangles_;
-  std::vector<double> edge_lengths_;  ///< Per vertex, the length that its edges should have
-  /// For each side (3 t + k), the side of the neighbouring triangle; kNoNeighbour: the side lies on the rim
+  std::vector<double> edge_lengths_;  ///< Target length of the edges at each vertex
+  /// For each side (3 t + k), the side of the neighbouring triangle; kNoNeighbour if the side lies on the rim
   std::vector<std::uint32_t> opposite_side_;
 };
 
 using EdgeMatrix = Eigen::SparseMatrix<double>;
 using Entry = Eigen::Triplet<double>;
 
-/// Weights of edges by both vertices, and areas of vertices.
+/// Weights of edges, by both of their vertices, and areas of vertices.
 struct Laplacian {
   std::vector<Entry> weights;  ///< Both directions of each edge; repeated entries are summed
   std::vector<double> areas;
@@ -242,7 +244,8 @@ struct Laplacian {
     }
   }
 
-  /// Weighted differences between the values of each of the first `rows` vertices and those of its neighbours.
+  /// Matrix of the weighted differences between the value of each of the first `rows` vertices and the values of its
+  /// neighbours.
   EdgeMatrix matrix(std::size_t rows) const {
     std::vector<Entry> matrix_entries;
     matrix_entries.reserve(2 * weights.size());
@@ -257,7 +260,7 @@ struct Laplacian {
   }
 };
 
-/// Values at vertices: one row per vertex.
+/// Three values for each vertex: one row per vertex.
 using VertexValues = Eigen::Matrix<double, Eigen::Dynamic, 3>;
 
 VertexValues values_of(std::span<const Vec3d> points) {
@@ -268,10 +271,10 @@ VertexValues values_of(std::span<const Vec3d> points) {
   return values;
 }
 
-/// Moves the `inside` vertices that follow the first `rim` vertices to where the surface bends least. \returns false
-/// if that has no solution
-bool fair_once(const HoleRim& rim, std::span<const TriangleCorners> triangles,
-               std::vector<Vec3d>& points) {
+/// Moves the `inside` vertices that follow the first `rim` vertices to the positions at which the surface bends least.
+/// \returns false if the linear system has no solution
+bool fair_patch(const HoleRim& rim, std::span<const TriangleCorners> triangles,
+                std::vector<Vec3d>& points) {
   const std::size_t fixed = rim.points.size(), own = points.size(), inside = own - fixed;
   std::vector<Vec3d> all = points;
   all.insert(all.end(), rim.surrounding_points.begin(), rim.surrounding_points.end());
@@ -306,7 +309,7 @@ bool fair_once(const HoleRim& rim, std::span<const TriangleCorners> triangles,
   return true;
 }
 
-/// For each vertex, the corner of the rim that is nearest by distance along edges.
+/// For each vertex, the corner of the rim that is nearest to it, measured along edges.
 std::vector<std::uint32_t> nearest_corners(std::size_t rim, std::span<const Vec3d> points,
                                            std::span<const TriangleCorners> triangles) {
   std::vector<std::vector<std::uint32_t>> neighbours(points.size());
@@ -383,7 +386,7 @@ HolePatch make_hole_patch(const HoleRim& rim,
       mesh.flip_to_delaunay(exists);
     }
     for (int round = 0; round < kFairingRounds && mesh.points.size() > corners; ++round) {
-      if (!fair_once(rim, mesh.triangles(), mesh.points)) break;
+      if (!fair_patch(rim, mesh.triangles(), mesh.points)) break;
       mesh.flip_to_delaunay(exists);
     }
   }

@@ -10,28 +10,28 @@
 namespace kiln {
 namespace {
 
-/// Smallest piece of a split edge as a share of the edge's length; and number of rounds, in each of which a triangle
-/// is split at one edge.
+/// Smallest piece of a split edge as a share of the edge's length, and number of rounds. In each round, a triangle is
+/// split at one of its edges.
 constexpr double kMinPieceShare = 0.02;
 constexpr int kSplitRounds = 3;
-/// Largest number of open edges at a vertex that is tested as a junction. A vertex with more open edges is where
-/// sheets touch, not a junction, and testing all pairs of edges would take quadratic time.
+/// A vertex with more open edges is not tested as a junction: sheets touch there, and testing all pairs of edges would
+/// take quadratic time.
 constexpr std::size_t kMaxOpenEdgesAtVertex = 256;
 
-/// Open edges, indexed by both of their vertices.
+/// Open edges, which can be found by each of their two vertices.
 class OpenEdges {
  public:
   OpenEdges(const Mesh& mesh, std::span<const Triangle> corners)
       : mesh_(mesh),
         triangles_(corners),
         open_sides_(open_sides(corners, mesh.positions.size())),
-        at_(
+        sides_at_vertex_(
             mesh.positions.size(), 2 * open_sides_.size(),
             [&](std::size_t i) { return end_vertex(i); }, [](std::size_t i) { return i; }) {}
 
   const std::vector<std::uint32_t>& sides() const { return open_sides_; }
 
-  /// Vertices that lie on a side, in order: those of a chain of other open edges from the side's first to its last
+  /// The vertices that lie on a side, in order. They form a chain of other open edges from the side's first to its last
   /// vertex. Empty if there is no such chain.
   std::vector<OnEdge> along(std::uint32_t side, double distance) const {
     const std::uint32_t a = vertex_of_side(side, 0), b = vertex_of_side(side, 1);
@@ -42,8 +42,8 @@ class OpenEdges {
     std::uint32_t at = a;
     for (double share = 0;;) {
       OnEdge next{b, 2};
-      if (at_.of(at).size() > kMaxOpenEdgesAtVertex) return {};
-      for (const VertexLists::Item& item : at_.of(at)) {
+      if (sides_at_vertex_.of(at).size() > kMaxOpenEdgesAtVertex) return {};
+      for (const VertexLists::Item& item : sides_at_vertex_.of(at)) {
         const std::uint32_t other = open_sides_[item.index / 2];
         if (other / 3 == side / 3) continue;
         const std::uint32_t v = end_vertex(item.index ^ 1U);
@@ -76,7 +76,7 @@ class OpenEdges {
   const Mesh& mesh_;
   std::span<const Triangle> triangles_;
   std::vector<std::uint32_t> open_sides_;
-  VertexLists at_;
+  VertexLists sides_at_vertex_;
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Fills holes of any number of edges, up to a size.
+// Fills holes with any number of edges, up to a size.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -17,12 +17,13 @@
 namespace kiln {
 namespace {
 
-/// Smallest continuation_cosine() of a hole: 120 degrees. A rim with less is the outline of a sheet, such as a leaf.
+/// Smallest continuation_cosine() of a hole: the cosine of 120 degrees. A rim below it is the outline of a sheet, such
+/// as a leaf.
 constexpr double kMinHoleCosine = -0.5;
-/// Smallest continuation_cosine() of a rim that is filled if the size is unlimited. Below it, the sheet is flat, and a
-/// patch would coincide with the sheet's back.
+/// If holes of every size are filled: smallest continuation_cosine() of a rim that is filled. Below it, the sheet is
+/// flat, and a patch would coincide with its back.
 constexpr double kMinSheetCosine = -0.999;
-/// Largest part of a rim that a patch triangle with UVs may span, as a share of the rim's corners.
+/// Largest part of a rim over which a patch triangle may spread UVs, as a share of the number of the rim's corners.
 constexpr double kMaxUvSpan = 0.125;
 constexpr std::uint32_t kNoOpenSide = std::numeric_limits<std::uint32_t>::max();
 
@@ -39,19 +40,19 @@ Vec3d unit_face_normal(const Mesh& mesh, const Triangle& face) {
   return size > 0 ? n * (1 / size) : Vec3d{};
 }
 
-/// Parts the open sides of a mesh into simple closed rims.
+/// Splits the open sides of a mesh into simple closed rims.
 class RimFinder {
  public:
   RimFinder(const Mesh& mesh, std::span<const Triangle> corners)
       : mesh_(mesh),
         corners_(corners),
         sides_(open_sides(corners, mesh.positions.size())),
-        at_(
+        sides_at_vertex_(
             mesh.positions.size(), sides_.size(), [&](std::size_t i) { return start(sides_[i]); },
             [&](std::size_t i) { return sides_[i]; }),
         is_used_(sides_.size(), false) {}
 
-  /// The sides of each rim in their order, along the faces' orientation.
+  /// The sides of each rim, in the order in which the faces' orientation runs through them.
   std::vector<std::vector<std::uint32_t>> find() {
     std::vector<std::vector<std::uint32_t>> rims;
     for (std::size_t first = 0; first < sides_.size(); ++first) {
@@ -64,12 +65,12 @@ class RimFinder {
   std::uint32_t end(std::uint32_t side) const { return corners_[side / 3][(side + 1) % 3]; }
 
  private:
-  /// Follows open sides. Whenever the path returns to one of its own vertices, the loop since that vertex becomes a
-  /// rim and is removed from the path.
+  /// Follows open sides from one to the next. Whenever the path returns to one of its own vertices, the loop since that
+  /// vertex becomes a rim and is removed from the path.
   void follow_open_sides(std::size_t first, std::vector<std::vector<std::uint32_t>>& rims) {
     std::vector<std::uint32_t> path;
     std::unordered_map<std::uint32_t, std::size_t>
-        index_on_path;  // Index on the path of each of its vertices
+        index_on_path;  // For each vertex on the path, its index on the path
     for (std::size_t next = first; next != kNoOpenSide;) {
       is_used_[next] = true;
       index_on_path[start(sides_[next])] = path.size();
@@ -86,11 +87,12 @@ class RimFinder {
     }
   }
 
-  /// The unused open side that bounds the same hole as the given one at its end. Where several holes touch at a vertex,
-  /// the first one met on a turn through the hole, which lies to the right of its sides.
+  /// The unused open side that continues the rim of the same hole at the end of `side`. Where several holes touch at a
+  /// vertex, this is the first open side met by rotating around the vertex through the hole, which lies to the right of
+  /// its sides.
   std::uint32_t next_open_side(std::uint32_t side) const {
     std::vector<std::uint32_t> found;
-    const std::span<const VertexLists::Item> items = at_.of(end(side));
+    const std::span<const VertexLists::Item> items = sides_at_vertex_.of(end(side));
     for (const VertexLists::Item& item : items) {
       if (!is_used_[item.index]) found.push_back(item.index);
     }
@@ -115,7 +117,7 @@ class RimFinder {
   const Mesh& mesh_;
   std::span<const Triangle> corners_;
   std::vector<std::uint32_t> sides_;
-  VertexLists at_;
+  VertexLists sides_at_vertex_;
   std::vector<bool> is_used_;
 };
 
@@ -139,11 +141,11 @@ class HoleFiller {
   }
 
  private:
-  /// A corner of a rim: the vertex at which an open side starts, and the corner of that side's face, which has
-  /// attributes.
+  /// A corner of a rim: the vertex at which an open side starts, and the corner of the side's face, from which
+  /// attributes are taken.
   struct RimCorner {
     CornerOf corner;
-    std::uint32_t vertex;  ///< Welded
+    std::uint32_t vertex;  ///< Welded vertex
   };
   using RimCorners = std::vector<RimCorner>;
   struct FilledRim {
@@ -151,7 +153,7 @@ class HoleFiller {
     HolePatch patch;
   };
 
-  /// Finds the triangles at all rims, and the edges between their vertices.
+  /// Finds the triangles that touch rims, and the edges between their vertices.
   void find_surroundings(const std::vector<std::vector<std::uint32_t>>& rims) {
     std::vector<bool> on_rim(mesh_.positions.size(), false);
     for (const auto& rim : rims) {
@@ -170,13 +172,13 @@ class HoleFiller {
   HoleRim describe_rim(const RimCorners& corners) const {
     HoleRim rim;
     std::unordered_map<std::uint32_t, std::uint32_t>
-        number;  // Index in rim.points of each welded vertex
+        number;  // For each welded vertex, its index in rim.points
     for (const RimCorner& corner : corners) {
       number.emplace(corner.vertex, static_cast<std::uint32_t>(rim.points.size()));
       rim.points.push_back(point_of(mesh_, corner.vertex));
     }
     for (std::size_t i = 0; i < corners.size(); ++i) {
-      // The edge to the next corner is the side that starts there, in the other direction.
+      // The edge from a corner to the next is the open side that starts at the next corner, in the opposite direction.
       const std::uint32_t face = corners[(i + 1) % corners.size()].corner.triangle;
       rim.face_normals.push_back(unit_face_normal(mesh_, corners_[face]));
     }
@@ -246,7 +248,7 @@ class HoleFiller {
     return high - low == 1 || (low == 0 && high == corners - 1);
   }
 
-  /// Adds a patch with the attributes of its rim.
+  /// Adds a patch, with the attributes of its rim.
   void add(const FilledRim& filled_rim) {
     const std::size_t corners = filled_rim.rim.size();
     const std::vector<std::uint32_t> mesh_vertices = add_vertices(filled_rim);
@@ -258,8 +260,10 @@ class HoleFiller {
       std::array<std::uint32_t, 3> sorted_corners = near;
       std::sort(sorted_corners.begin(), sorted_corners.end());
       const CornerOf attribute_source =
-          filled_rim.rim[sorted_corners[1]]
-              .corner;  // The middle corner: if two corners have the same source, it is one of these
+          filled_rim
+              .rim[sorted_corners[1]]
+              // The middle one of the three. If two corners have the same source, it is one of these
+              .corner;
       mesh_.triangles.push_back({mesh_vertices[t[0]], mesh_vertices[t[1]], mesh_vertices[t[2]]});
       if (!mesh_.uv_triangles.empty()) {
         const bool spans = is_within_chart(near, chart_of_corner, corners);
@@ -282,7 +286,8 @@ class HoleFiller {
     }
   }
 
-  /// \returns per vertex of the patch, the mesh's vertex
+  /// Adds the vertices of a patch.
+  /// \returns for each vertex of the patch, the vertex of the mesh
   std::vector<std::uint32_t> add_vertices(const FilledRim& filled_rim) {
     std::vector<std::uint32_t> mesh_vertices;
     std::vector<Vec3d> vertex_colors;
@@ -308,7 +313,8 @@ class HoleFiller {
     return mesh_vertices;
   }
 
-  /// \returns per vertex of the patch, the index of its normal; empty where the mesh has none
+  /// Adds the normals of a patch.
+  /// \returns for each vertex of the patch, the index of its normal; empty if the mesh has no normals
   std::vector<std::uint32_t> add_normals(const FilledRim& filled_rim) {
     if (mesh_.normal_triangles.empty()) return {};
     std::vector<Vec3d> sums(filled_rim.patch.points.size());
@@ -339,7 +345,7 @@ class HoleFiller {
     return normals;
   }
 
-  /// Per corner of a rim, the number of seams of UVs between it and the first corner.
+  /// For each corner of a rim, the number of UV seams between it and the first corner.
   std::vector<std::uint32_t> charts_of(const RimCorners& rim) const {
     std::vector<std::uint32_t> chart_of_corner(rim.size(), 0);
     if (mesh_.uv_triangles.empty()) return chart_of_corner;
@@ -347,7 +353,7 @@ class HoleFiller {
       return mesh_.uvs[mesh_.uv_triangles[corner.triangle][(corner.k + ahead) % 3]];
     };
     for (std::size_t i = 1; i < rim.size(); ++i) {
-      // The side of corner i ends where that of corner i - 1 starts.
+      // The side of corner i ends where the side of corner i - 1 starts.
       const Vec2 &end = uv_at(rim[i].corner, 1), &start = uv_at(rim[i - 1].corner, 0);
       chart_of_corner[i] = chart_of_corner[i - 1] + (end.x == start.x && end.y == start.y ? 0 : 1);
     }

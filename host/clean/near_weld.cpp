@@ -1,4 +1,4 @@
-// Welds vertices of open edges that differ by rounding.
+// Welds vertices of open edges whose positions differ by rounding.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -14,10 +14,10 @@ namespace {
 
 /// Largest motion of a vertex, as a share of its shortest edge.
 constexpr double kMaxMoveShare = 0.25;
-/// Largest number of vertices that are tested per cell. Where vertices are denser, edges are too short for welding.
+/// Maximum number of vertices that are tested per cell. Where vertices are denser, edges are too short for welding.
 constexpr int kMaxPerCell = 64;
 
-/// Hash grid of vertices; each cell is a linked list.
+/// Hash grid of vertices. Each cell is a linked list.
 class VertexCells {
  public:
   VertexCells(double size, std::size_t vertices, std::size_t entries)
@@ -31,9 +31,10 @@ class VertexCells {
     next_[v] = head;
     head = v;
   }
-  /// Calls body(vertex) for the vertices in all cells within `search_radius`; collisions add vertices of other cells.
+  /// Calls body(vertex) for the vertices in all cells within `search_radius`. Hash collisions may add vertices of other
+  /// cells.
   template <typename Body>
-  void each_near(const Vec3d& p, double search_radius, const Body& body) const {
+  void for_each_near(const Vec3d& p, double search_radius, const Body& body) const {
     for (std::int64_t x = cell(p.x - search_radius); x <= cell(p.x + search_radius); ++x) {
       for (std::int64_t y = cell(p.y - search_radius); y <= cell(p.y + search_radius); ++y) {
         for (std::int64_t z = cell(p.z - search_radius); z <= cell(p.z + search_radius); ++z) {
@@ -98,7 +99,7 @@ Cleaned weld_near(Mesh& mesh, double distance) {
     if (open[v] == 0 || !is_finite(mesh.positions[v])) continue;
     const Vec3d p = point_of(mesh, v);
     const double own = std::min(distance, search_radius[v]);
-    vertex_cells.each_near(p, own, [&](std::uint32_t u) {
+    vertex_cells.for_each_near(p, own, [&](std::uint32_t u) {
       if (length(point_of(mesh, u) - p) <= std::min(own, search_radius[u])) sets.join(u, v);
     });
     vertex_cells.add(v, p);

@@ -9,7 +9,7 @@
 namespace kiln {
 namespace {
 
-/// Ratio of pixels that show backs to pixels that show fronts from which on the mesh counts as a room.
+/// The mesh counts as a room if views show at least this many times as many back pixels as front pixels.
 constexpr std::uint64_t kMinRoomRatio = 2;
 
 }  // namespace
@@ -19,7 +19,7 @@ std::vector<OpenShells> find_open_shells(const Mesh& mesh) {
   const FacingParts parts(corners, mesh.positions.size());
   const auto is_open = [](const FacingParts::Part& part) { return !part.closed; };
   if (std::none_of(parts.parts.begin(), parts.parts.end(), is_open)) return {};
-  // Group 0 contains all closed parts; the open parts of each material form another group.
+  // Group 0 contains all closed parts. The open parts of each material form a group of their own.
   const auto of = [&](std::size_t t) { return mesh.materials.empty() ? 0 : mesh.materials[t]; };
   const std::size_t materials = std::max<std::size_t>(
       1, mesh.materials.empty()
@@ -35,7 +35,7 @@ std::vector<OpenShells> find_open_shells(const Mesh& mesh) {
     has_example[of(t)] = true;
   }
   const std::vector<SeenPixels> seen =
-      look_from_outside(mesh, group_of_triangle, materials + 1, {});
+      count_seen_pixels(mesh, group_of_triangle, materials + 1, {});
   std::uint64_t front_pixels = seen[0].front, back_pixels = seen[0].back;
   for (std::size_t m = 0; m < materials; ++m) {
     result[m].front = seen[m + 1].front;

@@ -1,4 +1,4 @@
-// Finds surfaces whose backs are visible through their borders.
+// Finds surfaces whose backs are visible through their openings.
 #pragma once
 
 #include <cstdint>
@@ -8,27 +8,27 @@
 
 namespace kiln {
 
-/// What views from outside show of the open parts of a material. An open part consists of triangles connected over
-/// edges of two, and has a border.
+/// What views from outside show of the open parts of a material. An open part is a set of triangles, connected over
+/// edges of exactly two triangles, that has a border.
 struct OpenShells {
-  std::uint64_t front = 0;  ///< Pixels that show their fronts
-  std::uint64_t back = 0;   ///< Pixels that show their backs
-  /// A corner of the first open part, as in Mesh::positions; valid if a pixel shows an open part
+  std::uint64_t front = 0;  ///< Number of pixels that show fronts of these parts
+  std::uint64_t back = 0;   ///< Number of pixels that show backs of these parts
+  /// A corner of the first open part, as in Mesh::positions; only valid if a pixel shows an open part
   Vec3 example = {};
 
-  /// Smallest share of pixels that show backs, and smallest number of these, for shells that need both sides: sleeves
-  /// and hems show 3% and more, a sheet half; a small hole of a scan shows less.
+  /// Smallest share of pixels that show backs, and smallest number of such pixels, for shells that need both sides.
+  /// Sleeves and hems show 3% and more, a sheet shows half; a small hole of a scan shows less.
   static constexpr double kMinBackShare = 0.02;
   static constexpr std::uint64_t kMinBackPixels = 16;
-  /// True if the parts look incomplete without back faces.
+  /// True if the parts would look incomplete without back faces.
   bool shows_backs() const {
     return back >= kMinBackPixels &&
            static_cast<double>(back) >= kMinBackShare * static_cast<double>(front + back);
   }
 };
 
-/// Looks at a mesh's open parts from outside, by material: see look_from_outside(). For a room, of which views show
-/// mostly backs, nothing is reported.
+/// Draws a mesh from outside, and counts the pixels of its open parts by material: see count_seen_pixels(). Nothing is
+/// reported for a room, of which views mostly show backs.
 /// \returns one entry per material of the mesh, or a single one; empty if no part is open
 std::vector<OpenShells> find_open_shells(const Mesh& mesh);
 

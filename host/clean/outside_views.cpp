@@ -18,20 +18,21 @@
 namespace kiln {
 namespace {
 
-/// Subpixel steps per pixel. Integer coordinates leave no gaps at shared edges.
+/// Number of subpixel steps per pixel. With integer coordinates, there are no gaps between triangles that share an
+/// edge.
 constexpr std::int32_t kSubpixelSteps = 256;
-/// Depths that differ by less than this share of the radius count as equal.
+/// Depths count as equal if they differ by less than this share of the radius.
 constexpr float kDepthTolerance = 1e-6F;
-/// Triangles in a block.
+/// Number of triangles in a block.
 constexpr std::uint32_t kTrianglesPerBlock = 32;
-/// Mean number of times that triangles may cover a picture. If the mean is larger, pictures are smaller, so that the
-/// time is linear in the number of triangles. Closed bodies cover a picture one to ten times; kMinPictureSide is only
-/// reached by meshes that overlap themselves tens of thousands of times.
+/// How many times triangles may cover a picture, on average over its pixels. If they cover it more often, pictures are
+/// made smaller, so that the time is linear in the number of triangles. Closed bodies cover a picture one to ten times.
+/// kMinPictureSide is only reached by meshes that overlap themselves tens of thousands of times.
 constexpr double kMaxMeanCover = 32;
 constexpr std::uint32_t kMinPictureSide = 16;
 /// Side of a tile in pixels, a power of two.
 constexpr std::int32_t kTileSide = 4;
-constexpr float kFar = 1e30F;
+constexpr float kFarDepth = 1e30F;
 constexpr std::uint32_t kNoTriangle = std::numeric_limits<std::uint32_t>::max();
 
 struct Ball {
@@ -39,7 +40,7 @@ struct Ball {
   double radius = 0;
 };
 
-/// Bounding box of triangles that are tested together for occlusion.
+/// Bounding box of several triangles, which are tested for occlusion together.
 struct TriangleBlock {
   Vec3d centre{}, half{};
 };
@@ -50,9 +51,9 @@ Ball ball_around(const Mesh& mesh, std::span<const Triangle> triangles) {
   return {box.center(), 0.5 * box.diagonal()};
 }
 
-/// Side of pictures, bounded by the mesh's area. Over all directions, a triangle's mean projected area is half of its
-/// area (Cauchy).
-std::uint32_t bounded_side(const Mesh& mesh, const Ball& ball, std::uint32_t pixels) {
+/// Side of pictures in pixels, limited by the mesh's area. Over all directions, the mean projected area of a triangle
+/// is half of its area (Cauchy).
+std::uint32_t picture_side(const Mesh& mesh, const Ball& ball, std::uint32_t pixels) {
   double area = 0;
   for (const Triangle& t : mesh.triangles) area += area_of(mesh, t);
   const double cover = area / 2 / (4 * ball.radius * ball.radius);
@@ -61,7 +62,7 @@ std::uint32_t bounded_side(const Mesh& mesh, const Ball& ball, std::uint32_t pix
                   static_cast<std::uint32_t>(pixels * std::sqrt(kMaxMeanCover / cover)));
 }
 
-/// Direction i of `count` on a spiral around the sphere.
+/// Direction i of `count` directions on a spiral around the sphere.
 Vec3d spiral_direction(std::uint32_t i, std::uint32_t count) {
   const double z = 1 - (2.0 * i + 1) / count;
   const double angle = i * std::numbers::pi * (3 - std::sqrt(5.0));
@@ -69,7 +70,7 @@ Vec3d spiral_direction(std::uint32_t i, std::uint32_t count) {
   return {r * std::cos(angle), r * std::sin(angle), z};
 }
 
-/// A vertex in a picture.
+/// A projected vertex.
 struct PicturePoint {
   std::int32_t x, y;
   float depth;  ///< Increases towards the viewer
@@ -94,7 +95,8 @@ class Picture {
                    [&](const Vec3& v) { return picture_point_of(to_double(v)); });
   }
 
-  /// \returns the number of covered pixels
+  /// Draws a triangle.
+  /// \returns the number of pixels it covers
   std::uint32_t draw(std::uint32_t t) {
     return each_pixel(t, [&](Pixel& at, float depth, std::uint32_t id) {
       if (depth < at.depth - kDepthTolerance) return;
@@ -103,20 +105,20 @@ class Picture {
     });
   }
   struct Pixel {
-    float depth = -kFar;
+    float depth = -kFarDepth;
     /// Twice the index of the visible triangle, plus 1 if its back is visible; or kNoTriangle.
     std::uint32_t id = kNoTriangle;
   };
   const std::vector<Pixel>& pixels() const { return pixels_; }
 
-  /// Ends drawing: builds tiles, for triangles that may still occlude others.
+  /// Ends drawing. Builds the tiles, with which triangles are found that may still occlude others.
   void end_drawing() {
     tiles_per_side_ = (views_.pixels + kTileSide - 1) / kTileSide;
     tiles_.resize(std::size_t{tiles_per_side_} * tiles_per_side_);
     for (std::uint32_t i = 0; i < pixels_.size(); ++i) {
       Pixel& at = pixels_[i];
       if (at.id == kNoTriangle) {
-        at.depth = kFar;
+        at.depth = kFarDepth;
         continue;
       }
       Tile& tile = tile_at(i % views_.pixels, i / views_.pixels);
@@ -124,7 +126,7 @@ class Picture {
       ++tile.shown_pixels;
     }
   }
-  /// Clears the pixels that this triangle would cover if all triangles had been drawn in order.
+  /// Clears the pixels that this triangle would have covered if all triangles had been drawn in order.
   void hide(std::uint32_t t) {
     each_pixel(t, [&](Pixel& at, float depth, std::uint32_t id) {
       if (depth < at.depth - kDepthTolerance) return;
@@ -132,13 +134,13 @@ class Picture {
         const bool is_first = id < at.id;
         if (is_front(id) == is_front(at.id) ? !is_first : !is_front(id)) return;
       }
-      at = {kFar, kNoTriangle};
+      at = {kFarDepth, kNoTriangle};
       const auto i = static_cast<std::uint32_t>(&at - pixels_.data());
       Tile& tile = tile_at(i % views_.pixels, i / views_.pixels);
-      if (--tile.shown_pixels == 0) tile.smallest_depth = kFar;
+      if (--tile.shown_pixels == 0) tile.smallest_depth = kFarDepth;
     });
   }
-  /// False if no triangle of a block can occlude anything.
+  /// False if certainly no triangle of a block can occlude anything.
   bool may_occlude(const TriangleBlock& block) const {
     const PicturePoint centre = picture_point_of(block.centre);
     const auto reach = [&](const Vec3d& axis) {
@@ -150,7 +152,7 @@ class Picture {
     };
     const PixelExtent extent = extent_of(centre.x - steps(right_), centre.x + steps(right_),
                                          centre.y - steps(up_), centre.y + steps(up_));
-    // An upper bound of all depths in the block, including rounding.
+    // Upper bound of all depths in the block, including rounding.
     const float top = centre.depth +
                       static_cast<float>(reach(view_direction_) / bounding_ball_.radius) +
                       kDepthTolerance;
@@ -180,7 +182,7 @@ class Picture {
   PicturePoint picture_point_of(const Vec3d& point) const {
     const Vec3d p = point - bounding_ball_.centre;
     const auto place = [&](const Vec3d& axis) {
-      // This order of arguments turns NaN into 0.
+      // With this order of arguments, NaN becomes 0.
       const double steps = std::max(0.0, (dot(p, axis) + bounding_ball_.radius) * scale_);
       return static_cast<std::int32_t>(std::min(steps, 1e8));
     };
@@ -188,15 +190,16 @@ class Picture {
             static_cast<float>(dot(p, view_direction_) / bounding_ball_.radius)};
   }
   static bool is_front(std::uint32_t id) { return (id & 1) == 0; }
-  /// A square of pixels. Triangles behind all of its pixels are rejected without testing each pixel.
+  /// A square of pixels. A triangle behind all of its pixels is rejected without testing each pixel.
   struct Tile {
-    float smallest_depth = kFar;     ///< Smallest visible depth; nothing behind it is visible
+    /// Smallest depth of a visible pixel; nothing farther away is visible
+    float smallest_depth = kFarDepth;
     std::uint32_t shown_pixels = 0;  ///< Number of pixels that show a triangle
   };
   Tile& tile_at(std::uint32_t x, std::uint32_t y) {
     return tiles_[std::size_t{y / kTileSide} * tiles_per_side_ + x / kTileSide];
   }
-  /// False if no tile of this row has a pixel that a triangle up to depth `top` can occlude.
+  /// False if no tile in this row of tiles has a pixel that a triangle with a depth of at most `top` can occlude.
   bool may_occlude(const PixelExtent& extent, std::int32_t y, float top) const {
     const Tile* const row = &tiles_[static_cast<std::size_t>(y / kTileSide) * tiles_per_side_];
     for (std::int32_t x = extent.x0 / kTileSide; x <= extent.x1 / kTileSide; ++x) {
@@ -206,13 +209,13 @@ class Picture {
   }
 
   /// Rasterizes a triangle.
-  /// \param body  called per covered pixel with its depth and content
+  /// \param body  called for each covered pixel, with the triangle's depth and the pixel's content
   /// \returns the number of covered pixels
   template <class Body>
   std::uint32_t each_pixel(std::uint32_t t, const Body& body) {
     const Triangle& v = triangles_[t];
     std::array<const PicturePoint*, 3> p{&points_[v[0]], &points_[v[1]], &points_[v[2]]};
-    // std::min() of a list would branch unpredictably.
+    // std::min() of a list would branch, unpredictably.
     const auto least = [](std::int32_t a, std::int32_t b, std::int32_t c) {
       return std::min(std::min(a, b), c);
     };
@@ -250,11 +253,11 @@ class Picture {
       std::int64_t w0 = turn(*p[1], *p[2], x, y), w1 = turn(*p[2], *p[0], x, y);
       for (std::int32_t px = extent.x0; px <= extent.x1; ++px, w0 += step0, w1 += step1) {
         const std::int64_t w2 = area - w0 - w1;
-        // A single branch, since coverage is unpredictable.
+        // Coverage is unpredictable, so it is tested by a single branch.
         if ((w0 | w1 | w2) < 0) continue;
         ++count;
         if (top < row[px].depth - kDepthTolerance) continue;
-        // Integers below 2^53 are exact in double precision, so only the depth is rounded.
+        // Integers below 2^53 are exact in double precision, so only the resulting depth is rounded.
         const auto of = [](std::int64_t w, const PicturePoint& dot) {
           return static_cast<double>(w) * dot.depth;
         };
@@ -273,11 +276,11 @@ class Picture {
   double scale_ = 0;  ///< Subpixel steps per unit of length
   std::vector<PicturePoint> points_;
   std::vector<Pixel> pixels_;
-  std::vector<Tile> tiles_;  ///< Tiles; empty while drawing
+  std::vector<Tile> tiles_;  ///< Empty while drawing
   std::uint32_t tiles_per_side_ = 0;
 };
 
-/// For each triangle, the first triangle with the same corners in the same order, which covers the same pixels.
+/// For each triangle, the first triangle that has the same corners in the same order, and covers the same pixels.
 std::vector<std::uint32_t> first_repetitions(const Mesh& mesh) {
   const std::vector<std::uint32_t> place = weld_vertices(mesh.positions);
   const VertexLists lists(
@@ -313,14 +316,14 @@ std::vector<TriangleBlock> blocks_of(const Mesh& mesh, std::span<const std::uint
 
 }  // namespace
 
-std::vector<SeenPixels> look_from_outside(const Mesh& mesh, std::span<const std::uint32_t> group,
+std::vector<SeenPixels> count_seen_pixels(const Mesh& mesh, std::span<const std::uint32_t> group,
                                           std::size_t groups, const OutsideViews& wanted,
                                           std::span<const std::uint8_t> counted) {
   std::vector<SeenPixels> seen(groups);
   const Ball ball = ball_around(mesh, mesh.triangles);
   if (!(ball.radius > 0)) return seen;
   OutsideViews views = wanted;
-  views.pixels = bounded_side(mesh, ball, wanted.pixels);
+  views.pixels = picture_side(mesh, ball, wanted.pixels);
   std::vector<std::uint32_t> counted_triangles, occluders;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     (counted.empty() || counted[group[t]] != 0 ? counted_triangles : occluders).push_back(t);
@@ -329,22 +332,22 @@ std::vector<SeenPixels> look_from_outside(const Mesh& mesh, std::span<const std:
   std::vector<Triangle> triangles = mesh.triangles;
   for (Triangle& t : triangles) {
     const auto finite = [&](std::uint32_t v) { return is_finite(mesh.positions[v]); };
-    // Replaced by a triangle that covers no pixel
+    // A triangle that is not finite is replaced by one that covers no pixel.
     if (!std::all_of(t.begin(), t.end(), finite)) t = {};
   }
-  // In the smaller pictures of large meshes, repeated triangles are drawn once. A repetition hides nothing of the
-  // earlier triangle: where both cover a pixel, the earlier one is visible.
+  // In the smaller pictures of large meshes, triangles that are repeated are drawn once. A repetition hides nothing of
+  // the earlier triangle: where both cover a pixel, the earlier one is visible.
   const bool repeats = views.pixels < wanted.pixels && occluders.empty();
   const std::vector<std::uint32_t> first =
       repeats ? first_repetitions(mesh) : std::vector<std::uint32_t>();
-  std::mutex mutex;  // The sums are of integers, so their order does not matter
+  std::mutex mutex;  // Sums are of integers, so their order does not matter
   const std::uint32_t pictures = (views.count - views.first + views.step - 1) / views.step;
   parallel_for(pictures, 1, [&](std::size_t number, std::size_t) {
     const auto view = views.first + static_cast<std::uint32_t>(number) * views.step;
     Picture picture(mesh, triangles, ball, spiral_direction(view, views.count), views);
-    // Number of drawn pixels of each run of consecutive triangles of one group
+    // For each run of consecutive triangles of one group, the group and the number of pixels that were drawn.
     std::vector<std::pair<std::uint32_t, std::uint32_t>> drawn_pixels;
-    // For each triangle that is repeated, the pixels that its first occurrence covers
+    // For each triangle that is repeated, the number of pixels that its first occurrence covers
     std::vector<std::uint32_t> covered_pixels(first.size());
     for (const std::uint32_t t : counted_triangles) {
       std::uint32_t pixels = 0;

@@ -1,4 +1,4 @@
-// Rasterized views of a mesh from all directions, drawn on the host.
+// Views of a mesh from all directions, rasterized on the host.
 #pragma once
 
 #include <cstdint>
@@ -9,29 +9,29 @@
 
 namespace kiln {
 
-/// Pixel counts of a group of triangles over all views.
+/// Pixel counts of a group of triangles, summed over all views.
 struct SeenPixels {
-  std::uint32_t drawn = 0;  ///< Covered pixels, visible or not
+  std::uint32_t drawn = 0;  ///< Pixels that the group covers, visible or not
   std::uint32_t front = 0;  ///< Pixels that show a front face of the group
   std::uint32_t back = 0;   ///< Pixels that show a back face of the group
 };
 
-/// The directions and the size of the views.
+/// Directions and size of the views.
 struct OutsideViews {
-  std::uint32_t count = 32;    ///< Number of directions, evenly distributed
-  std::uint32_t step = 1;      ///< Draws every `step`-th of these directions
+  std::uint32_t count = 32;    ///< Number of directions, evenly distributed over the sphere
+  std::uint32_t step = 1;      ///< Only every `step`-th of these directions is drawn
   std::uint32_t first = 0;     ///< First direction to draw
   std::uint32_t pixels = 512;  ///< Side of a picture in pixels
-  bool backs = true;  ///< True if back faces are drawn and occlude; if not, they are transparent
+  bool backs = true;  ///< True: back faces are drawn and occlude; false: they are transparent
 };
 
-/// Draws orthographic views of a mesh and counts visible pixels per group. If a back face and a front face coincide,
-/// the front face is visible. Pixels are sampled at their centres. The time is linear in the number of triangles:
-/// pictures are smaller if triangles would cover them more than 32 times.
+/// Draws orthographic views of a mesh, and counts the visible pixels of each group of triangles. If a back face and a
+/// front face coincide, the front face is visible. Pixels are sampled at their centres. The time is linear in the
+/// number of triangles, because pictures are smaller if triangles would cover them more than 32 times.
 /// \param group   group of each triangle
 /// \param groups  number of groups
 /// \param counted   0 for each group that only occludes others and is not counted; if empty, all groups are counted
-std::vector<SeenPixels> look_from_outside(const Mesh& mesh, std::span<const std::uint32_t> group,
+std::vector<SeenPixels> count_seen_pixels(const Mesh& mesh, std::span<const std::uint32_t> group,
                                           std::size_t groups, const OutsideViews& views,
                                           std::span<const std::uint8_t> counted = {});
 

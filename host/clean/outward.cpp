@@ -11,31 +11,32 @@
 namespace kiln {
 namespace {
 
-/// Smallest number of visible pixels of a part for a decision; and smallest ratio of the pixels that show one side to
-/// those that show the other, for inconsistently oriented parts (kMinInconsistentRatio) and for consistent ones
-/// (kMinConsistentRatio).
+/// A part's orientation is only decided if at least kMinVisiblePixels of its pixels are visible, and if the pixels that
+/// show one side are more than those that show the other by a factor: kMinInconsistentRatio for inconsistently oriented
+/// parts, kMinConsistentRatio for consistent ones.
 constexpr std::uint64_t kMinVisiblePixels = 16, kMinInconsistentRatio = 2, kMinConsistentRatio = 8;
-/// Smallest share of a consistent part's pixels, hidden ones included, that must show its back for reversal. A
-/// reversed body shows half of its pixels; a covered sheet (a shirt below a jacket) shows few, and its back is only
-/// visible through openings, which does not show its orientation.
+/// A consistently oriented part is only reversed if its back is visible in at least this share of its pixels, hidden
+/// ones included. A reversed body shows half of its pixels. A covered sheet (a shirt below a jacket) shows few, and its
+/// back is only visible through openings, which says nothing about its orientation.
 constexpr double kMinBackShare = 0.25;
-/// Ratio of visible backs to fronts above which the mesh is meant to be seen from inside.
+/// If views show backs more often than fronts by more than this factor, the mesh is meant to be seen from inside.
 constexpr std::uint64_t kMaxInwardRatio = 3;
 
-/// True if the numbers of pixels clearly show the triangles' orientation.
+/// True if the numbers of pixels clearly show the orientation of triangles.
 bool is_clear_ratio(std::uint64_t front, std::uint64_t back) {
   return front + back >= kMinVisiblePixels &&
          std::max(front, back) > kMinInconsistentRatio * std::min(front, back);
 }
 
-/// Six times the signed volume between a triangle and a point; negative if the triangle faces the point. Over a
-/// closed part, the sum is six times the part's volume, negative if it faces inwards.
+/// Six times the signed volume between a triangle and a point, which is negative if the triangle faces the point.
+/// Summed over a closed part, this is six times the part's volume, negative if the part faces inwards.
 double volume_of(const Mesh& mesh, const Triangle& v, const Vec3d& place) {
   return dot(point_of(mesh, v[0]) - place,
              cross(point_of(mesh, v[1]) - place, point_of(mesh, v[2]) - place));
 }
 
-/// True if a consistently oriented mesh of one part may face inwards, by the sign of its volume around its centre.
+/// True if a consistently oriented mesh of a single part may face inwards, judged by the sign of its volume around its
+/// centre.
 bool may_face_inwards(const Mesh& mesh) {
   Vec3d middle{};
   for (const Triangle& v : mesh.triangles) {
@@ -47,9 +48,9 @@ bool may_face_inwards(const Mesh& mesh) {
   return signed_volume < 0;
 }
 
-/// Orientation of the parts by their signed volumes, before any view is drawn.
+/// What the signed volumes of parts say about their orientation, before any view is drawn.
 struct VolumeOrientation {
-  /// True if all parts are consistent, closed, and have a volume of 0 or more
+  /// True if all parts are consistently oriented and closed, and have a volume of 0 or more
   bool all_face_outwards = false;
   bool may_be_reversed = true;  ///< True if a part may face inwards, which only views can decide
 };
@@ -87,7 +88,7 @@ void turn_outward(Mesh& mesh, bool open_alone, CleanReport& report) {
   if (!volume_orientation.may_be_reversed) return;
   std::vector<std::uint32_t> group(corners.size());
   for (std::size_t t = 0; t < group.size(); ++t) group[t] = 2 * parts.of[t] + parts.side[t];
-  const std::vector<SeenPixels> seen = look_from_outside(mesh, group, 2 * parts.parts.size(), {});
+  const std::vector<SeenPixels> seen = count_seen_pixels(mesh, group, 2 * parts.parts.size(), {});
   std::uint64_t front_pixels = 0, back_pixels = 0;
   for (const SeenPixels& of : seen) {
     front_pixels += of.front;
@@ -103,7 +104,7 @@ void turn_outward(Mesh& mesh, bool open_alone, CleanReport& report) {
   for (std::size_t p = 0; p < reversed_side.size(); ++p) {
     const FacingParts::Part& part = parts.parts[p];
     if (part.one_sided) continue;
-    // Pixel counts in the orientation of the part's first triangle.
+    // Pixel counts if all triangles had the orientation of the part's first triangle.
     const SeenPixels first = seen[2 * p], other{0, seen[2 * p + 1].back, seen[2 * p + 1].front};
     std::uint64_t front = std::uint64_t{first.front} + other.front;
     std::uint64_t back = std::uint64_t{first.back} + other.back;
@@ -112,16 +113,16 @@ void turn_outward(Mesh& mesh, bool open_alone, CleanReport& report) {
     const bool shown = static_cast<double>(back) >= kMinBackShare * drawn;
     if (!part.agrees) {
       bool clear = has_enough_pixels && is_clear_ratio(front, back);
-      // Both groups are tested separately, too: a large flap shows both sides, which would mask the result of the
-      // other group in the sum.
+      // The two groups of triangles are also tested separately: a large flap that shows both of its sides would mask
+      // the other group in the sum.
       const bool by_first = is_clear_ratio(first.front, first.back);
       if (!clear && has_enough_pixels && by_first != is_clear_ratio(other.front, other.back)) {
         clear = true;
         front = by_first ? first.front : other.front;
         back = by_first ? first.back : other.back;
       }
-      // A large triangle may have more area than all others, so without views, the number of triangles must support
-      // the result, too.
+      // A single large triangle may have more area than all others. Without views, the number of triangles must
+      // therefore support the result, too.
       const bool has_fewer_triangles = 2 * triangles_per_side[p][less[p]] < part.triangles;
       reversed_side[p] = clear                                ? (front > back ? 1 : 0)
                          : has_fewer_triangles || !open_alone ? less[p]

@@ -1,4 +1,4 @@
-// Fills holes of a few edges in a surface that continues across them.
+// Fills holes of few edges in a surface that continues across them.
 #include <algorithm>
 #include <limits>
 
@@ -11,24 +11,26 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kMaxRimEdges = 12;
-/// Smallest cosine between the hole and each face around it: ends of tubes and rims of sheets do not count as holes.
+/// Smallest cosine between the hole's plane and each face around it. Ends of tubes and rims of sheets are below it, and
+/// do not count as holes.
 constexpr double kMinContinuationCosine = 0.5;
-/// Largest area of all holes together, as a share of the mesh's area; a sieve has a larger share, which is intended.
+/// Largest area of all holes together, as a share of the mesh's area. A sieve has a larger share, and its holes are
+/// intended.
 constexpr double kMaxHoleShare = 0.15;
 
 Vec3d normal_of(const Vec3d& a, const Vec3d& b, const Vec3d& c) { return cross(b - a, c - a); }
 
-/// A corner of a hole: the triangle's corner at which an open side starts.
+/// A corner of a rim: the corner of the triangle at which an open side starts.
 struct RimCorner {
   CornerOf corner;
   Vec3d point{};
 };
 
-/// The corners of a hole's rim, in the orientation of its fill.
+/// The corners of a hole's rim, in the orientation of the triangles that fill it.
 using Rim = std::vector<RimCorner>;
 using Fill = std::vector<std::array<CornerOf, 3>>;
 
-/// Fills by ear clipping, the shortest new edge first.
+/// Fills a rim by ear clipping, the ear with the shortest new edge first.
 /// \returns false if no ear is left
 bool cut_ears(Rim rim, const Vec3d& normal, Fill& fill) {
   while (rim.size() > 3) {
@@ -53,13 +55,13 @@ bool cut_ears(Rim rim, const Vec3d& normal, Fill& fill) {
   return true;
 }
 
-/// Open sides by the vertex at which they start.
+/// The open sides of a mesh, by the vertex at which they start.
 class OpenSides {
  public:
   OpenSides(const Mesh& mesh, std::span<const Triangle> corners)
       : corners_(corners),
         sides_(open_sides(corners, mesh.positions.size())),
-        at_(
+        sides_at_vertex_(
             mesh.positions.size(), sides_.size(), [&](std::size_t i) { return start(sides_[i]); },
             [&](std::size_t i) { return sides_[i]; }) {}
 
@@ -67,7 +69,8 @@ class OpenSides {
   std::uint32_t end(std::uint32_t side) const { return corners_[side / 3][(side + 1) % 3]; }
   const std::vector<std::uint32_t>& all() const { return sides_; }
 
-  /// The shortest rim (in edges) through a side; empty if it has too many edges. Rims may touch at vertices.
+  /// The shortest rim (in number of edges) that contains the open side `first`; empty if it has too many edges. Rims
+  /// may touch at vertices.
   std::vector<std::uint32_t> rim(std::uint32_t first) const {
     struct Step {
       std::uint32_t side;
@@ -83,7 +86,7 @@ class OpenSides {
         return rim;
       }
       if (step.length == kMaxRimEdges) continue;
-      for (const VertexLists::Item& item : at_.of(end(step.side))) {
+      for (const VertexLists::Item& item : sides_at_vertex_.of(end(step.side))) {
         steps.push_back({sides_[item.index], i, step.length + 1});
       }
     }
@@ -94,7 +97,7 @@ class OpenSides {
   static constexpr std::size_t kMaxRimSteps = 64;
   std::span<const Triangle> corners_;
   std::vector<std::uint32_t> sides_;
-  VertexLists at_;
+  VertexLists sides_at_vertex_;
 };
 
 }  // namespace
@@ -109,7 +112,7 @@ Cleaned fill_small_holes(Mesh& mesh, double perimeter) {
   Cleaned filled_holes;
   Fill fill_triangles;
   double area = 0;
-  // 1 for each open side that belongs to a rim that was found
+  // 1 for each open side whose rim was found already
   std::vector<std::uint8_t> is_known_side(3 * corners.size(), 0);
   for (const std::uint32_t first : open.all()) {
     if (is_known_side[first] != 0) continue;
@@ -131,12 +134,12 @@ Cleaned fill_small_holes(Mesh& mesh, double perimeter) {
       rim_normal += normal_of(rim[0].point, rim[i - 1].point, rim[i].point);
     }
     const double size = length(rim_normal);
-    const bool goes_on = std::all_of(sides.begin(), sides.end(), [&](std::uint32_t side) {
+    const bool continues = std::all_of(sides.begin(), sides.end(), [&](std::uint32_t side) {
       const Vec3d beside = face(side / 3);
       return dot(beside, rim_normal) > kMinContinuationCosine * length(beside) * size;
     });
     Fill fill;
-    if (!goes_on || !cut_ears(rim, rim_normal, fill)) continue;
+    if (!continues || !cut_ears(rim, rim_normal, fill)) continue;
     if (filled_holes.count++ == 0) filled_holes.example = to_float(rim[0].point);
     fill_triangles.insert(fill_triangles.end(), fill.begin(), fill.end());
     area += size;

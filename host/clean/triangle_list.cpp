@@ -7,7 +7,7 @@
 namespace kiln {
 namespace {
 
-/// Removes items of a list with `size` items per triangle.
+/// Removes items from a list that has `size` items per triangle.
 template <typename T>
 void keep_items(std::vector<T>& list, std::size_t size, std::span<const std::uint8_t> dropped) {
   if (list.empty()) return;
@@ -19,7 +19,7 @@ void keep_items(std::vector<T>& list, std::size_t size, std::span<const std::uin
   list.resize(kept);
 }
 
-/// Renumbers polygons from 0.
+/// Renumbers polygons in order, from 0 on.
 void renumber_polygons(std::vector<std::uint32_t>& polygons) {
   std::uint32_t next = 0, last = polygons.empty() ? 0 : polygons[0];
   for (std::uint32_t& polygon : polygons) {
@@ -90,7 +90,7 @@ void cut_triangle(Mesh& mesh, std::uint32_t t, std::uint32_t k, std::span<const 
     const std::uint32_t b = (k + 1) % 3, c = (k + 2) % 3;
     const auto rest = static_cast<std::uint32_t>(mesh.triangles.size());
     add_triangle(mesh, {CornerOf{t, k}, CornerOf{t, b}, CornerOf{t, c}});
-    // Both pieces get the new point: one in place of corner b, the other in place of corner k.
+    // Both pieces get the new point: the first in place of corner b, the second in place of corner k.
     mesh.triangles[t][b] = mesh.triangles[rest][0] = point.vertex;
     const double share = (point.share - done) / (1 - done);
     if (!mesh.uv_triangles.empty()) {

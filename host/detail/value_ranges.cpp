@@ -82,7 +82,7 @@ double curvature_radius(const std::optional<Length>& option, const Source::Impl&
   const double radius = option
                             ? to_frame(*option, source.frame)
                             : std::max(to_frame(Length::share(kDefaultRadiusShare), source.frame),
-                                       kFacetsARadius * source.facets());
+                                       kMinFacetsPerRadius * source.facets());
   return std::clamp(radius, kMinRadius, kMaxRadius);
 }
 

@@ -1,11 +1,11 @@
-// Compiled without traps and errno of floating-point operations (see CMakeLists.txt), so that loops over lanes become
-// vector instructions. Neither changes a result.
+// CMakeLists.txt compiles this file without traps and errno for floating-point operations, so that loops over lanes
+// become vector instructions. Neither setting changes a result.
 #include "mesh/ball_clip.h"
 
 #include <cmath>
 #include <numbers>
 
-// Functions must be inlined into the loops over lanes: for each instruction set that these are compiled for.
+// Functions that loops over lanes call must be inlined: the loops are compiled once for each instruction set.
 #if defined(__GNUC__)
 #define KILN_INLINE __attribute__((always_inline)) inline
 #define KILN_INLINE_LAMBDA __attribute__((always_inline))
@@ -32,18 +32,18 @@ KILN_INLINE Point cross_of(const Point& a, const Point& b) {
 KILN_INLINE double lesser(double a, double b) { return b < a ? b : a; }
 KILN_INLINE double greater(double a, double b) { return a < b ? b : a; }
 
-/// Angle of a complex number, -pi to pi, to 1.5 units in the last place, without branches. Same bits with any math
-/// library.
+/// Angle of a complex number in [-pi, pi], to 1.5 units in the last place, without branches. The bits are the same with
+/// any math library.
 KILN_INLINE double angle_of(double imaginary, double real) {
   constexpr double kTanOfEighth = 0.41421356237309503;  // tan(pi / 8)
   const double x = std::abs(real), y = std::abs(imaginary);
   const double high = greater(x, y), low = lesser(x, y);
-  // atan(low / high), above pi / 8 as pi / 4 + atan((low - high) / (low + high))
+  // Computes atan(low / high). Above pi / 8, as pi / 4 + atan((low - high) / (low + high)).
   const double least = kTanOfEighth * high;
   const double above = low > least ? low - high : low, below = low > least ? low + high : high;
   const double z = above / (below > 0 ? below : 1), s = z * z;
-  // (atan(z) / z - 1) / z^2 as a polynomial of z^2, interpolated at the Chebyshev nodes of z = 0 to tan(pi / 8): atan(z)
-  // differs by less than 2e-18.
+  // (atan(z) / z - 1) / z^2 as a polynomial in z^2, interpolated at the Chebyshev nodes between z = 0 and tan(pi / 8).
+  // The error of atan(z) is below 2e-18.
   double sum = -0x1.3a31b1c0fd3b7p-6;
   sum = sum * s + 0x1.4162c02b1dda3p-5;
   sum = sum * s - 0x1.a0999c632b6edp-5;
@@ -62,7 +62,7 @@ KILN_INLINE double angle_of(double imaginary, double real) {
   return std::copysign(angle, imaginary);
 }
 
-/// clip_by_ball() without branches, for one lane.
+/// clip_by_ball() for one lane, without branches.
 KILN_INLINE BallClip clip(const Point& a, const Point& b, const Point& c, double squared_radius) {
   const Point across = cross_of(b - a, c - a);
   const double doubled_area = std::sqrt(dot_of(across, across));
@@ -70,7 +70,7 @@ KILN_INLINE BallClip clip(const Point& a, const Point& b, const Point& c, double
   const Point normal{across.x * inverse, across.y * inverse, across.z * inverse};
   const double away = dot_of(normal, a);
   const double squared_circle_radius = squared_radius - away * away;
-  // Sums the sectors' angles by multiplying complex numbers, so that one arctangent suffices.
+  // Sums the angles of the sectors by multiplying complex numbers, so that one arctangent suffices.
   double real = 1, imaginary = 0;
   const auto turn = [&](double least, double cosine, double sine) KILN_INLINE_LAMBDA {
     const double turned_real = real * cosine - imaginary * sine;
@@ -79,20 +79,23 @@ KILN_INLINE BallClip clip(const Point& a, const Point& b, const Point& c, double
     imaginary = least > 0 ? turned_imaginary : imaginary;
   };
   double triangles = 0;
-  // The circle's centre is inside if no edge has it on its right; the lines are far from it if all margins are positive.
+  // The circle's centre lies in the triangle if no edge has it on its right. All lines are far from it if all margins
+  // are positive.
   double least_side = HUGE_VAL, least_margin = HUGE_VAL;
   const auto clip_edge = [&](const Point& p, const Point& q) KILN_INLINE_LAMBDA {
-    const Point way = q - p;
-    const double whole = dot_of(way, way), half = dot_of(p, way), start = dot_of(p, p);
+    const Point edge_vector = q - p;
+    const double whole = dot_of(edge_vector, edge_vector), half = dot_of(p, edge_vector),
+                 start = dot_of(p, p);
     const double root = half * half - whole * (start - squared_radius);
-    const double meets = lesser(root, whole);  // above 0 if the edge's line meets the ball
+    // Above 0 if the line through the edge meets the ball
+    const double meets = lesser(root, whole);
     const double reach = std::sqrt(meets > 0 ? root : 0), scale = 1 / (whole > 0 ? whole : 1);
     const double begin = meets > 0 ? greater(0, (-half - reach) * scale) : 1;
     const double end = meets > 0 ? lesser(1, (-half + reach) * scale) : 0;
-    const double length = end - begin;  // above 0 if a part of the edge lies in the ball
+    const double length = end - begin;  // Above 0 if a part of the edge lies in the ball
     const double share = length > 0 ? length : 0;
-    // Dot and cross products of points on the edge, relative to the circle's centre.
-    const double in_plane = start - away * away, side = dot_of(normal, cross_of(p, way));
+    // Dot and cross products of the end points of the edge's part in the ball, relative to the circle's centre.
+    const double in_plane = start - away * away, side = dot_of(normal, cross_of(p, edge_vector));
     least_side = lesser(least_side, side);
     least_margin = lesser(least_margin, side * side - 0.81 * squared_circle_radius * whole);
     triangles += side * share;
@@ -105,22 +108,22 @@ KILN_INLINE BallClip clip(const Point& a, const Point& b, const Point& c, double
   result.edge_share[0] = clip_edge(a, b);
   result.edge_share[1] = clip_edge(b, c);
   result.edge_share[2] = clip_edge(c, a);
-  // The angle lies in [0, 2 pi], or below pi if the centre lies outside. Rounding must not change 0 to 2 pi, or 2 pi
-  // to 0.
+  // The angle lies in [0, 2 pi], and below pi if the centre lies outside. Rounding must not turn 0 into 2 pi, or 2 pi
+  // into 0.
   constexpr double kNone = 1e-9, kTurn = 2 * std::numbers::pi;
   const double turned = angle_of(imaginary, real);
   const double least = least_side >= 0 ? 0 : -std::numbers::pi / 2;
   const double positive = turned < least ? turned + kTurn : turned;
   const double size = least_side >= 0 ? std::abs(turned) : kTurn;
-  const double whole_or_none = least_margin > 0 ? kTurn : 0;
-  const double angle = size < kNone ? whole_or_none : positive;
+  const double full_or_no_turn = least_margin > 0 ? kTurn : 0;
+  const double angle = size < kNone ? full_or_no_turn : positive;
   const double sectors = (triangles + squared_circle_radius * angle) / 2;
   const double area = lesser(greater(sectors, 0), doubled_area / 2);
   result.area = lesser(squared_circle_radius, doubled_area) > 0 ? area : 0;
   return result;
 }
 
-/// \tparam kSkips  true to skip triangles that lie inside or outside of the ball, which needs branches
+/// \tparam kSkips  true: skips triangles that lie entirely inside or outside of the ball, which needs branches
 template <bool kSkips>
 KILN_INLINE void sum_lanes(BallBatch& batch, double squared_radius) {
   const double* __restrict const from = batch.corner[0].data();
@@ -164,7 +167,7 @@ using Sum = void (*)(BallBatch&, double);
 
 void sum_plain(BallBatch& batch, double squared_radius) { sum_lanes<true>(batch, squared_radius); }
 
-// On Windows, GCC does not align stacks for AVX.
+// With GCC on Windows, stacks are not aligned for AVX.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(_WIN32)
 __attribute__((target("avx2"))) void sum_avx2(BallBatch& batch, double squared_radius) {
   sum_lanes<false>(batch, squared_radius);

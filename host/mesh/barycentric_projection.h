@@ -1,4 +1,4 @@
-// Projection of a point onto a triangle, in barycentric coordinates.
+// Projects a point onto a triangle, in barycentric coordinates.
 #pragma once
 
 #include <algorithm>
@@ -8,8 +8,8 @@
 
 namespace kiln {
 
-/// Barycentric coordinates of a point's projection onto a triangle's plane, clamped to an edge if the projection lies
-/// outside of the triangle.
+/// Barycentric coordinates of a point's projection onto the triangle's plane. If the projection lies outside of the
+/// triangle, it is clamped to an edge.
 inline std::array<double, 3> barycentric_projection(const Vec3d& p, const Vec3d& a, const Vec3d& b,
                                                     const Vec3d& c) {
   const Vec3d normal = cross(b - a, c - a);

@@ -9,8 +9,8 @@
 
 namespace kiln {
 
-/// The bounding box of the points that were added; empty at first. Points must not be NaN.
-/// \tparam Vector  Vec3, or GLM's vectors of two or three numbers
+/// The bounding box of the points that were added. It is empty at first. Points must not be NaN.
+/// \tparam Vector  Vec3, or a GLM vector of two or three numbers
 template <typename Vector>
 struct Box {
   using Number = std::remove_cvref_t<decltype(Vector().x)>;
@@ -32,15 +32,15 @@ struct Box {
     return is_at_most(low, other.low) && is_at_most(other.high, high);
   }
   bool contains(const Vector& p) const { return is_at_most(low, p) && is_at_most(p, high); }
-  /// True if the boxes have a point in common.
+  /// True if the two boxes have at least one point in common.
   bool overlaps(const Box& other) const {
     return is_at_most(low, other.high) && is_at_most(other.low, high);
   }
-  /// The zero vector if the box is empty.
+  /// Centre of the box; the zero vector if it is empty.
   auto center() const { return (to_double(low) + to_double(high)) * 0.5; }
-  /// Negative if the box is empty.
+  /// Extents along the axes; negative if the box is empty.
   auto size() const { return to_double(high) - to_double(low); }
-  /// 0 if the box is empty.
+  /// Length of the diagonal; 0 if the box is empty.
   double diagonal() const { return is_empty() ? 0 : length(size()); }
 
  private:
@@ -61,7 +61,7 @@ struct Box {
       return {function(a.x, b.x), function(a.y, b.y), function(a.z, b.z)};
     }
   }
-  /// True if no component of `a` exceeds the component of `b`.
+  /// True if no component of `a` exceeds the same component of `b`.
   static bool is_at_most(const Vector& a, const Vector& b) {
     if constexpr (kIsFlat) {
       return a.x <= b.x && a.y <= b.y;

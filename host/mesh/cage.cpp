@@ -22,15 +22,17 @@ namespace {
 
 constexpr const char* kInnerShellName = "inner";
 constexpr std::uint32_t kNoPartner = 0xFFFFFFFFU;
-// Maximum number of triangles of a polygon that may be triangulated differently
+// Maximum number of triangles in a polygon that the cage may triangulate differently than the low poly.
 constexpr std::size_t kMaxPolygonTriangles = 64;
-// A cage's vertex is far from its partner if its distance is this many times that to the nearest vertex.
+// A vertex of the low poly lies far from its partner in the cage if its distance to the partner is this many times that
+// to the nearest vertex of the cage.
 constexpr double kFarRatio = 4;
-// Share of far vertices from which a pairing in order is doubted, and from which it is rejected
+// Shares of far vertices: above kMinFarShare, the pairing in the order of faces is doubted and pairing by distance is
+// tried; above kMaxFarShare, a pairing is rejected.
 constexpr double kMinFarShare = 1.0 / 16, kMaxFarShare = 1.0 / 2;
 constexpr std::size_t kSampledCorners = 256;
 
-/// Triangles of one object or group, in order.
+/// The triangles of one object or group, in their order.
 struct Piece {
   std::string name;
   std::vector<std::uint32_t> triangles;
@@ -49,7 +51,8 @@ void find_boxes(const Mesh& mesh, std::span<const Vec3> positions, std::vector<P
   }
 }
 
-/// The pieces of triangles [first, first + count). A single unnamed piece if the mesh has no names.
+/// Splits triangles [first, first + count) by object or group. If the mesh has no names, there is a single unnamed
+/// piece.
 std::vector<Piece> pieces_of(const Mesh& mesh, std::span<const Vec3> positions, bool objects,
                              std::size_t first, std::size_t count) {
   const std::vector<std::uint32_t>& of = objects ? mesh.objects : mesh.groups;
@@ -64,8 +67,8 @@ std::vector<Piece> pieces_of(const Mesh& mesh, std::span<const Vec3> positions, 
   return pieces;
 }
 
-/// Components of triangles [first, first + count), connected over equal positions, in the order of their first
-/// triangles.
+/// Splits triangles [first, first + count) into components that are connected over equal positions, in the order of
+/// their first triangles.
 std::vector<Piece> parts_of(const Mesh& mesh, std::span<const Vec3> positions, std::size_t first,
                             std::size_t count) {
   const std::vector<std::uint32_t> place_of = weld_vertices(positions);
@@ -88,7 +91,7 @@ std::vector<Piece> parts_of(const Mesh& mesh, std::span<const Vec3> positions, s
   return pieces;
 }
 
-/// A name in lower case, without suffixes such as _low, _cage and .001.
+/// The name in lower case, without suffixes such as _low, _cage and .001.
 std::string bare_name_of(std::string name) {
   name = lower_case(name);
   for (bool retry = true; retry;) {
@@ -102,8 +105,8 @@ std::string bare_name_of(std::string name) {
   return name;
 }
 
-/// For each piece of the low poly, the piece of the cage with the same name (bare_name_of() if `bare`). kNoPartner:
-/// none. Empty if names are not unique.
+/// For each piece of the low poly, the piece of the cage with the same name (compared by bare_name_of() if `bare`), or
+/// kNoPartner. Empty if names are not unique.
 std::vector<std::uint32_t> pair_by_names(const std::vector<Piece>& low,
                                          const std::vector<Piece>& cage, bool bare) {
   const auto name = [&](const Piece& piece) {
@@ -123,8 +126,8 @@ std::vector<std::uint32_t> pair_by_names(const std::vector<Piece>& low,
   return piece_partners;
 }
 
-/// Pairs pieces of equal triangle counts by the distance of their bounding boxes. Empty if one is nearest to two
-/// pieces.
+/// Pairs pieces that have equal numbers of triangles by the distance of their bounding boxes. Empty if one piece is the
+/// nearest of two.
 std::vector<std::uint32_t> pair_by_distance(const std::vector<Piece>& low,
                                             const std::vector<Piece>& cage) {
   std::vector<std::uint32_t> piece_partners;
@@ -146,7 +149,7 @@ std::vector<std::uint32_t> pair_by_distance(const std::vector<Piece>& low,
   return piece_partners;
 }
 
-/// Share of a cage's vertices that lie far from their partners in the low poly, compared with the nearest vertices.
+/// Share of vertices that lie far from their partners (see kFarRatio).
 /// \param corners  cage positions of the corners of the low poly's triangles, in order; a subset is tested
 double far_share(const Mesh& low, std::span<const Vec3> low_positions,
                  std::span<const Vec3> corners) {
@@ -180,13 +183,14 @@ class VertexPartners {
   VertexPartners(const Mesh& low, const Mesh& cage, std::span<const Vec3> positions)
       : low_(low), cage_(cage), positions_(positions), corners_(3 * low.triangles.size()) {}
 
-  /// \returns true if the pieces correspond: by triangles in order, else by vertices in order
+  /// \returns true if the two pieces correspond: by the order of their triangles, or else by the order of their
+  /// vertices
   bool pair(const Piece& low, const Piece& cage) {
     return match_in_order(low, cage) || pair_by_rank(low, cage);
   }
 
-  /// Three cage corners per triangle of the low poly; empty if a vertex of the low poly would have two cage
-  /// positions.
+  /// For each triangle of the low poly, three corners of the cage. Empty if a vertex of the low poly would have two
+  /// positions in the cage.
   std::vector<Vec3> corners() const {
     std::vector<std::uint32_t> cage_vertex_of(low_.positions.size(), kNoPartner);
     std::vector<Vec3> result;
@@ -232,7 +236,8 @@ class VertexPartners {
     return sorted_vertices;
   }
 
-  /// Pairs vertices by their rank within each piece; polygons may be triangulated differently.
+  /// Pairs the vertices of two pieces by rank: the n-th lowest vertex index of one with the n-th lowest of the other.
+  /// Polygons may be triangulated differently.
   bool pair_by_rank(const Piece& low, const Piece& cage) {
     const std::vector<std::uint32_t> sorted_low_vertices = vertices(low_, low),
                                      sorted_cage_vertices = vertices(cage_, cage);
@@ -242,7 +247,7 @@ class VertexPartners {
           std::lower_bound(sorted_low_vertices.begin(), sorted_low_vertices.end(), vertex) -
           sorted_low_vertices.begin())];
     };
-    // Vertices of the triangles after the last one at which both polygons were complete
+    // The vertices of the triangles that were read since both meshes last ended a polygon at the same triangle
     std::multiset<std::uint32_t> low_vertices, cage_vertices;
     std::size_t triangles_since_match = 0;
     for (std::size_t i = 0; i < low.triangles.size(); ++i) {
@@ -273,9 +278,9 @@ class VertexPartners {
 
 std::string in_quotes(const std::string& name) { return "'" + name + "'"; }
 
-/// The cage's corners for each triangle of the low poly, read from the cage's triangles from `first` on; empty if the
-/// meshes do not correspond.
-/// \param mismatch  [out] the reason, if they nearly correspond
+/// For each triangle of the low poly, three corners of the cage, from the cage's triangles beginning with `first`.
+/// Empty if the meshes do not correspond.
+/// \param mismatch  [out] why the meshes do not correspond, if they nearly do
 std::vector<Vec3> corners_of(const Mesh& low, std::span<const Vec3> low_positions, const Mesh& cage,
                              std::span<const Vec3> positions, std::size_t first, bool named,
                              std::string& mismatch) {
@@ -333,13 +338,14 @@ std::vector<Vec3> corners_of(const Mesh& low, std::span<const Vec3> low_position
     VertexPartners partners(low, cage, positions);
     for (std::size_t i = 0; i < low_pieces.size(); ++i) {
       if (partners.pair(low_pieces[i], cage_pieces[piece_partners[i]])) continue;
-      mismatch = "faces of its " + in_quotes(cage_pieces[piece_partners[i]].name) +
-                 " do not have the vertices of the low poly's " + in_quotes(low_pieces[i].name) +
-                 " in their order";
+      mismatch = "the faces of its " + in_quotes(cage_pieces[piece_partners[i]].name) +
+                 " do not use the same vertices in the same order as those of the low poly's " +
+                 in_quotes(low_pieces[i].name);
       return std::vector<Vec3>{};
     }
     std::vector<Vec3> corners = partners.corners();
-    if (corners.empty()) mismatch = "some vertices of the low poly would get two positions";
+    if (corners.empty())
+      mismatch = "some vertices of the low poly would have two positions in the cage";
     return corners;
   };
   std::vector<Vec3> corners = pair_all();
@@ -347,12 +353,12 @@ std::vector<Vec3> corners_of(const Mesh& low, std::span<const Vec3> low_position
   const auto far = [&] { return corners.empty() ? 1 : far_share(low, low_positions, corners); };
   const double far_in_order = far();
   if (far_in_order <= kMinFarShare) return corners;
-  // Without names, components may be in a different order.
+  // Without names, the components of the cage may be in a different order than those of the low poly.
   const std::vector<Vec3> corners_in_order = corners;
   const std::string wrong =
       corners.empty()
           ? mismatch
-          : "in the order of their faces, its vertices do not lie where the low poly's do";
+          : "with faces paired in order, its vertices lie far from those of the low poly";
   mismatch.clear();
   low_pieces = parts_of(low, low_positions, 0, low.triangles.size());
   cage_pieces = parts_of(cage, positions, first, low.triangles.size());

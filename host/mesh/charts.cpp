@@ -10,7 +10,7 @@
 namespace kiln {
 namespace {
 
-/// Hash map that keeps the first value of each key: open addressing, at most half full.
+/// Hash map that keeps the first value of each key. It uses open addressing and is at most half full.
 class FirstValueMap {
  public:
   explicit FirstValueMap(std::size_t largest_count)
@@ -34,7 +34,7 @@ class FirstValueMap {
   std::vector<std::uint32_t> values_;  // Value + 1 of each slot; 0: free slot
 };
 
-/// Root of a triangle's tree in the union-find forest.
+/// Root of a triangle in a disjoint-set forest.
 std::uint32_t root(std::vector<std::uint32_t>& parent, std::uint32_t triangle) {
   while (parent[triangle] != triangle) {
     parent[triangle] = parent[parent[triangle]];
@@ -84,7 +84,7 @@ std::vector<std::uint32_t> uv_charts(const Mesh& mesh) {
 std::vector<std::uint32_t> uv_charts(const Mesh& mesh, std::span<const std::uint32_t> triangles) {
   if (triangles.size() == mesh.triangles.size()) return uv_charts(mesh);
   Mesh part;
-  // Copies the used items of a pool, in their order, so that equal items keep the lowest index first.
+  // Copies the used items of a pool in their order, so that of equal items, the one with the lowest index stays first.
   const auto copy_used = [&](const std::vector<Triangle>& corners, const auto& pool,
                              std::vector<Triangle>& part_corners, auto& part_pool) {
     std::vector<std::uint32_t> used;
@@ -112,9 +112,9 @@ std::vector<std::uint32_t> uv_charts(const Mesh& mesh, std::span<const std::uint
 }
 
 double uv_area(const Vec2& a, const Vec2& b, const Vec2& c) {
-  const double twice =
+  const double doubled_area =
       (double{b.x} - a.x) * (double{c.y} - a.y) - (double{b.y} - a.y) * (double{c.x} - a.x);
-  return std::isfinite(twice) ? std::abs(twice) / 2 : 0;
+  return std::isfinite(doubled_area) ? std::abs(doubled_area) / 2 : 0;
 }
 
 double uv_area(const Mesh& mesh) {

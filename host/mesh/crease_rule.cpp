@@ -16,45 +16,47 @@ namespace {
 
 constexpr std::uint32_t kNoPart = 0xFFFFFFFFU;
 
-/// Parameters of the histogram of turns (degrees) and of gaps in it: see find_creases().
+/// Parameters of the histogram of edge angles, in degrees, and of gaps in it: see find_creases().
 struct GapRule {
   static constexpr std::size_t kBins = 181;
   static constexpr std::size_t kFirstBin = 20;  ///< Equals kMinCreaseDegrees
   static constexpr std::size_t kRightAngle = 90;
-  /// Largest weight within a gap, as a share of the weight above it
+  /// Largest weight of the edges within a gap, as a share of the weight above the gap
   static constexpr double kMaxGapWeight = 0.1;
   /// Smallest ratio of a gap's upper end to its lower end
   static constexpr double kMinGapRatio = 1.5;
-  /// Smallest share of the weight above a gap; in a cube of ten million triangles, it is 1e-3
+  /// Smallest share of the weight above a gap; for a cube of ten million triangles, the share is 1e-3
   static constexpr double kMinWeightAbove = 2e-4;
-  /// Smallest share, by weight, of the edges with turns above the gap that continue in another such edge at both ends
+  /// Among edges with an angle above the gap: smallest share (by weight) of those that meet another such edge, or a
+  /// border, at both ends
   static constexpr double kMinLineShare = 0.8;
-  /// Parts with fewer edges have hard edges only if planes hold at least kMinPlaneShareOfSmall of the weight, or if at
-  /// most kMaxWeakShareOfSmall of it lies in edges with turns below the gap
+  /// Parts with fewer edges only have hard edges if edges within planes have at least the share kMinPlaneShareOfSmall
+  /// of the weight, or if other edges below the gap have at most the share kMaxWeakShareOfSmall
   static constexpr std::size_t kMinEdgesWithoutPlanes = 100;
   static constexpr double kMinPlaneShareOfSmall = 0.1, kMaxWeakShareOfSmall = 0.05;
-  /// Minimum number of edges of a part that is examined separately; a tetrahedron has 6 edges
+  /// Parts with fewer edges are examined together as one part; a tetrahedron has 6 edges
   static constexpr std::size_t kMinEdges = 12;
 };
 
-/// Parameters for parts with planes and edges but without a gap.
+/// Parameters for parts with planes and edges, but without a gap.
 struct PlaneRule {
   /// Smallest share (by weight) of edges within planes
   static constexpr double kMinPlaneShare = 0.25;
   static constexpr double kMinLineShare = 0.9;
-  static constexpr std::size_t kFirstBin = 25, kLastBin = 50;  ///< Range of the threshold, degrees
+  /// Range of the threshold in degrees
+  static constexpr std::size_t kFirstBin = 25, kLastBin = 50;
 };
 
-/// Parameters for vertices that are split in the file.
+/// Parameters for parts in which the file splits vertices at some edges.
 struct SplitRule {
-  static constexpr double kMinMedianTurn = 25;  ///< Smallest median turn of split edges, degrees
-  /// Alternatively, smallest 10% quantile of the turns of split edges, degrees: for shallow edges such as a blade's
-  /// ridge
-  static constexpr double kMinLowQuantileTurn = 5;
-  static constexpr double kMinSplitTurnRatio =
-      2;  ///< Smallest ratio of the split edges' median or 10% quantile to the 90% quantile of other edges
-  /// Smallest turn in degrees of split edges that are counted; splits within planes are ignored
-  static constexpr double kMinSplitTurn = 1;
+  static constexpr double kMinMedianAngle = 25;  ///< Smallest median angle of split edges, degrees
+  /// Instead of the median, the 10% quantile of the angles of split edges may be at least this, in degrees. This
+  /// accepts shallow edges such as a blade's ridge
+  static constexpr double kMinLowQuantileAngle = 5;
+  /// Smallest ratio of the median (or the 10% quantile) of split edges to the 90% quantile of other edges
+  static constexpr double kMinSplitAngleRatio = 2;
+  /// Split edges with a smaller angle, in degrees, are ignored, since they lie within planes
+  static constexpr double kMinSplitAngle = 1;
   /// Smallest share (by number) of edges that are not split
   static constexpr double kMinSharedShare = 0.1;
 };
@@ -62,28 +64,30 @@ struct SplitRule {
 /// Parameters for surfaces of labelled voxels.
 struct LatticeRule {
   static constexpr std::size_t kMinEdges = 200;
-  /// Largest length of an edge along an axis, in lattice steps
+  /// Largest length of an edge along an axis, in steps of the lattice
   static constexpr double kMaxEdgeSteps = 2;
-  static constexpr double kStepTolerance = 2e-3;  ///< Tolerance, in lattice steps
+  static constexpr double kStepTolerance = 2e-3;  ///< Tolerance in steps of the lattice
   static constexpr double kMinSlantedShare =
-      0.05;  ///< Smallest share (by weight) of edges with turns of 30 to 65 degrees
+      0.05;  ///< Smallest share (by weight) of edges with angles of 30 to 65 degrees
 };
 
 /// Parameters for single edges between planes.
 struct PlanarRegionRule {
-  static constexpr float kMaxPlaneTurn = 0.1F;  ///< Largest turn within a plane, degrees
-  /// Largest angle between a triangle and its plane's mean normal, degrees
+  static constexpr float kMaxPlaneAngle = 0.1F;  ///< Largest edge angle within a plane, degrees
+  /// Largest angle between a triangle's normal and the mean normal of its plane, degrees
   static constexpr double kMaxPlaneDeviation = 0.5;
-  static constexpr double kMinSingleTurn = 5;
+  static constexpr double kMinSingleAngle = 5;
   static constexpr double kMinSimilarRatio = 0.4,
-                          kMaxSimilarRatio = 2.5;  ///< Range of the ratio between similar turns
-  static constexpr double kMaxRoundTurn = 46;      ///< Largest turn of a round, degrees
-  static constexpr double kTurnTolerance = 2;      ///< Tolerance of equal turns, degrees
-  static constexpr double kAreaTolerance = 0.1;    ///< Relative tolerance of equal areas
+                          /// Angles are similar if their ratio is in this range
+      kMaxSimilarRatio = 2.5;
+  /// Largest edge angle of a round shape, such as a tube, degrees
+  static constexpr double kMaxRoundShapeAngle = 46;
+  static constexpr double kAngleTolerance = 2;   ///< Tolerance of equal angles, degrees
+  static constexpr double kAreaTolerance = 0.1;  ///< Relative tolerance of equal areas
 };
 
-std::size_t bin_of_turn(float turn) {
-  return std::min(static_cast<std::size_t>(std::lround(turn)), GapRule::kBins - 1);
+std::size_t bin_of_angle(float degrees) {
+  return std::min(static_cast<std::size_t>(std::lround(degrees)), GapRule::kBins - 1);
 }
 
 class CreaseFinder {
@@ -95,7 +99,7 @@ class CreaseFinder {
 
   void group_edges_by_part();
   void classify_parts();
-  /// Sets hard edges by a predicate, except within polygons.
+  /// Makes the edges hard for which a predicate holds. Edges within polygons are never hard.
   template <typename IsHard>
   void cut(const IsHard& is_hard);
   void find_regions();
@@ -118,7 +122,7 @@ class CreaseFinder {
   }
   Histogram histogram(std::span<const std::uint32_t> edges) const;
   double line_share_from(std::span<const std::uint32_t> edges, double degrees);
-  bool is_lattice(std::span<const std::uint32_t> edges, const Histogram& turns) const;
+  bool is_lattice(std::span<const std::uint32_t> edges, const Histogram& angles) const;
   bool classify_by_splits(std::span<const std::uint32_t> edges);
   double find_threshold(std::span<const std::uint32_t> edges);
   void classify_part(std::span<const std::uint32_t> edges);
@@ -133,7 +137,7 @@ class CreaseFinder {
   std::vector<std::uint32_t> part_numbers_;
   // True if split vertices determined the part's hard edges; indexed by the triangle that identifies the part
   std::vector<bool> split_in_file_;
-  std::vector<std::uint8_t> line_edges_;  // Scratch of line_share_from(), by welded vertex
+  std::vector<std::uint8_t> line_edges_;  // Scratch memory of line_share_from(), by welded vertex
 };
 
 void CreaseFinder::group_edges_by_part() {
@@ -161,18 +165,20 @@ CreaseFinder::Histogram CreaseFinder::histogram(std::span<const std::uint32_t> e
   Histogram result;
   for (const std::uint32_t e : edges) {
     const double w = weight(edge(e));
-    result.weight[edge(e).inner ? 0 : bin_of_turn(edge(e).turn)] += w;
+    result.weight[edge(e).inner ? 0 : bin_of_angle(edge(e).degrees)] += w;
     result.total += w;
-    if (edge(e).inner || edge(e).turn < PlanarRegionRule::kMaxPlaneTurn) result.plane_weight += w;
+    if (edge(e).inner || edge(e).degrees < PlanarRegionRule::kMaxPlaneAngle)
+      result.plane_weight += w;
   }
   return result;
 }
 
-/// Share (by weight) of the edges with at least this turn that continue at both ends; 0 if there are no such edges.
+/// Among edges with at least this angle: share (by weight) of those that meet another such edge, or a border, at both
+/// ends. 0 if there are no such edges.
 double CreaseFinder::line_share_from(std::span<const std::uint32_t> edges, double degrees) {
   const auto each = [&](const auto& call) {
     for (const std::uint32_t e : edges) {
-      if (edge(e).turn >= degrees && !edge(e).inner) call(edge(e));
+      if (edge(e).degrees >= degrees && !edge(e).inner) call(edge(e));
     }
   };
   each([&](const FaceEdge& e) {
@@ -182,11 +188,11 @@ double CreaseFinder::line_share_from(std::span<const std::uint32_t> edges, doubl
   });
   double line_weight = 0, total_weight = 0;
   each([&](const FaceEdge& e) {
-    const auto goes_on = [&](std::uint32_t end) {
+    const auto continues_line = [&](std::uint32_t end) {
       return line_edges_[end] > 1 || faces_.borders[end];
     };
     total_weight += weight(e);
-    if (goes_on(ends(e)[0]) && goes_on(ends(e)[1])) line_weight += weight(e);
+    if (continues_line(ends(e)[0]) && continues_line(ends(e)[1])) line_weight += weight(e);
   });
   each([&](const FaceEdge& e) {
     for (const std::uint32_t end : ends(e)) line_edges_[end] = 0;
@@ -194,10 +200,10 @@ double CreaseFinder::line_share_from(std::span<const std::uint32_t> edges, doubl
   return total_weight > 0 ? line_weight / total_weight : 0;
 }
 
-bool CreaseFinder::is_lattice(std::span<const std::uint32_t> edges, const Histogram& turns) const {
+bool CreaseFinder::is_lattice(std::span<const std::uint32_t> edges, const Histogram& angles) const {
   if (edges.size() < LatticeRule::kMinEdges) return false;
-  const double slanted = std::accumulate(&turns.weight[30], &turns.weight[66], 0.0);
-  if (slanted < LatticeRule::kMinSlantedShare * turns.total) return false;
+  const double slanted = std::accumulate(&angles.weight[30], &angles.weight[66], 0.0);
+  if (slanted < LatticeRule::kMinSlantedShare * angles.total) return false;
   const auto along = [&](std::uint32_t e) {
     const auto [a, b] = ends(edge(e));
     const Vec3d d = to_double(mesh_.positions[b]) - to_double(mesh_.positions[a]);
@@ -226,90 +232,91 @@ bool CreaseFinder::is_lattice(std::span<const std::uint32_t> edges, const Histog
   });
 }
 
-/// Sets hard edges from split vertices.
+/// Sets hard edges where the file splits vertices.
 /// \returns false if split vertices give no information
 bool CreaseFinder::classify_by_splits(std::span<const std::uint32_t> edges) {
-  std::vector<float> split_turns, shared_turns;
+  std::vector<float> split_angles, shared_angles;
   for (const std::uint32_t e : edges) {
     if (edge(e).inner) continue;
     if (!edge(e).split) {
-      shared_turns.push_back(edge(e).turn);
-    } else if (edge(e).turn >= SplitRule::kMinSplitTurn) {
-      split_turns.push_back(edge(e).turn);
+      shared_angles.push_back(edge(e).degrees);
+    } else if (edge(e).degrees >= SplitRule::kMinSplitAngle) {
+      split_angles.push_back(edge(e).degrees);
     }
   }
   const auto inner = static_cast<std::size_t>(
       std::count_if(edges.begin(), edges.end(), [&](std::uint32_t e) { return edge(e).inner; }));
-  if (split_turns.empty() || static_cast<double>(shared_turns.size() + inner) <
-                                 SplitRule::kMinSharedShare * static_cast<double>(edges.size())) {
+  if (split_angles.empty() || static_cast<double>(shared_angles.size() + inner) <
+                                  SplitRule::kMinSharedShare * static_cast<double>(edges.size())) {
     return false;
   }
-  const auto quantile = [](std::vector<float>& turns, double share) {
-    if (turns.empty()) return 0.0F;
-    const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(turns.size() - 1));
-    std::nth_element(turns.begin(), turns.begin() + at, turns.end());
-    return turns[static_cast<std::size_t>(at)];
+  const auto quantile = [](std::vector<float>& angles, double share) {
+    if (angles.empty()) return 0.0F;
+    const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(angles.size() - 1));
+    std::nth_element(angles.begin(), angles.begin() + at, angles.end());
+    return angles[static_cast<std::size_t>(at)];
   };
-  const double median = quantile(split_turns, 0.5), low = quantile(split_turns, 0.1);
-  const double others = quantile(shared_turns, 0.9);
+  const double median = quantile(split_angles, 0.5), low = quantile(split_angles, 0.1);
+  const double others = quantile(shared_angles, 0.9);
   const bool has_steep_edges =
-      median >= SplitRule::kMinMedianTurn && median >= SplitRule::kMinSplitTurnRatio * others;
+      median >= SplitRule::kMinMedianAngle && median >= SplitRule::kMinSplitAngleRatio * others;
   const bool has_shallow_edges =
-      low >= SplitRule::kMinLowQuantileTurn && low >= SplitRule::kMinSplitTurnRatio * others;
+      low >= SplitRule::kMinLowQuantileAngle && low >= SplitRule::kMinSplitAngleRatio * others;
   if (!has_steep_edges && !has_shallow_edges) return false;
   for (const std::uint32_t e : edges) {
-    creases_.hard[e] = edge(e).split && edge(e).turn >= SplitRule::kMinSplitTurn;
+    creases_.hard[e] = edge(e).split && edge(e).degrees >= SplitRule::kMinSplitAngle;
   }
   return true;
 }
 
-/// The turn above which a part's edges are hard; 180 if no edge is hard.
+/// The angle in degrees above which the edges of a part are hard; 180 if no edge is hard.
 double CreaseFinder::find_threshold(std::span<const std::uint32_t> edges) {
-  constexpr double kNoHardEdgeTurn = 180;
-  const Histogram turns = histogram(edges);
-  // For each bin, the weight of it and all higher bins
+  constexpr double kNoHardEdgeDegrees = 180;
+  const Histogram angles = histogram(edges);
+  // For each bin, the weight of this bin and all higher ones
   std::array<double, GapRule::kBins + 1> above{};
-  for (std::size_t i = GapRule::kBins; i-- > 0;) above[i] = above[i + 1] + turns.weight[i];
-  if (!(above[GapRule::kFirstBin] > 0)) return kNoHardEdgeTurn;
+  for (std::size_t i = GapRule::kBins; i-- > 0;) above[i] = above[i + 1] + angles.weight[i];
+  if (!(above[GapRule::kFirstBin] > 0)) return kNoHardEdgeDegrees;
   std::size_t from = 0, to = 0;
   double widest_ratio = 0;
   for (std::size_t a = GapRule::kFirstBin; a < GapRule::kRightAngle; ++a) {
     for (std::size_t b = a + 1; b < GapRule::kBins; ++b) {
-      // Bins between a and b form the gap. A virtual edge of 90 degrees is its upper bound if no edge lies above.
+      // The bins between a and b form the gap. If there are no edges above a, a virtual edge of 90 degrees is its upper
+      // end.
       const bool is_virtual = b == GapRule::kRightAngle && !(above[a + 1] > 0);
-      if (!is_virtual && !(turns.weight[b] > 0)) continue;
+      if (!is_virtual && !(angles.weight[b] > 0)) continue;
       if (above[a + 1] - above[b] > GapRule::kMaxGapWeight * above[b]) continue;
       const double ratio =
           static_cast<double>(std::min(b, GapRule::kRightAngle)) / static_cast<double>(a);
       if (ratio > widest_ratio) std::tie(widest_ratio, from, to) = std::tuple(ratio, a, b);
     }
   }
-  if (is_lattice(edges, turns)) return kNoHardEdgeTurn;
+  if (is_lattice(edges, angles)) return kNoHardEdgeDegrees;
   if (widest_ratio >= GapRule::kMinGapRatio) {
-    if (above[to] <= GapRule::kMinWeightAbove * turns.total) return kNoHardEdgeTurn;
+    if (above[to] <= GapRule::kMinWeightAbove * angles.total) return kNoHardEdgeDegrees;
     const double cut = std::sqrt(static_cast<double>(from) *
                                  static_cast<double>(std::min(to, GapRule::kRightAngle)));
-    // A small number of edges may have a gap by chance, as in small fragments of scans.
+    // A small part may have a gap by chance, such as a small fragment of a scan.
     const double weak =
-        turns.total - turns.plane_weight - above[static_cast<std::size_t>(std::ceil(cut))];
+        angles.total - angles.plane_weight - above[static_cast<std::size_t>(std::ceil(cut))];
     if (edges.size() < GapRule::kMinEdgesWithoutPlanes &&
-        turns.plane_weight < GapRule::kMinPlaneShareOfSmall * turns.total &&
-        weak > GapRule::kMaxWeakShareOfSmall * turns.total) {
-      return kNoHardEdgeTurn;
+        angles.plane_weight < GapRule::kMinPlaneShareOfSmall * angles.total &&
+        weak > GapRule::kMaxWeakShareOfSmall * angles.total) {
+      return kNoHardEdgeDegrees;
     }
     if (line_share_from(edges, cut) >= GapRule::kMinLineShare) return cut;
   }
-  if (turns.plane_weight < PlaneRule::kMinPlaneShare * turns.total) return kNoHardEdgeTurn;
+  if (angles.plane_weight < PlaneRule::kMinPlaneShare * angles.total) return kNoHardEdgeDegrees;
   std::size_t emptiest_bin = PlaneRule::kFirstBin;
   const auto around = [&](std::size_t at) {
-    return std::accumulate(&turns.weight[at - 2], &turns.weight[at + 3], 0.0) *
+    return std::accumulate(&angles.weight[at - 2], &angles.weight[at + 3], 0.0) *
            static_cast<double>(at);
   };
   for (std::size_t at = PlaneRule::kFirstBin; at <= PlaneRule::kLastBin; ++at) {
     if (around(at) < around(emptiest_bin)) emptiest_bin = at;
   }
   const auto cut = static_cast<double>(emptiest_bin);
-  return line_share_from(edges, cut) >= PlaneRule::kMinLineShare ? cut : kNoHardEdgeTurn;
+  return line_share_from(edges, cut) >= PlaneRule::kMinLineShare ? cut : kNoHardEdgeDegrees;
 }
 
 void CreaseFinder::classify_part(std::span<const std::uint32_t> edges) {
@@ -318,7 +325,7 @@ void CreaseFinder::classify_part(std::span<const std::uint32_t> edges) {
   if (!any) {
     const double cut = find_threshold(edges);
     for (const std::uint32_t e : edges) {
-      creases_.hard[e] = edge(e).turn >= cut && !edge(e).inner;
+      creases_.hard[e] = edge(e).degrees >= cut && !edge(e).inner;
       any = any || creases_.hard[e];
     }
   }
@@ -348,13 +355,13 @@ void CreaseFinder::cut(const IsHard& is_hard) {
       std::count(creases_.hard_part.begin(), creases_.hard_part.end(), true));
 }
 
-/// Finds planar regions of hard parts: triangles connected over edges without a turn.
+/// Finds planar regions of hard parts: triangles that are connected over edges with an angle of about 0.
 void CreaseFinder::find_regions() {
   if (creases_.hard_parts == 0) return;
   DisjointSets sets(mesh_.triangles.size());
   for (const FaceEdge& e : faces_.edges) {
     if (creases_.hard_part[part_of_[e.sides[0] / 3]] &&
-        (e.inner || e.turn < PlanarRegionRule::kMaxPlaneTurn)) {
+        (e.inner || e.degrees < PlanarRegionRule::kMaxPlaneAngle)) {
       sets.join(e.sides[0] / 3, e.sides[1] / 3);
     }
   }
@@ -368,7 +375,7 @@ void CreaseFinder::find_regions() {
     sums[region] += to_double(faces_.normals[t]) * double{faces_.areas[t]};
     region_area[region] += faces_.areas[t];
   }
-  // A rounded region of many tiny turns is not a plane, although no single edge shows that.
+  // A region with many tiny angles may be rounded, although no single edge shows that.
   std::vector<bool> is_bent_region(count);
   const double least = std::cos(PlanarRegionRule::kMaxPlaneDeviation * 3.14159265358979 / 180);
   for (std::uint32_t t = 0; t < count; ++t) {
@@ -387,10 +394,10 @@ void CreaseFinder::find_regions() {
 
 void CreaseFinder::correct_single_edges() {
   if (creases_.hard_parts == 0) return;
-  // Border between two planes. A pair of planes has one border, whatever the number of shared edges.
+  // Border between two planes. A pair of planes has a single border, whatever the number of shared edges.
   struct PlaneBorder {
     std::uint32_t from, to;
-    float turn;
+    float degrees;
     bool convex, hard;
   };
   std::vector<PlaneBorder> plane_borders;
@@ -399,12 +406,12 @@ void CreaseFinder::correct_single_edges() {
     const FaceEdge& edge = faces_.edges[e];
     const std::uint32_t a = plane(edge.sides[0]), b = plane(edge.sides[1]);
     if (a == b || !creases_.hard_part[part_of_[a]]) continue;
-    plane_borders.push_back({a, b, edge.turn, edge.convex, creases_.hard[e]});
-    plane_borders.push_back({b, a, edge.turn, edge.convex, creases_.hard[e]});
+    plane_borders.push_back({a, b, edge.degrees, edge.convex, creases_.hard[e]});
+    plane_borders.push_back({b, a, edge.degrees, edge.convex, creases_.hard[e]});
   }
   std::sort(plane_borders.begin(), plane_borders.end(),
             [](const PlaneBorder& x, const PlaneBorder& y) {
-              return std::tie(x.from, x.to, x.turn) < std::tie(y.from, y.to, y.turn);
+              return std::tie(x.from, x.to, x.degrees) < std::tie(y.from, y.to, y.degrees);
             });
   const auto of = [&](std::uint32_t region) {
     return std::equal_range(
@@ -412,9 +419,10 @@ void CreaseFinder::correct_single_edges() {
         [](const PlaneBorder& x, const PlaneBorder& y) { return x.from < y.from; });
   };
   const auto& areas_of_regions = creases_.region_areas;
-  const auto any = [&](std::uint32_t region, std::uint32_t but, const auto& alike) {
+  const auto any = [&](std::uint32_t region, std::uint32_t but, const auto& is_similar) {
     const auto [begin, end] = of(region);
-    return std::any_of(begin, end, [&](const PlaneBorder& m) { return m.to != but && alike(m); });
+    return std::any_of(begin, end,
+                       [&](const PlaneBorder& m) { return m.to != but && is_similar(m); });
   };
   std::vector<bool> hard = creases_.hard;
   for (std::size_t e = 0; e < faces_.edges.size(); ++e) {
@@ -422,23 +430,23 @@ void CreaseFinder::correct_single_edges() {
     const std::uint32_t a = plane(edge.sides[0]), b = plane(edge.sides[1]);
     if (a == b || !(areas_of_regions[a] > 0) || !(areas_of_regions[b] > 0)) continue;
     if (split_in_file_[part_of_[edge.sides[0] / 3]]) continue;
-    if (creases_.hard[e] && edge.turn <= PlanarRegionRule::kMaxRoundTurn) {
+    if (creases_.hard[e] && edge.degrees <= PlanarRegionRule::kMaxRoundShapeAngle) {
       const auto equal = [&](const PlaneBorder& m) {
         return m.convex == edge.convex &&
-               std::abs(m.turn - edge.turn) < PlanarRegionRule::kTurnTolerance &&
+               std::abs(m.degrees - edge.degrees) < PlanarRegionRule::kAngleTolerance &&
                std::abs(areas_of_regions[m.to] - areas_of_regions[m.from]) <
                    PlanarRegionRule::kAreaTolerance * areas_of_regions[m.from];
       };
       hard[e] = !(std::abs(areas_of_regions[a] - areas_of_regions[b]) <
                       PlanarRegionRule::kAreaTolerance * areas_of_regions[a] &&
                   any(a, b, equal) && any(b, a, equal));
-    } else if (!creases_.hard[e] && edge.turn >= PlanarRegionRule::kMinSingleTurn) {
-      const auto alike = [&](const PlaneBorder& m) {
+    } else if (!creases_.hard[e] && edge.degrees >= PlanarRegionRule::kMinSingleAngle) {
+      const auto is_similar = [&](const PlaneBorder& m) {
         return !m.hard && m.convex == edge.convex &&
-               m.turn > PlanarRegionRule::kMinSimilarRatio * edge.turn &&
-               m.turn < PlanarRegionRule::kMaxSimilarRatio * edge.turn;
+               m.degrees > PlanarRegionRule::kMinSimilarRatio * edge.degrees &&
+               m.degrees < PlanarRegionRule::kMaxSimilarRatio * edge.degrees;
       };
-      hard[e] = !any(a, b, alike) && !any(b, a, alike);
+      hard[e] = !any(a, b, is_similar) && !any(b, a, is_similar);
     }
   }
   creases_.hard = std::move(hard);
@@ -449,12 +457,12 @@ Creases CreaseFinder::take_result() {
     creases_.hard_part[t] = creases_.hard_part[part_of_[t]];
   }
   for (std::size_t e = 0; e < faces_.edges.size(); ++e) {
-    const double turn = faces_.edges[e].turn;
+    const double degrees = faces_.edges[e].degrees;
     if (!creases_.hard_part[faces_.edges[e].sides[0] / 3]) continue;
     if (creases_.hard[e]) {
-      creases_.least_degrees = std::min(creases_.least_degrees, turn);
+      creases_.least_degrees = std::min(creases_.least_degrees, degrees);
     } else {
-      creases_.most_smooth_degrees = std::max(creases_.most_smooth_degrees, turn);
+      creases_.most_smooth_degrees = std::max(creases_.most_smooth_degrees, degrees);
     }
   }
   return std::move(creases_);
@@ -474,7 +482,7 @@ Creases find_creases(const Mesh& mesh, const FaceEdges& faces) {
 Creases creases_from(const Mesh& mesh, const FaceEdges& faces, double degrees) {
   CreaseFinder rule(mesh, faces);
   rule.group_edges_by_part();
-  rule.cut([&](const FaceEdge& edge) { return edge.turn >= degrees; });
+  rule.cut([&](const FaceEdge& edge) { return edge.degrees >= degrees; });
   rule.find_regions();
   return rule.take_result();
 }

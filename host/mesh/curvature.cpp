@@ -18,8 +18,8 @@
 namespace kiln {
 namespace {
 
-// Limits for interpolation: longest edge of a triangle over the radius, and largest difference of its corners'
-// curvatures times the radius.
+// Limits for interpolation within a triangle: its longest edge over the radius, and the largest difference of the
+// curvatures at its corners times the radius.
 constexpr double kMaxEdgeShare = 1.0 / 4, kMaxCornerDifference = 1.0 / 256;
 constexpr double kNotComputed = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kSumsPerTask = 256;
@@ -30,21 +30,21 @@ Vec3d area_normal(std::span<const Vec3> positions, const Triangle& t) {
   return cross(to_double(positions[t[1]]) - first, to_double(positions[t[2]]) - first);
 }
 
-/// Signed angle between the normals of two triangles at their edge.
-/// \param way  direction of the edge in the first triangle
-double angle_between(const Vec3d& normal, const Vec3d& other, const Vec3d& way) {
-  // Adding +0 avoids -0, so that faces folded back by 180 degrees count as convex.
-  const double sine = dot(cross(normal, other), way) / length(way) + 0.0;
+/// Signed angle between the normals of two triangles, at the edge that they share.
+/// \param edge_direction  direction of the edge in the first triangle
+double angle_between(const Vec3d& normal, const Vec3d& other, const Vec3d& edge_direction) {
+  // Adding +0 turns -0 into +0, so that faces folded back by 180 degrees count as convex.
+  const double sine = dot(cross(normal, other), edge_direction) / length(edge_direction) + 0.0;
   return std::atan2(sine, dot(normal, other));
 }
 
-/// An edge of two triangles that traverse it in opposite directions.
+/// An edge of two triangles that traverse the edge in opposite directions.
 struct EdgeJoint {
-  /// The corner at the edge's start in each triangle: 3 * triangle + k
+  /// For each triangle, the corner at which the edge starts: 3 * triangle + k
   std::array<std::uint32_t, 2> corner;
   double length;
-  std::array<double, 2> height;  ///< Height of each triangle above the edge
-  double angle;                  ///< Signed angle between the triangles
+  std::array<double, 2> height;  ///< Height of each triangle over the edge
+  double angle;                  ///< Signed angle between the two triangles' normals
 };
 
 std::vector<std::uint8_t> find_usable(std::span<const Vec3> positions,
@@ -58,8 +58,8 @@ std::vector<std::uint8_t> find_usable(std::span<const Vec3> positions,
   return is_usable;
 }
 
-/// Calls body(vertex, Joint) once for each such edge, from several threads; the edges of one vertex come in order, on
-/// one thread.
+/// Calls body(vertex, joint) once for each edge of two triangles, from several threads. The edges at one vertex come in
+/// order, on one thread.
 /// \param next_around_edge  [out] MeanCurvature::next_around_edge_, already sized; empty if it is not needed
 template <typename Body>
 void for_each_joint(std::span<const Vec3> positions, std::span<const Triangle> triangles,
@@ -72,8 +72,8 @@ void for_each_joint(std::span<const Vec3> positions, std::span<const Triangle> t
                                      : positions.size();
       });
   struct Side {
-    // Position at the edge's other end; 0 if the side starts at the vertex, 1 if it ends there; corner at which the
-    // side starts
+    // `other`: position index of the edge's other end; `inward`: 0 if the side starts at the vertex, 1 if it ends
+    // there; `corner`: corner at which the side starts
     std::uint32_t other, inward, corner;
     bool operator<(const Side& b) const {
       return std::tie(other, inward, corner) < std::tie(b.other, b.inward, b.corner);
@@ -105,15 +105,16 @@ void for_each_joint(std::span<const Vec3> positions, std::span<const Triangle> t
         const bool has_two_triangles =
             next - i == 2 && triangle_sides[i].inward == 0 && triangle_sides[i + 1].inward == 1;
         if (has_two_triangles && v < triangle_sides[i].other) {
-          const Vec3d way = to_double(positions[triangle_sides[i].other]) - to_double(positions[v]);
+          const Vec3d edge_direction =
+              to_double(positions[triangle_sides[i].other]) - to_double(positions[v]);
           const std::uint32_t a = triangle_sides[i].corner, b = triangle_sides[i + 1].corner;
           const Vec3d n = area_normal(positions, triangles[a / 3]);
           const Vec3d m = area_normal(positions, triangles[b / 3]);
-          const double whole = length(way);
-          body(
-              v,
-              EdgeJoint{
-                  {a, b}, whole, {length(n) / whole, length(m) / whole}, angle_between(n, m, way)});
+          const double whole = length(edge_direction);
+          body(v, EdgeJoint{{a, b},
+                            whole,
+                            {length(n) / whole, length(m) / whole},
+                            angle_between(n, m, edge_direction)});
         }
         i = next;
       }
@@ -121,7 +122,7 @@ void for_each_joint(std::span<const Vec3> positions, std::span<const Triangle> t
   });
 }
 
-/// Signed angle at each triangle's edges; edge k starts at corner k.
+/// For each triangle, the signed angles at its edges; edge k starts at corner k.
 std::vector<std::array<float, 3>> find_angles(std::span<const Vec3> positions,
                                               std::span<const Triangle> triangles,
                                               std::span<const std::uint8_t> is_usable,
@@ -146,7 +147,7 @@ double facet_size(std::span<const Vec3> positions, std::span<const Triangle> tri
       positions.size());  // Edges by vertex, so that the order of sums does not depend on threads
   for_each_joint(positions, triangles, find_usable(positions, triangles), {},
                  [&](std::size_t vertex, const EdgeJoint& joint) {
-                   if (std::abs(joint.angle) > 1 / kFacetsARadius) return;
+                   if (std::abs(joint.angle) > 1 / kMinFacetsPerRadius) return;
                    const double weight = std::abs(joint.angle) * joint.length;
                    sums[vertex].weight += weight;
                    sums[vertex].size += weight * std::min(joint.height[0], joint.height[1]);
@@ -186,7 +187,7 @@ double MeanCurvature::at(const Vec3d& point, Scratch& scratch) const {
   return sums.area > 0 ? sums.bend / sums.area : 0;
 }
 
-/// Finds the triangles connected with a point's triangle over edges within the ball.
+/// Finds the triangles that are connected with the point's triangle over edges within the ball.
 /// \returns false if there are too many
 bool MeanCurvature::find_connected(const Vec3d& point, std::uint32_t triangle,
                                    Scratch& scratch) const {
@@ -200,9 +201,10 @@ bool MeanCurvature::find_connected(const Vec3d& point, std::uint32_t triangle,
     ++scratch.steps;
     for (std::uint32_t k = 0; k < 3; ++k) {
       const Vec3d a = to_double(positions_[triangles_[t][k]]) - point;
-      const Vec3d way = to_double(positions_[triangles_[t][(k + 1) % 3]]) - point - a;
-      const double along = std::clamp(-dot(a, way) / dot(way, way), 0.0, 1.0);
-      const Vec3d near = a + way * along;
+      const Vec3d edge_direction = to_double(positions_[triangles_[t][(k + 1) % 3]]) - point - a;
+      const double along =
+          std::clamp(-dot(a, edge_direction) / dot(edge_direction, edge_direction), 0.0, 1.0);
+      const Vec3d near = a + edge_direction * along;
       if (!(dot(near, near) < radius_ * radius_)) continue;
       for (std::uint32_t c = next_around_edge_[3 * t + k]; c != 3 * t + k;
            c = next_around_edge_[c]) {
@@ -229,7 +231,7 @@ double MeanCurvature::curvature_on_sheet(const Vec3d& point, std::uint32_t trian
   return sums.area > 0 ? sums.bend / sums.area : 0;
 }
 
-/// Thread-safe without a lock: concurrent computations of a vertex give the same value.
+/// Thread-safe without a lock: threads that compute the value of a vertex at the same time get the same value.
 double MeanCurvature::curvature_at_vertex(std::uint32_t vertex, Scratch& scratch) const {
   std::atomic<double>& kept = vertex_curvatures_[vertex];
   double curvature = kept.load(std::memory_order_relaxed);

@@ -41,21 +41,21 @@ namespace kiln {
 /// See EdgeTree for approximations in balls with very many triangles.
 class MeanCurvature {
  public:
-  /// Reusable scratch memory; one per thread.
+  /// Reusable scratch memory; each thread needs its own.
   using Scratch = EdgeTree::Scratch;
 
+  /// Prepares a mesh. Time O(n log n) for n triangles. Memory about 160 bytes per triangle, four times that for long
+  /// triangles in random directions.
   /// \param positions  must outlive this object and remain unchanged; the same holds for the triangles
   /// \param radius     above 0, in units of the positions
-  /// Time O(n log n) for n triangles. Memory about 160 bytes per triangle, four times that for long triangles in
-  /// random directions.
   MeanCurvature(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                 double radius);
 
-  /// Curvature at any point, averaged over all surface in the ball around it. Takes microseconds.
+  /// Curvature at any point, averaged over the whole surface in the ball around it. Takes microseconds.
   /// \returns the curvature in 1 / units of the positions; 0 if the ball contains no surface
   double at(const Vec3d& point, Scratch& scratch) const;
-  /// Curvature of a triangle's own sheet at the point with barycentric coordinates u and v of corners 1 and 2.
-  /// Thread-safe with one scratch per thread; bit-identical whatever was evaluated before.
+  /// Curvature of a triangle's own sheet, at the point with the barycentric coordinates u of corner 1 and v of corner
+  /// 2. Thread-safe with one scratch per thread. The bits do not depend on what was evaluated before.
   double on(std::uint32_t triangle, double u, double v, Scratch& scratch) const;
 
  private:
@@ -70,20 +70,20 @@ class MeanCurvature {
   /// For each half-edge (3 * triangle + k), the next half-edge between the same two positions; these form a ring.
   std::vector<std::uint32_t> next_around_edge_;
   std::vector<std::uint32_t> first_triangle_;  // First triangle of each vertex
-  // Cached curvature of each vertex; NaN: not computed yet
+  // Cached curvature of each vertex; NaN if it is not computed yet
   mutable std::vector<std::atomic<double>> vertex_curvatures_;
 };
 
-/// Smallest radius of curvature maps at which facets are invisible, in facet sizes: on spheres of even triangles,
-/// radii of 1, 2 and 3 facets give values with standard deviations of 7%, 3% and 1.5%.
-inline constexpr double kFacetsARadius = 3;
+/// Smallest radius of curvature maps at which facets are invisible, in units of facet_size(). On spheres of even
+/// triangles, radii of 1, 2 and 3 facets give values with standard deviations of 7%, 3% and 1.5%.
+inline constexpr double kMinFacetsPerRadius = 3;
 
-/// Estimates the size of the facets that approximate smooth surfaces: the mean over edges of the lower height of the
-/// two adjacent triangles, weighted by angle * length. Only edges that bend by at most 1 / kFacetsARadius count;
-/// others are features of the shape itself. For a cylinder, the result is the width of its sides, whatever its caps;
-/// for equal equilateral triangles, it is 0.87 edge lengths. Unlike curvature, it depends on the triangulation.
-/// Deterministic on any number of threads. O(n log n).
-/// \returns 0 if no edge bends so little
+/// Estimates the size of the facets that approximate smooth surfaces: the mean, over edges, of the lower height of the
+/// two adjacent triangles, weighted by angle * length. Only edges with an angle of at most 1 / kMinFacetsPerRadius
+/// (radians) count; sharper ones are features of the shape itself. For a cylinder, the result is the width of its
+/// sides, whatever its caps; for equal equilateral triangles, it is 0.87 edge lengths. Unlike curvature, it depends on
+/// the triangulation. Deterministic on any number of threads. O(n log n).
+/// \returns 0 if no edge counts
 double facet_size(std::span<const Vec3> positions, std::span<const Triangle> triangles);
 
 }  // namespace kiln

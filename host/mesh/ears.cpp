@@ -15,14 +15,14 @@ namespace {
 constexpr std::uint32_t kNoCorner = 0xFFFFFFFFU;
 constexpr std::uint64_t kMaxTests = std::uint64_t{1} << 26;
 constexpr std::size_t kMaxFanCorners = 64;
-// Number of corners below which a grid costs more than it saves.
+// For polygons with fewer corners, a grid costs more than it saves.
 constexpr std::size_t kMinGridCorners = 64;
-// Bound on the rounding error of doubled areas: coordinates and their products are about 1 and are rounded to 2^-53.
+// Bound on the rounding error of doubled areas. Coordinates and their products are about 1, and are rounded to 2^-53.
 constexpr double kSignRounding = 1e-12;
 
 using Point = std::array<double, 2>;
 
-/// Corners of the polygon in the cells of a grid.
+/// A grid whose cells list the polygon's corners.
 class CornerGrid {
  public:
   explicit CornerGrid(const FlatPolygon& flat) {
@@ -46,7 +46,8 @@ class CornerGrid {
   bool empty() const { return corners_.empty(); }
 
   /// Calls `stop` for each corner in the cells that a triangle may touch, until `stop` returns true.
-  /// \param tests  [in, out] budget of tests, reduced by the number of visited cells and corners; 0: exhausted
+  /// \param tests  [in, out] number of tests that are still allowed; reduced by the number of visited cells and
+  ///   corners. At 0, the search stops
   template <typename Stop>
   void visit_corners(const std::array<Point, 3>& triangle, std::uint64_t& tests,
                      const Stop& stop) const {
@@ -74,11 +75,11 @@ class CornerGrid {
     return std::size_t{row(p[1], 1)} * cells_per_side_ + row(p[0], 0);
   }
 
-  /// Columns that a triangle covers in a row, possibly one too many.
+  /// The columns that a triangle covers in a row, possibly one too many at each end.
   std::pair<std::uint32_t, std::uint32_t> columns_in_row(const std::array<Point, 3>& triangle,
                                                          std::uint32_t y) const {
     const double height = (high_[1] - low_[1]) / cells_per_side_;
-    // The row's bounds, enlarged by the rounding error of its corners.
+    // The bounds of the row, enlarged by the rounding error of its corners.
     const double from = low_[1] + (y - 0.001) * height, to = low_[1] + (y + 1.001) * height;
     double left = std::numeric_limits<double>::infinity(), right = -left;
     const auto reach = [&](double x) {
@@ -146,7 +147,7 @@ class Ears {
   struct Cut {
     double length;  // Squared length of the cut
     std::uint32_t tip, version;
-    // Orders by descending length, because a priority queue has its largest element on top
+    // Compares by descending length, because a priority queue keeps the largest element on top
     bool operator<(const Cut& other) const {
       return std::tie(other.length, other.tip) < std::tie(length, tip);
     }
@@ -174,8 +175,8 @@ class Ears {
     }
   }
 
-  /// True if the tip can be cut off. Otherwise, records the corner that blocks it, whose removal triggers another
-  /// test.
+  /// True if the corner `tip` can be cut off. Otherwise records the corner that blocks it: when that corner is removed,
+  /// `tip` is tested again.
   bool is_ear(std::uint32_t tip) {
     if (has_no_sides(tip)) return true;
     const std::uint32_t previous = before_[tip], next = next_[tip];
@@ -222,7 +223,7 @@ class Ears {
   }
 
   /// Cuts off a corner that is not an ear.
-  /// \returns true if the corner lies on a straight line and only rounding keeps it from being an ear
+  /// \returns true if the corner lies on a straight line, and only rounding keeps it from being an ear
   bool cut_non_ear(CornerTriangles& triangles) {
     std::uint32_t first_remaining = 0, best = kNoCorner;
     while (corner_version_[first_remaining] == kNoCorner) ++first_remaining;
@@ -244,15 +245,15 @@ class Ears {
   std::uint32_t remaining_count_;
   std::uint64_t tests_left_ = kMaxTests;
   std::vector<std::uint32_t> next_, before_;
-  /// How often each corner's neighbours have changed; kNoCorner: the corner is cut off
+  /// How often the neighbours of each corner have changed; kNoCorner if the corner is cut off
   std::vector<std::uint32_t> corner_version_;
   std::priority_queue<Cut> cut_queue_;
   std::vector<BlockedCorner> blocked_corners_;
-  std::vector<std::uint32_t>
-      last_blocked_;  ///< For each corner, the last element of `blocked_corners_` that it blocks
+  /// For each corner, the last element of `blocked_corners_` that lists a corner it blocks
+  std::vector<std::uint32_t> last_blocked_;
 };
 
-/// Sine of a triangle's smallest angle; 0 or less if it has no area or turns right.
+/// Sine of a triangle's smallest angle; 0 or less if the triangle has no area or turns right.
 double smallest_angle(const FlatPolygon& flat, const std::array<std::uint32_t, 3>& t) {
   std::array<double, 3> side_lengths{};
   for (std::size_t k = 0; k < 3; ++k) {
@@ -326,7 +327,7 @@ void split_as_convex(std::span<const std::uint32_t> corners, CornerTriangles& tr
 }
 
 void raise_smallest_angles(const FlatPolygon& flat, CornerTriangles& triangles) {
-  // Sides, sorted by their corners in ascending order, to find the neighbour across each side.
+  // Sides sorted by their two corners, to find the neighbour across each side.
   std::vector<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>> triangle_sides;
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
     for (std::uint32_t k = 0; k < 3; ++k) {
@@ -335,7 +336,7 @@ void raise_smallest_angles(const FlatPolygon& flat, CornerTriangles& triangles) 
     }
   }
   std::sort(triangle_sides.begin(), triangle_sides.end());
-  // For each triangle side, the side of the adjacent triangle at the same edge
+  // For each side, the side of the triangle on the other side of the same edge
   std::vector<std::uint32_t> side_across(3 * triangles.size(), kNoCorner);
   for (std::size_t i = 1; i < triangle_sides.size(); ++i) {
     const auto& [a, b, one] = triangle_sides[i - 1];
@@ -352,7 +353,7 @@ void raise_smallest_angles(const FlatPolygon& flat, CornerTriangles& triangles) 
   for (const auto& t : triangles) angles.push_back(smallest_angle(flat, t));
   std::queue<std::uint32_t> open;
   for (std::uint32_t s = 0; s < side_across.size(); ++s) open.push(s);
-  // Each flip increases the sorted list of angles, so flipping terminates, usually after a few flips per corner.
+  // Each flip increases the sorted list of angles, so flipping ends, usually after a few flips per corner.
   std::uint64_t flips = 64 * std::uint64_t{triangles.size()};
   for (; !open.empty() && flips != 0; open.pop()) {
     const std::uint32_t side = open.front(), other = side_across[side];

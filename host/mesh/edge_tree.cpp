@@ -14,31 +14,32 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kPiecesPerLeaf = 4;  // Pieces in a leaf of the tree
-// Largest half diagonal of boxes that are not opened, as a multiple of the radius.
+// Boxes with at most this half diagonal are counted without opening them. As a multiple of the radius.
 constexpr double kMaxUnopenedShare = 1.0 / 16;
-// Diagonal above which no ball contains a box, as a multiple of the radius: 2, plus rounding.
+// A box with a larger diagonal fits into no ball. As a multiple of the radius: 2, plus rounding.
 constexpr double kMinOutsideDiagonal = 2.001;
 constexpr float kCutAngle = 0;
-// Maximum number of pieces on a ball's boundary for exact sums
+// If a ball's boundary crosses more pieces than this, sums are not exact
 constexpr std::size_t kMaxCutPieces = 4096;
-// Maximum number of leaves on a ball's boundary without sampling
+// If a ball's boundary crosses more leaves than this, a sheet is sampled
 constexpr std::size_t kMaxCutLeaves = 8192;
-// Maximum number of boxes opened per level when sampling
+// Maximum number of boxes that are opened per level when sampling
 constexpr std::size_t kMaxBoxesPerLevel = 64;
-constexpr std::size_t kMaxCellPieces = 256;  // Maximum number of pieces that a cell lists singly
-constexpr std::size_t kCachedCells = 128;    // Cells cached per thread
-// Mean number of balls (around points in the mesh's box) that touch a piece's box; below it, pieces need no cutting.
-constexpr double kMaxTouchingBalls = 8;
+constexpr std::size_t kMaxCellPieces = 256;  // Maximum number of pieces that a cell lists
+constexpr std::size_t kCachedCells = 128;    // Number of cells that each thread caches
+// Pieces need no cutting if a ball around a random point of the mesh's box touches the boxes of at most this many
+// pieces, on average.
+constexpr double kMaxTouchedPieces = 8;
 // Maximum mean number of pieces per triangle after cutting
 constexpr std::size_t kMaxPiecesPerTriangle = 4;
-// Minimum reach of a piece that is cut, as a multiple of a point's reach. The reach is the volume of the piece's box,
-// enlarged by the radius on all sides: the set of centres whose balls may touch the piece.
+// Smallest reach of a piece that is cut, as a multiple of the reach of a point. The reach is the set of centres whose
+// balls may touch the piece, measured as the volume of the piece's box enlarged by the radius on all sides.
 constexpr double kMinReachFactor = 8;
 constexpr std::uint32_t kMaxHalvings = 60;
 // Bound on the rounding error of a piece's clipped area, as a share of the squared radius.
 constexpr double kRoundedArea = 1e-9;
-// Share of the radius within which a piece counts as inside of a ball without a look at its corners; the rest exceeds
-// the rounding error of their distances.
+// Share of the radius within which a piece counts as inside of a ball without testing its corners. The difference to 1
+// exceeds the rounding error of their distances.
 constexpr double kInsideShare = 1 - 1e-6;
 constexpr std::size_t kMaxSampledLeaves = 2048;  // Maximum number of leaves that represent a sheet
 
@@ -65,7 +66,7 @@ Box<Vec3> box_of(const BendPiece& piece) {
   return box;
 }
 
-/// Halves a piece across its longest edge until each part's reach is small enough.
+/// Halves a piece across its longest edge until the reach of each part is small enough.
 template <typename Body>
 void cut(const BendPiece& piece, double radius, double most, std::uint32_t left, const Body& body) {
   if (left == 0 || enlarged_volume(box_of(piece), radius) <= most) return body(piece);
@@ -86,8 +87,8 @@ void cut(const BendPiece& piece, double radius, double most, std::uint32_t left,
   cut(second, radius, most, left - 1, body);
 }
 
-/// Cuts long triangles in random directions, whose boxes every ball would touch, within the limit on the number of
-/// pieces.
+/// Cuts long triangles with random directions, whose boxes nearly every ball would touch. The number of pieces is
+/// limited.
 std::vector<BendPiece> cut_long(std::vector<BendPiece> pieces, double radius) {
   Box<Vec3> all;
   for (const BendPiece& piece : pieces) all.join(box_of(piece));
@@ -99,12 +100,12 @@ std::vector<BendPiece> cut_long(std::vector<BendPiece> pieces, double radius) {
   const double least = enlarged_volume({{0, 0, 0}, {0, 0, 0}}, radius) * kMinReachFactor;
   double best = std::numeric_limits<double>::infinity();
   for (double most = room; most >= least; most /= 2) {
-    double touching_balls = 0;
+    double touched_pieces = 0;
     std::size_t count = 0;
     with(best, [&](const BendPiece& piece) {
-      touching_balls += enlarged_volume(box_of(piece), radius) / room;
+      touched_pieces += enlarged_volume(box_of(piece), radius) / room;
     });
-    if (touching_balls <= kMaxTouchingBalls) break;
+    if (touched_pieces <= kMaxTouchedPieces) break;
     with(most, [&](const BendPiece&) { ++count; });
     if (count > kMaxPiecesPerTriangle * pieces.size()) break;
     best = most;
@@ -163,7 +164,7 @@ EdgeTree::EdgeTree(std::span<const Vec3> positions, std::span<const Triangle> tr
         item_order.begin() + static_cast<std::ptrdiff_t>(first_piece_of(levels_, leaf));
     const auto end =
         item_order.begin() + static_cast<std::ptrdiff_t>(first_piece_of(levels_, leaf + 1));
-    // Sorts again, since the order of sums must not depend on nth_element().
+    // Sorts the pieces of the leaf again, since the order of sums must not depend on nth_element().
     std::sort(begin, end, [](const Item& a, const Item& b) { return a.piece < b.piece; });
     for (auto item = begin; item != end; ++item) {
       pieces_[static_cast<std::size_t>(item - item_order.begin())] = pieces[item->piece];
@@ -175,7 +176,7 @@ EdgeTree::EdgeTree(std::span<const Vec3> positions, std::span<const Triangle> tr
   }
 }
 
-/// Candidates for balls around points in a cell. They are found for the whole cell, so that they do not depend on
+/// The candidates for balls around points in a cell. They are found for the whole cell, so they do not depend on
 /// previous queries.
 const EdgeTree::Cell& EdgeTree::cell_of(const Vec3d& centre, Scratch& scratch) const {
   const auto along = [&](double at) { return static_cast<std::int64_t>(std::floor(at / radius_)); };
@@ -191,15 +192,15 @@ const EdgeTree::Cell& EdgeTree::cell_of(const Vec3d& centre, Scratch& scratch) c
                  (static_cast<double>(at[1]) + up) * radius_,
                  (static_cast<double>(at[2]) + up) * radius_};
   };
-  // Margin as a share of the radius; exceeds the rounding error of the division
+  // Margin as a share of the radius. It exceeds the rounding error of the division
   constexpr double kCellMargin = 1e-3;
   const Vec3d low = end(-kCellMargin), high = end(1 + kCellMargin);
-  cell.few = collect_pieces(low, high, cell, scratch.steps);
-  if (!cell.few) find_start_boxes(low, high, cell, scratch.steps);
+  cell.lists_all_pieces = collect_pieces(low, high, cell, scratch.steps);
+  if (!cell.lists_all_pieces) find_start_boxes(low, high, cell, scratch.steps);
   return cell;
 }
 
-/// Collects all pieces within a radius of a box.
+/// Collects all pieces within one radius of a box.
 /// \returns false if there are too many
 bool EdgeTree::collect_pieces(const Vec3d& low, const Vec3d& high, Cell& cell,
                               std::uint64_t& steps) const {
@@ -231,24 +232,24 @@ bool EdgeTree::collect_pieces(const Vec3d& low, const Vec3d& high, Cell& cell,
         continue;
       cell.pieces.push_back(pieces_[i]);
       cell.normals.add(pieces_[i].normal);
-      Near& near = cell.spheres.emplace_back();
-      near.centre = box.center();
+      BoundingSphere& sphere = cell.spheres.emplace_back();
+      sphere.centre = box.center();
       double farthest = 0;
       for (const Vec3& corner : pieces_[i].corner) {
-        farthest = std::max(farthest, length(to_double(corner) - near.centre));
+        farthest = std::max(farthest, length(to_double(corner) - sphere.centre));
       }
       const double reach = radius_ + farthest;
       const double inside = std::max(0.0, radius_ * kInsideShare - farthest);
-      near.squared_reach = reach * reach;
-      near.squared_inside_distance = inside * inside;
+      sphere.squared_reach = reach * reach;
+      sphere.squared_inside_distance = inside * inside;
     }
     if (cell.pieces.size() > kMaxCellPieces) return false;
   }
   return true;
 }
 
-/// Finds the boxes at which searches start for balls around points of a cell: opens boxes that are too large to lie
-/// in a ball, and drops boxes that no such ball reaches.
+/// Finds the boxes from which searches start for balls around points in a cell. Boxes that are too large to lie in a
+/// ball are opened, and boxes that no such ball reaches are left out.
 void EdgeTree::find_start_boxes(const Vec3d& low, const Vec3d& high, Cell& cell,
                                 std::uint64_t& steps) const {
   cell.boxes.clear();
@@ -261,9 +262,9 @@ void EdgeTree::find_start_boxes(const Vec3d& low, const Vec3d& high, Cell& cell,
     if (squared_nearest_distance(to_double(node.low) - high, to_double(node.high) - low) >=
         squared_)
       continue;
-    const bool opens =
+    const bool must_open =
         length(to_double(node.high) - to_double(node.low)) > radius_ * kMinOutsideDiagonal;
-    if (!opens || at >= first_node_of_level(levels_)) {
+    if (!must_open || at >= first_node_of_level(levels_)) {
       cell.boxes.push_back(at);
       if (cell.boxes.size() <= kMaxCutLeaves) continue;
       cell.boxes.assign(1, 0);
@@ -299,7 +300,7 @@ bool EdgeTree::may_hold_opposed(const Vec3d& centre, const Sheet& sheet, Scratch
            squared_;
   };
   const Cell& cell = cell_of(centre, scratch);
-  if (cell.few) {
+  if (cell.lists_all_pieces) {
     if (!cell.normals.may_be_opposed(sheet)) return false;
     scratch.steps += cell.pieces.size();
     return std::any_of(cell.pieces.begin(), cell.pieces.end(), [&](const BendPiece& piece) {
@@ -334,7 +335,7 @@ bool EdgeTree::may_hold_opposed(const Vec3d& centre, const Sheet& sheet, Scratch
 
 BendSums EdgeTree::within(const Vec3d& centre, const Sheet& sheet, Scratch& scratch) const {
   const Cell& cell = cell_of(centre, scratch);
-  if (cell.few) {
+  if (cell.lists_all_pieces) {
     return sum_by_pieces(cell, centre, scratch,
                          [&](const BendPiece& piece) { return sheet.belongs_to_sheet(piece); });
   }
@@ -363,11 +364,12 @@ BendSums EdgeTree::within(const Vec3d& centre, const Sheet& sheet, Scratch& scra
     sums += counted;
     scratch.steps += kPiecesPerLeaf;
   }
-  // If all pieces belong to the sheet, the sums are computed in the order of the other within(), to be bit-identical.
+  // If all pieces belong to the sheet, the result must be bit-identical to the other within(), which sums in another
+  // order.
   return has_left_out ? sums : within(centre, scratch);
 }
 
-/// Sums of a leaf's pieces that belong to the sheet.
+/// Sums those pieces of a leaf that belong to the sheet.
 /// \param has_left_out  set to true if some pieces do not belong to it
 BendSums EdgeTree::sum_leaf(std::size_t leaf, const Sheet& sheet, const Vec3d& centre,
                             bool& has_left_out) const {
@@ -384,8 +386,8 @@ BendSums EdgeTree::sum_leaf(std::size_t leaf, const Sheet& sheet, const Vec3d& c
   return sums;
 }
 
-/// Sums of a sheet in a ball with very many pieces: opens boxes level by level up to a limit, then represents each
-/// box by a leaf in its middle, scaled by area.
+/// Sums a sheet in a ball with very many pieces. Opens boxes level by level up to a limit. Then the leaf in the middle
+/// of each box represents the box, scaled by its area.
 BendSums EdgeTree::sum_by_leaves(const Sheet& sheet, const Vec3d& centre, Scratch& scratch) const {
   BendSums sums;
   const std::uint32_t level = open_levels(kMaxSampledLeaves, scratch, [&](const Node& node) {
@@ -412,7 +414,8 @@ BendSums EdgeTree::sum_by_leaves(const Sheet& sheet, const Vec3d& centre, Scratc
 
 BendSums EdgeTree::within(const Vec3d& centre, Scratch& scratch) const {
   const Cell& cell = cell_of(centre, scratch);
-  if (cell.few) return sum_by_pieces(cell, centre, scratch, [](const BendPiece&) { return true; });
+  if (cell.lists_all_pieces)
+    return sum_by_pieces(cell, centre, scratch, [](const BendPiece&) { return true; });
   BendSums sums;
   for (const bool coarse : {false, true}) {
     if (sum_by_boxes(cell, centre, coarse, scratch, sums)) return sums;
@@ -420,8 +423,8 @@ BendSums EdgeTree::within(const Vec3d& centre, Scratch& scratch) const {
   return sum_by_levels(centre, scratch);
 }
 
-/// Sums of a cell's candidates that belong to the sheet. Those that the ball's boundary may cross are clipped together,
-/// eight at a time; the order of the sum is that of the candidates.
+/// Sums those candidates of a cell that belong to the sheet. Candidates that the ball's boundary may cross are clipped
+/// together, eight at a time. The candidates are summed in their order.
 template <typename Belongs>
 BendSums EdgeTree::sum_by_pieces(const Cell& cell, const Vec3d& centre, Scratch& scratch,
                                  const Belongs& belongs) const {
@@ -431,13 +434,13 @@ BendSums EdgeTree::sum_by_pieces(const Cell& cell, const Vec3d& centre, Scratch&
   scratch.cut_sums.resize(scratch.sums.size());
   std::size_t reached = 0, cut = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    const Near& near = cell.spheres[i];
+    const BoundingSphere& sphere = cell.spheres[i];
     const BendPiece& piece = cell.pieces[i];
-    const Vec3d offset = near.centre - centre;
+    const Vec3d offset = sphere.centre - centre;
     const double squared = dot(offset, offset);
-    // Without branches, which a processor would often predict wrongly.
-    const bool is_reached = bool(squared < near.squared_reach) & belongs(piece);
-    const bool is_cut = is_reached & !(squared < near.squared_inside_distance);
+    // Computed without branches, since the processor would often predict them wrongly.
+    const bool is_reached = bool(squared < sphere.squared_reach) & belongs(piece);
+    const bool is_cut = is_reached & !(squared < sphere.squared_inside_distance);
     scratch.sums[reached] = {piece.area, piece.bend};
     scratch.cut_pieces[cut] = &piece;
     scratch.cut_sums[cut] = static_cast<std::uint32_t>(reached);
@@ -470,7 +473,7 @@ BendSums EdgeTree::sum_by_pieces(const Cell& cell, const Vec3d& centre, Scratch&
   return sums;
 }
 
-/// \param coarse  true: small boxes count by the fractions that lie in the ball
+/// \param coarse  true: a small box on the boundary is not opened; the share of it that lies in the ball is estimated
 /// \returns false if this would take too long
 bool EdgeTree::sum_by_boxes(const Cell& cell, const Vec3d& centre, bool coarse, Scratch& scratch,
                             BendSums& sums) const {
@@ -521,7 +524,7 @@ std::uint32_t EdgeTree::open_levels(std::size_t most, Scratch& scratch,
   }
 }
 
-/// Sums in a ball; each remaining box is represented by a piece in its middle.
+/// Sums the pieces in a ball. Each box that remains unopened is represented by a piece in its middle.
 BendSums EdgeTree::sum_by_levels(const Vec3d& centre, Scratch& scratch) const {
   BendSums sums;
   const std::uint32_t level = open_levels(kMaxBoxesPerLevel, scratch, [&](const Node& node) {
@@ -538,7 +541,7 @@ BendSums EdgeTree::sum_by_levels(const Vec3d& centre, Scratch& scratch) const {
 }
 
 /// Adds a box without opening it, if that is possible.
-/// \returns true if the box is finished
+/// \returns true if the box needs no further processing
 bool EdgeTree::try_add_unopened(const Node& node, const Vec3d& centre, bool coarse,
                                 BendSums& sums) const {
   const Vec3d low = to_double(node.low) - centre, high = to_double(node.high) - centre;
@@ -558,14 +561,14 @@ bool EdgeTree::try_add_unopened(const Node& node, const Vec3d& centre, bool coar
 
 template <typename Body>
 void EdgeTree::for_each_of(std::uint32_t level, const Body& body) const {
-  // Several thousand triangles per task, to outweigh the cost of threads.
+  // Each task has several thousand triangles, to outweigh the cost of threads.
   const std::size_t grain = 1 + (std::size_t{1} << 13) / (1 + (count_ >> level));
   parallel_for(std::size_t{1} << level, grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) body(i);
   });
 }
 
-/// Splits a node's pieces along the longest side of the bounding box of their centres.
+/// Splits the pieces of a node into halves along the longest side of the bounding box of their centres.
 void EdgeTree::split_node(std::vector<Item>& order, std::uint32_t level, std::size_t i) const {
   const auto at = [&](std::size_t item) {
     return order.begin() + static_cast<std::ptrdiff_t>(item);
@@ -631,13 +634,13 @@ std::array<Vec3d, 3> corners(const BendPiece& piece, const Vec3d& from) {
 
 }  // namespace
 
-/// Sums of a piece within a ball.
+/// The sums of a piece within a ball.
 /// \param cut  set to true if the ball's boundary may cross the piece
 BendSums EdgeTree::clipped(const BendPiece& piece, const Vec3d& centre, bool& cut) const {
   return clipped(piece, corners(piece, centre), cut);
 }
 
-/// The same with corners \p p relative to the ball's centre.
+/// Variant of clipped() with the corners \p p relative to the ball's centre.
 BendSums EdgeTree::clipped(const BendPiece& piece, const std::array<Vec3d, 3>& p, bool& cut) const {
   const auto inside = [&](const Vec3d& c) { return dot(c, c) <= squared_; };
   if (inside(p[0]) && inside(p[1]) && inside(p[2])) return {piece.area, piece.bend};
@@ -654,8 +657,8 @@ BendSums EdgeTree::clipped(const BendPiece& piece, const std::array<Vec3d, 3>& p
   return sums;
 }
 
-/// Fractions of a piece's area and bend that lie in the ball; they are used for the whole box that the piece represents.
-/// The fraction of the bend is weighted by absolute angles, since angles of opposite signs may cancel out.
+/// The shares of a piece's area and bend that lie in the ball. They are used for the whole box that the piece
+/// represents. The share of the bend is weighted by absolute angles, since angles of opposite signs may cancel out.
 EdgeTree::BallShares EdgeTree::shares_in_ball(const BendPiece& piece, const Vec3d& centre) const {
   const std::array<Vec3d, 3> p = corners(piece, centre);
   const BallClip clip = clip_by_ball(p, squared_);

@@ -1,4 +1,4 @@
-// Tree of a mesh's area and edge bend, for sums over balls.
+// A tree of a mesh's pieces of surface, for sums of area and edge bend over balls.
 #pragma once
 
 #include <array>
@@ -12,10 +12,10 @@
 
 namespace kiln {
 
-/// Area and bend of a piece of surface within a ball.
+/// Area and bend of the part of a surface that lies in a ball.
 struct BendSums {
   double area = 0;
-  /// Sum of angle * length / 2 over edges; half of each edge belongs to each of its triangles
+  /// Sum of angle * length / 2 over all edges. One half of each edge belongs to each of its two triangles
   double bend = 0;
   /// Adds the sums of another part.
   BendSums& operator+=(const BendSums& other) {
@@ -25,20 +25,20 @@ struct BendSums {
   }
 };
 
-/// A direction quantized to steps of 1/127 per axis.
+/// A direction whose components are quantized to steps of 1/127.
 using CoarseNormal = std::array<std::int8_t, 3>;
 CoarseNormal coarse_normal(const Vec3d& direction);
 
-/// A triangle or a piece of a long one. Cuts between pieces are edges of angle 0.
+/// A triangle, or a piece of a long triangle. Cuts between pieces of a triangle are edges with an angle of 0.
 struct BendPiece {
   std::array<Vec3, 3> corner;
-  std::array<float, 3> angle;  ///< Signed angle at edge k, from corner k
-  float area = 0, bend = 0;    ///< Sums over the subtree, see BendSums
+  std::array<float, 3> angle;  ///< Signed angle at edge k, which starts at corner k
+  float area = 0, bend = 0;    ///< Sums over the whole piece, see BendSums
   std::uint32_t triangle = 0;  ///< Index of the triangle in the mesh
   CoarseNormal normal{};       ///< Normal of the triangle
 };
 
-/// A set of at most kMaxTriangles triangles that is cleared in constant time.
+/// A set of at most kMaxTriangles triangles. It can be cleared in constant time.
 class TriangleSet {
  public:
   static constexpr std::uint32_t kMaxTriangles = 4096;
@@ -71,7 +71,7 @@ class TriangleSet {
   struct Slot {
     std::uint32_t triangle = 0, round = 0;
   };
-  /// Hash slot of a triangle, or the free slot for it.
+  /// Hash slot of a triangle, or the free slot in which it would be stored.
   std::uint32_t slot_of(std::uint32_t triangle) const {
     std::uint32_t at = triangle * 2654435761U % kHashSlots;
     while (hash_slots_[at].round == current_round_ && hash_slots_[at].triangle != triangle)
@@ -83,13 +83,14 @@ class TriangleSet {
   std::uint32_t current_round_ = 0, count_ = 0;
 };
 
-/// The sheet of a point: the surface around it that is connected with it or faces about the same way.
+/// The sheet of a point: the surface that is connected with the point or faces in about the same direction.
 struct Sheet {
   Vec3d normal{};  ///< Unit normal at the point
-  /// Triangles connected with the point; null if there are too many, and none counts as connected
+  /// Triangles connected with the point; null if there are too many, and then no triangle counts as connected
   const TriangleSet* connected = nullptr;
 
-  /// Cosine to the sheet's normal below which a face counts as opposed. No regular prism or antiprism has this angle.
+  /// A face is opposed to the sheet if the cosine between their normals is below this. No regular prism or antiprism
+  /// has this angle.
   static constexpr double kMaxOpposedCosine = -0.6;
 
   bool is_opposed(const CoarseNormal& other) const {
@@ -102,9 +103,9 @@ struct Sheet {
   }
 };
 
-/// Bounding box of normals.
+/// Bounding box of a set of normals.
 struct NormalBox {
-  CoarseNormal low{127, 127, 127}, high{-127, -127, -127};  ///< Initially of no normals
+  CoarseNormal low{127, 127, 127}, high{-127, -127, -127};  ///< Empty at first
 
   void add(const CoarseNormal& normal);
   void add(const NormalBox& other);
@@ -112,58 +113,60 @@ struct NormalBox {
   bool may_be_opposed(const Sheet& sheet) const;
 };
 
-/// A balanced box tree over pieces of triangles, with the sums of each box.
+/// A balanced tree of boxes over pieces of triangles. Each box stores the sums of its pieces.
 ///
 /// The sums of a ball are exact if its boundary crosses at most 4,096 pieces. Otherwise, boxes with a diagonal below
-/// 1/8 of the radius count in proportion to their overlap with the ball. If the boundary still crosses more than
-/// 4,096 pieces (as for fans of needles, or overlapping sheets), one piece represents some hundred pieces of a box. A
-/// query thus takes a few thousand steps at most.
+/// 1/8 of the radius count in proportion to their overlap with the ball. If the boundary still crosses more than 4,096
+/// pieces (as for fans of needles, or overlapping sheets), one piece represents some hundred pieces of a box. So a
+/// query takes at most a few thousand steps.
 class EdgeTree {
  public:
-  /// Bounding sphere of a piece near a cell.
-  struct Near {
+  /// Bounding sphere of a piece that lies near a cell.
+  struct BoundingSphere {
     Vec3d centre{};
-    /// Squared distance of the ball's centre from which on the sphere lies outside of the ball
+    /// The sphere lies outside of a ball whose centre is at this squared distance or farther
     double squared_reach = 0;
-    /// Squared distance below which the sphere lies inside of the ball; 0: nowhere
+    /// The sphere lies inside of a ball whose centre is nearer than this squared distance; 0: never inside
     double squared_inside_distance = 0;
   };
-  /// Space is divided into cubes with sides of one radius; a cell caches candidates for balls around points in its
-  /// cube.
+  /// Space is divided into cubes whose sides are one radius long. A cell is one cube, with the candidates for balls
+  /// around points in it.
   struct Cell {
     std::array<std::int64_t, 3> at{};
     bool is_filled = false;
-    bool few = false;  ///< True if `pieces` holds all candidates; if not, searches start at `boxes`
-    std::vector<BendPiece> pieces;   ///< Candidate pieces, in tree order
-    std::vector<Near> spheres;       ///< Their bounding spheres
-    NormalBox normals;               ///< Of the candidates
-    std::vector<std::size_t> boxes;  ///< Nodes at which searches start, in tree order
+    /// True if `pieces` lists all candidates; if false, searches start at `boxes`
+    bool lists_all_pieces = false;
+    std::vector<BendPiece> pieces;        ///< Candidate pieces, in tree order
+    std::vector<BoundingSphere> spheres;  ///< Their bounding spheres
+    NormalBox normals;                    ///< Bounding box of the candidates' normals
+    std::vector<std::size_t> boxes;       ///< Nodes at which searches start, in tree order
   };
-  /// Reusable scratch memory and step counter; one per thread and tree.
+  /// Reusable scratch memory, and a counter of steps. Each thread needs one for each tree.
   struct Scratch {
     std::vector<Cell> cells;
-    std::vector<BendSums> sums;                 ///< Of the pieces in a ball, in tree order
-    std::vector<const BendPiece*> cut_pieces;   ///< Pieces that the ball's boundary may cross
-    std::vector<std::uint32_t> cut_sums;        ///< Their indices in `sums`
-    std::vector<std::size_t> front, next;       ///< Nodes of one tree level, and of the next one
-    TriangleSet connected;                      ///< Triangles connected with the last point
+    std::vector<BendSums> sums;                ///< Sums of each piece in a ball, in tree order
+    std::vector<const BendPiece*> cut_pieces;  ///< Pieces that the ball's boundary may cross
+    std::vector<std::uint32_t> cut_sums;       ///< Their indices in `sums`
+    /// Nodes of one tree level, and those of the next level
+    std::vector<std::size_t> front, next;
+    TriangleSet connected;                      ///< Triangles connected with the most recent point
     std::vector<std::uint32_t> connected_list;  ///< Triangles of `connected` in order of discovery
     std::uint64_t steps = 0;                    ///< Boxes and pieces visited so far
   };
 
-  /// \param usable  by triangle, 0 for triangles to skip
-  /// \param angle   signed angle at edge k (from corner k) of each triangle; 0: flat
+  /// \param usable  for each triangle, 0 if it is skipped
+  /// \param angle   for each triangle, the signed angle at edge k, which starts at corner k; 0: flat
   /// \param radius  radius of all balls
   EdgeTree(std::span<const Vec3> positions, std::span<const Triangle> triangles,
            std::span<const std::uint8_t> usable, std::span<const std::array<float, 3>> angle,
            double radius);
 
-  /// Sums of the surface in a ball; bit-identical whatever the scratch memory was used for.
+  /// Sums of the surface in a ball. The bits do not depend on what the scratch memory was used for before.
   BendSums within(const Vec3d& centre, Scratch& scratch) const;
-  /// Sums of one sheet in a ball; bit-identical to within() if the ball contains no other sheet. If the ball contains
-  /// more than 8,192 leaves of four pieces, about 2,048 leaves represent them.
+  /// Sums of one sheet in a ball. Bit-identical to the other within() if the ball contains no other sheet. If the ball
+  /// contains more than 8,192 leaves of four pieces, about 2,048 leaves represent them.
   BendSums within(const Vec3d& centre, const Sheet& sheet, Scratch& scratch) const;
-  /// True if a ball may contain faces opposed to a sheet (Sheet::is_opposed()).
+  /// True if a ball may contain faces that are opposed to a sheet (Sheet::is_opposed()).
   bool may_hold_opposed(const Vec3d& centre, const Sheet& sheet, Scratch& scratch) const;
 
   std::size_t pieces() const { return pieces_.size(); }
@@ -172,13 +175,13 @@ class EdgeTree {
   struct Node {
     Vec3 low, high;
     BendSums sums;
-    NormalBox normals;  ///< Of the pieces
+    NormalBox normals;  ///< Bounding box of the pieces' normals
   };
   struct Item {
     std::array<float, 3> centre;
     std::uint32_t piece;
   };
-  /// Fractions of the area and bend of a piece or a box that lie in a ball.
+  /// Shares of the area and the bend of a piece, or of a box, that lie in a ball.
   struct BallShares {
     double area, bend;
   };

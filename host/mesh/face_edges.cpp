@@ -15,8 +15,8 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kTrianglesAtOnce = 1 << 14;
-constexpr std::size_t kVerticesAtOnce = 1 << 12;
+constexpr std::size_t kTrianglesPerEdgeTask = 1 << 14;
+constexpr std::size_t kVerticesPerEdgeTask = 1 << 12;
 
 /// A triangle's side, identified by its two vertices.
 struct EdgeSide {
@@ -25,12 +25,12 @@ struct EdgeSide {
   bool starts_at_lower = false;  ///< True if the side starts at the lower vertex
 };
 
-float turn_between(const Vec3& a, const Vec3& b) {
+float degrees_between(const Vec3& a, const Vec3& b) {
   const Vec3d x = to_double(a), y = to_double(b);
   return static_cast<float>(std::atan2(length(cross(x, y)), dot(x, y)) * 180 / std::numbers::pi);
 }
 
-/// Normal of a triangle, with a length of twice its area.
+/// Normal of a triangle, with twice the triangle's area as its length.
 Vec3d area_vector(const Mesh& mesh, std::size_t triangle) {
   const Triangle& at = mesh.triangles[triangle];
   const Vec3d corner = to_double(mesh.positions[at[0]]);
@@ -42,8 +42,8 @@ class EdgeFinder {
  public:
   EdgeFinder(const Mesh& mesh, FaceEdges& result) : mesh_(mesh), result_(result) {}
 
-  /// Finds edges and unpaired sides at their lower vertex.
-  /// \param sides  all sides of that vertex; modified
+  /// Finds the edges of a vertex, and its sides without a partner. Each edge belongs to its lower vertex.
+  /// \param sides  [in, out] all sides whose lower vertex this is; sorted
   void add(std::uint32_t vertex, std::vector<EdgeSide>& sides, std::vector<FaceEdge>& edges,
            std::vector<std::uint32_t>& unpaired_vertices) const {
     std::sort(sides.begin(), sides.end(), [](const EdgeSide& a, const EdgeSide& b) {
@@ -62,7 +62,7 @@ class EdgeFinder {
   }
 
  private:
-  /// Edges with more faces count as hard, since the number of pairs is quadratic.
+  /// An edge with more faces counts as hard, since the number of its pairs of faces is quadratic.
   static constexpr std::size_t kMaxFacesPerEdge = 16;
 
   FaceEdge edge(const EdgeSide& a, const EdgeSide& b) const {
@@ -72,7 +72,7 @@ class EdgeFinder {
       return mesh_.triangles[side.at / 3][(side.at % 3 + k) % 3];
     };
     const Vec3 &m = result_.normals[a.at / 3], &n = result_.normals[b.at / 3];
-    result.turn = turn_between(m, n);
+    result.degrees = degrees_between(m, n);
     const Vec3d across =
         to_double(mesh_.positions[corner(b, 2)]) - to_double(mesh_.positions[corner(a, 0)]);
     result.convex = dot(across, to_double(m)) < 0;
@@ -89,7 +89,7 @@ class EdgeFinder {
       }
     }
     std::stable_sort(all.begin(), all.end(),
-                     [](const FaceEdge& a, const FaceEdge& b) { return a.turn < b.turn; });
+                     [](const FaceEdge& a, const FaceEdge& b) { return a.degrees < b.degrees; });
     std::vector<std::uint32_t> used;
     for (const FaceEdge& edge : all) {
       const auto taken = [&](std::uint32_t side) {
@@ -109,9 +109,9 @@ class EdgeFinder {
 
 namespace {
 
-/// False if certainly no edge has a turn of `degrees`. At an edge with such a turn, one of the faces deviates from
-/// any given direction, such as the mean of all normals, by at least half of the angle.
-bool may_have_turn(const Mesh& mesh, const FaceEdges& faces, double degrees) {
+/// False if certainly no edge has an angle of `degrees` or more. At such an edge, the normal of one of the two faces
+/// deviates from any given direction, such as the mean of all normals, by at least half of the angle.
+bool may_have_angle(const Mesh& mesh, const FaceEdges& faces, double degrees) {
   std::vector<Vec3> sums(mesh.positions.size());
   for_each_alive(mesh.triangles.size(), [&](std::size_t t) {
     const Vec3& n = faces.normals[t];
@@ -120,20 +120,21 @@ bool may_have_turn(const Mesh& mesh, const FaceEdges& faces, double degrees) {
       sum = {sum.x + n.x, sum.y + n.y, sum.z + n.z};
     }
   });
-  // 1e-5 is a margin for rounding
+  // 1e-5 is a margin for rounding.
   const double least = std::cos(degrees / 2 * std::numbers::pi / 180) + 1e-5;
-  std::atomic<bool> has_turn = false;
-  parallel_for(mesh.triangles.size(), kTrianglesAtOnce, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t t = begin; t < end && !has_turn; ++t) {
-      const Vec3d n = to_double(faces.normals[t]);
-      if (faces.normals[t] == Vec3{}) continue;
-      for (const std::uint32_t v : mesh.triangles[t]) {
-        const Vec3d sum = to_double(sums[faces.welded[v]]);
-        if (dot(n, sum) < least * length(sum) || !(length(sum) > 0)) has_turn = true;
-      }
-    }
-  });
-  return has_turn;
+  std::atomic<bool> has_angle = false;
+  parallel_for(mesh.triangles.size(), kTrianglesPerEdgeTask,
+               [&](std::size_t begin, std::size_t end) {
+                 for (std::size_t t = begin; t < end && !has_angle; ++t) {
+                   const Vec3d n = to_double(faces.normals[t]);
+                   if (faces.normals[t] == Vec3{}) continue;
+                   for (const std::uint32_t v : mesh.triangles[t]) {
+                     const Vec3d sum = to_double(sums[faces.welded[v]]);
+                     if (dot(n, sum) < least * length(sum) || !(length(sum) > 0)) has_angle = true;
+                   }
+                 }
+               });
+  return has_angle;
 }
 
 }  // namespace
@@ -144,7 +145,7 @@ FaceEdges FaceEdges::of(const Mesh& mesh, double least_degrees) {
   result.welded = weld_vertices(mesh.positions);
   result.normals.resize(triangles);
   result.areas.resize(triangles);
-  parallel_for(triangles, kTrianglesAtOnce, [&](std::size_t begin, std::size_t end) {
+  parallel_for(triangles, kTrianglesPerEdgeTask, [&](std::size_t begin, std::size_t end) {
     std::vector<CornerWeights> polygon_weights;
     for (std::size_t t = begin; t < end; ++t) {
       // A polygon is processed by the thread whose range contains the polygon's first triangle.
@@ -158,15 +159,16 @@ FaceEdges FaceEdges::of(const Mesh& mesh, double least_degrees) {
                        polygon_weights.data());
       }
       for (std::size_t i = t; i < last; ++i) {
-        const Vec3d twice = area_vector(mesh, i);
-        const double size = length(twice);
+        const Vec3d doubled_normal = area_vector(mesh, i);
+        const double size = length(doubled_normal);
         if (!(size > 0) || !std::isfinite(size)) continue;
-        result.normals[i] = to_float(polygons ? polygon_weights[i - t].normal : twice * (1 / size));
+        result.normals[i] =
+            to_float(polygons ? polygon_weights[i - t].normal : doubled_normal * (1 / size));
         result.areas[i] = static_cast<float>(size / 2);
       }
     }
   });
-  if (least_degrees > 0 && !may_have_turn(mesh, result, least_degrees)) {
+  if (least_degrees > 0 && !may_have_angle(mesh, result, least_degrees)) {
     result.left_out = true;
     return result;
   }
@@ -180,7 +182,8 @@ FaceEdges FaceEdges::of(const Mesh& mesh, double least_degrees) {
         const auto [a, b] = ends(side);
         return a == b ? mesh.positions.size() : std::min(a, b);
       });
-  const std::size_t pieces = (mesh.positions.size() + kVerticesAtOnce - 1) / kVerticesAtOnce;
+  const std::size_t pieces =
+      (mesh.positions.size() + kVerticesPerEdgeTask - 1) / kVerticesPerEdgeTask;
   struct PieceEdges {
     std::vector<FaceEdge> edges;
     std::vector<std::uint32_t> unpaired_vertices;
@@ -190,8 +193,8 @@ FaceEdges FaceEdges::of(const Mesh& mesh, double least_degrees) {
   parallel_for(pieces, 1, [&](std::size_t begin, std::size_t end) {
     std::vector<EdgeSide> sides;
     for (std::size_t piece = begin; piece < end; ++piece) {
-      const std::size_t stop = std::min((piece + 1) * kVerticesAtOnce, mesh.positions.size());
-      for (std::size_t v = piece * kVerticesAtOnce; v < stop; ++v) {
+      const std::size_t stop = std::min((piece + 1) * kVerticesPerEdgeTask, mesh.positions.size());
+      for (std::size_t v = piece * kVerticesPerEdgeTask; v < stop; ++v) {
         sides.clear();
         for (const std::uint32_t side : by_vertex.of(v)) {
           const auto [a, b] = ends(side);

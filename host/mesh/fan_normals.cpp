@@ -13,13 +13,13 @@
 namespace kiln {
 namespace {
 
-/// A plane determines the normal of a vertex if all other faces at the vertex are smaller than this share of the
+/// A plane alone determines the normal at one of its vertices if all other faces there have less than this share of the
 /// plane's area.
 constexpr float kMaxBesidePlaneShare = 1.0F / 4;
-/// A corner is a tip if a face's cosine to the shared normal is below kMaxTipCosine with at least kMinTipFaces faces,
-/// or below kMaxSharpTipCosine with fewer.
+/// At a corner with at least kMinTipFaces faces, the normal is not shared if its cosine to a face is below
+/// kMaxTipCosine: the corner is a sharp tip. With fewer faces, the limit is kMaxSharpTipCosine.
 constexpr std::size_t kMinTipFaces = 8;
-// Cosines of 30 and 45 degrees
+// Cosines of 30 and of 45 degrees
 constexpr double kMaxTipCosine = 0.8660, kMaxSharpTipCosine = 0.7071;
 
 Vec3d unit_of_sum(const Vec3d& v) {
@@ -27,7 +27,7 @@ Vec3d unit_of_sum(const Vec3d& v) {
   return size > 0 ? v * (1 / size) : Vec3d();
 }
 
-/// Normals of corners that are connected over smooth edges.
+/// Computes normals that corners connected over smooth edges share.
 class FanNormals {
  public:
   FanNormals(const Mesh& mesh, const FaceEdges& faces, const Creases& creases)
@@ -37,8 +37,9 @@ class FanNormals {
     });
   }
 
-  /// \param triangles  true for triangles that get normals
-  void give(const std::vector<bool>& triangles, Mesh& mesh) const;
+  /// Sets the normals of a mesh.
+  /// \param triangles  true for each triangle that gets normals
+  void set_normals(const std::vector<bool>& triangles, Mesh& mesh) const;
 
  private:
   Adjacency fans(const std::vector<bool>& triangles) const;
@@ -58,8 +59,8 @@ class FanNormals {
   std::vector<CornerWeights> weights_;
 };
 
-/// Groups corners into fans, in order of their lowest corners. In parts without hard edges, all corners at a position
-/// form one fan.
+/// Groups corners into fans, in the order of their lowest corners. In parts without hard edges, all corners at a
+/// position form one fan.
 Adjacency FanNormals::fans(const std::vector<bool>& triangles) const {
   DisjointSets sets(3 * mesh_.triangles.size());
   std::vector<std::uint32_t> first_corner(mesh_.positions.size(), 0xFFFFFFFFU);
@@ -90,7 +91,7 @@ Adjacency FanNormals::fans(const std::vector<bool>& triangles) const {
                          [&](std::size_t i) -> std::size_t { return fan_numbers[i]; });
 }
 
-/// Sum of normals in triangle order, without faces that are small relative to an adjacent plane.
+/// Sum of the normals around a fan in triangle order. Faces that are small relative to an adjacent plane are left out.
 Vec3d FanNormals::normal_sum_of(std::span<const std::uint32_t> fan) const {
   float largest_area = 0;
   for (const std::uint32_t corner : fan)
@@ -114,7 +115,7 @@ bool FanNormals::is_tip(std::span<const std::uint32_t> fan, const Vec3d& normal)
   });
 }
 
-void FanNormals::give(const std::vector<bool>& triangles, Mesh& mesh) const {
+void FanNormals::set_normals(const std::vector<bool>& triangles, Mesh& mesh) const {
   const Adjacency all = fans(triangles);
   for (std::size_t fan = 0; fan + 1 < all.first.size(); ++fan) {
     const std::span<const std::uint32_t> corners = all.of(fan);
@@ -130,7 +131,7 @@ void FanNormals::give(const std::vector<bool>& triangles, Mesh& mesh) const {
       mesh.normals.push_back(to_float(face(corner)));
     }
   }
-  // Corners whose sum cancels out, and corners of degenerate triangles, get the normal of their face.
+  // A corner gets the normal of its face if the sum of normals cancels out, or if its triangle is degenerate.
   const auto zero = static_cast<std::uint32_t>(mesh.normals.size());
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
     if (!triangles[t]) continue;
@@ -147,7 +148,7 @@ void FanNormals::give(const std::vector<bool>& triangles, Mesh& mesh) const {
 
 void give_fan_normals(const FaceEdges& faces, const Creases& creases,
                       const std::vector<bool>& triangles, Mesh& mesh) {
-  FanNormals(mesh, faces, creases).give(triangles, mesh);
+  FanNormals(mesh, faces, creases).set_normals(triangles, mesh);
 }
 
 }  // namespace kiln

@@ -10,9 +10,9 @@ namespace kiln {
 namespace {
 
 struct Side {
-  std::uint64_t key;  ///< The edge: lower and higher vertex in one number
+  std::uint64_t key;  ///< The edge: its lower and its higher vertex in one number
   std::uint32_t triangle;
-  /// `corner`: corner at which the side starts; `forward`: 1 if it starts at the lower vertex
+  /// `corner`: the corner at which the side starts; `forward`: 1 if that is the edge's lower vertex
   std::uint8_t corner, forward;
 };
 
@@ -102,11 +102,11 @@ std::vector<std::uint32_t> split_into_fans(std::span<Triangle> triangles, std::s
   const auto corner = [](const Side& side, std::uint32_t offset) {
     return side.triangle * 3 + (side.corner + offset) % 3;
   };
-  // Edges whose sides are paired with an offset; an edge occurs once per unit of its offset
+  // Edges whose sides are paired with an offset. An edge is listed once for each unit of its offset
   std::vector<std::uint64_t> shifted_edges;
   std::vector<std::uint32_t> original_vertices;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    // Union-find over corners: two corners of one vertex are united if their triangles are joined along a side.
+    // Disjoint sets of corners: two corners of a vertex are united if their triangles are joined along a side.
     DisjointSets fans(old_triangles.size() * 3);
     for (std::size_t begin = 0, end = 0; begin < triangle_sides.size(); begin = end) {
       std::size_t first_backward_side = begin;
@@ -126,7 +126,7 @@ std::vector<std::uint32_t> split_into_fans(std::span<Triangle> triangles, std::s
         fans.join(corner(ahead, 1), corner(back, 0));
       }
     }
-    // The first fan keeps the original vertex.
+    // The first fan of a vertex keeps the vertex itself.
     std::vector<std::uint32_t> first_fan(vertices, kNone),
         fan_vertex(old_triangles.size() * 3, kNone);
     original_vertices.clear();
@@ -144,7 +144,7 @@ std::vector<std::uint32_t> split_into_fans(std::span<Triangle> triangles, std::s
       }
       triangles[c / 3][c % 3] = fan_vertex[fan];
     }
-    // A fan may contain an edge twice; in this case, the edge's sides are paired with another offset.
+    // If a fan contains an edge twice, the edge's sides are paired with another offset.
     const std::vector<Side> check = sorted_sides(triangles);
     const std::size_t before = shifted_edges.size();
     const auto original = [&](std::uint64_t v) {

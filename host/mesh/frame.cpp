@@ -25,7 +25,7 @@ Bounds Bounds::of(const Mesh& mesh) {
       if (!has_area(mesh.positions, mesh.triangles[i])) continue;
       for (const std::uint32_t corner : mesh.triangles[i]) {
         const Vec3& p = mesh.positions[corner];
-        const double xyz[3] = {p.x + 0.0, p.y + 0.0, p.z + 0.0};  // Adding 0 converts -0 to 0
+        const double xyz[3] = {p.x + 0.0, p.y + 0.0, p.z + 0.0};  // Adding 0 turns -0 into +0
         for (std::size_t k = 0; k < 3; ++k) {
           part.low[k] = std::min(part.low[k], xyz[k]);
           part.high[k] = std::max(part.high[k], xyz[k]);
@@ -82,8 +82,8 @@ Vec3 Frame::to_frame(const Mesh& mesh, std::size_t vertex) const {
 }
 
 Vec3 Frame::to_frame(const Vec3& p, const std::array<double, 3>& origin) const {
-  // Adds the origin's offset first: far from the origin, both terms of the difference are large, but the difference
-  // is not.
+  // Adds the difference of the origins first: far from the world's origin, both of its terms are large, but the
+  // difference is small.
   return {static_cast<float>((p.x + (origin[0] - center[0])) * scale),
           static_cast<float>((p.y + (origin[1] - center[1])) * scale),
           static_cast<float>((p.z + (origin[2] - center[2])) * scale)};

@@ -1,4 +1,4 @@
-// Half-edges of an indexed triangle list: 3 t + k runs from corner k of triangle t to the next corner.
+// Half-edges of an indexed triangle list: half-edge 3 t + k runs from corner k of triangle t to the next corner.
 #pragma once
 
 #include <cstdint>
@@ -6,7 +6,7 @@
 
 namespace kiln {
 
-/// Marks a missing triangle or half-edge.
+/// Index that stands for a missing triangle or half-edge.
 inline constexpr std::uint32_t kNoIndex = std::numeric_limits<std::uint32_t>::max();
 
 inline std::uint32_t next_half_edge(std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }

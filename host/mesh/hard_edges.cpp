@@ -20,10 +20,10 @@ constexpr std::size_t kEdgesPerTask = 256;
 struct HardSide {
   std::uint32_t a = 0, b = 0;  ///< Welded vertices of the edge, a < b
   std::uint32_t triangle = 0;
-  std::uint8_t at_a = 0, at_b = 0;  ///< The triangle's corners at both vertices
+  std::uint8_t at_a = 0, at_b = 0;  ///< Corners of the triangle at the two vertices
 };
 
-/// Sides with a vertex that has several normals; other sides cannot be hard.
+/// Sides with at least one vertex that has several normals. Other sides cannot be hard.
 std::vector<HardSide> hard_sides_of(const LowSurface& surface) {
   std::vector<Vec3> positions;
   positions.reserve(3 * surface.triangles.size());
@@ -66,7 +66,7 @@ bool normals_differ(const Vec3& a, const Vec3& b) {
          kSameNormalCosine * length(to_double(a)) * length(to_double(b));
 }
 
-/// Bounding box of balls around points.
+/// The bounding box of balls around the points.
 Box<Vec3> widened_box(std::span<const Vec3> points, float radius) {
   Box<Vec3> box;
   for (const Vec3& p : points) {
@@ -76,8 +76,8 @@ Box<Vec3> widened_box(std::span<const Vec3> points, float radius) {
   return box;
 }
 
-/// Box tree of edges, split at the median of the longest axis. A sweep along one axis takes O(n^(2/3)) per query for
-/// edges that fill a volume.
+/// A tree of boxes over edges, split at the median of the longest axis. (A sweep along one axis would take O(n^(2/3))
+/// per query for edges that fill a volume.)
 class EdgeBoxTree {
  public:
   explicit EdgeBoxTree(const std::vector<Box<Vec3>>& boxes)
@@ -86,7 +86,7 @@ class EdgeBoxTree {
     build(0, 0, edge_order_.size());
   }
 
-  /// Appends the edges whose boxes overlap.
+  /// Appends the edges whose boxes overlap `box`.
   void find(const Box<Vec3>& box, std::vector<std::uint32_t>& found) const {
     find(0, 0, edge_order_.size(), box, found);
   }
@@ -157,7 +157,7 @@ HardEdges HardEdges::of(const LowSurface& surface) {
     }
     const Vec3 from = corner(one, one.at_a).position;
     const Vec3 along = to_float(to_double(corner(one, one.at_b).position) - to_double(from));
-    // The squared length must not underflow.
+    // Very short edges are left out, since their squared length would underflow.
     if (hard && length(to_double(along)) > 1e-15) {
       result.edges.push_back({from, along, {one.triangle, triangle_sides[first + 1].triangle}});
     }
@@ -165,7 +165,8 @@ HardEdges HardEdges::of(const LowSurface& surface) {
   return result;
 }
 
-HardEdges::Near HardEdges::near(const LowSurface& surface, std::span<const float> widths) const {
+HardEdges::EdgesOfTriangles HardEdges::find_near(const LowSurface& surface,
+                                                 std::span<const float> widths) const {
   std::vector<Box<Vec3>> boxes(edges.size());
   for (std::size_t e = 0; e < edges.size(); ++e) {
     const Vec3 to = to_float(to_double(edges[e].from) + to_double(edges[e].along));
@@ -181,7 +182,7 @@ HardEdges::Near HardEdges::near(const LowSurface& surface, std::span<const float
       std::sort(edge_lists[t].begin(), edge_lists[t].end());
     }
   });
-  Near result;
+  EdgesOfTriangles result;
   result.first.reserve(edge_lists.size() + 1);
   for (const std::vector<std::uint32_t>& list : edge_lists) {
     result.first.push_back(static_cast<std::uint32_t>(result.edge.size()));

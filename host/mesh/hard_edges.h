@@ -1,4 +1,4 @@
-// Hard edges of a low poly, where the normals of adjacent faces differ.
+// Hard edges of a low poly: edges at which the normals of adjacent faces differ.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@ namespace kiln {
 /// adjacent if their corners have exactly equal positions. Unusable triangles have no edges.
 struct HardEdges {
   struct Edge {
-    /// Position of the first vertex; the second one is at from + along
+    /// `from` is the position of the first vertex; the second vertex is at from + along
     Vec3 from, along;
     std::array<std::uint32_t, 2> faces{};  ///< The first two triangles at the edge
   };
@@ -22,14 +22,15 @@ struct HardEdges {
 
   static HardEdges of(const LowSurface& surface);
 
-  /// Edges that may be nearer to points of a triangle than their widths (a conservative list).
+  /// For each triangle, the edges that may be nearer to one of its points than their widths. The lists may contain
+  /// edges that are not.
   /// \param widths  width of each edge
-  struct Near {
-    /// First element of `edge` for each triangle; one extra entry
+  struct EdgesOfTriangles {
+    /// For each triangle, its first element of `edge`; one extra entry at the end
     std::vector<std::uint32_t> first;
     std::vector<std::uint32_t> edge;
   };
-  Near near(const LowSurface& surface, std::span<const float> widths) const;
+  EdgesOfTriangles find_near(const LowSurface& surface, std::span<const float> widths) const;
 };
 
 }  // namespace kiln

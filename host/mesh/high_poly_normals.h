@@ -1,4 +1,4 @@
-// The high poly's normals, updated as it moves.
+// The normals of a high poly that moves, updated after each change.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace kiln {
 
-/// Lists of items by key, each in ascending order.
+/// Lists of items by key. Each list is in ascending order.
 struct Adjacency {
   std::vector<std::uint32_t> first;  ///< Start of each key's list; one extra entry
   std::vector<std::uint32_t> items;
@@ -17,7 +17,7 @@ struct Adjacency {
   std::span<const std::uint32_t> of(std::size_t key) const {
     return {items.data() + first[key], items.data() + first[key + 1]};
   }
-  /// \param key_of  function that returns an item's key; items whose key is `keys` or more are left out
+  /// \param key_of  function that returns the key of an item; items whose key is `keys` or more are left out
   template <typename KeyOf>
   static Adjacency make(std::size_t keys, std::size_t items, const KeyOf& key_of) {
     Adjacency result;
@@ -25,7 +25,8 @@ struct Adjacency {
     for (std::size_t i = 0; i < items; ++i) {
       if (const std::size_t key = key_of(i); key < keys) ++result.first[key];
     }
-    // Sets the end of each key's list. Placing the items in reverse order then moves each end to its list's beginning.
+    // At first, this is the end of each key's list. Items are then placed in reverse order, which moves it to the
+    // beginning of the list.
     std::uint32_t sum = 0;
     for (std::uint32_t& list : result.first) list = sum += list;
     result.items.resize(sum);
@@ -38,40 +39,41 @@ struct Adjacency {
   }
 };
 
-/// Updates normals after changes. The results are bit-identical to corner_normals() of the whole mesh, but the cost
-/// is proportional to the changes (except for welding, which visits all vertices if positions changed).
+/// Updates normals after changes. The results are bit-identical to corner_normals() of the whole mesh. The cost is
+/// proportional to the changes, except for welding, which visits all vertices if positions changed.
 class HighPolyNormals {
  public:
   /// \param positions  positions in the working frame
   HighPolyNormals(const Mesh& mesh, std::span<const Vec3> positions);
 
-  /// Changed entries of the pool of normals, or a flag that the whole pool was replaced.
+  /// The entries of the pool of normals that changed, or a flag that the whole pool was replaced.
   struct Change {
     bool rebuilt = false;
-    std::vector<std::uint32_t> entries;  ///< Changed entries, ascending
+    std::vector<std::uint32_t> entries;  ///< Indices of changed entries, ascending
   };
-  /// \param triangles  triangles with a moved corner
+  /// Updates the normals after vertices moved.
+  /// \param triangles  triangles with at least one corner that moved
   Change move(const Mesh& mesh, std::span<const Vec3> positions,
               std::span<const std::uint32_t> triangles);
-  /// Copies changed entries of the mesh's normals.
-  /// \param entries  indices of the entries, ascending
+  /// Updates normals that were changed in the mesh.
+  /// \param entries  indices of these normals, ascending
   Change set(const Mesh& mesh, std::span<const Vec3> positions,
              std::span<const std::uint32_t> entries);
 
   const CornerNormals& corners() const { return corners_; }
-  /// Corners (3 * triangle + corner) that use a pool entry.
+  /// Corners (3 * triangle + corner) that use an entry of the pool.
   std::span<const std::uint32_t> corners_of(std::uint32_t entry) const {
     return corners_of_entry_.of(entry);
   }
 
  private:
   Change rebuild(const Mesh& mesh, std::span<const Vec3> positions);
-  /// The first triangles of the polygons of given triangles.
+  /// The first triangles of the polygons that contain the given triangles.
   static std::vector<std::uint32_t> first_triangles_of_polygons(
       const Mesh& mesh, std::span<const std::uint32_t> triangles);
   void index();
-  /// True if some corners have computed normals in place of invalid ones, so that pool entries do not determine all
-  /// normals.
+  /// True if some corners have computed normals instead of invalid ones. The entries of the pool then do not determine
+  /// all normals.
   bool has_extra_normals(const Mesh& mesh) const;
 
   bool is_computed_;  // True if normals are computed from positions

@@ -6,8 +6,8 @@
 
 namespace kiln {
 
-/// True if 16 bits hold every index of a primitive with so many vertices. The index 65535 restarts primitives, so no
-/// vertex has it.
+/// True if 16 bits can hold every index of a primitive with this many vertices. Index 65535 restarts primitives, so it
+/// must not be the index of a vertex.
 constexpr bool fits_16_bit_indices(std::uint64_t vertices) {
   return vertices <= std::numeric_limits<std::uint16_t>::max();
 }

@@ -10,12 +10,12 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kMaxNamed = 3;
+constexpr std::size_t kMaxIndexedNames = 3;
 constexpr std::uint64_t kMaxCount = 0x7FFFFFFFU;
 constexpr std::array<std::uint8_t, 4> kWhite = {255, 255, 255, 255};
 
 std::string joined_name(std::span<const Mesh> meshes) {
-  if (meshes.size() > kMaxNamed) {
+  if (meshes.size() > kMaxIndexedNames) {
     return meshes[0].name + " + " + std::to_string(meshes.size() - 1) + " more";
   }
   std::string name;
@@ -29,7 +29,7 @@ class NameTable {
   NameTable(std::vector<std::uint32_t>& of, std::vector<std::string>& names)
       : of_(of), names_(names) {}
 
-  /// \param alone  name for all triangles of a mesh without names of this kind
+  /// \param alone  name for all triangles of a mesh that has no names of this kind
   void add(const std::vector<std::uint32_t>& of, const std::vector<std::string>& names,
            std::size_t triangles, const std::string& alone) {
     if (of.empty()) {
@@ -56,9 +56,9 @@ class NameTable {
 
 void check_size(const std::string& name, std::uint64_t count, const char* what) {
   if (count <= kMaxCount) return;
-  throw Error(ErrorCode::input, "The meshes '" + name + "' have together more than " +
+  throw Error(ErrorCode::input, "The meshes '" + name + "' together have more than " +
                                     std::to_string(kMaxCount) + " " + what +
-                                    ": bake them apart, or simplify them.");
+                                    ": bake them separately, or simplify them.");
 }
 
 void check_sizes(std::span<const Mesh> meshes, const std::string& name) {
@@ -76,7 +76,8 @@ void check_sizes(std::span<const Mesh> meshes, const std::string& name) {
   check_size(name, normals, "normals");
 }
 
-/// Appends a mesh's additional UV sets after its first one; sets that only one of the two has get NaN.
+/// Appends the additional UV sets of a mesh (those after its first). A set that only one of the two meshes has gets NaN
+/// for the other.
 void append_other_uvs(Mesh& joined_mesh, const Mesh& mesh, std::size_t before) {
   constexpr float kNoUv = std::numeric_limits<float>::quiet_NaN();
   for (const UvSet& set : mesh.other_uvs) {
@@ -93,14 +94,14 @@ void append_other_uvs(Mesh& joined_mesh, const Mesh& mesh, std::size_t before) {
   for (UvSet& set : joined_mesh.other_uvs) set.uvs.resize(joined_mesh.uvs.size(), {kNoUv, kNoUv});
 }
 
-/// The attributes of the joined mesh.
+/// Which attributes the joined mesh has.
 struct PresentAttributes {
   bool uvs = false, normals = false, tangents = false, colors = false;
   bool materials = false, polygons = false;
 };
 
-/// Appends indexed values to a pool.
-/// \param alone  value for meshes without values
+/// Appends values and their indices to a pool.
+/// \param alone  value for meshes that have no values
 template <typename T>
 void append(std::vector<T>& pool, std::vector<Triangle>& indices, const std::vector<T>& from,
             const std::vector<Triangle>& from_indices, std::size_t triangles, T alone) {
@@ -147,7 +148,9 @@ void append_attributes(Mesh& joined_mesh, const Mesh& mesh, const PresentAttribu
            Vec2{kNoUv, kNoUv});
     append_other_uvs(joined_mesh, mesh, before);
     if (mesh.uv_triangles.empty()) {
-      warn("missing-uvs", "no UVs, which others have: no map is baked for it, and no texture read.",
+      warn("missing-uvs",
+           "no UVs, although other meshes do: no map is baked for it, and its textures are not "
+           "read.",
            triangles);
     }
   }
@@ -165,7 +168,8 @@ void append_attributes(Mesh& joined_mesh, const Mesh& mesh, const PresentAttribu
   }
   if (has.colors && mesh.colors.empty()) {
     joined_mesh.colors.resize(joined_mesh.colors.size() + mesh.positions.size(), kWhite);
-    warn("missing-colors", "no colours, which others have; it is white.", mesh.positions.size());
+    warn("missing-colors", "no colours, although other meshes do: it counts as white.",
+         mesh.positions.size());
   } else {
     joined_mesh.colors.insert(joined_mesh.colors.end(), mesh.colors.begin(), mesh.colors.end());
   }
@@ -185,9 +189,10 @@ Mesh join_meshes(std::span<const Mesh> meshes, std::vector<Warning>* warnings) {
   joined_mesh.name = joined_name(meshes);
   joined_mesh.origin = meshes[0].origin;
   joined_mesh.uv_set = meshes[0].uv_set;
-  const bool alike = std::all_of(meshes.begin(), meshes.end(),
-                                 [&](const Mesh& mesh) { return mesh.metres == meshes[0].metres; });
-  joined_mesh.metres = alike ? meshes[0].metres : 0;
+  const bool have_same_units = std::all_of(meshes.begin(), meshes.end(), [&](const Mesh& mesh) {
+    return mesh.metres == meshes[0].metres;
+  });
+  joined_mesh.metres = have_same_units ? meshes[0].metres : 0;
   check_sizes(meshes, joined_mesh.name);
   PresentAttributes has;
   for (const Mesh& mesh : meshes) {

@@ -1,4 +1,4 @@
-// Structs that host and kernels share.
+// Includes the structs that host and kernels share.
 #pragma once
 
 #include "shared/assess.h"

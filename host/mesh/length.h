@@ -6,7 +6,7 @@
 
 namespace kiln {
 
-/// Converts a length to frame units. Percentages refer to the high poly's diagonal.
+/// Converts a length to frame units. A percentage refers to the high poly's diagonal.
 inline double to_frame(const Length& length, const Frame& frame) {
   return (length.relative ? length.value * frame.diagonal : length.value) * frame.scale;
 }

@@ -6,7 +6,7 @@
 namespace kiln {
 namespace {
 
-/// Sets the face's frame: its normal, and the direction of increasing u in its plane.
+/// Sets the frame of a face: its normal, and the direction of increasing u in its plane.
 void set_face_frame(const std::array<LowSurface::Corner, 3>& corners, kiln_low_shading& shading) {
   const Vec3d p0 = to_double(corners[0].position);
   const Vec3d e1 = to_double(corners[1].position) - p0;

@@ -1,4 +1,4 @@
-// Shading frames of the low poly, for the kernels that write and read normal maps.
+// Shading frames of the low poly, for kernels that write and read normal maps.
 #pragma once
 
 #include <vector>
@@ -9,10 +9,10 @@
 namespace kiln {
 
 /// Corner normals, tangents and face frames of all triangles, in the surface's order.
-/// \param with_uvs  true: triangles without UVs, to which no texel belongs, get zeros, which saves time for texture
-///        sets
+/// \param with_uvs  true: triangles without UVs get zeros, since no texel belongs to them; this saves time for texture
+///   sets
 std::vector<kiln_low_shading> low_shading(const LowSurface& surface, bool with_uvs = false);
-/// low_shading() of the triangles LowSurface::with_uvs, in their order.
+/// The same for the triangles in LowSurface::with_uvs only, in their order.
 std::vector<kiln_low_shading> shading_with_uvs(const LowSurface& surface);
 
 }  // namespace kiln

@@ -26,7 +26,7 @@ constexpr Vec2 kNoUv = {kNaN, kNaN};
 
 std::string quoted(const Mesh& mesh) { return "'" + mesh.name + "'"; }
 
-/// Sets a corner's ray direction and distances from a cage.
+/// Sets the ray direction and the distances of a corner from a cage.
 void apply_cage(const CageCorners& cage, std::size_t index, LowSurface::Corner& corner) {
   const Vec3d offset = to_double(cage.outer_corners[index]) - to_double(corner.position);
   if (cage.kind == CageKind::offsets) {
@@ -35,14 +35,14 @@ void apply_cage(const CageCorners& cage, std::size_t index, LowSurface::Corner& 
   }
   const double outward = length(offset);
   corner.outward = static_cast<float>(outward);
-  // If the shell coincides with the mesh, the direction is kept.
+  // Where the shell coincides with the mesh, the corner keeps its direction.
   if (outward > 0) corner.direction = to_float(offset * (1 / outward));
   const Vec3d in = to_double(corner.position) - to_double(cage.inner_corners[index]);
   corner.inward = static_cast<float>(dot(in, to_double(corner.direction)));
 }
 
-/// Default length of rays from a cage: twice the largest distance to the cage, or between shells, because rays may be
-/// more oblique than the offsets at the vertices.
+/// Default length of rays that start on a cage: twice the largest distance to the cage, or between the two shells,
+/// because rays between vertices may be more oblique than the offsets at the vertices.
 double longest_ray(const LowSurface& surface) {
   double longest_outward = 0, longest_inward = 0;
   for (const std::size_t i : surface.usable_triangles()) {
@@ -63,7 +63,7 @@ bool has_area(const Vec3& a, const Vec3& b, const Vec3& c) {
   return size > 0 && std::isfinite(size);
 }
 
-/// Uses the caller's tangent. Returns false if it has no direction.
+/// Uses a tangent that the caller has given. Returns false if it has no direction.
 bool use_given_tangent(const Tangent& given, Vec3& direction, float& sign) {
   const double size = length(to_double(given.direction));
   if (!(size > 0 && std::isfinite(size))) return false;
@@ -72,7 +72,7 @@ bool use_given_tangent(const Tangent& given, Vec3& direction, float& sign) {
   return true;
 }
 
-/// The caller's tangents, completed by MikkTSpace's where they are missing.
+/// The caller's tangents. Missing ones are replaced by those of MikkTSpace.
 /// \param at  function that returns position and normal of a corner
 template <typename At>
 std::vector<Tangent> corner_tangents(const Mesh& low, const At& at) {
@@ -189,7 +189,8 @@ LowSurface LowSurface::without_uvs(const Mesh& low, const Frame& frame, const Me
           corner.straight = static_cast<float>(low.colors[vertex][0]) / 255.0F;
         }
         if (!continuous_vertex_directions.empty()) {
-          // The opposite normals of a card without thickness cancel out, so each side uses its own normal.
+          // On a card without thickness, the opposite normals of both sides cancel out. Each side then uses its own
+          // normal.
           corner.direction = continuous_vertex_directions[vertex] == Vec3{}
                                  ? corner.normal
                                  : continuous_vertex_directions[vertex];
@@ -208,12 +209,11 @@ LowSurface LowSurface::without_uvs(const Mesh& low, const Frame& frame, const Me
                                       [](std::uint8_t one) { return one != 0; });
   if (!any_usable && count_without_area(low.positions, low.triangles) < count) {
     const std::string text = formatted("%.3g", frame.diagonal);
-    throw Error(ErrorCode::input, "Mesh " + quoted(low) +
-                                      " vanishes in rounding beside the high poly, whose diagonal "
-                                      "is " +
-                                      text +
-                                      ": check the high poly for outlying vertices, "
-                                      "and the units of both meshes.");
+    throw Error(ErrorCode::input,
+                "Mesh " + quoted(low) +
+                    " is so small relative to the high poly, whose diagonal is " + text +
+                    ", that rounding leaves it no area: check the high poly for outlying vertices, "
+                    "and the units of both meshes.");
   }
   if (!any_usable) {
     throw Error(ErrorCode::input, "Mesh " + quoted(low) +

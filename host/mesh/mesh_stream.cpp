@@ -58,15 +58,15 @@ Bounds bounds_of(const MeshStream& mesh, std::span<const Vec3> positions) {
                    const std::lock_guard lock(mutex);
                    bounds.join(box);
                  });
-  // Adding 0 converts -0 to 0.
+  // Adding 0 turns -0 into +0.
   const auto axes = [](const Vec3& p) {
     return std::array<double, 3>{p.x + 0.0, p.y + 0.0, p.z + 0.0};
   };
   return {axes(bounds.low), axes(bounds.high)};
 }
 
-/// Rejects meshes that a reader of whole files would move to the origin, or whose outliers it would leave out of the
-/// mesh's size.
+/// Rejects a mesh that lies too far from the origin, or has extreme outliers. Readers of whole files move such a mesh
+/// to the origin, or leave outliers out of its size.
 void check_coordinates(const MeshStream& mesh, const Mesh& sample, const Bounds& bounds) {
   if (!(bounds.low[0] <= bounds.high[0])) {
     throw Error(ErrorCode::input, "'" + mesh.path() +
@@ -88,8 +88,8 @@ void check_coordinates(const MeshStream& mesh, const Mesh& sample, const Bounds&
   }
   if (may_have_outliers(sample, bounds)) {
     throw Error(ErrorCode::input, "'" + mesh.path() +
-                                      "' is larger than memory, and reaches over 100,000 times as "
-                                      "far as most of its vertices: remove what lies far out, or "
+                                      "' is larger than memory, and extends over 100,000 times as "
+                                      "far as most of its vertices: remove the farthest ones, or "
                                       "raise the " +
                                       option("memory_limit") + ".");
   }

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::size_t kCopiesPerTask = std::size_t{1} << 15;
 
-/// Calls put(i) for every element, in parallel.
+/// Calls put(i) for each element, in parallel.
 template <typename Put>
 void put_in_parallel(std::size_t count, const Put& put) {
   parallel_for(count, kCopiesPerTask, [&](std::size_t begin, std::size_t end) {
@@ -35,13 +35,14 @@ void check_view(const MeshView& view) {
   check_count(view.colors.size(), "colors");
   if (count > 0xFFFFFFFFU) fail("more than 4294967295 positions: split it.");
   if (!view.indices.empty() && !view.indices_16.empty()) {
-    fail("both indices and indices_16: give one of them.");
+    fail("both indices and indices_16: give only one of them.");
   }
   const std::size_t corners = !view.indices.empty()      ? view.indices.size()
                               : !view.indices_16.empty() ? view.indices_16.size()
                                                          : count;
   if (corners % 3 != 0) {
-    fail(std::to_string(corners) + " corners, which is no multiple of 3: give three a triangle.");
+    fail(std::to_string(corners) +
+         " corners, which is not a multiple of 3: give three per triangle.");
   }
 }
 
@@ -108,7 +109,7 @@ Mesh to_mesh(const MeshView& view) {
     mesh.colors.resize(view.colors.size());
     put_in_parallel(view.colors.size(), [&](std::size_t i) { mesh.colors[i] = view.colors[i]; });
   }
-  validate(mesh);  // Validates before indices are used
+  validate(mesh);  // Checks all indices before they are used
   copy_tangents(view, mesh);
   return mesh;
 }

@@ -1,4 +1,4 @@
-// Detects and corrects normals that oppose their faces, and parts that face inwards.
+// Detects and corrects normals that point to the back of their faces, and parts whose faces point inwards.
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -25,7 +25,7 @@
 namespace kiln {
 namespace {
 
-/// Signs of a mirror image's axes. The first entry changes nothing, the second negates all axes.
+/// The signs by which a mirroring multiplies x, y and z. The first entry changes nothing, the second negates all three.
 using AxisSigns = std::array<double, 3>;
 constexpr std::array<AxisSigns, 8> kMirrorSigns = {{{1, 1, 1},
                                                     {-1, -1, -1},
@@ -37,42 +37,45 @@ constexpr std::array<AxisSigns, 8> kMirrorSigns = {{{1, 1, 1},
                                                     {1, -1, -1}}};
 constexpr std::size_t kUnchanged = 0, kNegated = 1;
 
-/// Cosine between a triangle's face and its best-fitting normals below which the normals count as opposed.
+/// Normals are opposed to their triangle if their mean cosine to it is below this.
 constexpr double kMaxOpposedCosine = -0.2;
-/// Smallest share of a part's area with opposed normals at which the part is changed.
+/// A part is only changed if normals are opposed on at least this share of its area.
 constexpr double kMinOpposedShare = 0.95;
-/// Largest mean error (1 - cosine) of a part's normals after negation.
+/// Negation is only accepted if the mean error (1 - cosine) of a part's normals is at most this afterwards.
 constexpr double kMaxNegatedError = 0.1;
-/// Largest mean error of a part's normals after mirroring. Mirror images fit by chance more easily, so they must also
-/// be better than the original normals by the factor kMinMirrorGain.
+/// A mirroring is only accepted if the mean error of a part's normals is at most kMaxMirrorError afterwards. Mirrorings
+/// fit by chance more easily than negation, so they must also reduce the error by at least the factor kMinMirrorGain.
 constexpr double kMaxMirrorError = 0.02, kMinMirrorGain = 10;
-/// Smallest number of triangles of an open part in which mirror images are detected.
+/// In open parts with fewer triangles, mirrored normals are not detected.
 constexpr std::uint32_t kMinMirrorTriangles = 16;
-/// Mean error of normals below which nothing is checked.
+/// If the mean error of a mesh's normals is below this, nothing is checked.
 constexpr double kMaxUsualError = 0.02;
-/// Normals of an open part that fit neither unchanged nor negated (mean error above kMinForeignError) imitate another
-/// shape on purpose. If such parts exceed kMaxForeignShare of the open area, no open part is changed.
+/// If an open part's normals fit neither unchanged nor mirrored (a mean error above kMinForeignError), they imitate
+/// another shape on purpose. If such parts have more than the share kMaxForeignShare of the area of open parts, no open
+/// part is changed.
 constexpr double kMinForeignError = 0.15, kMaxForeignShare = 0.2;
-/// Smallest flux of an open part, relative to the largest possible flux, at which the part counts as nearly closed;
-/// and smallest flux of a closed part at which it has an inside, above rounding.
+/// Flux of a part's surface relative to the largest possible flux. An open part counts as nearly closed above
+/// kMinOpenFlux; a closed part has an inside above kMinClosedFlux, which exceeds rounding.
 constexpr double kMinOpenFlux = 0.3, kMinClosedFlux = 1e-3;
-/// Relative flux below which the quick check suspects that a part faces inwards.
+/// The quick check suspects that a part faces inwards if its relative flux is below this.
 constexpr double kMaxSuspectFlux = -0.02;
 constexpr std::size_t kTrianglesPerTask = std::size_t{1} << 15;
 
 struct SidePart {
-  double area = 0, opposed_area = 0;  // Doubled area, in total and with opposed normals
+  // Doubled area: of all triangles, and of those with opposed normals
+  double area = 0, opposed_area = 0;
   std::array<double, kMirrorSigns.size()> off{};
-  double flux = 0, most_flux = 0;
+  double flux = 0, max_flux = 0;
   Vec3d centre{};
   Box<Vec3d> box;
   std::uint32_t lowest_triangle = 0, triangles = 0;
   bool open = false;
 
   bool has_area() const { return area > 0; }
-  /// Flux out of the part's centre, relative to its maximum: positive if it faces outwards.
-  double outward() const { return most_flux > 0 ? flux / most_flux : 0; }
-  /// 1 if the part faces outwards, -1 if it faces inwards, 0 if it is a sheet, which has no inside.
+  /// Flux of the normals away from the part's centre, relative to the largest possible flux; positive if the part faces
+  /// outwards.
+  double outward() const { return max_flux > 0 ? flux / max_flux : 0; }
+  /// 1 if the part faces outwards, -1 if it faces inwards, 0 if it is a sheet without an inside.
   int side() const {
     const double min_flux = open ? kMinOpenFlux : kMinClosedFlux;
     return outward() > min_flux ? 1 : outward() < -min_flux ? -1 : 0;
@@ -98,7 +101,8 @@ SideFace face_of(const Mesh& mesh, std::size_t t) {
   return face;
 }
 
-/// Largest cosine between a triangle's normals and its face, or the smooth surface.
+/// Mean, over a triangle's corners, of the cosine between the corner's normal (with mirrored signs) and the face, or
+/// the smooth normal if that is nearer.
 double mean_normal_cosine(const Mesh& mesh, const std::vector<Vec3>& smooth, std::size_t t,
                           const Vec3d& face, const AxisSigns& signs) {
   double sum = 0;
@@ -115,12 +119,12 @@ double mean_normal_cosine(const Mesh& mesh, const std::vector<Vec3>& smooth, std
   return count == 0 ? 1 : sum / count;
 }
 
-/// The parts of a mesh.
+/// The connected parts of a mesh.
 struct MeshParts {
   std::vector<SidePart> list;
   std::vector<std::uint32_t> of;  // Part of each triangle
   std::vector<std::pair<std::uint32_t, std::uint32_t>>
-      opposed_pairs;  // Pairs of triangles at an edge with opposite orientation
+      opposed_pairs;  // Pairs of triangles with opposite orientation at a common edge
 };
 
 MeshParts parts_of(const Mesh& mesh) {
@@ -162,12 +166,12 @@ MeshParts parts_of(const Mesh& mesh) {
     SidePart& part = parts.list[parts.of[t]];
     const Vec3d offset = face.centre - part.centre;
     part.flux += face.area * dot(offset, face.normal);
-    part.most_flux += face.area * length(offset);
+    part.max_flux += face.area * length(offset);
   }
   return parts;
 }
 
-/// True if a quick check finds no unusual normals.
+/// True if the mesh has no unusual normals, by a quick check.
 bool has_usual_normals(const Mesh& mesh) {
   const std::size_t pieces = (mesh.triangles.size() + kTrianglesPerTask - 1) / kTrianglesPerTask;
   std::vector<std::pair<double, double>> sums(pieces);  // Area, and area times error, of each chunk
@@ -190,10 +194,10 @@ bool has_usual_normals(const Mesh& mesh) {
   return !has_opposed && !(off > kMaxUsualError * area);
 }
 
-/// A detected error of a part.
+/// What is wrong with a part.
 struct Fault {
-  std::size_t mirror = kUnchanged;  ///< Mirroring after which the normals fit the faces
-  bool has_wrong_faces = false;     ///< True if the faces are wrong, not the normals
+  std::size_t mirror = kUnchanged;  ///< The mirroring with which the normals fit the faces
+  bool has_wrong_faces = false;     ///< True if the faces are wrong instead of the normals
   bool is_decided = false;
 };
 
@@ -203,9 +207,9 @@ class FaultFinder {
       : parts_(parts), is_trusted_(trust) {
     measure_errors(mesh);
     fault_of_part_.resize(parts.list.size());
-    const bool styled = has_foreign_normals();
+    const bool has_foreign = has_foreign_normals();
     for (std::size_t p = 0; p < parts.list.size(); ++p) {
-      if (!(parts.list[p].open && styled)) fault_of_part_[p].mirror = mirror_of(parts.list[p]);
+      if (!(parts.list[p].open && has_foreign)) fault_of_part_[p].mirror = mirror_of(parts.list[p]);
     }
     find_faults();
   }
@@ -237,17 +241,17 @@ class FaultFinder {
   }
 
   bool has_foreign_normals() const {
-    double open = 0, neither = 0;
+    double open = 0, foreign_area = 0;
     for (const SidePart& part : parts_.list) {
       if (!part.open) continue;
       open += part.area;
       const std::size_t mirrors =
           part.triangles < kMinMirrorTriangles ? kNegated + 1 : kMirrorSigns.size();
       if (*std::min_element(part.off.begin(), part.off.begin() + mirrors) > kMinForeignError) {
-        neither += part.area;
+        foreign_area += part.area;
       }
     }
-    return neither > kMaxForeignShare * open;
+    return foreign_area > kMaxForeignShare * open;
   }
 
   static std::size_t mirror_of(const SidePart& part) {
@@ -258,7 +262,7 @@ class FaultFinder {
     const auto best = std::min_element(part.off.begin(), part.off.end());
     if (!(*best < kMaxMirrorError && kMinMirrorGain * *best < part.off[kUnchanged]))
       return kUnchanged;
-    // Flat parts and rods may fit several mirrorings.
+    // Several mirrorings may fit flat parts and rods equally well.
     const auto fits = [&](std::size_t m) { return part.off[m] < *best + 1e-6; };
     if (fits(kUnchanged)) return kUnchanged;
     return fits(kNegated) ? kNegated : static_cast<std::size_t>(best - part.off.begin());
@@ -274,8 +278,8 @@ class FaultFinder {
       fault_of_part_[p].has_wrong_faces = parts_.list[p].side() < 0;
       solid.push_back(p);
     }
-    // Parts are processed from the largest to the smallest, since a part within another, such as the inner wall of a
-    // shell, has the same error.
+    // Parts are processed from the largest to the smallest. A part within another, such as the inner wall of a shell,
+    // usually has the same fault as its container, and takes it over.
     const auto size = [&](std::uint32_t p) { return std::abs(parts_.list[p].flux); };
     std::stable_sort(solid.begin(), solid.end(),
                      [&](std::uint32_t a, std::uint32_t b) { return size(a) > size(b); });
@@ -289,11 +293,13 @@ class FaultFinder {
       }
     }
     double face_error_area = 0,
-           normal_error_area = 0;  // Total areas of the parts with either error
+           // Total areas of the parts with wrong faces, and of those with wrong normals
+        normal_error_area = 0;
     for (const std::uint32_t p : solid)
       (fault_of_part_[p].has_wrong_faces ? face_error_area : normal_error_area) +=
           parts_.list[p].area;
-    // A faulty part whose faces are opposed to a correct neighbour is reversed.
+    // If the faces of a faulty part are opposed to those of a correct neighbour, the faces of the faulty part are
+    // wrong.
     for (const auto& [a, b] : parts_.opposed_pairs) {
       for (const auto& [own, other] :
            {std::pair(parts_.of[a], parts_.of[b]), std::pair(parts_.of[b], parts_.of[a])}) {
@@ -318,11 +324,11 @@ class FaultFinder {
   std::vector<Fault> fault_of_part_;
 };
 
-/// Replaces normals of triangles; each new normal is created once.
+/// Replaces the normals of triangles by mirrored ones. Each new normal is stored once.
 class MirroredNormals {
  public:
   explicit MirroredNormals(Mesh& mesh) : mesh_(mesh) {}
-  void give(std::size_t t, const AxisSigns& signs, std::size_t which) {
+  void mirror(std::size_t t, const AxisSigns& signs, std::size_t which) {
     for (std::size_t k = 0; k < 3; ++k) {
       std::uint32_t& n = mesh_.normal_triangles[t][k];
       const Vec3 own = mesh_.normals[n];
@@ -364,9 +370,9 @@ AgreedNormals agree_normals(Mesh& mesh, Trusted trust) {
   std::optional<std::uint32_t> first_faulty;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     const Fault& fault = fault_finder.fault_of(t);
-    const bool strange = fault_finder.has_foreign_part(t);
-    if (strange) ++result.strange;
-    if ((strange || fault.mirror != kUnchanged) && !first_faulty) first_faulty = t;
+    const bool is_foreign = fault_finder.has_foreign_part(t);
+    if (is_foreign) ++result.strange;
+    if ((is_foreign || fault.mirror != kUnchanged) && !first_faulty) first_faulty = t;
     if (fault.mirror == kUnchanged) continue;
     AxisSigns signs = kMirrorSigns[fault.mirror];
     if (fault.has_wrong_faces) {
@@ -377,11 +383,12 @@ AgreedNormals agree_normals(Mesh& mesh, Trusted trust) {
     if (!as_is && !is_negated && !mesh.tangents.empty()) {
       throw Error(ErrorCode::input,
                   "Mesh '" + mesh.name +
-                      "' has normals of its mirror image, and tangents, so that neither can be "
-                      "trusted: export it again, or leave its tangents out.",
+                      "' has the normals of its mirror image, so its tangents cannot be trusted "
+                      "either: export it again, or leave its tangents out.",
                   "mirrored-normals");
     }
-    if (!as_is) mirrored_normals.give(t, signs, 2 * fault.mirror + (fault.has_wrong_faces ? 1 : 0));
+    if (!as_is)
+      mirrored_normals.mirror(t, signs, 2 * fault.mirror + (fault.has_wrong_faces ? 1 : 0));
     if (fault.has_wrong_faces) reverse_triangle(mesh, t);
     ++(fault.has_wrong_faces ? result.faces : result.normals);
     result.mirrored += as_is || is_negated ? 0 : 1;
@@ -393,7 +400,7 @@ AgreedNormals agree_normals(Mesh& mesh, Trusted trust) {
 
 namespace {
 
-/// Quick check, with parts connected over shared vertices.
+/// Quick check for parts that face inwards. Here, parts are connected over shared vertices.
 bool may_face_inwards(const Mesh& mesh, std::span<const Triangle> triangles) {
   DisjointSets sets(mesh.positions.size());
   for (const Triangle& t : triangles) {
@@ -414,7 +421,7 @@ bool may_face_inwards(const Mesh& mesh, std::span<const Triangle> triangles) {
     }
     bool may_face_inwards() const { return flux < kMaxSuspectFlux * most; }
   };
-  // Number of each part, indexed by the vertex that identifies it.
+  // Number of each part, indexed by one vertex of the part.
   std::vector<std::uint32_t> part_numbers(mesh.positions.size(), 0);
   std::vector<Sums> sums;
   for (const Triangle& t : triangles) {

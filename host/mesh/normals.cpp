@@ -13,11 +13,11 @@
 namespace kiln {
 namespace {
 
-/// Ratio of a sum's length to the summed lengths of its terms below which the sum is a rounding error without
-/// direction, as for faces back to back.
+/// If the length of a sum of vectors is below this share of the sum of their lengths, the sum is a rounding error
+/// without direction, as for faces back to back.
 constexpr double kMinSumRatio = 1e-3;
-/// Minimum agreement of the mesh's normals with a face; from it on, they replace face normals that cancel out: on a
-/// card without thickness, each side may have its own normals.
+/// Where face normals cancel out, the mesh's own normals replace them if they agree with the face by at least this
+/// cosine. On a card without thickness, each side may have its own normals.
 constexpr double kMinAgreement = 0.25;
 
 }  // namespace
@@ -47,7 +47,7 @@ Vec3 normalized_sum(const Vec3d& sum, double total) {
 
 namespace {
 
-/// Calls add(triangle index, weights) in triangle order; the weights are computed in parallel.
+/// Calls add(triangle index, weights) in triangle order. The weights are computed in parallel.
 template <typename Add>
 void for_each_weights(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                       std::span<const std::uint32_t> polygons, const Add& add) {
@@ -55,7 +55,7 @@ void for_each_weights(std::span<const Vec3> positions, std::span<const Triangle>
   std::vector<CornerWeights> weights;
   for (std::size_t first = 0, last = 0; first < triangles.size(); first = last) {
     last = std::min(first + kTrianglesPerChunk, triangles.size());
-    // Extends the chunk to whole polygons.
+    // Extends the chunk so that it ends with a whole polygon.
     while (!polygons.empty() && last < triangles.size() && polygons[last] == polygons[last - 1]) {
       ++last;
     }
@@ -67,8 +67,8 @@ void for_each_weights(std::span<const Vec3> positions, std::span<const Triangle>
   }
 }
 
-/// Normalizes sums; zero if their terms cancel out.
-/// \param total_weights  summed lengths of the terms
+/// Normalizes sums of vectors. A sum whose terms cancel out becomes zero.
+/// \param total_weights  for each sum, the sum of the lengths of its terms
 std::vector<Vec3> normalized_sums(const std::vector<Vec3d>& sums,
                                   const std::vector<double>& total_weights) {
   std::vector<Vec3> result(sums.size());
@@ -80,8 +80,8 @@ std::vector<Vec3> normalized_sums(const std::vector<Vec3d>& sums,
   return result;
 }
 
-/// Angle-weighted face normals summed per vertex; zero if they cancel out.
-/// \param sums_of  function that returns the sums to which a triangle's corners are added
+/// Sums of face normals at each vertex, weighted by angle and normalized; zero if they cancel out.
+/// \param sums_of  function that returns the indices of the sums to which a triangle's corners are added
 std::vector<Vec3> summed_normals(std::span<const Vec3> positions,
                                  std::span<const Triangle> triangles,
                                  std::span<const std::uint32_t> polygons,
@@ -107,7 +107,7 @@ void use_faces_where_zero(std::span<const Vec3> positions, std::span<const Trian
     if (std::none_of(corners.triangles[i].begin(), corners.triangles[i].end(), is_zero)) return;
     const Vec3d face = corner_weights(positions, triangles[i]).normal;
     const auto added = static_cast<std::uint32_t>(corners.normals.size());
-    // A triangle without area is never hit, so every unit vector is acceptable.
+    // Rays never hit a triangle without area, so any unit vector will do.
     corners.normals.push_back(length(face) > 0 ? to_float(face) : Vec3{0, 0, 1});
     for (std::uint32_t& index : corners.triangles[i]) {
       if (is_zero(index)) index = added;
@@ -141,8 +141,8 @@ void warn_of_normals(const Mesh& mesh, std::vector<Warning>& warnings) {
                           mesh.name +
                           "' have a normal that is zero or not a number, for example triangle " +
                           std::to_string(example_triangle) +
-                          ": normals of the faces around stand there. Compute the mesh's normals "
-                          "anew if its shading should be its own.",
+                          ": the normal of the faces around replaces it. Recompute the mesh's "
+                          "normals in the modelling tool if they should differ from that.",
                       count});
 }
 
@@ -150,7 +150,7 @@ std::vector<Vec3> vertex_normals(std::span<const Vec3> positions,
                                  std::span<const Triangle> triangles,
                                  std::span<const std::uint32_t> polygons) {
   std::vector<Vec3> result = summed_normals(positions, triangles, polygons, triangles);
-  // If the normals cancel out, the first face's normal is used; without faces, the vector (0, 0, 1).
+  // If the normals cancel out, the first face's normal is used. A vertex without faces gets (0, 0, 1).
   for_each_alive(triangles.size(), [&](std::size_t i) {
     for (const std::uint32_t vertex : triangles[i]) {
       if (result[vertex] != Vec3{}) continue;
@@ -185,7 +185,7 @@ CornerNormals corner_normals(const Mesh& mesh, std::span<const Vec3> frame_posit
 
 void use_given_normals(std::span<const Triangle> triangles, CornerNormals& corners,
                        const std::function<std::vector<Vec3>()>& compute) {
-  std::vector<Vec3> computed_normals;  // Only computed if some normal is invalid
+  std::vector<Vec3> computed_normals;  // Only computed if a normal is invalid
   for_each_alive(corners.normals.size(), [&](std::size_t i) {
     Vec3& n = corners.normals[i];
     if (is_usable_normal(n)) n = to_float(to_double(n) * (1 / length(to_double(n))));
@@ -215,7 +215,7 @@ std::vector<Vec3> continuous_directions(std::span<const Vec3> positions,
       total_weights[vertex] += weights.angles[k];
     }
   });
-  // If corner normals cancel out, face normals may still have a direction.
+  // Where corner normals cancel out, face normals may still have a direction.
   for (std::size_t i = 0; i < sums.size(); ++i) {
     const bool card = length(face_sums[i]) <= kMinSumRatio * total_weights[i];
     if (length(sums[i]) <= (card ? kMinAgreement : kMinSumRatio) * total_weights[i])

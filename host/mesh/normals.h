@@ -13,20 +13,20 @@
 
 namespace kiln {
 
-/// A triangle's unit normal and corner angles; all zero if it is degenerate or not finite.
+/// Unit normal and corner angles of a triangle; all zero if it is degenerate or not finite.
 struct CornerWeights {
   Vec3d normal{};
   std::array<double, 3> angles{};
 };
 CornerWeights corner_weights(std::span<const Vec3> positions, const Triangle& triangle);
 
-/// Corner weights of a mesh's triangles. Triangles of one polygon all have the polygon's normal (sum of their area
-/// vectors). At each of its corners, the first triangle has the polygon's interior angle and the others have 0, so
-/// that sums over triangles are sums over polygons. A polygon that visits a vertex twice, or has no area, is treated
-/// as separate triangles.
-/// \param polygons    polygons as Mesh::polygons; if empty, each triangle is a polygon
+/// Computes the corner weights of a mesh's triangles. All triangles of a polygon have the polygon's normal, which is
+/// the sum of their area vectors. At each corner of a polygon, the first triangle has the polygon's interior angle and
+/// the others have 0, so that sums over triangles are sums over polygons. A polygon that visits a vertex twice, or has
+/// no area, is treated as separate triangles.
+/// \param polygons    see Mesh::polygons; if empty, each triangle is a polygon
 /// \param begin, end  computes all triangles of the polygons whose first triangle is in this range
-/// \param weights     [out] weights[i] is triangle begin + i's
+/// \param weights     [out] weights[i] belongs to triangle begin + i
 void corner_weights(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                     std::span<const std::uint32_t> polygons, std::size_t begin, std::size_t end,
                     CornerWeights* weights);
@@ -38,41 +38,42 @@ Vec3 normalized_sum(const Vec3d& sum, double total);
 /// True if a normal is finite and not zero.
 bool is_usable_normal(const Vec3& normal);
 
-/// Warns of triangles with area that have a corner with an invalid normal.
-/// \param warnings  [out]
+/// Warns of triangles that have an area and a corner with an invalid normal.
+/// \param warnings  [out] the warning is appended
 void warn_of_normals(const Mesh& mesh, std::vector<Warning>& warnings);
 
-/// Angle-weighted unit normals, one per vertex (Thürmer and Wüthrich 1998), summed in double precision in triangle
-/// order, so that the result does not depend on threads. Degenerate and non-finite triangles do not count; a vertex
-/// without other triangles gets (0, 0, 1).
-/// \param polygons  polygons as Mesh::polygons, whose corners are weighted instead of those of triangles
+/// Unit normals weighted by angle, one per vertex (Thürmer and Wüthrich 1998). Sums are computed in double precision in
+/// triangle order, so that the result does not depend on threads. Degenerate and non-finite triangles do not count. A
+/// vertex without other triangles gets (0, 0, 1).
+/// \param polygons  see Mesh::polygons; their corners are weighted instead of those of triangles
 std::vector<Vec3> vertex_normals(std::span<const Vec3> positions,
                                  std::span<const Triangle> triangles,
                                  std::span<const std::uint32_t> polygons = {});
 
-/// Normals per corner: a pool, and indices into it.
+/// Normals per corner: a pool of normals, and for each corner an index into it.
 struct CornerNormals {
   std::vector<Vec3> normals;
   std::vector<Triangle> triangles;
 };
 
-/// The mesh's own corner normals if there are any (invalid ones are replaced by computed ones), otherwise
-/// angle-weighted vertex normals that vertices of equal position share.
+/// The mesh's own corner normals, if it has any; invalid ones are replaced by computed ones. Otherwise vertex normals
+/// weighted by angle, which vertices of equal position share.
 /// \param frame_positions  the mesh's positions in the working frame
 CornerNormals corner_normals(const Mesh& mesh, std::span<const Vec3> frame_positions);
 
-// Steps of corner_normals(), for parts of a mesh:
+// Steps of corner_normals(), which can be used for parts of a mesh:
 
 /// Replaces zero normals of corners by the face's normal.
 void use_faces_where_zero(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                           CornerNormals& corners);
-/// Makes given normals unit, and replaces invalid ones by computed ones.
+/// Normalizes given normals, and replaces invalid ones by computed ones.
 /// \param compute  returns vertex_normals(); called at most once
 void use_given_normals(std::span<const Triangle> triangles, CornerNormals& corners,
                        const std::function<std::vector<Vec3>()>& compute);
 
-/// One unit direction per vertex, identical for all vertices of exactly equal position: the angle-weighted mean of
-/// all corner normals at that position. Rays along it leave no gaps at hard edges or split vertices.
+/// One unit direction per vertex: the angle-weighted mean of all corner normals at the vertex's position. Vertices at
+/// exactly the same position have the same direction, so rays along these directions leave no gaps at hard edges or
+/// split vertices.
 std::vector<Vec3> continuous_directions(std::span<const Vec3> positions,
                                         std::span<const Triangle> triangles,
                                         const CornerNormals& corners);

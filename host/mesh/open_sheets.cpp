@@ -23,7 +23,7 @@ Vec3d area_vector_of(const std::array<LowSurface::Corner, 3>& t) {
   return cross(to_double(t[1].position) - a, to_double(t[2].position) - a);
 }
 
-/// Parts connected over welded corners; each part is identified by one of its corners.
+/// Parts that are connected over welded corners. One of its corners identifies each part.
 class PartConnection {
  public:
   explicit PartConnection(const LowSurface& surface) {
@@ -60,7 +60,7 @@ std::vector<float> sheet_sizes(const LowSurface& surface) {
     Part& part = parts[part_connection.part(t)];
     if (!(dot(area_vector_of(surface.triangles[t]), part.normal) > 0)) part.one_side = false;
   }
-  // Most parts are closed, so that no side lacks a partner; sides of these need not be sorted.
+  // Most parts are closed: all their sides have partners. The sides of these parts need not be sorted.
   std::vector<std::pair<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t>> sides;
   for (const std::uint32_t t : surface.usable_triangles()) {
     const std::uint32_t name = part_connection.part(t);

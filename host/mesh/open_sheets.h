@@ -1,4 +1,4 @@
-// Open sheets of a low poly: leaf cards, decals, planes under a relief.
+// Open sheets of a low poly, such as leaf cards, decals, and planes under a relief.
 #pragma once
 
 #include <vector>
@@ -7,9 +7,9 @@
 
 namespace kiln {
 
-/// For each triangle, half the diagonal of its sheet's bounding box, in frame units; 0 if it does not belong to a
-/// sheet. A sheet is a connected part with a border whose faces are all visible from one direction. The high poly may
-/// be far away from a sheet, since no other surface of the part lies between them.
+/// For each triangle, half the diagonal of its sheet's bounding box, in frame units; 0 if it belongs to no sheet. A
+/// sheet is a connected part with a border whose faces can all be seen from one direction. The high poly may be far
+/// away from a sheet, since no other surface of the part lies between them.
 std::vector<float> sheet_sizes(const LowSurface& surface);
 
 }  // namespace kiln

@@ -17,14 +17,16 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kMaxNamesInWarning = 5;  // Maximum number of names in a warning
-constexpr std::size_t kMaxNameLength = 80;     // Longest name in a message, in characters
-constexpr std::size_t kMaxEdits = 32;          // A name with a larger edit distance is not similar
+// Longer names are shortened in messages, to this many characters
+constexpr std::size_t kMaxNameLength = 80;
+// A name is not similar if its edit distance is larger
+constexpr std::size_t kMaxEdits = 32;
 // Maximum number of names from which patterns are guessed
 constexpr std::size_t kMaxSampledNames = 64;
 constexpr std::size_t kMaxPatternGuesses = 8;
 
-/// The shortest text for which the pattern's first `*` stands; empty for a pattern without one. nullopt if the text
-/// does not match. Texts between stars match at their first occurrence, which is sufficient.
+/// The shortest text that the first `*` of the pattern can stand for; empty for a pattern without one. nullopt if the
+/// text does not match. Texts between stars are matched at their first occurrence, which suffices.
 std::optional<std::string_view> text_of_first_star(std::string_view text,
                                                    std::string_view pattern) {
   const std::size_t first = pattern.find('*'), last = pattern.rfind('*');
@@ -49,7 +51,7 @@ std::optional<std::string_view> text_of_first_star(std::string_view text,
   return text.substr(first, star_end - first);
 }
 
-/// A name without Blender's copy suffix, such as `.001`; the whole name if it has no such suffix.
+/// The name without Blender's copy suffix, such as `.001`, if it has one.
 std::string_view without_copy_number(std::string_view name) {
   const std::size_t dot = name.find_last_not_of("0123456789");
   const bool numbered = dot != std::string_view::npos && name[dot] == '.' && name.size() - dot > 3;
@@ -58,7 +60,7 @@ std::string_view without_copy_number(std::string_view name) {
 
 enum class PartSide { low, high };
 
-/// Maps names of groups to parts, by patterns or by a list.
+/// Maps names of groups to names of parts, by patterns or by a list.
 class PartNamer {
  public:
   explicit PartNamer(const PartNames& names) : names_(names) {
@@ -70,15 +72,15 @@ class PartNamer {
     }
   }
 
-  /// The part of a group.
+  /// The part that a group belongs to.
   std::string operator()(const std::string& group, PartSide side) const {
     if (auto part = match_rule(group, side)) return *part;
-    // Lists name all pairs, so other names of a list have no part.
+    // A list names all pairs, so a name that is not listed has no part.
     if (names_.by != PartsBy::list) return group;
     return (side == PartSide::low ? "low\n" : "high\n") + group;
   }
 
-  /// The part according to the patterns or the list; nullopt if the name matches none of them.
+  /// The part by the patterns or the list; nullopt if the name matches none of them.
   std::optional<std::string> match_rule(const std::string& group, PartSide side) const {
     if (names_.by == PartsBy::list) {
       const auto pair = (side == PartSide::low ? of_low_ : of_high_).first(group);
@@ -87,7 +89,7 @@ class PartNamer {
     if (names_.by != PartsBy::name) return std::nullopt;
     for (const std::string_view name : {std::string_view(group), without_copy_number(group)}) {
       const std::string text = lower_case(name);
-      // A low poly that was simplified from the high poly has the high poly's names.
+      // A low poly that was simplified from the high poly has the high poly's names, so those patterns are tried, too.
       const bool is_low = side == PartSide::low;
       for (const auto* patterns : {is_low ? &low_ : &high_, is_low ? &high_ : nullptr}) {
         if (patterns == nullptr) continue;
@@ -101,9 +103,9 @@ class PartNamer {
   }
 
  private:
-  /// The patterns of a list for names of one mesh (LOW or HIGH); the first pattern that matches a name counts. Patterns
-  /// are indexed by the text before the first star, the text after the last one, and the longest text between stars,
-  /// so that not every name is compared with every pattern.
+  /// The patterns of a list for one mesh (LOW or HIGH). The first pattern that matches a name counts. Patterns are
+  /// indexed by the text before the first star, the text after the last one, and the longest text between stars, so
+  /// that a name need not be compared with every pattern.
   class PatternList {
    public:
     void add(const std::string& pattern, std::size_t pair) {
@@ -151,7 +153,7 @@ class PartNamer {
    private:
     using Patterns = std::vector<std::pair<std::string, std::size_t>>;
     std::unordered_map<std::string, std::size_t> pair_of_plain_name_;
-    /// Patterns by the lengths of a key's three texts, then by the key.
+    /// Patterns by the lengths of the three texts of their key, then by the key.
     std::map<std::array<std::size_t, 3>, std::unordered_map<std::string, Patterns>> patterns_;
   };
 
@@ -160,8 +162,8 @@ class PartNamer {
   PatternList of_low_, of_high_;
 };
 
-/// Edit distance (Levenshtein) if below `limit`; else `limit`. Only the band around the diagonal is computed (Ukkonen
-/// 1985).
+/// Edit distance (Levenshtein) of two names if it is below `limit`, else `limit`. Only computes the band around the
+/// diagonal (Ukkonen 1985).
 std::size_t edit_distance(std::string_view a, std::string_view b, std::size_t limit) {
   if (a.size() > b.size()) std::swap(a, b);
   if (b.size() - a.size() >= limit) return limit;
@@ -181,7 +183,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b, std::size_t li
   return row.back();
 }
 
-/// The most similar name, or the first of several such names; null if no name is similar.
+/// The most similar name, or the first of several equally similar ones; null if no name is similar.
 const std::string* most_similar_name(const std::string& name,
                                      const std::vector<std::string>& others) {
   const std::string* nearest_name = nullptr;
@@ -198,7 +200,7 @@ std::string quote_name(const std::string& name) {
   return "'" + (name.size() > kMaxNameLength ? name.substr(0, kMaxNameLength) + "..." : name) + "'";
 }
 
-/// Terms for a kind of names, and its statement in an OBJ file.
+/// The words for a kind of names in messages, and the statement that sets it in an OBJ file.
 struct NameKind {
   const char* one;
   const char* many;
@@ -219,17 +221,17 @@ NameKind name_kind_of(PartsBy by) {
 /// A mesh's groups, objects or materials, and the parts to which they belong.
 struct NamedGroups {
   const std::vector<std::uint32_t>* of;    ///< Group of each triangle
-  std::vector<std::string> used;           ///< Names of groups with triangles
+  std::vector<std::string> used;           ///< Names of the groups that have triangles
   std::vector<std::string> parts_of_used;  ///< Part of each name in `used`
   std::vector<std::string> part_of;        ///< Part of each group
   std::vector<std::size_t> used_groups;    ///< Number of groups with each name in `used`
-  /// For each group, parts for the single words of an OBJ group with several names ("g head_high skin"), used if the
-  /// whole name matches nothing. The first list has words that match a pattern or the list of names, the second one
-  /// the other words. Empty for most groups.
+  /// For each OBJ group with several names ("g head_high skin"), the parts of its single words, which are used if the
+  /// whole name matches nothing. The first list has the words that match a pattern or the list of names, the second
+  /// list the other words. Empty for most groups.
   std::vector<std::array<std::vector<std::string>, 2>> parts_of_group_words;
 
   NamedGroups(const Mesh& mesh, const PartNames& names, const PartNamer& part_name, PartSide side) {
-    // Formats without groups, such as glTF, only have objects.
+    // Formats without groups, such as glTF, have objects only.
     const bool materials = names.by == PartsBy::material;
     const bool objects = names.by == PartsBy::object || (!materials && mesh.groups.empty());
     of = objects ? &mesh.objects : materials ? &mesh.materials : &mesh.groups;
@@ -250,7 +252,7 @@ struct NamedGroups {
     parts_of_group_words.resize(all.size());
     for (std::size_t g = 0; g < all.size(); ++g) {
       part_of.push_back(part_name(all[g], side));
-      // The name of an object (`o`) is a single name, even with blanks.
+      // The name of an object (`o`) is a single name, even if it contains blanks.
       if (has_several && !object_names_of_mesh.contains(all[g])) {
         parts_of_group_words[g] = parts_of_words(all[g], part_name, side, names.by);
       }
@@ -282,16 +284,16 @@ struct NamedGroups {
   }
 };
 
-/// Pairs groups with several names by any of them, if their whole names have no partner. Among names that both sides
-/// have, a name that matches a pattern or the list has priority; then the name of the fewest groups, which is the
-/// most specific; then the first in alphabetical order. Both sides thus choose the same name.
+/// Pairs groups with several names by one of these names, if their whole names have no partner. Among the names that
+/// both meshes have, a name that matches a pattern or the list comes first, then the name of the fewest groups (which
+/// is the most specific), then the first in alphabetical order. So both meshes choose the same name.
 void pair_by_words(NamedGroups& low, NamedGroups& high, std::vector<Warning>& warnings) {
-  struct Use {
+  struct WordUse {
     std::array<std::size_t, 2> groups{};
     bool both() const { return groups[0] != 0 && groups[1] != 0; }
     std::size_t all() const { return groups[0] + groups[1]; }
   };
-  std::unordered_map<std::string, Use> uses;
+  std::unordered_map<std::string, WordUse> uses;
   NamedGroups* const sides[] = {&low, &high};
   for (std::size_t s = 0; s < 2; ++s) {
     for (const std::size_t g : sides[s]->used_groups) {
@@ -330,20 +332,20 @@ void pair_by_words(NamedGroups& low, NamedGroups& high, std::vector<Warning>& wa
   warnings.push_back({"parts-by-word",
                       std::to_string(groups_paired_by_word) +
                           " groups of several names (`g A B`) were paired by one of the names, "
-                          "without a match of the patterns: " +
+                          "which no pattern matches: " +
                           example +
                           " for one. Where that is wrong, give them other names, or a list.",
                       groups_paired_by_word});
 }
 
-/// A pair of patterns that maps two names to the same part.
+/// A pattern for each mesh. Together they map two names to the same part.
 struct PatternPair {
   std::string low, high;
   auto operator<=>(const PatternPair&) const = default;
 };
 
-/// Patterns from the common prefix and suffix of two names: complete, and cut at the end of a word. Names of parts
-/// have at least two letters.
+/// Patterns from the common prefix and suffix of two names: one pair from the whole of these, and one cut at the end of
+/// a word. Names of parts have at least two letters.
 std::vector<PatternPair> patterns_of(std::string_view low, std::string_view high) {
   constexpr std::string_view kWordSeparators = "_-. ";
   const auto head = static_cast<std::size_t>(
@@ -378,8 +380,8 @@ std::size_t count_pairs_by(const PartNames& names, const NamedGroups& low,
       [&](const std::string& name) { return parts.contains(part_name(name, PartSide::low)); }));
 }
 
-/// Describes patterns that would pair more groups of the low poly; empty if there are none. The suggested patterns
-/// are those that fit most pairs of an unpaired name and its most similar name.
+/// Describes patterns that would pair more groups of the low poly; empty if there are none. Each unpaired name and its
+/// most similar name suggest patterns; the result is the patterns that fit most of these pairs.
 Message suggest_name_patterns(const PartNames& names, const NamedGroups& low,
                               const NamedGroups& high,
                               const std::map<std::string, std::uint32_t>& pairs) {
@@ -401,21 +403,21 @@ Message suggest_name_patterns(const PartNames& names, const NamedGroups& low,
   for (const auto& [patterns, count] : pattern_votes) pattern_guesses.emplace_back(count, patterns);
   std::sort(pattern_guesses.rbegin(), pattern_guesses.rend());
   if (pattern_guesses.size() > kMaxPatternGuesses) pattern_guesses.resize(kMaxPatternGuesses);
-  // Among patterns with equally many pairs, the most specific one.
+  // Of patterns that fit equally many pairs, the most specific one is chosen.
   std::tuple<std::size_t, std::size_t, PatternPair> best;
   for (const auto& [count, patterns] : pattern_guesses) {
-    const std::size_t would = count_pairs_by({{patterns.low}, {patterns.high}}, low, high);
-    const std::size_t said = patterns.low.size() + patterns.high.size();
-    best = std::max(best, std::tuple(would, said, patterns));
+    const std::size_t pair_count = count_pairs_by({{patterns.low}, {patterns.high}}, low, high);
+    const std::size_t pattern_length = patterns.low.size() + patterns.high.size();
+    best = std::max(best, std::tuple(pair_count, pattern_length, patterns));
   }
-  const auto& [would, said, patterns] = best;
-  if (would <= paired_groups) return {};
+  const auto& [pair_count, pattern_length, patterns] = best;
+  if (pair_count <= paired_groups) return {};
   return " With " + option("part_names.low") + " '" + patterns.low + "' and " +
-         option("part_names.high") + " '" + patterns.high + "' " + std::to_string(would) + " of " +
-         std::to_string(low.used.size()) + " would have a pair.";
+         option("part_names.high") + " '" + patterns.high + "' " + std::to_string(pair_count) +
+         " of " + std::to_string(low.used.size()) + " would have a pair.";
 }
 
-/// Adds a warning with the names of unpaired groups.
+/// Adds a warning that lists names of unpaired groups.
 void warn(PartSide side, const NamedGroups& groups, PartsBy by, const NamedGroups& others,
           const std::map<std::string, std::uint32_t>& pairs, const Message& remedy,
           std::vector<Warning>& warnings) {
@@ -488,9 +490,9 @@ Parts pair_parts(const Mesh& high, const Mesh& low, const PartNames& names) {
             (names.by == PartsBy::list ? " of the low poly has a pair in the list: "
                                        : " of the low poly has its name in the high poly: ") +
             quote_name(name) + " is " +
-            (similar_name != nullptr
-                 ? "nearest to " + quote_name(*similar_name)
-                 : "near to none, such as " + kiln::quote_name(part_of_high_name.used.front())) +
+            (similar_name != nullptr ? "nearest to " + quote_name(*similar_name)
+                                     : "similar to no name of the high poly, such as " +
+                                           kiln::quote_name(part_of_high_name.used.front())) +
             "." +
             (names.by == PartsBy::name && remedy.empty()
                  ? " " + option("part_names.low") + " and " + option("part_names.high") +

@@ -9,11 +9,11 @@
 namespace kiln {
 namespace {
 
-// Share of a quad's area below which a triangle is a needle, whose third corner lies on the opposite side, up to
-// rounding.
+// A triangle is a needle if its area is below this share of the quad's area. Its third corner then lies on the opposite
+// side, up to rounding.
 constexpr double kMinNeedleShare = 1e-4;
 
-/// The start from which the cyclic list of positions is the smallest in lexicographic order (Shiloach 1981).
+/// The start from which the cyclic list of positions is lexicographically the smallest (Shiloach 1981).
 std::size_t smallest_rotation_start(PolygonCorners corners) {
   const std::size_t n = corners.size();
   std::size_t i = 0, j = 1, k = 0;
@@ -30,8 +30,8 @@ std::size_t smallest_rotation_start(PolygonCorners corners) {
   return std::min(i, j);
 }
 
-/// Cuts between corners 0 and 2, as nearly all programs do; between 1 and 3 only if this avoids a flipped triangle or
-/// a needle.
+/// Cuts a quad between corners 0 and 2, as nearly all programs do. Cuts between 1 and 3 only if this avoids a flipped
+/// triangle or a needle.
 bool cut_quad_by_shape(PolygonCorners corners, CornerTriangles& triangles) {
   double polygon_size = 0;
   for (const auto& corner : corners)
@@ -45,7 +45,7 @@ bool cut_quad_by_shape(PolygonCorners corners, CornerTriangles& triangles) {
              (corners[i][1] - corners[0][1]) / polygon_size,
              (corners[i][2] - corners[0][2]) / polygon_size};
   }
-  // Twice the quad's area vector, for both cuts
+  // Twice the area vector of the quad, which does not depend on the cut.
   const Vec3d normal = cross(at[2] - at[0], at[3] - at[1]);
   const double whole = dot(normal, normal);
   const auto least = [&](std::size_t first) {

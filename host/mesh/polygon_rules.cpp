@@ -1,4 +1,4 @@
-// Triangulation of polygons as in other programs.
+// Triangulates polygons as other programs do.
 #include <algorithm>
 #include <cmath>
 
@@ -23,7 +23,7 @@ std::array<double, 3> cross_product_at(const std::array<double, 3>& at,
   return {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
 }
 
-/// True if a quad folds over when cut between corners `i` and i + 2.
+/// True if a quad folds over when it is cut between corners `i` and i + 2.
 bool folds_over(Corners corners, std::size_t i) {
   const auto& at = corners[i];
   const auto& across = corners[(i + 2) % 4];
@@ -36,7 +36,7 @@ void fan(std::size_t corners, Triples& triangles) {
   for (std::uint32_t i = 1; i + 1 < corners; ++i) triangles.push_back({0, i, i + 1});
 }
 
-/// Cuts a quad between corners 0 and 2, or 1 and 3.
+/// Cuts a quad between corners 0 and 2, or between 1 and 3.
 void cut_quad(bool along_1_3, Triples& triangles) {
   if (along_1_3) {
     triangles.assign({{0, 1, 3}, {1, 2, 3}});
@@ -45,7 +45,7 @@ void cut_quad(bool along_1_3, Triples& triangles) {
   }
 }
 
-/// Blender's polyfill: cuts ears in turn, skips one corner after each cut, and reverses the direction if the next
+/// Blender's polyfill. It cuts ears in turn, skips one corner after each cut, and reverses the direction if the next
 /// corner is not convex.
 class Polyfill {
  public:
@@ -93,7 +93,7 @@ class Polyfill {
   }
 
  private:
-  /// Turn at corner b. 1: left (convex); -1: right; 0: straight.
+  /// Direction in which the polygon turns at corner b: 1 if left (convex), -1 if right, 0 if straight.
   int turn(std::uint32_t a, std::uint32_t b, std::uint32_t c) const {
     const auto &p = points_[a], &q = points_[b], &r = points_[c];
     const float twice = (q[0] - p[0]) * (r[1] - p[1]) - (r[0] - p[0]) * (q[1] - p[1]);
@@ -132,7 +132,7 @@ class Polyfill {
   std::vector<int> turn_signs_;
 };
 
-// Number of corners above which Blender's quadratic search takes too long.
+// For more corners than this, Blender's quadratic search would take too long.
 constexpr std::size_t kMaxPolyfillCorners = 4096;
 
 }  // namespace

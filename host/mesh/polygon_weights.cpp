@@ -1,4 +1,4 @@
-// Corner weights of polygons for vertex normals.
+// Corner weights of polygons, for vertex normals.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -11,13 +11,13 @@ namespace {
 
 using Edge = std::pair<std::uint32_t, std::uint32_t>;
 
-/// A corner of a polygon with its neighbours.
+/// A corner of a polygon and its two neighbours.
 struct Corner {
   std::uint32_t vertex, before, after;
 };
 
-/// Sides of the polygon in order of their vertices: the sides that belong to only one of its triangles. Empty if they
-/// do not form one ring through as many vertices as the polygon has corners.
+/// The sides of a polygon in the order of their vertices. These are the sides of its triangles that belong to one
+/// triangle only. Empty if they do not form a single ring through as many vertices as the polygon has corners.
 std::vector<Corner> boundary_ring_of(std::span<const Triangle> triangles) {
   std::vector<Edge> edges;
   edges.reserve(3 * triangles.size());
@@ -38,7 +38,7 @@ std::vector<Corner> boundary_ring_of(std::span<const Triangle> triangles) {
            polygon_sides.begin();
   };
   for (std::size_t i = 0; i < polygon_sides.size(); ++i) {
-    // Each vertex must start exactly one side.
+    // Exactly one side must start at each vertex.
     if (i > 0 && polygon_sides[i].first == polygon_sides[i - 1].first) return {};
     corners[i].vertex = polygon_sides[i].first;
     corners[i].after = polygon_sides[i].second;
@@ -54,7 +54,8 @@ std::vector<Corner> boundary_ring_of(std::span<const Triangle> triangles) {
   return corners;
 }
 
-/// \returns true if the polygon's corners were weighted; false if its triangles must be weighted separately
+/// Weights the corners of a polygon.
+/// \returns false if its triangles must be weighted separately instead
 bool weigh_polygon(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                    CornerWeights* weights) {
   Vec3d area{};
@@ -73,7 +74,7 @@ bool weigh_polygon(std::span<const Vec3> positions, std::span<const Triangle> tr
     weights[t] = {};
     weights[t].normal = area * (1 / size);
   }
-  // The first triangle at each corner gets the whole angle.
+  // At each corner, the first triangle gets the whole angle.
   std::vector<bool> has_angle(corners.size());
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
@@ -86,8 +87,8 @@ bool weigh_polygon(std::span<const Vec3> positions, std::span<const Triangle> tr
       has_angle[i] = true;
       const Vec3d at = to_double(positions[corner->vertex]);
       const Vec3d back = to_double(positions[corner->before]) - at;
-      const Vec3d fore = to_double(positions[corner->after]) - at;
-      weights[t].angles[k] = std::atan2(length(cross(back, fore)), dot(back, fore));
+      const Vec3d to_next = to_double(positions[corner->after]) - at;
+      weights[t].angles[k] = std::atan2(length(cross(back, to_next)), dot(back, to_next));
     }
   }
   return true;
@@ -101,7 +102,7 @@ void corner_weights(std::span<const Vec3> positions, std::span<const Triangle> t
   for (std::size_t first = begin, last = begin; first < end; first = last) {
     last = first + 1;
     if (!polygons.empty()) {
-      // The polygon belongs to another range
+      // The polygon belongs to another range.
       if (first > 0 && polygons[first] == polygons[first - 1]) continue;
       while (last < triangles.size() && polygons[last] == polygons[first]) ++last;
     }

@@ -24,9 +24,9 @@ Quadric& Quadric::operator*=(double weight) {
 
 Vec3d Quadric::best_near(const Vec3d& pa, const Vec3d& pb) const {
   const Vec3d middle = (pa + pb) * 0.5;
-  // Solves for the step from the middle. A slight pull to the middle keeps the matrix regular.
-  const double pull = kMiddlePull * (xx + yy + zz);
-  const double m00 = xx + pull, m11 = yy + pull, m22 = zz + pull;
+  // Solves for the step from the middle of the edge. A weak attraction to the middle keeps the matrix regular.
+  const double middle_weight = kMiddleWeight * (xx + yy + zz);
+  const double m00 = xx + middle_weight, m11 = yy + middle_weight, m22 = zz + middle_weight;
   const Vec3d r = slope(middle) * -1.0;
   const Vec3d row0{m00, xy, xz}, row1{xy, m11, yz}, row2{xz, yz, m22};
   const Vec3d c12 = cross(row1, row2), c20 = cross(row2, row0), c01 = cross(row0, row1);
@@ -47,8 +47,8 @@ Quadric bent_planes(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d&
   Quadric sum;
   if (!(size_n > 0) || !(size_m > 0)) return sum;
   const double angle = std::atan2(length(cross(n, m)), dot(n, m));
-  const double share = dot(n, d - a) < 0 ? kCurvatureWeight : kCurvatureWeight * kHollowWeight;
-  // Each of the two triangles gets half of the weight, and each vertex half of that.
+  const double share = dot(n, d - a) < 0 ? kCurvatureWeight : kCurvatureWeight * kConcaveWeight;
+  // Each of the two triangles gets half of the weight, and each of the edge's two vertices half of that.
   const double weight = share * angle * edge / 4;
   sum.add_plane(n * (1 / size_n), a, weight);
   sum.add_plane(m * (1 / size_m), a, weight);
@@ -65,7 +65,7 @@ Quadric perpendicular_plane(const Vec3d& a, const Vec3d& b, const Vec3d& face, d
 }
 
 Quadric border_planes(const Vec3d& a, const Vec3d& b, const Vec3d& face) {
-  // There is one triangle instead of two; each vertex gets half of its weight.
+  // There is one triangle instead of two. Each of the edge's two vertices gets half of its weight.
   const double weight = kCurvatureWeight * std::numbers::pi * length(b - a) / 2;
   Quadric sum = perpendicular_plane(a, b, face, weight);
   const double size = length(face);

@@ -1,4 +1,4 @@
-// Shading normals of a high poly without normals, by its hard edges.
+// Computes shading normals of a high poly without normals, by its hard edges.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -16,12 +16,12 @@
 namespace kiln {
 namespace {
 
-/// Largest cosine between a plane and its shading normal at which the shading counts as bent; and smallest share of
-/// the area with bent shading that causes a warning.
+/// The shading of a plane counts as bent if the cosine between the plane's normal and the shading normal is at most
+/// kMaxBentCosine. A warning is given if the area with bent shading has at least the share kMinBentShare.
 constexpr double kMaxBentCosine = 0.93969262;  // Cosine of 20 degrees
 constexpr double kMinBentShare = 0.1;
 
-/// Sets each polygon's own normal.
+/// Gives each polygon its own normal.
 void set_flat_normals(const FaceEdges& faces, Mesh& mesh) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const bool same = t > 0 && !mesh.polygons.empty() && mesh.polygons[t] == mesh.polygons[t - 1] &&
@@ -34,7 +34,7 @@ void set_flat_normals(const FaceEdges& faces, Mesh& mesh) {
   }
 }
 
-/// Triangles without any normal.
+/// True for each triangle without any normal.
 std::vector<bool> without_normals(const Mesh& mesh) {
   std::vector<bool> result(mesh.triangles.size(), true);
   for (std::size_t t = 0; t < mesh.normal_triangles.size(); ++t) {
@@ -45,15 +45,15 @@ std::vector<bool> without_normals(const Mesh& mesh) {
   return result;
 }
 
-/// True if the interpolated normal at a triangle's centre deviates far from its plane's.
+/// True if the interpolated normal at a triangle's centre deviates far from the normal of its plane.
 bool is_bent(const std::vector<Vec3>& normals, const Triangle& corners, const Vec3& plane) {
   Vec3d sum{};
   for (const std::uint32_t n : corners) sum += to_double(normals[n]);
   return dot(sum, to_double(plane)) < kMaxBentCosine * length(sum);
 }
 
-/// False if the mesh's normals are close to its faces' nearly everywhere. This check takes a twentieth of the time
-/// for finding edges.
+/// False if the mesh's normals are close to its faces nearly everywhere. This check takes a twentieth of the time that
+/// finding edges takes.
 bool may_be_bent(const Mesh& mesh) {
   double bent = 0, all = 0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -70,7 +70,7 @@ bool may_be_bent(const Mesh& mesh) {
   return bent >= kMinBentShare * all;
 }
 
-/// Share of the area of triangles for which two predicates hold. The second is only evaluated if the first holds.
+/// Share of the area of the triangles for which two predicates hold. The second is evaluated only if the first holds.
 template <typename First, typename Second>
 double share_of_area(const Mesh& mesh, const FaceEdges& faces, const First& first,
                      const Second& second) {
@@ -82,12 +82,12 @@ double share_of_area(const Mesh& mesh, const FaceEdges& faces, const First& firs
   return all > 0 ? matching_area / all : 0;
 }
 
-/// Computes ShadingReport::bent_planes. Cheap tests come first, as scans have hardly any planes.
+/// Computes ShadingReport::bent_planes. Cheap tests come first, since scans have hardly any planes.
 double share_of_bent_planes(const Mesh& mesh, const FaceEdges& faces) {
   if (faces.left_out) return 0;
   std::vector<bool> is_planar_triangle(mesh.triangles.size());
   for (const FaceEdge& edge : faces.edges) {
-    if (!edge.inner && edge.turn > 0.1F) continue;
+    if (!edge.inner && edge.degrees > 0.1F) continue;
     for (const std::uint32_t side : edge.sides) is_planar_triangle[side / 3] = true;
   }
   const auto is_plane = [&](std::size_t t) { return is_planar_triangle[t]; };
@@ -103,7 +103,7 @@ void warn_of_bent_planes(const Mesh& mesh, bool own, ShadingReport& report) {
   if (report.bent_planes < kMinBentShare) return;
   const std::string text = formatted(
       "HIGH '%s': %.0f%% of its area are flat faces with smooth shading: %s more than 20 degrees "
-      "off. Maps will show it as gradients over flat faces. Give ",
+      "off. Maps will show this as gradients over flat faces. Give ",
       mesh.name.c_str(), report.bent_planes * 100,
       own ? "the file's own normals are" : "normals, smooth over its edges, are");
   report.warnings.push_back({"bent-planes",
@@ -118,14 +118,15 @@ void warn_of_bent_planes(const Mesh& mesh, bool own, ShadingReport& report) {
 ShadingReport shade_high(Mesh& mesh, const ShadingOptions& options) {
   if (options.rule == ShadingRule::angle &&
       !(options.angle_degrees > 0 && options.angle_degrees <= 180)) {
-    throw Error(ErrorCode::usage,
-                formatted("The angle of hard edges is %g degrees: it is above 0 and up to 180.",
-                          options.angle_degrees),
-                "option-range");
+    throw Error(
+        ErrorCode::usage,
+        formatted("The angle of hard edges is %g degrees: it must be above 0 and at most 180.",
+                  options.angle_degrees),
+        "option-range");
   }
   validate(mesh);
   ShadingReport report;
-  const bool had = !mesh.normal_triangles.empty();
+  const bool had_normals = !mesh.normal_triangles.empty();
   const bool kept = options.rule == ShadingRule::automatic || options.rule == ShadingRule::file;
   if (!kept) {
     mesh.normals.clear();
@@ -147,9 +148,10 @@ ShadingReport shade_high(Mesh& mesh, const ShadingOptions& options) {
     set_flat_normals(faces, mesh);
     return report;
   }
-  const bool sought = options.rule == ShadingRule::angle ||
-                      (options.rule == ShadingRule::automatic && missing > 0 && !faces.left_out);
-  if (sought) {
+  const bool needs_edges =
+      options.rule == ShadingRule::angle ||
+      (options.rule == ShadingRule::automatic && missing > 0 && !faces.left_out);
+  if (needs_edges) {
     const Creases creases = options.rule == ShadingRule::angle
                                 ? creases_from(mesh, faces, options.angle_degrees)
                                 : find_creases(mesh, faces);
@@ -169,7 +171,7 @@ ShadingReport shade_high(Mesh& mesh, const ShadingOptions& options) {
     }
   }
   report.bent_planes = share_of_bent_planes(mesh, faces);
-  warn_of_bent_planes(mesh, had && kept && report.given > 0, report);
+  warn_of_bent_planes(mesh, had_normals && kept && report.given > 0, report);
   return report;
 }
 

@@ -13,8 +13,8 @@ namespace kiln {
 
 CornerNormals group_normals(const Mesh& mesh, std::span<const std::uint32_t> groups) {
   const std::vector<std::uint32_t> welded = weld_vertices(mesh.positions);
-  // Key of a corner: its position, whether it is flat, and its group or polygon. Corners with equal keys share a
-  // normal.
+  // Key of a corner: its position, whether it is flat, and its group (or its polygon, if it is flat). Corners with
+  // equal keys share a normal.
   using Key = std::array<std::uint32_t, 3>;
   std::vector<Key> keys(3 * mesh.triangles.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {

@@ -1,4 +1,4 @@
-// Finds UV seams on edges with smooth normals.
+// Finds UV seams on edges whose normals are smooth.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -21,10 +21,10 @@ constexpr double kSameSeamCosine = 0.99996192306;  // Cosine of 0.5 degrees, as 
 /// A triangle's side, identified by its welded vertices, a < b.
 struct SeamSide {
   std::uint32_t a = 0, b = 0, triangle = 0;
-  std::uint8_t at_a = 0, at_b = 0;  ///< The triangle's corners at both vertices
+  std::uint8_t at_a = 0, at_b = 0;  ///< Corners of the triangle at the two vertices
 };
 
-/// Two triangles with a common side.
+/// Two triangles that have a side in common.
 struct SharedSide {
   SeamSide one, other;
   bool parts_uvs = false, hard = false;
@@ -57,7 +57,7 @@ bool same_uv(const Mesh& mesh, std::uint32_t t, std::size_t i, std::uint32_t u, 
   return a == b || (mesh.uvs[a].x == mesh.uvs[b].x && mesh.uvs[a].y == mesh.uvs[b].y);
 }
 
-/// Adjacent triangles. On edges of more than two triangles, each is paired with the first one.
+/// Pairs of adjacent triangles. At an edge of more than two triangles, each is paired with the first.
 std::vector<SharedSide> shared_sides(const Mesh& mesh, const Surface& surface) {
   std::vector<SeamSide> seam_sides;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -95,7 +95,7 @@ std::vector<SharedSide> shared_sides(const Mesh& mesh, const Surface& surface) {
   return shared_sides_found;
 }
 
-double turn_degrees(const Surface& surface, const SharedSide& edge) {
+double degrees_between(const Surface& surface, const SharedSide& edge) {
   const Vec3d &a = surface.weights[edge.one.triangle].normal,
               &b = surface.weights[edge.other.triangle].normal;
   return std::acos(std::clamp(dot(a, b) / (length(a) * length(b)), -1.0, 1.0)) * 180 /
@@ -108,7 +108,7 @@ std::vector<bool> find_flat_triangles(const Mesh& mesh, const Surface& surface,
   constexpr double kMaxFlatDegrees = 1;
   std::vector<bool> flat(mesh.triangles.size());
   for (const SharedSide& edge : sides) {
-    if (turn_degrees(surface, edge) >= kMaxFlatDegrees) continue;
+    if (degrees_between(surface, edge) >= kMaxFlatDegrees) continue;
     flat[edge.one.triangle] = flat[edge.other.triangle] = true;
   }
   return flat;
@@ -130,7 +130,7 @@ SoftSeams soft_seams(const Mesh& mesh, double least_degrees) {
     if (!edge.parts_uvs) continue;
     ++result.seams;
     if (edge.hard) continue;
-    const double degrees = turn_degrees(surface, edge);
+    const double degrees = degrees_between(surface, edge);
     if (degrees < least_degrees) continue;
     ++result.edges;
     const Vec3d a = to_double(mesh.positions[edge.one.a]),
@@ -167,7 +167,7 @@ Mesh split_at_seams(const Mesh& mesh) {
     join(edge.one.at_a, edge.other.at_a);
     join(edge.one.at_b, edge.other.at_b);
   }
-  // For each corner, 1 if it is joined already
+  // 1 for each corner that is joined already
   std::vector<std::uint8_t> is_at_seam(3 * mesh.triangles.size());
   for (const SharedSide& edge : edges) {
     if (!edge.parts_uvs || edge.hard) continue;
@@ -189,7 +189,8 @@ Mesh split_at_seams(const Mesh& mesh) {
   split.tangents.clear();
   split.normals = surface.normals.normals;
   split.normal_triangles = surface.normals.triangles;
-  std::vector<std::uint32_t> own(sums.size(), 0);  // Index of each group's normal + 1; 0: none yet
+  // Index of each group's normal + 1; 0 if it has none yet
+  std::vector<std::uint32_t> own(sums.size(), 0);
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     for (std::uint32_t k = 0; k < 3; ++k) {
       const std::uint32_t all = corners.find(3 * t + k);

@@ -12,12 +12,12 @@
 namespace kiln {
 namespace {
 
-/// Minimum length of an edge in quantization steps. Vertices have errors of up to half a step, 0.3 steps on average
-/// per axis, so normals at edges of this length have errors of about 0.4 / 256 = 0.1 degrees.
+/// Minimum length of an edge in quantization steps. Vertices have errors of up to half a step, on average 0.3 steps per
+/// axis, so normals at edges of this length have errors of about 0.4 / 256 radians = 0.1 degrees.
 constexpr double kMinStepsPerEdge = 256;
 constexpr double kRadiansPerStep = 0.4;
-/// A vertex is an outlier if its distance from the centre exceeds that of three quarters of all vertices by this
-/// factor: kOutlierRatio if steps are coarse, kExtremeOutlierRatio in all meshes.
+/// A vertex is an outlier if it is farther from the centre than three quarters of all vertices by this factor:
+/// kOutlierRatio in meshes with coarse steps, kExtremeOutlierRatio in all meshes.
 constexpr double kOutlierRatio = 16, kExtremeOutlierRatio = 1e5;
 
 /// Calls take(t) for evenly spaced triangles.
@@ -42,7 +42,7 @@ T quantile(std::vector<T>& values, double share, const Less& less = {}) {
 
 std::string position_text(const Vec3d& p) { return place_text(p.x, p.y, p.z); }
 
-/// A sphere that contains most of the vertices.
+/// A sphere around the median position that contains three quarters of the vertices.
 struct Bulk {
   Vec3d center{};
   double radius = 0;
@@ -66,29 +66,31 @@ struct Bulk {
   }
 };
 
-/// Vertices of usable triangles, without duplicates.
+/// The vertices of usable triangles, without duplicates.
 std::vector<std::uint32_t> used_vertices(const SteppedMesh& mesh) {
   std::vector<std::uint32_t> used;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    if (mesh.counts(t)) used.insert(used.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
+    if (mesh.is_usable(t))
+      used.insert(used.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
   }
   std::sort(used.begin(), used.end());
   used.erase(std::unique(used.begin(), used.end()), used.end());
   return used;
 }
 
-/// Corners of a sample of usable triangles.
+/// The corners of a sample of usable triangles.
 std::vector<std::uint32_t> sample_vertices(const SteppedMesh& mesh) {
   std::vector<std::uint32_t> sampled_corners;
   for_sample(mesh.triangles.size(), [&](std::size_t t) {
-    if (mesh.counts(t))
+    if (mesh.is_usable(t))
       sampled_corners.insert(sampled_corners.end(), mesh.triangles[t].begin(),
                              mesh.triangles[t].end());
   });
   return sampled_corners;
 }
 
-/// Distance of the farthest vertex, divided by the radius of the bulk; 0 if it is below kExtremeOutlierRatio.
+/// Distance of the farthest vertex from the centre, divided by the radius of the bulk; 0 if it is below
+/// kExtremeOutlierRatio.
 double outlier_reach(const SteppedMesh& mesh, const Bulk& bulk) {
   const double min_outlier_distance = kExtremeOutlierRatio * bulk.radius;
   double farthest_distance = min_outlier_distance;
@@ -101,8 +103,9 @@ double outlier_reach(const SteppedMesh& mesh, const Bulk& bulk) {
                    for (const std::uint32_t v : mesh.triangles[t]) {
                      vertex_distance = std::max(vertex_distance, bulk.distance(mesh, v));
                    }
-                   if (vertex_distance > part && mesh.counts(t))
-                     part = vertex_distance;  // So that `counts` is called for few triangles
+                   if (vertex_distance > part && mesh.is_usable(t))
+                     // Distance first, so that `is_usable` is called for few triangles
+                     part = vertex_distance;
                  }
                  const std::scoped_lock lock(mutex);
                  farthest_distance = std::max(farthest_distance, part);
@@ -110,7 +113,7 @@ double outlier_reach(const SteppedMesh& mesh, const Bulk& bulk) {
   return farthest_distance > min_outlier_distance ? farthest_distance / bulk.radius : 0;
 }
 
-/// Describes the vertices that extend the box; empty if no vertex is `far` times the radius from the centre.
+/// Describes the vertices that extend the box. Empty if no vertex is `far` times the radius from the centre or farther.
 std::string describe_outliers(const SteppedMesh& mesh, double far) {
   const std::vector<std::uint32_t> used = used_vertices(mesh);
   const Bulk bulk(mesh, used);
@@ -146,8 +149,8 @@ FloatGrid::FloatGrid(std::span<const Triangle> triangles,
     });
   };
   each([&](std::size_t k, double x) { most[k] = std::max(most[k], std::abs(x)); });
-  // Compares numbers in the largest binade, in which rounded values are both even and odd multiples of the step.
-  // Tolerance as a share of a step: text files may hold floats with nine digits
+  // Compares numbers in the largest binade, where rounded values are both even and odd multiples of the step. The
+  // tolerance is a share of a step, since text files may hold floats with nine digits.
   constexpr double kStepTolerance = 1.0 / 16;
   std::array<bool, 3> off{}, even{}, odd{};
   each([&](std::size_t k, double x) {
@@ -176,7 +179,7 @@ std::string coarse_steps(const SteppedMesh& mesh, const char* how) {
   };
   std::vector<Edge> edges;
   for_sample(mesh.triangles.size(), [&](std::size_t t) {
-    if (!mesh.counts(t)) return;
+    if (!mesh.is_usable(t)) return;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
       const Step of_a = mesh.step(a), of_b = mesh.step(b);
@@ -226,7 +229,7 @@ SteppedMesh stored_steps(const Mesh& mesh) {
           {}};
 }
 
-/// True if the box reaches so far beyond the bulk that some vertices may be outliers.
+/// True if the box extends so far beyond the bulk that some vertices may be outliers.
 bool reaches_beyond(const Bulk& bulk, const Bounds& all) {
   constexpr double kMaxOutlierRatio = 0x1p40;
   const Vec3d low(all.low[0], all.low[1], all.low[2]), high(all.high[0], all.high[1], all.high[2]);
@@ -257,7 +260,7 @@ Bounds bulk_bounds(const Mesh& mesh, const Bounds& all) {
     if (vertex_bulk.distance(own, v) > kExtremeOutlierRatio * vertex_bulk.radius) continue;
     const std::array<double, 3> p = axes(own.position(v));
     for (std::size_t k = 0; k < 3; ++k) {
-      bounds.low[k] = std::min(bounds.low[k], p[k] + 0.0);  // Adding 0 converts -0 to 0
+      bounds.low[k] = std::min(bounds.low[k], p[k] + 0.0);  // Adding 0 turns -0 into +0
       bounds.high[k] = std::max(bounds.high[k], p[k] + 0.0);
     }
   }

@@ -1,4 +1,4 @@
-// Deviation between two meshes.
+// Measures the deviation between two meshes.
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -13,10 +13,10 @@
 namespace kiln {
 namespace {
 
-/// Relative and absolute margin for rounding in bounds of squared distances.
+/// Relative and absolute margin for rounding, in bounds of squared distances.
 constexpr double kRoundingFactor = 1.0001, kRoundingOffset = 1e-14;
 
-/// Hash set of triangles by their corners, in any rotation.
+/// Hash set of triangles, found by their corners in any rotation.
 class KeptTriangles {
  public:
   /// \param corners  three corners per triangle; must outlive this object
@@ -30,7 +30,7 @@ class KeptTriangles {
     }
   }
 
-  /// The corners of an equal triangle, or null.
+  /// The corners of an equal triangle; null if there is none.
   const Vec3* find(const std::array<Vec3, 3>& triangle) const {
     const Key key = key_of(triangle.data());
     for (std::size_t i = slot_of(key); slots_[i] != kNone; i = (i + 1) & (slots_.size() - 1)) {
@@ -110,7 +110,7 @@ DistanceReport one_sided_distance(std::span<const Vec3> dense_positions,
         squared_distances[i] = squared_distance_to_triangle(
             to_double(point), same, std::numeric_limits<double>::infinity());
       } else {
-        // Bounds the search by the previous sample's distance plus the distance between the two samples.
+        // The previous sample's distance, plus the distance between the two samples, bounds the search.
         double within = std::numeric_limits<double>::infinity();
         if (i > begin) {
           const double farthest =

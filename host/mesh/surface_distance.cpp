@@ -16,26 +16,25 @@ namespace kiln {
 namespace {
 
 constexpr std::uint32_t kLeafSize = 4;
-/// Number of subtrees that are built in parallel, and minimum number of triangles of a range that is split for this
+/// Number of subtrees that are built in parallel, and minimum number of triangles in a range that is split for this
 /// purpose.
 constexpr std::size_t kMaxSubtrees = 32, kMinSubtreeTriangles = 4096;
-/// A triangle is certainly farther than the best one if its plane is, with the factor kFartherFactor as margin for
-/// rounding. Triangles with a squared sine below kMinSquaredSine are tested by their sides, as their plane is
-/// inaccurate.
+/// A triangle is certainly farther away than the best one if its plane is; kFartherFactor is the margin for rounding.
+/// Triangles whose squared sine is below kMinSquaredSine are tested by their sides, because their plane is inaccurate.
 constexpr double kFartherFactor = 1.0001, kMinSquaredSine = 1e-12;
 
-/// Long diagonal triangles (hair, stems) have overlapping boxes that are mostly empty, and a search visits a constant
-/// share of all these boxes. If the boxes' total area exceeds kMaxBoxAreaRatio times that of the triangles, triangles
-/// are cut into pieces with separate boxes: the number of a triangle's pieces is its own ratio divided by
-/// kBoxAreaRatioPerPiece, at most kMaxPieces.
+/// Long diagonal triangles (hair, stems) have boxes that overlap and are mostly empty, so a search would visit a
+/// constant share of all boxes. If the total area of all boxes exceeds kMaxBoxAreaRatio times that of the triangles,
+/// triangles are cut into pieces with boxes of their own. The number of a triangle's pieces is the ratio of its own
+/// box's area to its area, divided by kBoxAreaRatioPerPiece, at most kMaxPieces.
 constexpr double kMaxBoxAreaRatio = 6, kBoxAreaRatioPerPiece = 2;
 constexpr int kMaxPieces = 12;
-/// Number of triangles above which cutting takes longer than it saves.
+/// With more triangles than this, cutting takes longer than it saves.
 constexpr std::size_t kMaxTrianglesToCut = 300'000;
-/// Margin of a piece's box against rounding, as a share of the triangle's longest side.
+/// Margin for rounding of a piece's box, as a share of the triangle's longest side.
 constexpr float kPieceMargin = 1e-6F;
 
-/// Number of boxes of a tree over `count` triangles. Each level has parts of at most two sizes, `size` and size + 1.
+/// Number of boxes in a tree over `count` triangles. The parts of a level have at most two sizes: `size` and size + 1.
 std::size_t count_boxes(std::size_t count) {
   std::size_t boxes = 0, size = count, smaller = 1, larger = 0;
   while (size > kLeafSize) {
@@ -58,7 +57,7 @@ double squared_distance_to_segment(const Vec3d& offset, const Vec3d& edge) {
   return squared_length(offset - (projection < length2 ? edge * (projection / length2) : edge));
 }
 
-/// True if two triangles are both certainly farther than the best, by their planes.
+/// True if the planes of two triangles show that both are farther away than the best.
 bool both_farther(const Vec3d& p, const Vec3* one, const Vec3* other, double best) {
   const Double2 ax{one[0].x, other[0].x}, ay{one[0].y, other[0].y}, az{one[0].z, other[0].z};
   const Double2 bx = Double2{one[1].x, other[1].x} - ax, by = Double2{one[1].y, other[1].y} - ay,
@@ -123,7 +122,7 @@ SurfaceDistance::SurfaceDistance(std::span<const Vec3> positions,
                 static_cast<std::uint32_t>(i)};
   });
   nodes_.resize(count_boxes(items.size()));
-  // Splits level by level until there are enough parts for all threads; boxes of the levels above these parts are
+  // Splits level by level until there are enough parts for all threads. The boxes of the levels above these parts are
   // fitted last.
   std::vector<Part> parts{{0, items.size(), 0}}, above;
   while (parts.size() < kMaxSubtrees && parts[0].last - parts[0].first > kMinSubtreeTriangles) {
@@ -156,7 +155,7 @@ SurfaceDistance::SurfaceDistance(std::span<const Vec3> positions,
   pieces_ = {};
 }
 
-/// Cuts triangles across their longest sides if their boxes are mostly empty.
+/// Cuts triangles across their longest sides, if their boxes are mostly empty.
 void SurfaceDistance::cut_long_triangles(std::span<const Vec3> positions,
                                          std::span<const Triangle> triangles) {
   // For each triangle, the ratio of its box's area to its own area
@@ -212,8 +211,8 @@ void SurfaceDistance::cut_long_triangles(std::span<const Vec3> positions,
   }
 }
 
-/// Splits a range in halves, and sets the indices of their boxes, in depth-first order with the left child next to
-/// its parent. Halving the count bounds the depth by log2(n).
+/// Splits a range into halves and sets the indices of their boxes, in depth-first order with the left child next to its
+/// parent. Halving the number of triangles bounds the depth by log2(n).
 /// \returns false for a leaf
 bool SurfaceDistance::split_part(std::span<Item> items, const Part& part,
                                  std::array<Part, 2>& halves) {
@@ -249,7 +248,7 @@ void SurfaceDistance::build(std::span<Item> items, const Part& part) {
   build(items, halves[1]);
 }
 
-/// Fits a box to its leaf's corners, or to its children's boxes, which must have been fitted.
+/// Fits a box to its leaf's corners, or to the boxes of its children, which must have been fitted before.
 void SurfaceDistance::fit_box(std::size_t index) {
   Node& node = nodes_[index];
   Box<Vec3> box;

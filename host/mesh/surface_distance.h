@@ -1,4 +1,4 @@
-// Distances from points to a triangle mesh: how far a low poly deviates from a high poly.
+// Distances from points to a triangle mesh, to measure how far a low poly deviates from a high poly.
 #pragma once
 
 #include <array>
@@ -15,46 +15,47 @@
 
 namespace kiln {
 
-/// A box tree over triangles for nearest-point queries. Immutable after construction; queries may run on several
-/// threads. Degenerate triangles count as segments or points. Coordinates should be of about unit size. Cost: O(n log
-/// n) to build; about 1 microsecond per query near a surface of 5,000 triangles.
+/// A tree of boxes over triangles, for nearest-point queries. Immutable after construction, so queries may run on
+/// several threads. Degenerate triangles count as segments or points. Coordinates should be of about unit size. Cost:
+/// O(n log n) to build; about 1 microsecond per query near a surface of 5,000 triangles.
 class SurfaceDistance {
  public:
-  /// Copies its input. Triangles must have finite corners.
+  /// Copies its arguments. Triangles must have finite corners.
   SurfaceDistance(std::span<const Vec3> positions, std::span<const Triangle> triangles);
 
   /// Squared distance to the surface; infinity if there is no triangle.
   /// \param within  upper bound of the squared distance, as for nearest()
   double squared(const Vec3& point, double within = std::numeric_limits<double>::infinity()) const;
-  /// Squared distance to the surface, and the corners of the nearest triangle; null if there is no triangle.
+  /// Squared distance to the surface.
+  /// \param corners  [out] corners of the nearest triangle; null if there is no triangle
   double squared(const Vec3& point, double within, const Vec3*& corners) const;
-  /// True if a triangle is within a squared distance. Faster than finding the nearest triangle.
+  /// True if the surface is within a squared distance of the point. Faster than finding the nearest triangle.
   bool is_within(const Vec3& point, double squared) const;
   /// Index of the nearest triangle; 0 if there is no triangle. Ties are resolved deterministically.
-  /// \param within  an upper bound of the squared distance, if one is known; speeds up the search
+  /// \param within  upper bound of the squared distance, if one is known; it makes the search faster
   std::uint32_t nearest(const Vec3& point,
                         double within = std::numeric_limits<double>::infinity()) const;
 
-  /// Calls `body` with the three corners of each triangle that a ball touches, for some triangles repeatedly. The
-  /// order depends on the triangles alone.
+  /// Calls `body` with the three corners of each triangle that a ball touches. Some triangles are visited several
+  /// times. The order depends on the triangles alone.
   void each_within(const Vec3& center, double squared_radius,
                    const std::function<void(const Vec3*)>& body) const;
 
-  /// Corners of all triangles, three per triangle, in tree order; some triangles occur repeatedly.
+  /// Corners of all triangles, three per triangle, in tree order. Some triangles occur several times.
   std::span<const Vec3> corners() const { return corners_; }
 
  private:
   struct Node : Box<Vec3> {
-    /// Of a leaf, the first triangle; of an inner box, the index of the right child
+    /// For a leaf, its first triangle; for an inner box, the index of its right child
     std::uint32_t first = 0;
-    /// Of a leaf, the number of triangles; 0 for inner boxes, which the left child follows
+    /// For a leaf, its number of triangles; 0 for an inner box, whose left child is the next box
     std::uint32_t count = 0;
   };
   struct Item {
     Vec3 center;
     std::uint32_t triangle;
   };
-  /// A range of triangles of the tree, and the index of its box.
+  /// A range of triangles in the tree, and the index of its box.
   struct Part {
     std::size_t first, last, box;
   };
@@ -64,12 +65,12 @@ class SurfaceDistance {
   void fit_box(std::size_t box);
 
   std::vector<Node> nodes_;
-  /// Pieces of triangles, if the tree is built over them; Item::triangle and leaf_order_ then number pieces.
+  /// Pieces of triangles, if the tree is built over pieces. Then Item::triangle and leaf_order_ number pieces.
   std::vector<Node> pieces_;
-  /// \returns the squared distance
   /// \param leaf_index  [out] index of the nearest triangle in leaf order
-  /// \param best        squared distance below which triangles count
-  /// \param enough      squared distance at which the search stops
+  /// \param best        only triangles below this squared distance count
+  /// \param enough      the search stops at this squared distance
+  /// \returns the squared distance
   double search_nearest(const Vec3& point, std::uint32_t& leaf_index, double best,
                         double enough = -1) const;
   void test_leaf(const Vec3d& at, const Node& leaf, std::uint32_t& leaf_index, double& best) const;
@@ -78,25 +79,25 @@ class SurfaceDistance {
   std::vector<std::uint32_t> leaf_order_;  ///< Index of each triangle in leaf order
 };
 
-/// Squared distance of a point to a triangle: to its plane if the projection is inside, otherwise to the nearest
-/// edge.
+/// Squared distance of a point to a triangle: to its plane if the point's projection lies inside, otherwise to the
+/// nearest edge.
 /// \param corners  three corners
 /// \param best     results above this need not be exact
 double squared_distance_to_triangle(const Vec3d& point, const Vec3* corners, double best);
 
-/// One-sided distance statistics.
+/// Statistics of distances from one surface to another.
 struct DistanceReport {
   double largest = 0;
   double mean = 0;
   double root_mean_square = 0;
   std::uint64_t samples = 0;
-  /// Number of samples that required a search, since they lie on triangles that the low poly does not contain
-  /// unchanged.
+  /// Number of samples for which the nearest point was searched. Samples on triangles that the low poly contains
+  /// unchanged need no search.
   std::uint64_t searched_count = 0;
 };
 
-/// Index of the i-th of `count` samples, evenly spaced in the list of four samples per triangle (corners, then
-/// centroid).
+/// Index of the i-th of `count` samples, which are evenly spaced in the list of four samples per triangle (corners,
+/// then centroid).
 inline std::uint64_t distance_sample(std::uint64_t i, std::uint64_t count,
                                      std::uint64_t available) {
   const auto sample = static_cast<std::uint64_t>(
@@ -110,16 +111,16 @@ inline Vec3 distance_point(std::span<const Vec3> positions, const Triangle& t, s
   return {(a.x + b.x + c.x) / 3, (a.y + b.y + c.y) / 3, (a.z + b.z + c.z) / 3};
 }
 
-/// Distances from the low poly to the high poly, sampled at corners, centroids and edge midpoints of its triangles.
-/// `searched_count` stays 0. Does not depend on threads.
+/// Distances from the low poly to the high poly, sampled at corners, centroids and edge midpoints of the low poly's
+/// triangles. `searched_count` stays 0. The result does not depend on threads.
 DistanceReport low_to_high_distance(const SurfaceDistance& dense, std::span<const Vec3> positions,
                                     std::span<const Triangle> triangles);
 
-/// Distances from the high poly to the low poly, sampled at corners and centroids of the high poly's triangles: all
-/// of them if there are at most `max_samples`, otherwise evenly spaced ones. Degenerate triangles count; all corners
-/// must be finite. Does not depend on threads. Samples on triangles that the low poly contains unchanged have
-/// distance 0 without a search. Triangle soups, which keep all triangles, have boxes that overlap too much for fast
-/// searches.
+/// Distances from the high poly to the low poly, sampled at corners and centroids of the high poly's triangles: at all
+/// of them if there are at most `max_samples`, otherwise at evenly spaced ones. Degenerate triangles count; all corners
+/// must be finite. The result does not depend on threads. Samples on triangles that the low poly contains unchanged
+/// have distance 0 without a search. (Triangle soups keep all their triangles, and their boxes overlap too much for
+/// fast searches.)
 DistanceReport one_sided_distance(std::span<const Vec3> dense_positions,
                                   std::span<const Triangle> dense_triangles,
                                   const SurfaceDistance& low, std::uint64_t max_samples);

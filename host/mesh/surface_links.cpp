@@ -12,14 +12,14 @@
 namespace kiln {
 namespace {
 
-/// Largest number of triangles in a walk.
+/// Maximum number of triangles that a walk may cross.
 constexpr int kMaxWalkTriangles = 64;
 
 struct LinkSide {
   std::uint32_t low, high;  // Vertices of the edge
   std::uint32_t triangle;
-  std::uint8_t edge;  // Corner opposite the edge
-  bool rising;        // True if the side runs from the lower to the higher vertex
+  std::uint8_t edge;    // Corner opposite the edge
+  bool runs_to_higher;  // True if the side runs from the lower to the higher vertex
 };
 
 std::uint32_t root_of_link(std::vector<std::uint32_t>& parent, std::uint32_t triangle) {
@@ -34,7 +34,7 @@ bool same_uv(const Vec2& a, const Vec2& b) { return a.x == b.x && a.y == b.y; }
 
 using BarycentricWeights = std::array<double, 3>;
 
-/// Barycentric coordinates of a point in a triangle's UVs. False if the UVs have no area.
+/// Barycentric coordinates of a point in a triangle's UVs. Returns false if the UVs have no area.
 bool uv_weights(const std::array<LowSurface::Corner, 3>& corners, const std::array<double, 2>& at,
                 BarycentricWeights& weights) {
   const Vec2& a = corners[0].uv;
@@ -58,7 +58,7 @@ Vec3d point_at(const std::array<LowSurface::Corner, 3>& corners,
          to_double(corners[2].position) * weights[2];
 }
 
-/// Barycentric coordinates of a point in a triangle's plane.
+/// Barycentric coordinates of a point in the plane of a triangle.
 BarycentricWeights plane_weights(const std::array<LowSurface::Corner, 3>& corners,
                                  const Vec3d& point) {
   const Vec3d a = to_double(corners[0].position);
@@ -74,7 +74,7 @@ BarycentricWeights plane_weights(const std::array<LowSurface::Corner, 3>& corner
   return weights;
 }
 
-/// Unit vectors along an edge, and perpendicular to it in the triangle's plane, pointing outwards.
+/// A unit vector along an edge, and one perpendicular to it in the triangle's plane, which points outwards.
 struct EdgeFrame {
   Vec3d along{}, outward{};
   EdgeFrame(const std::array<LowSurface::Corner, 3>& corners, std::size_t edge) {
@@ -127,7 +127,7 @@ SurfaceTopology SurfaceTopology::of(const LowSurface& surface) {
            sides[end].high == sides[i].high) {
       ++end;
     }
-    if (end - i == 2 && sides[i].rising != sides[i + 1].rising) {
+    if (end - i == 2 && sides[i].runs_to_higher != sides[i + 1].runs_to_higher) {
       const LinkSide& a = sides[i];
       const LinkSide& b = sides[i + 1];
       topology.neighbour[a.triangle][a.edge] = b.triangle;
@@ -159,7 +159,7 @@ SurfacePlace walk_surface(const LowSurface& surface, const SurfaceTopology& topo
   BarycentricWeights at{};
   BarycentricWeights goal{};
   if (!uv_weights(*corners, from, at) || !uv_weights(*corners, to, goal)) return {};
-  std::size_t entry_edge = 3;  // Edge at which the walk entered
+  std::size_t entry_edge = 3;  // Edge at which the walk entered the triangle
   for (int step = 0; step < kMaxWalkTriangles; ++step) {
     std::size_t exit = 3;
     double share = std::numeric_limits<double>::infinity();
@@ -196,8 +196,8 @@ SurfacePlace walk_surface(const LowSurface& surface, const SurfaceTopology& topo
     const Vec3d beyond = rest * (1 - share);
     const EdgeFrame edge_frame(*corners, exit);
     corners = &surface.triangles[next];
-    // The component along the edge is unchanged, whatever the other triangle's orientation. The component across the
-    // edge changes from outward to inward.
+    // Across the edge, the component along the edge is unchanged, whatever the next triangle's orientation. The
+    // perpendicular component changes from outwards to inwards.
     const EdgeFrame next_frame(*corners, back);
     const double across = dot(beyond, edge_frame.outward);
     const Vec3d goal_point =
@@ -224,7 +224,7 @@ TexelLinks TexelLinks::of(const LowSurface& surface, const SurfaceTopology& topo
     const std::uint32_t triangle = texel_triangle[static_cast<std::size_t>(y * w + x)];
     return triangle == KILN_NO_TRIANGLE ? kNoChart : topology.chart[triangle];
   };
-  /// The texel of a chart that contains a point, or the nearest one beside it.
+  /// The texel of a chart that contains a point, or else the nearest one beside it.
   const auto texel_at = [&](const SurfacePlace& place) {
     if (place.triangle == KILN_NO_TRIANGLE) return KILN_VISIBILITY_NO_LINK;
     const double px = place.u * static_cast<double>(width);
@@ -256,7 +256,7 @@ TexelLinks TexelLinks::of(const LowSurface& surface, const SurfaceTopology& topo
   constexpr std::size_t kRowsPerTask = 16;
   std::vector<std::vector<std::uint32_t>> links_of_tasks((rows + kRowsPerTask - 1) / kRowsPerTask);
   parallel_for(rows, kRowsPerTask, [&](std::size_t begin, std::size_t end) {
-    // A single thread may process all rows.
+    // All rows may be processed by a single thread.
     std::vector<std::uint32_t>& part = links_of_tasks[begin / kRowsPerTask];
     for (auto y = static_cast<std::int64_t>(begin); y < static_cast<std::int64_t>(end); ++y) {
       for (std::int64_t x = 0; x < w; ++x) {
@@ -267,7 +267,7 @@ TexelLinks TexelLinks::of(const LowSurface& surface, const SurfaceTopology& topo
         const std::uint32_t own = texel_triangle[texel];
         const bool within = x > 0 && y > 0 && x + 1 < w && y + 1 < h;
         for (const auto& [dx, dy] : kSteps) {
-          // Fast path: most neighbours lie on the same triangle.
+          // Fast path: most neighbouring texels lie on the same triangle.
           if (within && texel_triangle[static_cast<std::size_t>((y + dy) * w + x + dx)] == own) {
             continue;
           }

@@ -1,4 +1,4 @@
-// Links between neighbouring texels, across the seams of the UV layout.
+// Links between neighbouring texels, including those across seams of the UV layout.
 #pragma once
 
 #include <array>
@@ -10,34 +10,34 @@
 
 namespace kiln {
 
-/// Adjacency of a low poly's triangles.
+/// Which triangles of a low poly are adjacent.
 struct SurfaceTopology {
-  /// Vertices of each triangle; vertices of equal position are one vertex
+  /// Vertices of each triangle; vertices of equal position count as one
   std::vector<std::array<std::uint32_t, 3>> vertices;
   /// For each triangle, the neighbour across the edge opposite corner k, or KILN_NO_TRIANGLE
   std::vector<std::array<std::uint32_t, 3>> neighbour;
   std::vector<std::uint32_t> chart;  ///< UV chart of each triangle
   std::uint32_t vertex_count = 0;
 
-  /// Triangles are neighbours if exactly two share an edge, in opposite directions. Unusable triangles have no
-  /// neighbours. A chart consists of neighbours that share the edge in UV space, too.
+  /// Triangles are neighbours if an edge has exactly two triangles, in opposite directions. Unusable triangles have no
+  /// neighbours. A chart consists of neighbours that also share the edge in UV space.
   static SurfaceTopology of(const LowSurface& surface);
 };
 
-/// End point of a straight walk over the surface.
+/// The end point of a straight walk over the surface.
 struct SurfacePlace {
   std::uint32_t triangle = 0xFFFFFFFFU;  ///< KILN_NO_TRIANGLE: the walk ended at the mesh's border
   double u = 0, v = 0;                   ///< UVs of the end point in that triangle
 };
 
-/// Walks from one point to another in a triangle's UVs, and continues across edges as if the triangles beyond lay in
-/// the same plane.
-/// \param from,to  UVs of both points; `from` lies inside of the triangle
+/// Walks from one point to another in the UVs of a triangle. At each edge, the walk continues as if the next triangle
+/// lay in the same plane.
+/// \param from, to  UVs of both points; `from` lies inside of the triangle
 SurfacePlace walk_surface(const LowSurface& surface, const SurfaceTopology& topology,
                           std::uint32_t triangle, const std::array<double, 2>& from,
                           const std::array<double, 2>& to);
 
-/// Links between texels, for smoothing a field over the surface.
+/// Links between texels, with which a field can be smoothed over the surface.
 struct TexelLinks {
   /// Kind of each pixel: KILN_VISIBILITY_EMPTY, _INNER or _BORDER
   std::vector<std::uint8_t> kind;

@@ -13,16 +13,16 @@ namespace {
 constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 constexpr std::uint32_t kNoGroup = kNone;
 
-/// A triangle's contribution to the tangent field, before grouping.
+/// The tangent of one triangle, before triangles are grouped.
 struct Face {
-  Vec3d tangent{};  ///< Unit dP/du, zero where the UVs do not define one
+  Vec3d tangent{};  ///< Unit dP/du; zero where the UVs do not define it
   bool is_orientation_preserving =
       false;  ///< True if the UVs have the same orientation as the surface
-  /// True if the UVs have no orientation; the face adopts that of the first group that reaches it
+  /// True if the UVs have no orientation; the face then adopts that of the first group that reaches it
   bool has_no_orientation = false;
-  /// True if two corners coincide or a value is not finite; the face is ignored
+  /// True if two corners coincide or a value is not finite; the face is then ignored
   bool is_degenerate = false;
-  /// Neighbour across the edge k -> k + 1
+  /// For each k, the neighbour across the edge from corner k to corner k + 1
   std::array<std::uint32_t, 3> neighbor{kNone, kNone, kNone};
   std::array<std::uint32_t, 3> group{kNoGroup, kNoGroup, kNoGroup};
 };
@@ -36,7 +36,7 @@ struct Corners {
 using Key = std::array<std::uint32_t, 8>;
 
 Key key_of(const Corners& corners, std::size_t i) {
-  // Adding +0 turns -0 into 0, so that equal values have equal bits.
+  // Adding +0 turns -0 into +0, so that equal values have equal bits.
   const auto bits = [](float group_tangent) {
     return std::bit_cast<std::uint32_t>(group_tangent + 0.0F);
   };
@@ -46,7 +46,7 @@ Key key_of(const Corners& corners, std::size_t i) {
   return {bits(p.x), bits(p.y), bits(p.z), bits(n.x), bits(n.y), bits(n.z), bits(uv.x), bits(uv.y)};
 }
 
-/// For each corner, the first corner with equal position, normal and UV.
+/// For each corner, the first corner that has the same position, normal and UV.
 std::vector<std::uint32_t> weld_corners(const Corners& corners) {
   const std::size_t count = corners.positions.size();
   const std::size_t mask = std::bit_ceil(count * 2 + 1) - 1;
@@ -81,7 +81,7 @@ Vec3d unit_or_zero(const Vec3d& v) {
   return size > 0 && std::isfinite(size) ? v * (1 / size) : Vec3d();
 }
 
-/// First-order tangent of each triangle (Mikkelsen 2008, section 2.1): P is linear in u and v.
+/// First-order tangent of each triangle (Mikkelsen 2008, section 2.1), for a position P that is linear in u and v.
 std::vector<Face> first_order_tangents(const Corners& corners,
                                        std::span<const std::uint32_t> vertex) {
   std::vector<Face> faces(vertex.size() / 3);
@@ -105,7 +105,7 @@ std::vector<Face> first_order_tangents(const Corners& corners,
       const double v1 = double{uv[1].y} - uv[0].y;
       const double u2 = double{uv[2].x} - uv[0].x;
       const double v2 = double{uv[2].y} - uv[0].y;
-      // Each product is exact in double precision, so the sign is correct except for tiny differences of products,
+      // Each product is exact in double precision. So the sign is correct, except for tiny differences of products,
       // which have no significant direction.
       const double area = u1 * v2 - v1 * u2;
       const Vec3d along_u = edge1 * v2 - edge2 * v1;
@@ -121,10 +121,10 @@ std::vector<Face> first_order_tangents(const Corners& corners,
 
 /// Pairs triangles that traverse the same welded edge in opposite directions.
 void find_neighbors(std::span<const std::uint32_t> vertex, std::vector<Face>& faces) {
-  // Edges in buckets by their smaller vertex (counting sort), sorted within each bucket.
+  // Edges in buckets by their lower vertex (counting sort), sorted within each bucket.
   struct HalfEdge {
-    std::uint32_t higher_vertex;  // The edge's larger vertex
-    std::uint32_t corner;         // Corner of the side: 3 * face + k
+    std::uint32_t higher_vertex;  // Higher vertex of the edge
+    std::uint32_t corner;         // Corner at which the side starts: 3 * face + k
   };
   std::vector<std::uint32_t> bucket_start(vertex.size() + 1, 0);
   const auto for_each_edge = [&](const auto& body) {
@@ -153,7 +153,7 @@ void find_neighbors(std::span<const std::uint32_t> vertex, std::vector<Face>& fa
     for (auto i = begin; i != end; ++i) {
       Face& face = faces[i->corner / 3];
       if (face.neighbor[i->corner % 3] != kNone) continue;
-      // The first later triangle of opposite direction that has no partner.
+      // Finds the first later triangle of opposite direction that has no partner yet.
       for (auto j = i + 1; j != end && j->higher_vertex == i->higher_vertex; ++j) {
         Face& candidate = faces[j->corner / 3];
         if (candidate.neighbor[j->corner % 3] != kNone) continue;
@@ -166,7 +166,8 @@ void find_neighbors(std::span<const std::uint32_t> vertex, std::vector<Face>& fa
   }
 }
 
-/// Groups of triangles around a vertex that share a tangent: connected over edges, with equal UV orientation.
+/// Groups of triangles around a vertex that share a tangent. They are connected over edges, and their UVs have the same
+/// orientation.
 struct TangentGroups {
   std::vector<std::uint32_t> corners;   ///< Corners (3 * face + k), group by group
   std::vector<std::uint32_t> first{0};  ///< Start of each group in `corners`; one extra entry
@@ -211,7 +212,8 @@ Vec3d project_on_plane(const Vec3d& v, const Vec3d& normal) {
   return unit_or_zero(v - normal * dot(normal, v));
 }
 
-/// A corner's contribution to its group's tangent: projected, and weighted by the projected angle.
+/// A corner's contribution to the tangent of its group: projected onto the normal plane, and weighted by the projected
+/// angle.
 Vec3d tangent_contribution(const Corners& corners, const Face& face, std::size_t corner) {
   const std::size_t f = corner / 3;
   const std::size_t k = corner % 3;
@@ -225,7 +227,7 @@ Vec3d tangent_contribution(const Corners& corners, const Face& face, std::size_t
   return project_on_plane(face.tangent, normal) * angle;
 }
 
-/// Any unit vector perpendicular to a normal.
+/// A unit vector perpendicular to a normal.
 Vec3d perpendicular(const Vec3& normal) {
   const Vec3d n = is_finite(normal) ? to_double(normal) : Vec3d(0, 0, 1);
   const Vec3d axis = std::abs(n.x) < 0.9 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0);
@@ -265,8 +267,8 @@ std::vector<CornerTangent> mikk_tangents(std::span<const Vec3> positions,
     }
   });
 
-  // The remaining triangles are degenerate, or flexible ones that no group reached. Their corners copy the tangent of
-  // the first valid corner of the same welded vertex, or else of a corner at the same position.
+  // The remaining triangles are degenerate, or have UVs without an orientation and no group reached them. Their corners
+  // copy the tangent of the first valid corner of the same welded vertex, or else of one at the same position.
   std::vector<std::uint32_t> known_corner_of_vertex(positions.size(), kNone);
   bool all_tangents_known = true;
   for (std::size_t i = 0; i < positions.size(); ++i) {

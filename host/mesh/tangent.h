@@ -10,7 +10,7 @@
 
 namespace kiln {
 
-/// Tangent of a triangle corner: bitangent = sign * cross(normal, tangent).
+/// Tangent of a triangle's corner, for which bitangent = sign * cross(normal, tangent).
 struct CornerTangent {
   Vec3 tangent{1, 0, 0};
   float sign = 1;

@@ -16,11 +16,11 @@
 namespace kiln {
 namespace {
 
-// Rows of UDIM tiles, for the numbers 1001 to 9999 with a margin
+// Number of columns and rows of UDIM tiles, for the numbers 1001 to 9999 with a margin
 constexpr std::uint32_t kTilesAcross = 10, kTilesUp = 900;
-// Number of cells per side of the grid for finding overlap
+// Number of cells along a side of the grid that finds overlap
 constexpr std::uint32_t kOverlapGrid = 512;
-constexpr double kMaxOverlapShare = 0.01;  // Overlap as a share of the unit square
+constexpr double kMaxOverlapShare = 0.01;  // Largest overlap, as a share of the unit square
 
 using UvCorners = std::array<Vec2, 3>;
 
@@ -40,7 +40,7 @@ bool has_area_in_uv(const UvCorners& uvs) {
   return u1 * v2 - u2 * v1 != 0;
 }
 
-/// Tile that contains a triangle's centroid.
+/// The tile that contains the centroid of a triangle.
 std::pair<std::int64_t, std::int64_t> tile_of(const UvCorners& uvs) {
   const double u = (double{uvs[0].x} + uvs[1].x + uvs[2].x) / 3;
   const double v = (double{uvs[0].y} + uvs[1].y + uvs[2].y) / 3;
@@ -51,8 +51,8 @@ std::pair<std::int64_t, std::int64_t> tile_of(const UvCorners& uvs) {
   return {whole(u), whole(v)};
 }
 
-/// Calls `use` with each cell of a grid over the unit square whose centre lies inside of a triangle that is shifted
-/// there.
+/// Moves a triangle to the unit square, and calls `use` for each cell of a grid over the square whose centre lies
+/// inside of it.
 template <typename Use>
 void over_uv_cells(const UvCorners& uvs, double move_u, double move_v, const Use& use) {
   std::array<std::array<double, 2>, 3> p{};
@@ -85,7 +85,7 @@ void over_uv_cells(const UvCorners& uvs, double move_u, double move_v, const Use
   }
 }
 
-/// True if two triangles are copies of one part: their UVs are equal up to whole numbers, in any order.
+/// True if two triangles are copies of one part: their UVs are equal in any order, except for whole-number offsets.
 bool are_copies(const UvCorners& a, const UvCorners& b) {
   constexpr float kSameUvTolerance = 1e-4F;
   const auto sorted = [](UvCorners uvs) {
@@ -105,8 +105,8 @@ bool are_copies(const UvCorners& a, const UvCorners& b) {
   return true;
 }
 
-/// True if triangles of different sets overlap in over 1% of the unit square.
-/// \param in_tile  shifts every tile to the unit square, and ignores copies
+/// True if triangles of different sets overlap in more than 1% of the unit square.
+/// \param in_tile  moves every tile to the unit square, and ignores copies
 template <typename SetOf>
 bool clearly_overlap(const Mesh& low, const SetOf& set_of, bool in_tile) {
   constexpr std::uint32_t kNoTriangle = 0xFFFFFFFFU;
@@ -164,7 +164,7 @@ std::vector<TextureSet> texture_sets_by_name(const Mesh& low, const std::vector<
   return sets;
 }
 
-/// \throws Error(input) for a triangle outside of UDIM's tiles
+/// \throws Error(input) for a triangle outside of the UDIM tiles
 void check_tiles(const Mesh& low) {
   for (std::size_t t = 0; t < low.triangles.size(); ++t) {
     const UvCorners uvs = corner_uvs(low, t);
@@ -183,7 +183,7 @@ void check_tiles(const Mesh& low) {
 
 std::vector<TextureSet> texture_sets_by_tile(const Mesh& low) {
   check_tiles(low);  // Checked here, before thousands of sets are created
-  // Sets of the tiles, row by row
+  // The sets of all tiles, row by row
   std::map<std::pair<std::int64_t, std::int64_t>, TextureSet> tiles;
   for (std::size_t t = 0; t < low.triangles.size(); ++t) {
     const UvCorners uvs = corner_uvs(low, t);
@@ -204,7 +204,7 @@ std::vector<TextureSet> texture_sets_by_tile(const Mesh& low) {
   return sets;
 }
 
-/// True if all triangles lie in UDIM tiles, and at least one of them beyond the unit square.
+/// True if all triangles lie in UDIM tiles, and at least one beyond the unit square.
 bool lies_in_tiles(const Mesh& low) {
   bool is_beyond_unit_square = false, in_tiles = true;
   for (std::size_t t = 0; t < low.triangles.size(); ++t) {
@@ -217,13 +217,13 @@ bool lies_in_tiles(const Mesh& low) {
   return is_beyond_unit_square && in_tiles;
 }
 
-/// True if charts of several tiles would overlap in one tile and are not copies of each other.
+/// True if charts of several tiles would overlap if all tiles were moved to one, and are not copies of each other.
 bool tiles_overlap(const Mesh& low) {
   const auto tile = [&](std::uint32_t t) { return tile_of(corner_uvs(low, t)); };
   return clearly_overlap(low, tile, /*in_tile=*/true);
 }
 
-/// Removes the UVs of all triangles outside of a set.
+/// Removes the UVs of all triangles that are not in a set.
 void remove_uvs_outside(const TextureSet& set, Mesh& low) {
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
   const auto nowhere = static_cast<std::uint32_t>(low.uvs.size());
@@ -233,7 +233,7 @@ void remove_uvs_outside(const TextureSet& set, Mesh& low) {
   low.uv_triangles = std::move(kept);
 }
 
-/// The tile that contains all triangles of a set with UV area; nullopt if there are several.
+/// The tile that contains all triangles of a set with UV area; nullopt if there are several tiles.
 std::optional<std::pair<std::uint32_t, std::uint32_t>> tile_if_single(const Mesh& low,
                                                                       const TextureSet& set) {
   std::optional<std::pair<std::uint32_t, std::uint32_t>> single_tile;
@@ -283,7 +283,7 @@ std::vector<TextureSet> find_texture_sets(const Mesh& low, SetsBy by) {
   if (by == SetsBy::none || low.uv_triangles.empty()) return {whole_mesh_set(low)};
   const auto missing = [&](const char* what) {
     throw Error(ErrorCode::input, "Mesh '" + low.name + "' has no " + what +
-                                      ", so there are no texture sets by them. Choose other sets, "
+                                      ", by which texture sets could be formed. Choose other sets, "
                                       "or none.");
   };
   std::vector<TextureSet> sets;
@@ -322,7 +322,7 @@ Mesh low_of_set(const Mesh& low, const TextureSet& set) {
   return mesh;
 }
 
-// The layout is changed in place; otherwise thousands of sets would each allocate and copy the whole layout.
+// Changes the layout in place. Otherwise, each of thousands of sets would allocate and copy the whole layout.
 void lay_out_set(const Mesh& low, const TextureSet& set, Mesh& part) {
   const auto u = static_cast<float>(set.tile_u), v = static_cast<float>(set.tile_v);
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();

@@ -8,8 +8,8 @@ namespace kiln {
 /// Fractional part of a number.
 inline double fraction_of(double x) { return x - std::floor(x); }
 
-/// A point of an infinite, evenly distributed sequence on a triangle, from the plastic number (Roberts 2018). Its
-/// barycentric coordinates are 1 - u - v, u and v.
+/// A point of an infinite, evenly distributed sequence of points on a triangle, from the plastic number (Roberts 2018).
+/// Its barycentric coordinates are 1 - u - v, u and v.
 struct TriangleSpread {
   double u, v;
   /// \param i                 index in the sequence

@@ -6,7 +6,8 @@
 
 namespace kiln {
 
-/// Squared distances of a point to two boxes as a vector, without branches, which would be unpredictable.
+/// Squared distances of a point to two boxes, as a vector. Computed without branches, which the processor could not
+/// predict.
 template <typename Box>
 Double2 squared_distances_to_boxes(const Vec3d& p, const Box& one, const Box& other) {
   const auto outside = [](double at, float low, float other_low, float high, float other_high) {

@@ -9,7 +9,7 @@
 namespace kiln {
 namespace {
 
-/// A neighbour within a sheet, and a flag for triangles that traverse the edge in the same direction.
+/// A neighbour within a sheet, and whether both triangles traverse the edge in the same direction.
 struct Link {
   std::uint32_t to = TwoSided::kNone;
   bool turned = false;
@@ -39,7 +39,7 @@ std::vector<std::uint32_t> find_twins(std::span<const Triangle> welded, std::siz
   return twins;
 }
 
-/// Neighbours of each triangle across its three edges, if exactly two share the edge.
+/// For each triangle, its neighbours across its three edges. An edge has a neighbour if exactly two triangles share it.
 std::vector<std::array<Link, 3>> neighbour_links_of(const std::vector<Triangle>& triangles,
                                                     std::size_t vertices) {
   std::vector<std::array<Link, 3>> neighbour_links(triangles.size());
@@ -60,7 +60,7 @@ std::vector<std::array<Link, 3>> neighbour_links_of(const std::vector<Triangle>&
 TwoSided TwoSided::of(std::span<const Triangle> welded, std::size_t vertices) {
   TwoSided result{find_twins(welded, vertices), {}, {}};
   if (result.empty()) return result;
-  // One triangle of each pair, and all unpaired ones.
+  // One triangle of each pair, and all triangles without a twin.
   std::vector<std::uint32_t> source_triangles;
   std::vector<Triangle> kept_triangles;
   for (std::uint32_t t = 0; t < welded.size(); ++t) {

@@ -16,9 +16,8 @@ bool has_area(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
   const Vec3d u = b - a, v = c - a, sum = a + b + c;
   const double size = std::max(largest(u), largest(v));
   if (!(size > 0) || !std::isfinite(sum.x + sum.y + sum.z)) return false;
-  // Bound on the sine between collinear sides due to rounding: half a unit in the last place per coordinate, with a
-  // factor of
-  // 2.
+  // Bound on the sine between collinear sides that is due to rounding: half a unit in the last place per coordinate,
+  // times 2.
   const double rounding = 0x1p-50 * std::max({largest(a), largest(b), largest(c)}) / size;
   return largest(cross(u * (1 / size), v * (1 / size))) > rounding;
 }

@@ -1,4 +1,4 @@
-// Tests for usable triangles.
+// Tests whether triangles are usable.
 #pragma once
 
 #include <array>
@@ -22,8 +22,8 @@ inline bool has_area(std::span<const Vec3> positions, const Triangle& triangle) 
   return a.y * b.z != a.z * b.y || a.z * b.x != a.x * b.z || a.x * b.y != a.y * b.x;
 }
 
-/// True if a triangle with double-precision corners, as in files, is finite and has an area; false if its corners are
-/// collinear up to their rounding.
+/// True if a triangle with double-precision corners, as in files, is finite and has an area. False if its corners are
+/// collinear within their rounding.
 bool has_area(const Vec3d& a, const Vec3d& b, const Vec3d& c);
 
 /// Number of degenerate and non-finite triangles.

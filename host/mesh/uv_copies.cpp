@@ -10,15 +10,15 @@
 namespace kiln {
 namespace {
 
-// Maximum share of a triangle's area that may remain uncovered
+// A copy must be covered by baked triangles except for at most this share of its area.
 constexpr double kMaxUncovered = 1e-3;
 constexpr std::size_t kMaxCoverTriangles =
-    64;  // Maximum number of triangles that cover a triangle of another triangulation
+    64;  // Maximum number of baked triangles that may cover a copy in another triangulation
 constexpr std::array<std::array<std::size_t, 3>, 6> kCornerOrders = {
     {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {2, 1, 0}, {1, 0, 2}}};
 
 bool are_same_corners(const UvPlace& a, const UvPlace& b) {
-  const double near = std::min(a.near(), b.near());
+  const double near = std::min(a.tolerance(), b.tolerance());
   return std::any_of(kCornerOrders.begin(), kCornerOrders.end(), [&](const auto& order) {
     for (std::size_t k = 0; k < 3; ++k) {
       if (!are_near(a.uv[k], b.uv[order[k]], near)) return false;
@@ -27,15 +27,15 @@ bool are_same_corners(const UvPlace& a, const UvPlace& b) {
   });
 }
 
-/// Finds the baked triangles that cover another one: one with the same corners or, if the polygon is triangulated
-/// differently, several that cover it without overlap and whose corners include all of its corners. The search starts
-/// with the triangle at the centroid, and continues from corner to corner.
+/// Finds the baked triangles that cover a triangle. This is one triangle with the same corners, or, if the polygon is
+/// triangulated differently, several triangles that cover it without overlap and whose corners include all of its
+/// corners. The search starts with the triangle at its centroid, and continues from corner to corner.
 class CoverFinder {
  public:
   CoverFinder(const std::vector<UvPlace>& uv_places, const UvSquares& baked_squares)
       : places_(uv_places), baked_(baked_squares) {}
 
-  /// The triangles that cover `t`, the one with the largest share first; empty if they do not cover it completely.
+  /// The triangles that cover `t`, the one with the largest share first. Empty if they do not cover it completely.
   const std::vector<std::uint32_t>& of(std::uint32_t t) {
     covering_.clear();
     const bool twin = baked_.any_at(places_[t].middle, [&](std::uint32_t is_not_preferred) {
@@ -73,8 +73,8 @@ class CoverFinder {
   bool add_covering(std::uint32_t t, const UvPosition& point) {
     return !baked_.any_at(point, [&](std::uint32_t is_not_preferred) {
       const UvPlace& place = places_[is_not_preferred];
-      const double near = std::min(place.near(), places_[t].near());
-      const bool at = place.holds(point) ||
+      const double near = std::min(place.tolerance(), places_[t].tolerance());
+      const bool at = place.contains(point) ||
                       std::any_of(place.uv.begin(), place.uv.end(), [&](const UvPosition& corner) {
                         return are_near(corner, point, near);
                       });
@@ -87,13 +87,13 @@ class CoverFinder {
     });
   }
 
-  /// Moves the outline's corners onto those of baked triangles.
+  /// Moves the corners of the outline to the nearest corners of baked triangles.
   /// \returns false if there is no such corner near one of them
   bool snap(std::uint32_t t) {
     for (UvPosition& corner : covered_uvs_) {
       const bool found = baked_.any_at(corner, [&](std::uint32_t is_not_preferred) {
         const UvPlace& place = places_[is_not_preferred];
-        const double near = std::min(place.near(), places_[t].near());
+        const double near = std::min(place.tolerance(), places_[t].tolerance());
         const auto* const at =
             std::find_if(place.uv.begin(), place.uv.end(),
                          [&](const UvPosition& uv) { return are_near(uv, corner, near); });
@@ -112,7 +112,7 @@ class CoverFinder {
   std::vector<std::uint32_t> covering_;
 };
 
-/// Triangles whose UV centroid lies in another triangle, in order; all other triangles are added to the grid.
+/// The triangles whose UV centroid lies in another triangle, in order. All other triangles are added to the grid.
 std::vector<std::uint32_t> overlapping(const std::vector<UvPlace>& uv_places, UvSquares& others) {
   const auto count = static_cast<std::uint32_t>(uv_places.size());
   UvSquares all(uv_places);
@@ -120,7 +120,7 @@ std::vector<std::uint32_t> overlapping(const std::vector<UvPlace>& uv_places, Uv
   std::vector<std::uint32_t> result;
   for (std::uint32_t t = 0; t < count; ++t) {
     const bool inside = all.any_at(uv_places[t].middle, [&](std::uint32_t is_not_preferred) {
-      return is_not_preferred != t && uv_places[is_not_preferred].holds(uv_places[t].middle);
+      return is_not_preferred != t && uv_places[is_not_preferred].contains(uv_places[t].middle);
     });
     if (inside) result.push_back(t);
   }
@@ -137,7 +137,7 @@ std::vector<std::uint32_t> overlapping(const std::vector<UvPlace>& uv_places, Uv
 
 void find_uv_copies(const Mesh& low, UvCopies rule, LowSurface& surface) {
   const std::size_t count = surface.triangles.size();
-  std::vector<UvPlace> uv_places;                // UV places of usable triangles
+  std::vector<UvPlace> uv_places;                // UV places of the usable triangles
   std::vector<std::uint32_t> triangle_of_place;  // Triangle of each item of `uv_places`
   for (const std::uint32_t t : surface.with_uvs) {
     if (surface.usable[t] == 0) continue;

@@ -10,8 +10,8 @@ namespace {
 constexpr double kPrismLow = -1;
 constexpr double kPrismHigh = 2;
 
-/// Intersection of an edge with a line u = bound or v = bound. The edge's end points are sorted first, so that
-/// triangles on both sides of an edge get the same point.
+/// Intersection of an edge with the line u = bound or v = bound. The end points are sorted first, so that the triangles
+/// on both sides of the edge get the same point.
 ClipVertex crossing(ClipVertex a, ClipVertex b, double ClipVertex::*axis, double bound) {
   if (b.u < a.u || (b.u == a.u && b.v < a.v)) std::swap(a, b);
   const double t = (bound - a.*axis) / (b.*axis - a.*axis);
@@ -25,7 +25,8 @@ ClipVertex crossing(ClipVertex a, ClipVertex b, double ClipVertex::*axis, double
   return result;
 }
 
-/// Clips a polygon by one half-plane (Sutherland and Hodgman 1974): keeps sign * (vertex.axis - bound) >= 0.
+/// Clips a polygon by a half-plane (Sutherland and Hodgman 1974). Keeps the part where sign * (vertex.axis - bound) >=
+/// 0.
 std::vector<ClipVertex> clip(const std::vector<ClipVertex>& polygon, double ClipVertex::*axis,
                              double bound, double sign) {
   std::vector<ClipVertex> result;

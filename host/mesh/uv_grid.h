@@ -1,4 +1,4 @@
-// UV coordinates in fixed point, to find the samples in UV triangles.
+// UV coordinates in fixed point, which determine the samples in UV triangles.
 #pragma once
 
 #include <array>
@@ -18,7 +18,7 @@ struct FixedTriangle {
   std::array<std::int32_t, 3> y;
 };
 
-/// Twice the signed area in squared fixed-point units; exact.
+/// Twice the signed area, in squared fixed-point units. The result is exact.
 std::int64_t doubled_area(const FixedTriangle& triangle);
 
 /// A range of samples in a row or column; empty if last < first.
@@ -26,11 +26,11 @@ struct SampleRange {
   std::int64_t first = 0, last = -1;
 };
 
-/// Samples whose centres lie in [low, high] (fixed point), clamped to [0, count).
+/// The samples whose centres lie in [low, high] (fixed point), clamped to [0, count).
 SampleRange samples_within(std::int64_t low, std::int64_t high, std::uint32_t shift,
                            std::uint32_t count);
 
-/// Rows of samples whose centres a triangle may contain.
+/// The rows of samples whose centres a triangle may contain.
 SampleRange rows_of(const FixedTriangle& triangle, std::uint32_t shift, std::uint32_t count);
 
 /// The sample grid of a map, and its resolution in fixed-point units.
@@ -39,7 +39,7 @@ struct UvGrid {
   std::uint32_t sample_height = 0;
   std::uint32_t shift = 0;  ///< Fixed-point bits per sample, 10 to 28
 
-  /// \param sample_width, sample_height  number of samples along the map's sides, 1 to 2^18
+  /// \param sample_width, sample_height  number of samples along the sides of the map, 1 to 2^18
   static UvGrid of(std::uint32_t sample_width, std::uint32_t sample_height);
 
   std::int32_t fixed_x(double u) const;
@@ -56,11 +56,11 @@ struct ClipVertex {
   std::array<double, 3> weight{};
 };
 
-/// True if fixed-point coordinates can represent a UV: within [-1, 2] x [-1, 2].
+/// True if fixed-point coordinates can represent a UV: it must lie within [-1, 2] x [-1, 2].
 bool in_prism(const Vec2& uv);
 
-/// Clips a triangle to [-1, 2] x [-1, 2]. The result is a convex polygon, or empty. Computed in double precision,
-/// with identical results on both sides of a shared edge.
+/// Clips a triangle to [-1, 2] x [-1, 2]. The result is a convex polygon, or empty. Computed in double precision, with
+/// identical results on both sides of a shared edge.
 std::vector<ClipVertex> clip_to_prism(const std::array<Vec2, 3>& uvs);
 
 }  // namespace kiln

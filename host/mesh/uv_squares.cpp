@@ -7,21 +7,22 @@
 namespace kiln {
 namespace {
 
-// Maximum offset of UVs; larger ones do not count as tiles
+// Largest offset of UVs that counts as a tile
 constexpr double kMaxTileOffset = 1e6;
-constexpr double kInsideTolerance = 1e-3;  // Tolerance as a share of a triangle's height
-constexpr int kMinSquareLog2 = -30;        // Binary logarithm: squares of at least 1e-9
+constexpr double kInsideTolerance = 1e-3;  // Tolerance, as a share of a triangle's height
+// Binary logarithm of the smallest square's side: about 1e-9
+constexpr int kMinSquareLog2 = -30;
 
 double twice_area(const UvPosition& a, const UvPosition& b, const UvPosition& c) {
   return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
 }
 
-/// Intersection of a triangle with three half-planes: a convex polygon of at most six corners.
+/// Intersection of a triangle with three half-planes, which is a convex polygon of at most six corners.
 struct CutPolygon {
   std::array<UvPosition, 9> corner{};
   std::size_t count = 0;
 
-  /// Keeps the part left of the line from `a` to `b`.
+  /// Keeps the part to the left of the line from `a` to `b`.
   void cut(const UvPosition& a, const UvPosition& b) {
     const CutPolygon uncut_polygon = *this;
     count = 0;
@@ -61,9 +62,9 @@ UvPlace UvPlace::of(const std::array<LowSurface::Corner, 3>& corners) {
   return place;
 }
 
-double UvPlace::near() const { return std::min(1e-4, 0.05 * side); }
+double UvPlace::tolerance() const { return std::min(1e-4, 0.05 * side); }
 
-bool UvPlace::holds(const UvPosition& point) const {
+bool UvPlace::contains(const UvPosition& point) const {
   const double least = -kInsideTolerance * std::abs(area), sign = area < 0 ? -1 : 1;
   for (std::size_t k = 0; k < 3; ++k) {
     if (!(sign * twice_area(uv[k], uv[(k + 1) % 3], point) >= least)) return false;
@@ -107,7 +108,7 @@ void UvSquares::add(std::uint32_t triangle) {
       high[axis] = std::max(high[axis], uv[axis]);
     }
   }
-  const double near = place.near();
+  const double near = place.tolerance();
   const auto first = square_of({low[0] - near, low[1] - near}, level);
   const auto last = square_of({high[0] + near, high[1] + near}, level);
   for (std::int64_t x = first[0]; x <= last[0]; ++x) {

@@ -1,4 +1,4 @@
-// Lookup of UV triangles by a point that they contain.
+// Finds the UV triangles that contain a point.
 #pragma once
 
 #include <array>
@@ -12,36 +12,37 @@ namespace kiln {
 
 using UvPosition = std::array<double, 2>;
 
-/// A triangle's UVs, shifted by whole numbers so that the centroid lies in the unit square.
+/// The UVs of a triangle, shifted by whole numbers so that its centroid lies in the unit square.
 struct UvPlace {
   std::array<UvPosition, 3> uv{};
-  UvPosition middle{}, offset{};  ///< Centroid after the shift; the subtracted whole numbers
-  double side = 0;                ///< Length of the longest side in UV space
-  double area = 0;                ///< Twice the signed area; negative if mirrored; 0 if not usable
+  /// Centroid after the shift; the whole numbers that were subtracted
+  UvPosition middle{}, offset{};
+  double side = 0;  ///< Length of the longest side in UV space
+  double area = 0;  ///< Twice the signed area: negative if mirrored, 0 if not usable
 
   static UvPlace of(const std::array<LowSurface::Corner, 3>& corners);
-  /// Largest distance at which two corners count as equal: 1e-4, and a twentieth of the longest side.
-  double near() const;
-  /// True if a point lies in the triangle, enlarged by a thousandth of its height.
-  bool holds(const UvPosition& point) const;
+  /// Largest distance at which two corners count as equal: the smaller of 1e-4 and a twentieth of the longest side.
+  double tolerance() const;
+  /// True if a point lies in the triangle after this is enlarged by a thousandth of its height.
+  bool contains(const UvPosition& point) const;
 };
 
 /// True if both coordinates differ by at most `near`.
 bool are_near(const UvPosition& a, const UvPosition& b, double near);
 
-/// Twice the area of the intersection of two triangles; each may be mirrored.
+/// Twice the area in which two triangles overlap. Each may be mirrored.
 double shared_area(const std::array<UvPosition, 3>& a, const std::array<UvPosition, 3>& b);
 
-/// A hierarchy of square grids with the triangles that touch each square. A triangle is stored in the grid whose
-/// squares match its size, in at most four squares, so that small and large triangles cost the same.
+/// A hierarchy of square grids that lists the triangles that touch each square. A triangle is stored in the grid whose
+/// squares match its size, in at most four squares, so small and large triangles cost the same.
 class UvSquares {
  public:
   explicit UvSquares(std::span<const UvPlace> places);
 
   void add(std::uint32_t triangle);
 
-  /// Calls `visit(triangle)` for triangles near a point, most recent first, until it returns true. Returns true in
-  /// that case. Of more than 256 triangles of one size in a square, only the most recent are visited.
+  /// Calls `visit(triangle)` for triangles near a point, the most recent first, until it returns true. Returns true in
+  /// that case. If a square lists more than 256 triangles of one size, only the most recent are visited.
   template <class Visit>
   bool any_at(const UvPosition& point, const Visit& visit) const {
     for (const int level : levels_) {
@@ -68,7 +69,7 @@ class UvSquares {
   std::span<const UvPlace> places_;
   std::vector<std::uint32_t> newest_entry_;
   std::vector<Link> square_entries_;
-  std::vector<int> levels_;  ///< Grid levels in use, as powers of two
+  std::vector<int> levels_;  ///< Levels of grids in use: binary logarithms of the squares' sides
 };
 
 }  // namespace kiln

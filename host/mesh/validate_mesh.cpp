@@ -1,4 +1,4 @@
-// Checks invariants of meshes that all other code relies on.
+// Checks the invariants of meshes that all other code relies on.
 #include <atomic>
 #include <cmath>
 #include <string>
@@ -16,7 +16,7 @@ constexpr std::size_t kChecksPerTask = std::size_t{1} << 16;
   throw Error(ErrorCode::input, "Mesh '" + mesh.name + "' " + problem, id);
 }
 
-/// The first index for which `good` fails, or `count`.
+/// The first index for which `good` is false; `count` if there is none.
 template <typename Good>
 std::size_t find_first_bad(std::size_t count, const Good& good) {
   std::atomic<std::size_t> first_failing{count};
@@ -47,7 +47,7 @@ void check_indices(const Mesh& mesh, const std::vector<Triangle>& list, std::siz
               "mesh-index");
 }
 
-/// Checks that an attribute has one entry per triangle, or is empty.
+/// Checks that an attribute has one entry per triangle, or none at all.
 void check_parallel(const Mesh& mesh, std::size_t count, const char* what) {
   if (count == 0 || count == mesh.triangles.size()) return;
   fail(mesh,
@@ -56,7 +56,7 @@ void check_parallel(const Mesh& mesh, std::size_t count, const char* what) {
        "mesh-size");
 }
 
-/// Checks triangles' indices of names.
+/// Checks the indices of names that triangles have.
 void check_names(const Mesh& mesh, const std::vector<std::uint32_t>& of_triangles,
                  const std::vector<std::string>& names, const std::string& what) {
   check_parallel(mesh, of_triangles.size(), (what + "s").c_str());

@@ -1,4 +1,5 @@
-// Double-precision vectors for host-side geometry: GLM's types, whose sums and products round as if written out.
+// Double-precision vectors for geometry on the host: GLM's types. Their sums and products round as if each operation
+// were written out.
 #pragma once
 
 #include <cmath>
@@ -9,8 +10,8 @@
 
 namespace kiln {
 
-/// A variable without braces is uninitialised, so write `Vec3d sum{};` (lint/vectors). dot(), cross() and length()
-/// are glm's.
+/// A variable that is declared without braces is not initialized, so write `Vec3d sum{};` (lint/vectors). dot(),
+/// cross() and length() are GLM's.
 using Vec3d = glm::dvec3;
 
 inline Vec3d to_double(const Vec3& v) { return {v.x, v.y, v.z}; }

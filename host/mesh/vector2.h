@@ -1,4 +1,4 @@
-// Double-precision points of the plane, such as texture coordinates: GLM's.
+// Double-precision points of the plane, such as texture coordinates: GLM's types.
 #pragma once
 
 #include <glm/ext/vector_double2.hpp>
@@ -6,7 +6,7 @@
 
 namespace kiln {
 
-/// A variable without braces is uninitialised, as with Vec3d. dot() is glm's.
+/// A variable that is declared without braces is not initialized, as with Vec3d. dot() is GLM's.
 using Vec2d = glm::dvec2;
 
 inline double cross(const Vec2d& a, const Vec2d& b) { return a.x * b.y - a.y * b.x; }

@@ -1,4 +1,4 @@
-// Lists of items by vertex, as a faster alternative to sorting millions of triangle sides.
+// Lists of items by vertex: a faster alternative to sorting millions of triangle sides.
 #pragma once
 
 #include <algorithm>
@@ -13,15 +13,16 @@
 
 namespace kiln {
 
-/// Rotates a triangle so that its lowest corner comes first: triangles with the same corners and orientation then
+/// Rotates a triangle so that its lowest corner comes first. Triangles with the same corners and orientation then
 /// compare equal.
 inline Triangle lowest_first(Triangle corners) {
   std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
   return corners;
 }
 
-/// Numbers the vertices that triangles use, ascending. \param triangles  [in, out] get the new numbers
-/// \returns the former number of each vertex
+/// Numbers the vertices that triangles use in ascending order.
+/// \param triangles  [in, out] get the new numbers
+/// \returns for each new number, the former number of the vertex
 inline std::vector<std::uint32_t> number_used_vertices(std::vector<Triangle>& triangles) {
   std::vector<std::uint32_t> vertices;
   vertices.reserve(3 * triangles.size());
@@ -38,7 +39,7 @@ inline std::vector<std::uint32_t> number_used_vertices(std::vector<Triangle>& tr
 }
 
 /// Lists of items, one per vertex, sorted by key and then by index. A counting sort distributes the items, then the
-/// lists are sorted in parallel, which is several times as fast as sorting all items at once.
+/// lists are sorted in parallel. This is several times as fast as sorting all items at once.
 class VertexLists {
  public:
   struct Item {
@@ -47,8 +48,8 @@ class VertexLists {
   };
 
   /// \param count   number of items
-  /// \param vertex  returns an item's vertex: below `vertices`
-  /// \param key     returns an item's key
+  /// \param vertex  returns the vertex of an item, below `vertices`
+  /// \param key     returns the key of an item
   template <class Vertex, class Key>
   VertexLists(std::size_t vertices, std::size_t count, const Vertex& vertex, const Key& key)
       : VertexLists(vertices, count) {
@@ -66,13 +67,13 @@ class VertexLists {
   VertexLists(std::size_t vertices, std::size_t count)
       : list_start_(vertices + 2, 0), items_(std::make_unique_for_overwrite<Item[]>(count)) {}
 
-  /// \param each  calls its argument with each item, its vertex and its key
+  /// \param each  function that calls its argument with each item, the item's vertex and its key
   template <class Each>
   void fill(const Each& each) {
     each([&](std::size_t, std::uint32_t vertex, std::uint64_t) { ++list_start_[vertex + 2]; });
     for (std::size_t v = 2; v < list_start_.size(); ++v) list_start_[v] += list_start_[v - 1];
-    // Each item is written at the current end of its list, which then advances; finally, the end of each list is the
-    // beginning of the next one.
+    // Writes each item at the current end of its list, which then advances. Finally, the end of each list is the
+    // beginning of the next.
     each([&](std::size_t i, std::uint32_t vertex, std::uint64_t key) {
       items_[list_start_[vertex + 1]++] = {key, static_cast<std::uint32_t>(i)};
     });
@@ -92,8 +93,8 @@ class VertexLists {
   std::unique_ptr<Item[]> items_;
 };
 
-/// Sides of triangles by the lower vertex of their edge; item i is the side of triangle i / 3 that starts at corner i
-/// % 3. Sides of one edge are contiguous, those that start at the lower vertex first.
+/// The sides of triangles, listed by the lower vertex of their edge. Item i is the side of triangle i / 3 that starts
+/// at corner i % 3. Sides of one edge are contiguous; those that start at the lower vertex come first.
 class SideLists : public VertexLists {
  public:
   SideLists(std::span<const Triangle> triangles, std::size_t vertices)
@@ -114,7 +115,7 @@ class SideLists : public VertexLists {
   }
   static bool forward(const Item& side) { return (side.key & 1) == 0; }
 
-  /// Calls `body` with the lower vertex and the sides of each edge, in order of the edges' vertices.
+  /// Calls `body` with the lower vertex and the sides of each edge, in the order of the edges' vertices.
   template <class Body>
   void each_edge(const Body& body) const {
     for (std::size_t v = 0; v < vertices(); ++v) {

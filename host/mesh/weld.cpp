@@ -12,8 +12,8 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kVerticesPerBlock = std::size_t{1} << 15;
-/// Number of hash tables; vertices are distributed by the leading bits of their hash, so that tables fit in caches
-/// and are filled in parallel.
+/// Number of hash tables. Vertices are distributed by the leading bits of their hash, so that each table fits in a
+/// cache and tables are filled in parallel.
 constexpr std::size_t kHashTables = 16;
 
 std::uint32_t hash_of(const Vec3& p) {
@@ -25,10 +25,10 @@ std::uint32_t hash_of(const Vec3& p) {
 }
 std::size_t table_of_hash(std::uint32_t hash) { return hash >> 28; }
 
-/// Welds a subset of vertices, in order.
+/// Welds a subset of the vertices, in order.
 void weld(std::span<const Vec3> positions, std::span<const std::uint32_t> subset,
           const std::vector<std::uint32_t>& hashes, std::vector<std::uint32_t>& lowest_vertex) {
-  // Open addressing, at most half full; a slot holds vertex + 1.
+  // The table uses open addressing and is at most half full. A slot holds the index of a vertex + 1.
   const std::size_t mask = std::bit_ceil(subset.size() * 2 + 2) - 1;
   std::vector<std::uint32_t> vertex_of_hash(mask + 1, 0);
   for (const std::uint32_t i : subset) {
@@ -51,7 +51,7 @@ void weld(std::span<const Vec3> positions, std::span<const std::uint32_t> subset
 std::vector<std::uint32_t> weld_vertices(std::span<const Vec3> positions) {
   const std::size_t count = positions.size();
   std::vector<std::uint32_t> hashes(count), order(count), lowest_vertex(count);
-  // Counting sort of vertices by table: counts per block and table, then write positions.
+  // Counting sort of the vertices by table: first counts per block and table, then positions at which to write.
   std::vector<std::array<std::uint32_t, kHashTables>> next(count / kVerticesPerBlock + 1);
   const auto each_part = [&](const auto& body) {
     parallel_for(count, kVerticesPerBlock, [&](std::size_t begin, std::size_t end) {

@@ -1,4 +1,4 @@
-// Welding of vertices at exactly equal positions.
+// Welds vertices at exactly equal positions.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace kiln {
 
-/// For every vertex, the lowest vertex at exactly the same position (+0 equals -0). Non-finite vertices are not
+/// For each vertex, the lowest vertex at exactly the same position (+0 equals -0). Vertices that are not finite are not
 /// welded.
 std::vector<std::uint32_t> weld_vertices(std::span<const Vec3> positions);
 

@@ -1,4 +1,4 @@
-// Detection and reversal of inconsistently oriented triangles.
+// Detects and reverses inconsistently oriented triangles.
 #include "mesh/windings.h"
 
 #include <algorithm>
@@ -21,10 +21,10 @@
 namespace kiln {
 namespace {
 
-/// Largest share of a part's area at which the smaller side is clearly the wrong one.
+/// The side of a part with less area is clearly the wrong one if its share of the area is at most this.
 constexpr double kMaxWrongShare = 0.4;
 
-/// True if two triangles traverse an edge in the same direction, which consistently oriented triangles never do.
+/// True if two triangles traverse an edge in the same direction, which never happens with consistent orientation.
 bool has_repeated_side(std::span<const Triangle> triangles, std::size_t vertices) {
   std::vector<std::uint32_t> list_start(vertices + 1, 0), ends(triangles.size() * 3);
   for (const Triangle& t : triangles) {
@@ -63,8 +63,8 @@ bool same_corners(Triangle a, Triangle b) {
   return a == b;
 }
 
-/// For each side, the other side at the same edge, if exactly two different triangles share that edge; else
-/// FacingParts::kNone. Side 3 t + k runs from corner k of triangle t to the next one.
+/// For each side, the other side at the same edge if exactly two different triangles share the edge; else
+/// FacingParts::kNone. Side 3 t + k runs from corner k of triangle t to the next corner.
 class SideTwins {
  public:
   SideTwins(std::span<const Triangle> triangles, std::size_t vertices)
@@ -74,7 +74,7 @@ class SideTwins {
     constexpr std::size_t kVerticesPerTask = std::size_t{1} << 14;
     parallel_for(vertices, kVerticesPerTask, [&](std::size_t begin, std::size_t end) {
       std::vector<std::pair<std::uint32_t, std::uint32_t>>
-          sides_by_higher;  // Sides by their higher vertex
+          sides_by_higher;  // Sides by the higher vertex of their edge
       for (std::size_t v = begin; v < end; ++v) {
         sides_by_higher.clear();
         for (const std::uint32_t side : by_vertex.of(v))
@@ -96,11 +96,11 @@ class SideTwins {
   }
 
   std::uint32_t of(std::size_t side) const { return twins_[side]; }
-  /// True if both triangles traverse the edge in the same direction, which means that they have opposite orientation.
+  /// True if both triangles traverse the edge in the same direction, so that their orientations are opposite.
   bool have_same_direction(std::size_t side) const {
     return triangles_[side / 3][side % 3] == triangles_[twins_[side] / 3][twins_[side] % 3];
   }
-  /// A triangle's sides in the order of their edges' vertices.
+  /// The sides of a triangle, in the order of their edges' vertices.
   std::array<std::uint32_t, 3> sides_in_order(std::uint32_t t) const {
     std::array<std::uint32_t, 3> sides{3 * t, 3 * t + 1, 3 * t + 2};
     std::sort(sides.begin(), sides.end(),
@@ -109,7 +109,7 @@ class SideTwins {
   }
 
  private:
-  /// The side's two vertices, the lower one first.
+  /// The two vertices of a side, the lower one first.
   std::array<std::uint32_t, 2> ends(std::size_t side) const {
     const Triangle& t = triangles_[side / 3];
     const std::size_t k = side % 3;
@@ -121,7 +121,8 @@ class SideTwins {
   std::vector<std::uint32_t> twins_;
 };
 
-/// Finds the wrong side of a part: the side with less area, or else the side that makes a closed part face inwards.
+/// Finds which triangles of a part are oriented wrongly: the group with less area, or else the group that makes a
+/// closed part face inwards.
 class WrongSides {
  public:
   WrongSides(const Mesh& mesh, const FacingParts& parts) : part_sums_(parts.parts.size()) {
@@ -151,17 +152,17 @@ class WrongSides {
  private:
   struct Sums {
     std::array<double, 2> area{};
-    double volume = 0;  ///< Signed volume if all triangles are oriented as the first one
+    double volume = 0;  ///< Signed volume, if all triangles were oriented as the first one
   };
   std::vector<Sums> part_sums_;
 };
 
-/// Reverses the normals that were on the same side as their triangle's normal.
-class TurnedNormals {
+/// Reverses those corner normals of reversed triangles that pointed to the front of their triangle.
+class ReversedNormals {
  public:
-  explicit TurnedNormals(Mesh& mesh) : mesh_(mesh) {}
+  explicit ReversedNormals(Mesh& mesh) : mesh_(mesh) {}
 
-  void turn(std::size_t t) {
+  void reverse(std::size_t t) {
     const Triangle& v = mesh_.triangles[t];
     const auto at = [&](std::size_t k) {
       const Vec3& p = mesh_.positions[v[k]];
@@ -232,11 +233,11 @@ std::vector<std::uint8_t> wrong_sides(const Mesh& mesh, const FacingParts& parts
 
 TurnedTriangles turn_triangles(Mesh& mesh, std::span<const std::uint8_t> turned) {
   TurnedTriangles result;
-  TurnedNormals normals(mesh);
+  ReversedNormals normals(mesh);
   for (std::size_t t = 0; t < turned.size(); ++t) {
     if (turned[t] == 0) continue;
     if (result.count++ == 0) result.first = static_cast<std::uint32_t>(t);
-    if (!mesh.normal_triangles.empty()) normals.turn(t);
+    if (!mesh.normal_triangles.empty()) normals.reverse(t);
     for (std::vector<Triangle>* corners :
          {&mesh.triangles, &mesh.uv_triangles, &mesh.normal_triangles}) {
       if (!corners->empty()) std::swap((*corners)[t][1], (*corners)[t][2]);
@@ -248,7 +249,7 @@ TurnedTriangles turn_triangles(Mesh& mesh, std::span<const std::uint8_t> turned)
 
 TurnedTriangles agree_windings(Mesh& mesh) {
   validate(mesh);
-  // The triangles of a mesh with few vertices already share them.
+  // In a mesh with few vertices, triangles share vertices already.
   const bool shared = mesh.positions.size() < mesh.triangles.size();
   const std::vector<Triangle> triangles = shared ? mesh.triangles : welded_triangles(mesh);
   if (!has_repeated_side(triangles, mesh.positions.size())) return {};

@@ -10,13 +10,14 @@
 namespace kiln {
 namespace {
 
-/// A collapse that leaves badly shaped triangles has its cost multiplied by this factor: for costs that are
-/// distances, and for costs that are squared distances. Rejecting such collapses altogether would keep the high
-/// poly's slivers (at a sphere's poles).
+/// The cost of a collapse that leaves badly shaped triangles is multiplied by a factor: by the first one if costs are
+/// distances, by the second if they are squared distances. Rejecting such collapses altogether would keep the high
+/// poly's slivers, as at the poles of a sphere.
 constexpr double kBadShapeFactor = 1.5, kBadShapeFactorOfSquares = 6;
-constexpr double kHubCostTolerance = 1.01;  ///< At a hub, costs may be outdated by this factor.
-/// Rejected edges are tried again after each round that collapses at least one edge per kTrianglesPerCollapse
-/// triangles, and after at most kMaxUnproductiveRounds rounds below that rate.
+/// At a hub, a queued cost may be outdated by up to this factor
+constexpr double kHubCostTolerance = 1.01;
+/// When the queue is empty, rejected edges are tried again in a new round, as long as each round collapses at least one
+/// edge per kTrianglesPerCollapse triangles. At most kMaxUnproductiveRounds rounds may collapse fewer.
 constexpr std::size_t kTrianglesPerCollapse = 64, kMaxUnproductiveRounds = 4;
 
 }  // namespace
@@ -36,7 +37,7 @@ EdgeCollapser::EdgeCollapser(CollapseMesh& mesh, CollapseConstraint* rule, Snap 
   rebuild_queue();
 }
 
-/// True if a triangle of `a` and one of `b` share their other two corners.
+/// True if one triangle of `a` and one of `b` have their other two corners in common.
 bool EdgeCollapser::would_duplicate_triangle(std::uint32_t a, std::uint32_t b) {
   const std::span<const std::uint32_t> around = mesh_.around(b);
   mesh_.visits += around.size();
@@ -50,7 +51,7 @@ bool EdgeCollapser::would_duplicate_triangle(std::uint32_t a, std::uint32_t b) {
     const std::size_t k = v[0] == b ? 0 : v[1] == b ? 1 : 2;
     const std::uint32_t p = v[(k + 1) % 3], q = v[(k + 2) % 3];
     if (!is_common(p) || !is_common(q)) continue;
-    if (mesh_.is_hub(p) && mesh_.is_hub(q)) return true;  // Both fans are too large to search.
+    if (mesh_.is_hub(p) && mesh_.is_hub(q)) return true;  // Both fans are too large to search
     mesh_.visits += std::min(mesh_.valence[p], mesh_.valence[q]);
     bool twin = false;
     mesh_.each_triangle_on_edge(
@@ -82,8 +83,8 @@ bool EdgeCollapser::keeps_topology(std::uint32_t a, std::uint32_t b) {
   return !would_duplicate_triangle(a, b);
 }
 
-/// As keeps_topology() without visiting all triangles of the hub: only the neighbours of `b` count. Rejects edges
-/// beside a second hub.
+/// Variant of keeps_topology() that does not visit the triangles of the hub: it only tests the neighbours of `b`.
+/// Rejects an edge beside a second hub.
 bool EdgeCollapser::keeps_topology_at_hub(std::uint32_t hub, std::uint32_t b) {
   mesh_.gather(b, near_b_);
   std::uint32_t edge_triangles = 0;
@@ -114,7 +115,7 @@ bool EdgeCollapser::keeps_shapes(const Entry& e, const Step& step) {
 }
 
 void EdgeCollapser::collapse(std::uint32_t a, std::uint32_t b, const Step& step) {
-  // The merge visits all triangles of the removed vertex, so a hub is the end that is kept.
+  // The merge visits all triangles of the removed vertex, so a hub is always the vertex that is kept.
   const bool swap = step.anchor == Anchor::second;
   const std::uint32_t kept = swap ? b : a, gone = swap ? a : b;
   if (rule_ != nullptr) rule_->collapse(mesh_, a, b, step.anchor, step.target, kept);
@@ -129,7 +130,7 @@ void EdgeCollapser::collapse(std::uint32_t a, std::uint32_t b, const Step& step)
   mesh_.merge(kept, gone);
   ++vertex_stamps_[gone];
   if (step.anchor != Anchor::none) {
-    // Queue entries of the hub's other edges remain in the queue; their costs are updated when they are popped.
+    // The hub's other edges keep their queue entries. The costs of these are updated when they are popped.
     for (const CollapseMesh::Neighbour& n : near_b_) {
       if (n.vertex != kept) push(kept, n.vertex);
     }
@@ -147,8 +148,8 @@ void EdgeCollapser::collapse(std::uint32_t a, std::uint32_t b, const Step& step)
   for (const CollapseMesh::Neighbour& n : near_a_) touched_vertices_[n.vertex] = 1;
 }
 
-/// Collapses an edge if allowed. A collapse that violates nothing but the limits of triangle shapes is queued again
-/// at a higher cost.
+/// Collapses an edge if that is allowed. A collapse that only violates the limits of triangle shapes is queued again at
+/// a higher cost.
 bool EdgeCollapser::collapse_if_allowed(const Entry& entry) {
   Step step = step_for(entry.a, entry.b);
   if (!step.allowed) return false;
@@ -180,18 +181,18 @@ bool EdgeCollapser::collapse_if_allowed(const Entry& entry) {
   return true;
 }
 
-/// The collapse of a UV copy of an edge; nullopt if it is not allowed.
+/// The step that collapses a UV copy of an edge; nullopt if it is not allowed.
 std::optional<EdgeCollapser::Step> EdgeCollapser::twin_step(const Entry& twin) {
   Step step = step_for(twin.a, twin.b);
   if (!step.allowed || step.anchor != Anchor::none) return std::nullopt;
   if (round_point_) step.target = round_point_(step.target);
-  const bool may = keeps_shapes(twin, step) &&
-                   rule_->keeps(mesh_, twin.a, twin.b, step.anchor, step.target) &&
-                   keeps_topology(twin.a, twin.b) && is_within_bound(twin, step);
-  return may ? std::optional(step) : std::nullopt;
+  const bool is_allowed = keeps_shapes(twin, step) &&
+                          rule_->keeps(mesh_, twin.a, twin.b, step.anchor, step.target) &&
+                          keeps_topology(twin.a, twin.b) && is_within_bound(twin, step);
+  return is_allowed ? std::optional(step) : std::nullopt;
 }
 
-/// Collapses an edge and its UV copies, or none of them if one is not allowed.
+/// Collapses an edge together with its UV copies, or none of them if one of these collapses is not allowed.
 bool EdgeCollapser::collapse_with_twins(const Entry& entry, Step& step) {
   std::vector<std::array<std::uint32_t, 2>> twins;
   bool all = rule_->find_twins(mesh_, entry.a, entry.b, step.anchor, step.target, twins);
@@ -203,12 +204,12 @@ bool EdgeCollapser::collapse_with_twins(const Entry& entry, Step& step) {
   };
   for (std::size_t i = 0; all && i < twins.size(); ++i)
     all = twin_step(entry_of(twins[i])).has_value();
-  // The bound is checked last, because it stores the samples' new triangles for the collapse that it allowed.
+  // This edge is checked last, because the check stores the new triangles of the samples for the collapse that follows.
   if (all && !twins.empty()) all = is_within_bound(entry, step);
   if (all) {
     collapse(entry.a, entry.b, step);
     std::unordered_map<std::uint32_t, std::uint32_t> replacement_of{
-        {entry.b, entry.a}};  // Removed vertex, and the vertex that replaces it
+        {entry.b, entry.a}};  // Maps removed vertices to those that replace them
     for (std::array<std::uint32_t, 2> last : twins) {
       for (std::uint32_t& end : last) {
         for (auto into = replacement_of.find(end); into != replacement_of.end();
@@ -216,8 +217,8 @@ bool EdgeCollapser::collapse_with_twins(const Entry& entry, Step& step) {
           end = into->second;
         }
       }
-      // If the first collapse has made the copy's collapse impossible, triangles there are no longer copies, and
-      // remain.
+      // The collapses so far may have made this copy's collapse impossible. Then its triangles are no longer copies,
+      // and the rest of the copies remain.
       const std::optional<Step> own = twin_step(entry_of(last));
       if (!own) break;
       collapse(last[0], last[1], *own);
@@ -233,14 +234,14 @@ bool EdgeCollapser::collapse_with_twins(const Entry& entry, Step& step) {
   return false;
 }
 
-/// Rebuilds quadrics from the current mesh. Sums of merged quadrics count most planes two or three times, and contain
-/// planes of triangles that have moved since; planes of the current mesh place vertices better (Lindstrom and Turk
+/// Rebuilds quadrics from the current mesh. In the sums of merged quadrics, most planes count two or three times, and
+/// some belong to triangles that have moved since. Planes of the current mesh place vertices better (Lindstrom and Turk
 /// 1998, "Fast and Memory Efficient Polygonal Simplification"). Quadrics are rebuilt whenever the number of triangles
 /// falls below a power of two, so that the result does not depend on intermediate targets.
 bool EdgeCollapser::rebuild_when_due() {
   if (rule_ != nullptr || mesh_.faces > next_rebuild_) return false;
-  // Meshes with a hub are not rebuilt: most edges of a hub are deferred, and evaluating all of them each time is too
-  // slow.
+  // A mesh with a hub is not rebuilt: most edges of the hub are deferred, and evaluating all of them at each rebuild
+  // would be too slow.
   const auto is_hub = [](std::uint32_t valence) { return valence > CollapseMesh::kMaxValence; };
   if (std::any_of(mesh_.valence.begin(), mesh_.valence.end(), is_hub)) {
     next_rebuild_ = 0;
@@ -263,7 +264,7 @@ void EdgeCollapser::compact() {
   renumber_values(is_on_border_, number);
 }
 
-/// Prefetches data of the next queue entries, since the cheapest edges are scattered in memory.
+/// Prefetches the data of the next queue entries, because the vertices of the cheapest edges are scattered in memory.
 void EdgeCollapser::prefetch_next_entries() const {
   constexpr std::size_t kEntriesToCorners = 1, kEntriesToTriangles = 2, kEntriesToList = 4,
                         kEntriesToVertex = 8;
@@ -318,11 +319,11 @@ void EdgeCollapser::collapse_up_to_cost(double cost) {
 
 void EdgeCollapser::run(std::size_t faces) {
   constexpr std::size_t kPollInterval = 1024;
-  std::size_t unproductive_rounds = 0, looked = 0;
+  std::size_t unproductive_rounds = 0, tested = 0;
   while (true) {
     std::size_t collapse_count = 0;
     while (mesh_.face_count_with_backs() > faces && queue_.front(vertex_stamps_) != nullptr) {
-      if (++looked % kPollInterval == 0) ProgressGuard::poll();
+      if (++tested % kPollInterval == 0) ProgressGuard::poll();
       if (rebuild_when_due()) continue;
       const Entry entry = *queue_.front(vertex_stamps_);
       queue_.pop();
@@ -333,7 +334,7 @@ void EdgeCollapser::run(std::size_t faces) {
     if (collapse_count * kTrianglesPerCollapse < mesh_.faces &&
         ++unproductive_rounds > kMaxUnproductiveRounds)
       return;
-    // Edges that were rejected before may be allowed after other collapses.
+    // Edges that were rejected before may be allowed after the other collapses.
     fill_queue(mesh_.edges(), deviation_bound_ != nullptr);
   }
 }

@@ -1,9 +1,9 @@
-// EdgeCollapser: collapses within a bound on the deviation.
+// Part of EdgeCollapser: collapses within a bound on the deviation.
 #include "simplify/collapse.h"
 
 namespace kiln {
 
-/// \param b  second vertex of the edge; kNoVertex if `a` is moved without a collapse
+/// \param b  second vertex of the edge; kNoVertex if `a` moves without a collapse
 bool EdgeCollapser::bound_allows(std::uint32_t a, std::uint32_t b, Anchor anchor,
                                  const Vec3d& target) {
   return deviation_bound_ == nullptr ||
@@ -17,7 +17,8 @@ bool EdgeCollapser::keeps_lines(std::uint32_t a, std::uint32_t b, const Vec3d& t
   return sum.at(target) <= max_line_error_ * max_line_error_ * sum.area;
 }
 
-/// True if the bound allows the collapse, or a collapse to a nearby position, which is then written to `step`.
+/// True if the bound allows the collapse of an edge, either as it is in `step` or with a nearby position, which is then
+/// written to `step`.
 bool EdgeCollapser::is_within_bound(const Entry& entry, Step& step) {
   if (!keeps_lines(entry.a, entry.b, step.target)) return false;
   if (bound_allows(entry.a, entry.b, step.anchor, step.target)) return true;
@@ -34,7 +35,7 @@ void EdgeCollapser::relax_vertex(std::uint32_t v, DistanceNorm which) {
   const Vec3d from = mesh_.points[v];
   if (!bound_allows(v, kNoVertex, Anchor::none, from)) return;
   const double before = deviation_bound_->energy(which);
-  // Reassigns the samples: after the move, other triangles of the star may be nearer to them.
+  // Reassigns the samples: after the move, other triangles around the vertex may be nearer to them.
   deviation_bound_->collapse();
   const Vec3d way = deviation_bound_->improved_position(from, which) - from;
   if (!(dot(way, way) > 0)) return;

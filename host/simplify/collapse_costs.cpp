@@ -1,4 +1,4 @@
-// EdgeCollapser: costs of edges, and their entries in the queue.
+// Part of EdgeCollapser: costs of edges, and their entries in the queue.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,21 +11,22 @@
 namespace kiln {
 namespace {
 
-/// Share of the edge length that is added to the cost: on flat surfaces, short edges collapse first and triangles
-/// stay even. The weight is small enough that flat surfaces keep no triangles that curved ones need.
+/// Share of the edge length that is added to the cost. On flat surfaces, short edges then collapse first, and triangles
+/// stay even. The weight is so small that flat surfaces do not keep triangles that curved ones need.
 constexpr double kLengthWeight = 1e-7;
-/// With a constraint: share of the squared edge length that is added to the squared deviation. It exceeds the
-/// rounding of single precision; 1e-8 made long edges too expensive.
+/// With a constraint: share of the squared edge length that is added to the squared deviation. The term exceeds the
+/// rounding of single precision. (With 1e-8, long edges were too expensive.)
 constexpr double kLengthWeightOfSquares = 1e-12;
-/// Edges per batch of a parallel loop. Pieces of a mesh have fewer edges and are processed by one thread each.
+/// Number of edges in a batch of a parallel loop. Pieces of a mesh have fewer edges, so each is processed by one
+/// thread.
 constexpr std::size_t kEdgesPerBatch = std::size_t{1} << 15;
 
 }  // namespace
 
-/// Position and cost of an edge's collapse. A hub keeps its position, since moving it would move its whole fan.
-/// The cost is the increase of distance times weight, since a deviation is visible in proportion to its size, not to
-/// its square. If there is a constraint, the cost is the squared distance, as in Garland and Heckbert, because the
-/// constraint's planes add squared distances.
+/// Position and cost of an edge's collapse. A hub keeps its position, since moving it would move its whole fan. Without
+/// a constraint, the cost is the increase of the distance times its weight, because a deviation is visible in
+/// proportion to its size, not to its square. With a constraint, the cost is the squared distance, as in Garland and
+/// Heckbert, because the constraint's planes add squared distances.
 EdgeCollapser::Step EdgeCollapser::step_for(std::uint32_t a, std::uint32_t b) const {
   Step step(quadrics_[a] + quadrics_[b]);
   const bool hub_a = mesh_.is_hub(a), hub_b = mesh_.is_hub(b);
@@ -51,15 +52,15 @@ EdgeCollapser::Step EdgeCollapser::step_for(std::uint32_t a, std::uint32_t b) co
   return step;
 }
 
-/// Queue entry of an edge; the cost is infinite if the edge may not collapse.
+/// Queue entry of an edge. Its cost is infinite if the edge may not collapse.
 EdgeCollapser::Entry EdgeCollapser::entry_for(std::uint32_t a, std::uint32_t b) const {
   const Step step = step_for(a, b);
   const double cost = step.allowed ? step.cost : std::numeric_limits<double>::infinity();
   return {cost, a, b, vertex_stamps_[a], vertex_stamps_[b], 0};
 }
 
-/// \param edges    edges as CollapseMesh::edges() returns them
-/// \param entries  out: one entry per edge
+/// \param edges    edges in the form that CollapseMesh::edges() returns
+/// \param entries  [out] one entry per edge
 void EdgeCollapser::make_entries(std::span<const std::uint64_t> edges, Entry* entries) const {
   for (const std::uint64_t edge : edges) {
     *entries++ =
@@ -106,7 +107,7 @@ void EdgeCollapser::push(std::uint32_t a, std::uint32_t b) {
   if (!std::isinf(entry.cost)) queue_.push(entry);
 }
 
-/// Queues the edges from a vertex to some of its neighbours.
+/// Queues the edges from a vertex to the given neighbours.
 void EdgeCollapser::queue_edges(std::uint32_t v,
                                 const std::vector<CollapseMesh::Neighbour>& others) {
   for (const CollapseMesh::Neighbour& n : others) prefetch_planes(n.vertex);

@@ -1,4 +1,4 @@
-// EdgeCollapser: steps that repair bad triangles.
+// Part of EdgeCollapser: steps that repair bad triangles.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,7 +8,7 @@
 
 namespace kiln {
 
-/// Moves a corner of the triangle to the mean of its neighbours, or part of the way.
+/// Moves a corner of the triangle to the mean of the corner's neighbours, or part of the way there.
 bool EdgeCollapser::repair_by_moving(std::uint32_t triangle, const auto& bad) {
   double least = std::numeric_limits<double>::infinity();
   std::uint32_t moved_vertex = kNoVertex;
@@ -25,7 +25,7 @@ bool EdgeCollapser::repair_by_moving(std::uint32_t triangle, const auto& bad) {
       const double cost = quadrics_[v].at(target);
       if (!(cost < least)) continue;
       if (rule_ != nullptr && !rule_->may_move(mesh_, v, target)) continue;
-      if (!bad.no_bad_around(v, kNoVertex, target)) continue;
+      if (!bad.is_sound_around(v, kNoVertex, target)) continue;
       if (!bound_allows(v, kNoVertex, Anchor::none, target)) continue;
       least = cost;
       moved_vertex = v;
@@ -45,8 +45,8 @@ bool EdgeCollapser::repair_by_moving(std::uint32_t triangle, const auto& bad) {
   return true;
 }
 
-/// True if UV copies of the edge would have to collapse, too. Such a collapse is not used for repairs: the copies may
-/// be sound, or are repaired separately.
+/// True if UV copies of the edge would have to collapse, too. Repairs do not use such a collapse: the copies may be
+/// sound, or are repaired by themselves.
 bool EdgeCollapser::has_twins(std::uint32_t a, std::uint32_t b, const Step& step) {
   std::vector<std::array<std::uint32_t, 2>> twins;
   const bool all = rule_->find_twins(mesh_, a, b, step.anchor, step.target, twins);
@@ -54,7 +54,7 @@ bool EdgeCollapser::has_twins(std::uint32_t a, std::uint32_t b, const Step& step
   return !all || !twins.empty();
 }
 
-/// Collapses a side of the triangle into one of its corners, its middle, or the quadric's minimum.
+/// Collapses a side of the triangle to one of its end points, to its middle, or to the minimum of the quadric.
 bool EdgeCollapser::repair_by_collapse(std::uint32_t triangle, const auto& bad) {
   Step best{Quadric()};
   best.cost = std::numeric_limits<double>::infinity();
@@ -78,7 +78,8 @@ bool EdgeCollapser::repair_by_collapse(std::uint32_t triangle, const auto& bad) 
           (!rule_->keeps(mesh_, a, b, step.anchor, step.target) || has_twins(a, b, step))) {
         continue;
       }
-      if (!bad.no_bad_around(a, b, step.target) || !bad.no_bad_around(b, a, step.target)) continue;
+      if (!bad.is_sound_around(a, b, step.target) || !bad.is_sound_around(b, a, step.target))
+        continue;
       if (!bound_allows(a, b, step.anchor, step.target)) continue;
       best = step;
       best_gone = a;
@@ -91,15 +92,15 @@ bool EdgeCollapser::repair_by_collapse(std::uint32_t triangle, const auto& bad) 
   return true;
 }
 
-bool EdgeCollapser::mend(std::uint32_t triangle,
-                         const std::function<bool(const TriangleCorners&)>& bad) {
+bool EdgeCollapser::repair_triangle(std::uint32_t triangle,
+                                    const std::function<bool(const TriangleCorners&)>& bad) {
   if (mesh_.alive[triangle] == 0) return true;
   struct RepairCheck {
     const CollapseMesh& mesh;
     const std::function<bool(const TriangleCorners&)>& bad;
-    /// The triangle to repair; it is checked first, since it is the most likely one to remain bad
+    /// The triangle to repair. It is checked first, since it is the most likely one to remain bad
     std::uint32_t repaired_triangle;
-    bool no_bad_around(std::uint32_t moved, std::uint32_t other, const Vec3d& target) const {
+    bool is_sound_around(std::uint32_t moved, std::uint32_t other, const Vec3d& target) const {
       const auto is_bad = [&](std::uint32_t t) {
         if (mesh.alive[t] == 0 || mesh.contains(t, other)) return false;
         TriangleCorners corners;

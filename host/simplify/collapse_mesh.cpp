@@ -75,7 +75,7 @@ void CollapseMesh::find_common_neighbours(const std::vector<Neighbour>& one,
 }
 
 std::vector<std::uint64_t> CollapseMesh::edges() const {
-  // Half-edges are bucketed by their lower vertex; each bucket is short and is sorted.
+  // Edges are sorted into buckets by their lower vertex. Each bucket is short, and is sorted by the higher vertex.
   std::vector<std::uint32_t> list_start(points.size() + 1, 0);
   const auto each = [&](const auto& body) {
     for (std::size_t t = 0; t < triangles.size(); ++t) {
@@ -104,8 +104,7 @@ std::vector<std::uint64_t> CollapseMesh::edges() const {
   return edge_keys;
 }
 
-/// Removes dead triangles from a vertex's list once most of its triangles are dead: amortized O(1) per removed
-/// triangle.
+/// Removes dead triangles from a vertex's list once they are the majority: amortized O(1) per removed triangle.
 void CollapseMesh::remove_dead(std::uint32_t vertex) {
   List& list = triangle_lists_[vertex];
   if (list.size <= 2 * std::size_t{valence[vertex]}) return;
@@ -116,7 +115,8 @@ void CollapseMesh::remove_dead(std::uint32_t vertex) {
   list.size = static_cast<std::uint32_t>(end - begin);
 }
 
-/// Moves a list without room for `more` triangles to the end of the pool, with twice its capacity.
+/// Makes room for `more` triangles in a vertex's list. A full list moves to the end of the pool and gets twice its
+/// capacity.
 void CollapseMesh::make_room(std::uint32_t vertex, std::uint32_t more) {
   List& list = triangle_lists_[vertex];
   if (list.size + more <= list.capacity) return;

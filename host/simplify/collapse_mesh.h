@@ -1,4 +1,4 @@
-// Triangle mesh with lists of triangles per vertex, for edge collapses.
+// A triangle mesh with a list of triangles for each vertex, for edge collapses.
 #pragma once
 
 #include <cstddef>
@@ -16,15 +16,15 @@ namespace kiln {
 
 inline constexpr std::uint32_t kNoVertex = std::numeric_limits<std::uint32_t>::max();
 
-/// A triangle mesh whose vertices can be merged. Visiting a vertex costs as many steps as it has triangles; merging
-/// costs as many steps as the removed vertex has triangles. `visits` counts these steps, so that tests can measure
-/// how the cost grows without a clock.
+/// A triangle mesh whose vertices can be merged. Visiting a vertex takes one step per triangle of it; merging takes one
+/// step per triangle of the removed vertex. `visits` counts these steps, so that tests can measure how the cost grows
+/// without a clock.
 class CollapseMesh {
  public:
   struct Neighbour {
     std::uint32_t vertex, triangles;
   };
-  /// A vertex with more triangles than this is a hub; no collapse may visit all triangles of a hub.
+  /// A vertex with more triangles than this is a hub. No collapse may visit all triangles of a hub.
   static constexpr std::uint32_t kMaxValence = 256;
 
   /// Triangles must have three different vertices.
@@ -37,7 +37,8 @@ class CollapseMesh {
     return t[0] == vertex || t[1] == vertex || t[2] == vertex;
   }
   bool is_hub(std::uint32_t vertex) const { return valence[vertex] > kMaxValence; }
-  /// Calls `body` for each triangle of an edge, in the order of the triangle list of the vertex that has fewer.
+  /// Calls `body` for each triangle at an edge, in the order of the triangle list of the edge's vertex that has fewer
+  /// triangles.
   template <class Body>
   void each_triangle_on_edge(std::uint32_t a, std::uint32_t b, const Body& body) const {
     if (valence[b] < valence[a]) std::swap(a, b);
@@ -51,13 +52,14 @@ class CollapseMesh {
       if (alive[t] != 0) body(t);
     }
   }
-  /// Triangles of a vertex; some may be dead.
+  /// The triangle list of a vertex, which may contain removed (dead) triangles.
   std::span<const std::uint32_t> around(std::uint32_t vertex) const {
     const List& list = triangle_lists_[vertex];
     return {triangle_pool_.data() + list.first, list.size};
   }
-  /// Prefetches a vertex into the processor's cache. The four fetches form a chain, in which each needs the data that
-  /// the previous one loaded: the vertex's record, its list, the list's triangles, their corners.
+  /// Prefetches the data of a vertex into the processor's cache. There are four functions, to be called in this order,
+  /// because each needs the data that the one before has loaded: the vertex's record, its list, the triangles in the
+  /// list, and their corners.
   void prefetch_vertex(std::uint32_t vertex) const {
     prefetch(&triangle_lists_[vertex]);
     prefetch(&points[vertex]);
@@ -76,34 +78,34 @@ class CollapseMesh {
       for (const std::uint32_t v : triangles[t]) prefetch(&points[v]);
     }
   }
-  /// Neighbours of a vertex in order of their numbers, each with the number of triangles on the edge to it.
+  /// Collects the neighbours of a vertex in ascending order, each with the number of triangles at the edge to it.
   void gather(std::uint32_t vertex, std::vector<Neighbour>& neighbours);
-  /// As gather(), unordered and faster.
+  /// Faster variant of gather() without an order.
   void gather_unordered(std::uint32_t vertex, std::vector<Neighbour>& neighbours);
-  /// Finds vertices that are in both lists of neighbours.
+  /// Finds the vertices that are in both lists of neighbours.
   void find_common_neighbours(const std::vector<Neighbour>& one,
                               const std::vector<Neighbour>& other,
                               std::vector<std::uint32_t>& common);
-  /// All edges, each once, as lower vertex << 32 | higher vertex, in order.
+  /// All edges, each once, as (lower vertex << 32 | higher vertex), in ascending order.
   std::vector<std::uint64_t> edges() const;
   /// Replaces vertex `gone` by `kept` in all triangles. Triangles that contain both are removed.
   void merge(std::uint32_t kept, std::uint32_t gone);
-  /// Sets which triangles are two-sided: face_count_with_backs() counts these twice.
+  /// Sets which triangles are two-sided. face_count_with_backs() counts these twice.
   void count_sides(std::vector<std::uint8_t> of_triangles);
-  /// Number of triangles; two-sided ones count twice.
+  /// Number of triangles, in which two-sided ones count twice.
   std::size_t face_count_with_backs() const { return faces + backs; }
-  /// Removes dead triangles and vertices from the arrays. The remaining ones keep their order.
+  /// Removes dead triangles and unused vertices from the arrays. The remaining ones keep their order.
   /// \returns the new index of each vertex; kNoVertex for removed ones
   std::vector<std::uint32_t> compact();
-  /// Index that a triangle, or a vertex, had in the mesh that the constructor received.
+  /// The index that a triangle (or a vertex, below) had in the mesh that the constructor received.
   std::uint32_t given_triangle(std::uint32_t triangle) const {
     return given_triangles_.empty() ? triangle : given_triangles_[triangle];
   }
   std::uint32_t given_vertex(std::uint32_t vertex) const {
     return given_vertices_.empty() ? vertex : given_vertices_[vertex];
   }
-  /// Returns the remaining mesh with only its used vertices, in their original order.
-  /// \param sources  each triangle's index in the mesh that the constructor received
+  /// Returns the remaining mesh. It only contains the vertices that are still used, in their original order.
+  /// \param sources  [out] for each remaining triangle, its index in the mesh that the constructor received
   void extract(std::vector<Vec3d>& positions, std::vector<Triangle>& left,
                std::vector<std::uint32_t>& sources) const;
 
@@ -117,7 +119,7 @@ class CollapseMesh {
   std::uint64_t visits = 0;
 
  private:
-  /// A vertex's range of triangles in triangle_pool_.
+  /// The range of a vertex's triangles in triangle_pool_.
   struct List {
     std::uint32_t first = 0, size = 0, capacity = 0;
   };
@@ -126,13 +128,13 @@ class CollapseMesh {
 
   std::vector<List> triangle_lists_;
   std::vector<std::uint32_t> triangle_pool_;
-  std::vector<std::uint32_t>
-      triangle_counts_;  ///< Scratch of gather(), by vertex; all 0 between calls
-  /// Indices in the constructor's mesh; empty until compact() renumbers.
+  /// Scratch memory of gather(): a count for each vertex; all 0 between calls
+  std::vector<std::uint32_t> triangle_counts_;
+  /// Indices in the mesh that the constructor received; empty until compact() renumbers
   std::vector<std::uint32_t> given_triangles_, given_vertices_;
 };
 
-/// Moves per-vertex values to renumbered vertices, which keep their order.
+/// Moves per-vertex values to the new indices of their vertices, which keep their order.
 template <class Value>
 void renumber_values(std::vector<Value>& values, const std::vector<std::uint32_t>& number) {
   if (values.empty()) return;

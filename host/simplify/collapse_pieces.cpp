@@ -14,29 +14,30 @@
 namespace kiln {
 namespace {
 
-/// Minimum number of triangles per piece. The data of such a piece mostly fits in a core's cache.
+/// Minimum number of triangles in a piece. The data of a piece of this size mostly fits in a core's cache.
 constexpr std::size_t kMinPieceTriangles = 16'000;
-/// First and last cost limit: the first is below rounding errors, the last above every cost.
+/// First and last value of the cost limit. The first is below rounding errors, the last above every cost.
 constexpr double kMinCostLimit = 1e-16, kMaxCostLimit = 1;
-/// Factor between cost limits. Costs are distance times area, so one step removes at most a third of the triangles.
+/// Factor by which the cost limit grows in each step. Costs are distance times area, so a step removes at most a third
+/// of the triangles.
 constexpr double kCostLimitGrowth = 2;
 
-/// Number of increases of the cost limit until triangles are counted again: as many as possible, so that pieces are
-/// processed without interruption, but too few to fall below the goal.
-/// \param over  ratio of the triangle count to the goal
+/// Number of steps by which the cost limit may grow before triangles are counted again. It is as large as possible, so
+/// that pieces are processed without interruption, but too small to fall below the goal.
+/// \param over  ratio of the current triangle count to the goal
 int cost_steps(double over) { return over > 5 ? 4 : over > 2.5 ? 2 : over > 1 ? 1 : 0; }
 
-/// Number of triangles with a fixed corner.
+/// Number of triangles that have at least one fixed corner.
 std::size_t count_at_fixed(const Work& work, const std::vector<std::uint8_t>& fixed) {
   return static_cast<std::size_t>(std::count_if(
       work.triangles.begin(), work.triangles.end(),
       [&](const Triangle& t) { return fixed[t[0]] != 0 || fixed[t[1]] != 0 || fixed[t[2]] != 0; }));
 }
 
-/// By vertex, 1 if it does not move. All triangles of a vertex that moves are in one piece.
+/// For each vertex, 1 if it may not move. All triangles around a vertex that may move belong to one piece.
 std::vector<std::uint8_t> fixed_vertices(const Work& work,
                                          const std::vector<std::vector<std::uint32_t>>& pieces,
-                                         std::span<const Place> untouched) {
+                                         std::span<const Ball> untouched) {
   std::vector<std::uint8_t> fixed =
       vertices_between_pieces(pieces, work.triangles, work.points.size());
   constexpr std::uint32_t kNoLabel = kNoVertex, kSeveralLabels = kNoVertex - 1;
@@ -50,7 +51,7 @@ std::vector<std::uint8_t> fixed_vertices(const Work& work,
   parallel_for(fixed.size(), std::size_t{1} << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v) {
       fixed[v] = fixed[v] != 0 || (!label_of.empty() && label_of[v] == kSeveralLabels) ||
-                 std::any_of(untouched.begin(), untouched.end(), [&](const Place& place) {
+                 std::any_of(untouched.begin(), untouched.end(), [&](const Ball& place) {
                    const Vec3d from_centre = work.points[v] - place.center;
                    return dot(from_centre, from_centre) < place.radius * place.radius;
                  });
@@ -59,14 +60,14 @@ std::vector<std::uint8_t> fixed_vertices(const Work& work,
   return fixed;
 }
 
-/// A pool of index arrays with an entry per vertex of the whole mesh, at most one array per thread. Pieces share the
-/// arrays because each piece uses only a few entries.
+/// A pool of index arrays with one entry per vertex of the whole mesh. It holds at most one array per thread. Pieces
+/// share the arrays because each piece uses only a few entries.
 class IndexPool {
  public:
   using VertexIndices = std::vector<std::uint32_t>;
   explicit IndexPool(std::size_t count) : count_(count) {}
 
-  /// \returns an array whose entries are all kNoVertex
+  /// \returns an array in which every entry is kNoVertex
   VertexIndices borrow_array() {
     const std::lock_guard lock(mutex_);
     if (idle_arrays_.empty()) return VertexIndices(count_, kNoVertex);
@@ -74,7 +75,7 @@ class IndexPool {
     idle_arrays_.pop_back();
     return indices;
   }
-  /// \param used  indices of the entries that are not kNoVertex; they are reset
+  /// \param used  indices of the entries that are not kNoVertex; these are reset
   void return_array(VertexIndices indices, std::span<const std::uint32_t> used) {
     for (const std::uint32_t i : used) indices[i] = kNoVertex;
     const std::lock_guard lock(mutex_);
@@ -87,7 +88,7 @@ class IndexPool {
   std::vector<VertexIndices> idle_arrays_;
 };
 
-/// A piece of a mesh, copied into a separate mesh and collapsed there.
+/// A piece of a mesh, copied into a mesh of its own and collapsed there.
 class Piece {
  public:
   Piece(const Work& work, std::vector<std::uint32_t> triangles,
@@ -119,16 +120,16 @@ class Piece {
   std::size_t faces() const { return mesh_->faces; }
   EdgeCollapser& collapser() { return *collapser_; }
 
-  /// Sets entries of `used`, which are indexed as the whole mesh's vertices, for the vertices that remain in the
-  /// piece.
+  /// Sets entries of `used` to 1 for the vertices that remain in the piece. `used` is indexed by the vertices of the
+  /// whole mesh.
   void mark_used(std::vector<std::uint32_t>& used) const {
     for (std::uint32_t v = 0; v < mesh_->points.size(); ++v) {
       if (mesh_->valence[v] != 0) used[vertex(v)] = 1;
     }
   }
-  /// Writes the remaining vertices and triangles back to the whole mesh.
-  /// \param number  new vertex index by old index
-  /// \param left    receives the remaining triangles, indexed as before
+  /// Writes the remaining vertices and triangles to the new whole mesh.
+  /// \param number  new index of each vertex of the whole mesh
+  /// \param left    [out] old index in the whole mesh of each triangle that is appended
   void write_back(Work& work, const std::vector<std::uint32_t>& number,
                   std::vector<std::uint32_t>& left) const {
     for (std::uint32_t v = 0; v < mesh_->points.size(); ++v) {
@@ -156,7 +157,7 @@ class Piece {
 }  // namespace
 
 Work collapse_in_pieces(const Work& dense, std::span<const Vec3> positions, std::size_t faces,
-                        std::span<const Place> untouched, const EdgeCollapser::Snap& snap) {
+                        std::span<const Ball> untouched, const EdgeCollapser::Snap& snap) {
   std::vector<std::vector<std::uint32_t>> lists =
       pieces_of(positions, dense.triangles, kMinPieceTriangles);
   const std::vector<std::uint8_t> fixed = fixed_vertices(dense, lists, untouched);
@@ -170,7 +171,7 @@ Work collapse_in_pieces(const Work& dense, std::span<const Vec3> positions, std:
   each([&](std::size_t i) {
     pieces[i] = std::make_unique<Piece>(dense, std::move(lists[i]), fixed, numbers, snap);
   });
-  // The goal is raised by the triangles at fixed vertices, most of which cannot be removed.
+  // Triangles at fixed vertices are added to the goal, since most of them cannot be removed.
   const double goal =
       static_cast<double>(faces) + static_cast<double>(count_at_fixed(dense, fixed));
   std::size_t left = dense.triangles.size();

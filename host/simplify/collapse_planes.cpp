@@ -1,4 +1,4 @@
-// EdgeCollapser: building the quadrics of vertices.
+// Part of EdgeCollapser: builds the quadrics of vertices.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -14,22 +14,23 @@
 namespace kiln {
 namespace {
 
-/// With a constraint: weight of perpendicular planes through open borders, relative to a triangle's own plane.
+/// With a constraint: weight of the planes through open borders, which stand perpendicular to the surface, relative to
+/// a triangle's own plane.
 constexpr double kBorderWeight = 10;
 /// Weight of a vertex's previous quadric in its rebuilt one. Without it, each rebuild would discard the error at thin
 /// rims, and the errors of all rebuilds would add up.
 constexpr double kPreviousQuadricWeight = 0.1;
-/// Weight of perpendicular planes through lines between labels, relative to planes through open borders. The weight
-/// is per mean edge length, so that a line counts like a strip as wide as a face. Otherwise densely lined areas would
-/// keep too many faces.
+/// Weight of the perpendicular planes through lines between labels, relative to those through open borders. Planes are
+/// weighted per mean edge length, so that a line counts like a strip as wide as a face. Otherwise areas with many lines
+/// would keep too many faces.
 constexpr double kLineWeight = 2;
-/// An edge between triangles of two labels, with one triangle of each label.
+/// An edge between triangles with two different labels, with one triangle of each label.
 struct LabelLine {
   std::uint32_t a, b;
   std::array<std::uint32_t, 2> triangles;
 };
 
-/// All lines between labels, with their lengths.
+/// All edges between triangles with different labels, and the lengths of these edges.
 struct LabelLines {
   std::vector<LabelLine> lines;
   double length = 0, length_of_all = 0, edges = 0;
@@ -51,7 +52,7 @@ struct LabelLines {
   double max_weight() const { return max_line_weight(length, length_of_all); }
 };
 
-/// The live triangles of a mesh, and their labels.
+/// Copies of a mesh's triangles that are not removed, and their labels.
 class LiveTriangles {
   std::vector<Triangle> live_triangles_;
   std::vector<std::uint32_t> live_labels_;
@@ -83,8 +84,9 @@ Vec3d normal_at(const std::vector<Vec3d>& points, const Triangle& v) {
 
 }  // namespace
 
-/// Adds perpendicular planes through each line, weighted by its length. Creases need no such planes, since the
-/// bound's samples hold the faces on both sides.
+/// Sets the planes that hold lines between labels: each plane contains a line and stands perpendicular to the surface,
+/// with the line's length as its weight. Creases need no such planes, since the samples of the bound hold the faces on
+/// both sides.
 void EdgeCollapser::limit_line_error(double bound) {
   line_quadrics_.clear();
   max_line_error_ = bound;
@@ -106,7 +108,7 @@ void EdgeCollapser::limit_line_error(double bound) {
   }
 }
 
-/// Computes values in parallel, in batches that fit in a cache, and passes them to `give` in order.
+/// Computes values in parallel, in batches that fit in a cache, and passes the values to `give` in their order.
 template <class Value, class Make, class Give>
 void compute_in_batches(std::size_t count, const Make& make, const Give& give) {
   constexpr std::size_t kValuesPerBatch = std::size_t{1} << 15,
@@ -114,7 +116,7 @@ void compute_in_batches(std::size_t count, const Make& make, const Give& give) {
   std::vector<Value> batch_values(std::min(count, kValuesPerBatch));
   for (std::size_t first = 0; first < count; first += kValuesPerBatch) {
     const std::size_t part = std::min(kValuesPerBatch, count - first);
-    // A batch from one piece runs on one thread, as pieces already run in parallel.
+    // A mesh that is itself a piece has a single batch, which runs on one thread, as pieces already run in parallel.
     parallel_for(part, count <= kValuesPerBatch ? kValuesPerBatch : kValuesPerTask,
                  [&](std::size_t begin, std::size_t end) {
                    for (std::size_t i = begin; i < end; ++i) batch_values[i] = make(first + i);
@@ -123,7 +125,8 @@ void compute_in_batches(std::size_t count, const Make& make, const Give& give) {
   }
 }
 
-/// \returns all edges, without duplicates, as CollapseMesh::edges() returns them
+/// Builds the quadrics of all vertices from the current triangles.
+/// \returns all edges without duplicates, in the form that CollapseMesh::edges() returns
 std::vector<std::uint64_t> EdgeCollapser::build_quadrics() {
   const std::vector<Vec3d>& points = mesh_.points;
   const LiveTriangles left(mesh_);
@@ -137,7 +140,7 @@ std::vector<std::uint64_t> EdgeCollapser::build_quadrics() {
         const Vec3d normal = normal_of(triangles[t]);
         const double size = length(normal);
         Quadric quadric;
-        quadric.area = size / 6;  // Each corner gets a third of the area.
+        quadric.area = size / 6;  // Each corner gets a third of the triangle's area
         if (size > 0) quadric.add_plane(normal * (1 / size), points[triangles[t][0]], quadric.area);
         return quadric;
       },

@@ -8,9 +8,9 @@
 namespace kiln {
 namespace {
 
-/// Number of entries sorted at a time: 1/kBatchDivisor of the queue, but at least kMinBatch.
+/// Number of entries that are sorted at a time: the queue's size divided by kBatchDivisor, but at least kMinBatch.
 constexpr std::size_t kMinBatch = 1024, kBatchDivisor = 16;
-/// Number of costs sampled to estimate the limit of the next batch.
+/// Number of costs that are sampled to estimate the cost limit of the next batch.
 constexpr std::size_t kCostSamples = 4096;
 
 void erase_outdated(std::vector<CollapseEntry>& entries, const std::vector<std::uint32_t>& stamps) {
@@ -73,11 +73,11 @@ void CollapseQueue::sort_next_batch(const std::vector<std::uint32_t>& stamps) {
     std::nth_element(sampled_costs_.begin(), last, sampled_costs_.end());
     sorted_cost_limit_ = *last;
   }
-  const auto dearer =
+  const auto first_expensive =
       std::partition(unsorted_entries_.begin(), unsorted_entries_.end(),
                      [&](const CollapseEntry& e) { return e.cost > sorted_cost_limit_; });
-  sorted_entries_.assign(dearer, unsorted_entries_.end());
-  unsorted_entries_.erase(dearer, unsorted_entries_.end());
+  sorted_entries_.assign(first_expensive, unsorted_entries_.end());
+  unsorted_entries_.erase(first_expensive, unsorted_entries_.end());
   std::sort(sorted_entries_.begin(), sorted_entries_.end());
 }
 

@@ -9,30 +9,31 @@
 namespace kiln {
 namespace {
 
-/// Cosine of the largest turn of a triangle in one collapse, by leniency.
-constexpr std::array<double, 3> kTurnLimits{0.5, 0.2, 0.0};
-/// Minimum quality of a triangle (1: equilateral; 0: no area). Triangles below it may not get worse. This limit, a
-/// triangle 80 times as long as high, is low because long triangles along bevels and creases approximate the surface
-/// better than even ones: with 0.35, errors of rendered normals were up to 13% larger.
-constexpr double kQualityLimit = 0.02;
-/// Minimum of doubled area over the squared longest side. Triangles below it may not get worse at any leniency.
-/// Triangles at this limit are still safely non-degenerate in single precision.
-constexpr double kAreaLimit = 1e-5;
-/// Ratio of doubled area to the squared longest side below which a triangle counts as degenerate.
+/// Cosine of the largest angle by which a collapse may turn a triangle's normal; one value per leniency.
+constexpr std::array<double, 3> kMinTurnCosines{0.5, 0.2, 0.0};
+/// Minimum quality of a triangle (1: equilateral; 0: no area). Triangles below it may not get worse. The limit is low,
+/// a triangle 80 times as long as high, because long triangles along bevels and creases approximate the surface better
+/// than even ones. With a limit of 0.35, errors of rendered normals were up to 13% larger.
+constexpr double kMinQuality = 0.02;
+/// Minimum of a triangle's doubled area over its squared longest side. Triangles below it may not get worse at any
+/// leniency. Triangles at this limit are still safely non-degenerate in single precision.
+constexpr double kMinAreaRatio = 1e-5;
+/// A triangle is degenerate if its doubled area over its squared longest side is below this ratio.
 constexpr double kDegenerateRatio = 1e-12;
-/// Smallest cosine between a triangle's normal and the surface that its corners replace, by leniency.
-constexpr std::array<double, 3> kFacingLimits{0.2, 0.0, -0.1};
-/// Minimum length of a mean of unit normals; below it, the normals have no common direction.
-constexpr double kMinDirectionLength = 0.3;
-/// Cosine between the normals of neighbours below which the two triangles count as folded onto each other, by
+/// Smallest cosine between the normal of a triangle and the mean normal of the surface that its corners replace, by
 /// leniency.
-constexpr std::array<double, 3> kFoldLimits{-0.8, -0.9, -0.985};
-/// Cosine of the angle up to which the turn of a triangle cannot cause folds. On flat surfaces it spares nearly all
-/// checks.
+constexpr std::array<double, 3> kMinFacingCosines{0.2, 0.0, -0.1};
+/// Minimum length of a mean of unit normals. Normals with a shorter mean have no common direction.
+constexpr double kMinDirectionLength = 0.3;
+/// Two adjacent triangles are folded onto each other if the cosine between their normals is below this; one value per
+/// leniency.
+constexpr std::array<double, 3> kMinFoldCosines{-0.8, -0.9, -0.985};
+/// Cosine of the largest turn of a triangle that cannot cause folds. On flat surfaces it saves nearly all checks for
+/// folds.
 constexpr double kSafeTurnCosine = 0.9999;
-/// Replaces kFoldLimits where collapses run until none is allowed.
-constexpr double kStrictFoldLimit = -0.5;
-/// Number of triangles around a vertex above which they are sorted for searching.
+/// Replaces kMinFoldCosines if collapses run until none is allowed.
+constexpr double kStrictMinFoldCosine = -0.5;
+/// If a vertex has more triangles than this, they are sorted for searching.
 constexpr std::size_t kMinValenceToSort = 32;
 
 /// \param sides  sum of the squared side lengths
@@ -59,19 +60,21 @@ CollapseShape::MeanOrientation& CollapseShape::MeanOrientation::operator+=(
   return *this;
 }
 
-/// Cosine of a normal to the mean direction; 1 if there is no mean direction because the surface faces all around.
+/// Cosine between a normal and the mean direction. 1 if there is no mean direction, because the surface faces in all
+/// directions.
 double CollapseShape::MeanOrientation::cosine_to_mean(const Vec3d& unit_normal) const {
   const double size = length(sum);
   return size > kMinDirectionLength * area ? dot(unit_normal, sum) / size : 1;
 }
 
-/// Adds the remaining triangles around `moved` to the star; false if one of them is not allowed.
+/// Adds the triangles around the vertex `moved` that remain after the collapse. Returns false if one of them is not
+/// allowed.
 bool CollapseShape::add(CollapseMesh& mesh, std::uint32_t moved, std::uint32_t other,
                         const Vec3d& target, std::uint32_t leniency,
                         const MeanOrientation& orientation) {
   mesh.visits += mesh.around(moved).size();
   const Vec3d& a = mesh.points[moved];
-  // Lanes: corner positions before and after the move.
+  // Each Double2 holds a coordinate before and after the move.
   const Double2 ax{a.x, target.x}, ay{a.y, target.y}, az{a.z, target.z};
   for (const std::uint32_t t : mesh.around(moved)) {
     if (mesh.alive[t] == 0 || mesh.contains(t, other)) continue;
@@ -93,10 +96,11 @@ bool CollapseShape::add(CollapseMesh& mesh, std::uint32_t moved, std::uint32_t o
     const double turn = dot(normal_before, normal_after), sides = b2[1] + d2 + c2[1];
     const double length_before = std::sqrt(n2[0]), length_after = std::sqrt(n2[1]);
     const double ratio_before = length_before / longest[0], ratio = length_after / longest[1];
-    if (!(ratio > kDegenerateRatio) || (ratio < kAreaLimit && !(ratio > ratio_before)))
+    if (!(ratio > kDegenerateRatio) || (ratio < kMinAreaRatio && !(ratio > ratio_before)))
       return false;
     const bool had_area = ratio_before > kDegenerateRatio;
-    if (had_area && !(turn > kTurnLimits[leniency] * length_before * length_after)) return false;
+    if (had_area && !(turn > kMinTurnCosines[leniency] * length_before * length_after))
+      return false;
     const Vec3d normal = normal_after * (1 / length_after);
     const Vec3d was = had_area ? normal_before * (1 / length_before) : Vec3d{};
     const bool turns_far = !had_area || !(dot(was, normal) > kSafeTurnCosine);
@@ -105,14 +109,14 @@ bool CollapseShape::add(CollapseMesh& mesh, std::uint32_t moved, std::uint32_t o
       replaced_surface += orientation_of_vertex_[first];
       replaced_surface += orientation_of_vertex_[second];
       if (const double cosine = replaced_surface.cosine_to_mean(normal);
-          cosine < kFacingLimits[leniency]) {
-        // A triangle that faces away is allowed only if it faced away even more before.
+          cosine < kMinFacingCosines[leniency]) {
+        // A triangle that faces away is only allowed if it faced away even more before.
         if (!had_area || !(cosine > replaced_surface.cosine_to_mean(was))) return false;
       }
     }
     if (leniency == 0) {
-      const double good = triangle_quality(sides, length_after);
-      if (good < kQualityLimit && good < triangle_quality(b2[0] + d2 + c2[0], length_before))
+      const double quality = triangle_quality(sides, length_after);
+      if (quality < kMinQuality && quality < triangle_quality(b2[0] + d2 + c2[0], length_before))
         return false;
     }
     any_turns_far_ = any_turns_far_ || sharpening_ || turns_far;
@@ -121,7 +125,7 @@ bool CollapseShape::add(CollapseMesh& mesh, std::uint32_t moved, std::uint32_t o
   return true;
 }
 
-/// True if the collapse newly folds neighbours onto each other.
+/// True if the collapse makes neighbouring triangles fold onto each other that were not folded before.
 bool CollapseShape::creates_folds(CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
                                   std::uint32_t leniency) {
   if (!any_turns_far_) return false;
@@ -149,7 +153,7 @@ bool CollapseShape::creates_folds(CollapseMesh& mesh, std::uint32_t a, std::uint
       const Vec3d normal =
           cross(mesh.points[v[1]] - mesh.points[v[0]], mesh.points[v[2]] - mesh.points[v[0]]);
       const double size = length(normal);
-      // A triangle that runs along the edge in the same direction belongs to another sheet.
+      // A triangle that runs along the edge in the same direction belongs to another sheet of the surface.
       const std::size_t k = v[0] == s.second ? 0 : v[1] == s.second ? 1 : 2;
       if (!(size > 0) || v[(k + 1) % 3] != s.first) return;
       cosine_before = std::min(cosine_before, dot(s.before, normal) / size);
@@ -157,8 +161,8 @@ bool CollapseShape::creates_folds(CollapseMesh& mesh, std::uint32_t a, std::uint
     });
   }
   if (sharpening_)
-    return cosine_after < kStrictFoldLimit && cosine_after < cosine_before - *sharpening_;
-  return cosine_after < kFoldLimits[leniency] && cosine_after < cosine_before;
+    return cosine_after < kStrictMinFoldCosine && cosine_after < cosine_before - *sharpening_;
+  return cosine_after < kMinFoldCosines[leniency] && cosine_after < cosine_before;
 }
 
 bool CollapseShape::keeps(CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, const Vec3d& target,

@@ -1,4 +1,4 @@
-// Curvature-dependent weights of high-poly samples for fitting a low poly.
+// Weights of high-poly samples that grow with curvature, for fitting a low poly.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@
 
 namespace kiln {
 
-/// Weight of each triangle of a high poly, which grows with curvature as in bent_planes().
+/// Weights of a high poly's triangles. They grow with the curvature, as in bent_planes().
 class CurvatureWeights {
  public:
   CurvatureWeights(std::span<const Vec3> positions, std::span<const Triangle> triangles)
@@ -25,27 +25,28 @@ class CurvatureWeights {
       if (const double size = length(normal); size > 0) normal = normal * (1 / size);
     }
   }
-  /// Weight per unit of area: 1 where the surface is flat. The curvature used is the mean over the triangle's sides.
-  double of(const Triangle& t) const {
+  /// Weight per unit of a triangle's area: 1 where the surface is flat. The triangle's curvature is the mean over its
+  /// sides.
+  double weight_of(const Triangle& t) const {
     double bent = 0;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t a = t[k], b = t[(k + 1) % 3];
       const Vec3d side = at(b) - at(a);
       const double turn = dot(facing_[b] - facing_[a], side), square = dot(side, side);
-      if (square > 0) bent += (turn > 0 ? turn : -kHollowWeight * turn) / square;
+      if (square > 0) bent += (turn > 0 ? turn : -kConcaveWeight * turn) / square;
     }
     return 1 + kSampleCurvatureWeight * bent / 3;
   }
 
  private:
-  /// Weight per unit of curvature. Fitting gives curvature more weight than collapsing does, since outlines depend on
-  /// it.
+  /// Increase of the weight per unit of curvature. Curvature counts more in fitting than in collapsing, since outlines
+  /// depend on it.
   static constexpr double kSampleCurvatureWeight = 1;
 
   Vec3d at(std::uint32_t vertex) const { return to_double(positions_[vertex]); }
 
   std::span<const Vec3> positions_;
-  std::vector<Vec3d> facing_;  ///< Unit normals at the vertices.
+  std::vector<Vec3d> facing_;  ///< Unit normals at the vertices
 };
 
 }  // namespace kiln

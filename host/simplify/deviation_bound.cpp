@@ -10,13 +10,13 @@
 namespace kiln {
 namespace {
 
-/// Largest number of samples that improved_position() uses.
+/// Maximum number of samples that improved_position() uses.
 constexpr std::size_t kMaxMoveSamples = 128;
-/// Weights in improved_position(): of samples at distance 0 relative to samples at the bound, and of displacement
+/// Weights in improved_position(): of a sample at distance 0, relative to a sample at the bound; and of displacement
 /// tangential to the surface.
 constexpr double kZeroDistanceWeight = 0.01, kBoundTangentialWeight = 0.02;
 
-/// Rounds to single precision, in which final deviations are measured.
+/// Rounds a point to single precision, in which the final deviation is measured.
 Vec3d round_to_single(const Vec3d& p) { return to_double(to_float(p)); }
 
 double squared_distance_to_segment_point(const Vec3d& offset, const Vec3d& edge, double edge2,
@@ -27,8 +27,8 @@ double squared_distance_to_segment_point(const Vec3d& offset, const Vec3d& edge,
   return dot(rest, rest);
 }
 
-/// Squared distance of a point to a triangle, and barycentric coordinates of the nearest point.
-/// \param best  best squared distance so far; the result may be infinity if the distance certainly exceeds it
+/// Squared distance of a point to a triangle, and barycentric coordinates of the triangle's nearest point.
+/// \param best  smallest squared distance so far; the result may be infinity if the distance certainly exceeds it
 template <class Face>
 double squared_distance_to_face(const Face& f, const Vec3d& p, double best,
                                 std::array<double, 3>* share) {
@@ -120,10 +120,10 @@ DeviationBound::DeviationBound(const CollapseMesh& mesh, const BoundSamples& sam
   }
 }
 
-void DeviationBound::tighten_limits(std::span<const Place> places) {
+void DeviationBound::tighten_limits(std::span<const Ball> places) {
   for (std::size_t i = 0; i < squared_limits_.size(); ++i) {
     const Vec3d p = to_double(samples_.points[i]);
-    const bool inside = std::any_of(places.begin(), places.end(), [&](const Place& place) {
+    const bool inside = std::any_of(places.begin(), places.end(), [&](const Ball& place) {
       const Vec3d way = p - place.center;
       return dot(way, way) < place.radius * place.radius;
     });
@@ -169,15 +169,15 @@ void DeviationBound::gather(const CollapseMesh& mesh, std::uint32_t a, std::uint
   star_index_.clear();
   new_triangles_.clear();
   const Vec3d place = round_to_single(target);
-  // Triangles around the vertex that does not move remain unchanged, so only those around the other one are added.
+  // The triangles around a vertex that does not move remain unchanged. Only those around the other vertex are added.
   if (anchor != Anchor::first) add_triangles_around(mesh, a, b, place, true);
   if (b != kNoVertex && anchor != Anchor::second) {
     add_triangles_around(mesh, b, a, place, anchor == Anchor::first);
   }
 }
 
-/// The nearest triangle of the star. Tests triangle `first` before the others, since it is the most likely one to be
-/// nearest.
+/// The nearest of the new triangles to a sample. Tests triangle `first` before the others, since it is the most likely
+/// one.
 DeviationBound::SampleAssignment DeviationBound::nearest_new_triangle(std::uint32_t sample,
                                                                       std::size_t first) const {
   SampleAssignment result{sample, 0, std::numeric_limits<double>::infinity()};
@@ -193,9 +193,9 @@ DeviationBound::SampleAssignment DeviationBound::nearest_new_triangle(std::uint3
   return result;
 }
 
-/// Reassigns all samples of the star. Stops at the first sample that exceeds its limit, which is then tested first in
-/// the next call.
-/// \returns true if all are within their limits
+/// Reassigns all samples of the changed triangles. Stops at the first sample that exceeds its limit; the next call
+/// tests that sample first.
+/// \returns true if all samples are within their limits
 bool DeviationBound::assign() {
   new_assignments_.clear();
   for (std::size_t i = 0; i < reassigned_triangles_.size(); ++i) {
@@ -218,8 +218,8 @@ bool DeviationBound::assign() {
   return true;
 }
 
-/// True if the star's triangles are within the bound of the high poly, tested at the moved vertex, the centroids and
-/// the middles of moved edges.
+/// True if the new triangles are within the bound of the high poly. Tested at the moved vertex, at the triangles'
+/// centroids and at the middles of moved edges.
 bool DeviationBound::is_near_high_poly(const Vec3d& place) {
   const auto is_off = [&](const Vec3d& p) {
     const Vec3 at = to_float(p);
@@ -231,7 +231,8 @@ bool DeviationBound::is_near_high_poly(const Vec3d& place) {
   };
   const auto is_face_off = [&](const Face& f) {
     if (is_off(f.a + (f.ab + f.ac) * (1.0 / 3)) || is_off(f.a + f.ab * 0.5)) return true;
-    // The triangle's other moved edge is tested with the neighbour that shares it, except on a border.
+    // The triangle's other moved edge is tested with the neighbour that shares it. On a border there is no such
+    // neighbour.
     const bool shared =
         std::any_of(new_triangles_.begin(), new_triangles_.end(), [&](const Face& other) {
           return other.ab.x == f.ac.x && other.ab.y == f.ac.y && other.ab.z == f.ac.z;
@@ -263,8 +264,8 @@ void DeviationBound::collapse() {
   }
 }
 
-/// Minimizes the squared distances in the directions of the samples; DistanceNorm::large weights each squared distance
-/// by the fourth power of the distance.
+/// Minimizes the sum of squared distances, each along the direction from its sample. With DistanceNorm::large, each
+/// squared distance is weighted by the fourth power of the distance.
 Vec3d DeviationBound::improved_position(const Vec3d& target, DistanceNorm which) {
   double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0, weight = 0;
   Vec3d right_side{};
@@ -272,7 +273,8 @@ Vec3d DeviationBound::improved_position(const Vec3d& target, DistanceNorm which)
   for (const std::uint32_t t : reassigned_triangles_) count += count_[t];
   const std::size_t stride = std::max<std::size_t>(1, count / kMaxMoveSamples);
   for (std::size_t i = 0; i < reassigned_triangles_.size(); ++i) {
-    // Each stride starts at a triangle's first sample, which is often the farthest.
+    // Of many samples, every stride-th of each triangle is used, starting with the triangle's first one, which is often
+    // the farthest.
     std::size_t sample_index = 0;
     for (std::uint32_t s = first_sample_[reassigned_triangles_[i]]; s != kNoVertex;
          s = next_sample_[s]) {

@@ -1,4 +1,4 @@
-// Bounds the distance between high and low poly while edges collapse.
+// Bounds the distance between the high poly and the low poly while edges collapse.
 #pragma once
 
 #include <array>
@@ -16,61 +16,62 @@
 
 namespace kiln {
 
-/// Points of the high poly at which deviations are measured: those of one_sided_distance(), without duplicates.
+/// The points of the high poly at which deviations are measured: those of one_sided_distance(), without duplicates.
 struct BoundSamples {
-  /// \param most  largest number of samples, as for one_sided_distance()
+  /// \param most  maximum number of samples, as for one_sided_distance()
   BoundSamples(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                std::uint64_t most);
 
   std::vector<Vec3> points;
-  std::vector<std::uint32_t> triangles;  ///< High-poly triangle on which each sample lies
-  SurfaceDistance surface;               ///< DistanceNorm to the high poly.
+  /// For each sample, the high-poly triangle on which it lies
+  std::vector<std::uint32_t> triangles;
+  SurfaceDistance surface;  ///< Distances to the high poly
 };
 
-/// The norm that moved vertices minimize: `large` is the sum of sixth powers, which large distances dominate; `all`
-/// is least squares.
+/// What the position of a moved vertex minimizes. `large`: the sum of the sixth powers of distances, which the largest
+/// ones dominate; `all`: the sum of squares.
 enum class DistanceNorm : std::uint8_t { large, all };
 
-/// Rejects collapses after which a high-poly sample would be farther from the low poly than a bound.
-/// Each sample is assigned to a triangle. A collapse reassigns the samples of the triangles around it to the nearest
-/// of those that remain (Klein, Liebich and Strasser 1996, "Mesh Reduction with Error Control"). The distance to the
-/// assigned triangle is an upper bound of the true distance. Corners, centroids and middles of edges of the low poly
-/// must be within the bound of the high poly, too, because a thin bar that grows thick keeps all samples within the
+/// Rejects collapses after which a sample of the high poly would be farther from the low poly than a bound. Each sample
+/// is assigned to a triangle of the low poly. A collapse reassigns the samples of the triangles around it, each to the
+/// nearest triangle that remains (Klein, Liebich and Strasser 1996, "Mesh Reduction with Error Control"). The distance
+/// to the assigned triangle is an upper bound of the true distance. Corners, centroids and middles of edges of the low
+/// poly must be within the bound of the high poly, too: a thin bar that grows thick would keep all samples within the
 /// bound.
 class DeviationBound {
  public:
   /// \param samples  must outlive this object
-  /// \param own      true if the mesh is the high poly itself; otherwise the nearest triangle of each sample is
-  ///        searched
+  /// \param own      true if the mesh is the high poly itself; if false, the nearest triangle of each sample is
+  ///   searched for
   DeviationBound(const CollapseMesh& mesh, const BoundSamples& samples, double bound, bool own);
 
-  /// True if all samples were within the bound at the start.
+  /// True if all samples were within the bound when this object was built.
   bool was_within_bound() const { return was_within_bound_; }
-  /// Divides the limit by 4 for samples in any of the balls.
-  void tighten_limits(std::span<const Place> places);
+  /// Divides the distance limit of each sample that lies in at least one of the balls by 4.
+  void tighten_limits(std::span<const Ball> places);
 
-  /// True if an edge may collapse to `target`. Stores the samples' new triangles for the collapse that follows.
-  /// \param b  second vertex of the edge; kNoVertex if `a` is moved without a collapse
+  /// True if an edge may collapse to `target`. Stores the new triangles of the samples, for the collapse that follows.
+  /// \param b  second vertex of the edge; kNoVertex if `a` moves without a collapse
   bool keeps(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b, Anchor anchor,
              const Vec3d& target);
-  /// True if a position near the one that keeps() has just rejected may be within the bound.
+  /// True if keeps() has just rejected a position, but a position near it may be within the bound.
   bool may_be_near() const { return refused_ratio_ < kMaxRecoverableRatio; }
-  /// A position of the vertex near `target` that reduces the distances of the samples that the last keeps() assigned.
+  /// A position near `target` that reduces the distances of the samples that the last call of keeps() assigned.
   Vec3d improved_position(const Vec3d& target, DistanceNorm which);
-  /// True if keeps() has ever rejected a collapse.
+  /// True if keeps() has rejected any collapse so far.
   bool has_refused() const { return has_refused_; }
-  /// Applies the sample assignment that the last keeps() computed; that call must have returned true.
+  /// Applies the assignment of samples that the last call of keeps() computed. That call must have returned true.
   void collapse();
 
-  /// Sum of powers of the sample distances of the last keeps(): sixth powers or squares.
+  /// Sum of powers of the sample distances in the last call of keeps(): sixth powers or squares.
   double energy(DistanceNorm which) const;
 
  private:
-  /// Ratio of a sample's squared distance to its squared limit up to which moving the vertex can still help.
+  /// If a sample's squared distance exceeds its squared limit by more than this factor, moving the vertex cannot help.
   static constexpr double kMaxRecoverableRatio = 2;
-  /// A triangle that a collapse would leave.
+  /// A triangle that remains after the collapse under test.
   struct Face {
-    Vec3d a{}, ab{}, ac{}, normal{};  ///< Corner `a` is the moved vertex.
+    Vec3d a{}, ab{}, ac{}, normal{};  ///< Corner `a` is the moved vertex
     double size, ab2, ac2, ab_ac;
     std::uint32_t triangle;
   };
@@ -88,16 +89,17 @@ class DeviationBound {
   bool is_near_high_poly(const Vec3d& place);
 
   const BoundSamples& samples_;
-  std::vector<double> squared_limits_;  ///< Squared limit of each sample.
+  std::vector<double> squared_limits_;  ///< Squared distance limit of each sample
   double squared_bound_;  ///< Squared bound on distances from the low poly to the high poly
   bool was_within_bound_ = true, has_refused_ = false;
   double refused_ratio_ =
-      0;  ///< Ratio of squared distance to squared limit at which keeps() last returned false
-  std::vector<std::uint32_t> first_sample_;  ///< First sample of each triangle, or kNoVertex.
-  std::vector<std::uint32_t> count_;         ///< Number of samples of each triangle.
-  std::vector<std::uint32_t> next_sample_;  ///< The next sample in the same triangle, or kNoVertex.
+      0;  ///< The ratio of squared distance to squared limit for which keeps() last returned false
+  std::vector<std::uint32_t> first_sample_;  ///< First sample of each triangle, or kNoVertex
+  std::vector<std::uint32_t> count_;         ///< Number of samples of each triangle
+  /// For each sample, the next one of the same triangle, or kNoVertex
+  std::vector<std::uint32_t> next_sample_;
   std::vector<std::uint32_t>
-      reassigned_triangles_;  ///< Triangles whose samples a collapse reassigns.
+      reassigned_triangles_;  ///< Triangles whose samples a collapse reassigns
   /// Index in new_triangles_ of each triangle of reassigned_triangles_; kNoVertex if the triangle is removed.
   std::vector<std::uint32_t> star_index_;
   std::vector<Face> new_triangles_;

@@ -9,31 +9,31 @@
 namespace kiln {
 namespace {
 
-/// Bound on rounding errors of double precision in a mesh of unit size.
+/// Bound on the rounding errors of double precision in a mesh of unit size.
 constexpr double kHullRounding = 1e-14;
-/// Sine between normals below which half-spaces are parallel.
+/// Half-spaces are parallel if the sine between their normals is below this.
 constexpr double kMaxParallelSine = 1e-9;
 
-/// Quadratic form x.M.x / 2 - r.x of a symmetric matrix; x is relative to the middle of an edge.
+/// The quadratic form x.M.x / 2 - r.x with a symmetric matrix M; x is relative to the middle of an edge.
 struct QuadraticForm {
   Vec3d row0{}, row1{}, row2{}, right{};
 
   Vec3d multiply(const Vec3d& v) const { return {dot(row0, v), dot(row1, v), dot(row2, v)}; }
 };
 
-/// Minimum of the form on a line through `at`, within all half-spaces in `half_spaces`.
+/// Minimum of the form on a line through `at`, restricted to the points inside all of `half_spaces`.
 std::optional<Vec3d> minimum_on_line(const QuadraticForm& form, const Vec3d& at, const Vec3d& along,
                                      std::span<const HalfSpace> half_spaces) {
   double low = -std::numeric_limits<double>::infinity(), high = -low;
   for (const HalfSpace& space : half_spaces) {
     const double slope = dot(space.normal, along);
-    const double room = space.offset - dot(space.normal, at);
+    const double gap = space.offset - dot(space.normal, at);
     if (std::abs(slope) < kMaxParallelSine) {
-      if (room > kHullRounding) return std::nullopt;
+      if (gap > kHullRounding) return std::nullopt;
     } else if (slope > 0) {
-      low = std::max(low, room / slope);
+      low = std::max(low, gap / slope);
     } else {
-      high = std::min(high, room / slope);
+      high = std::min(high, gap / slope);
     }
   }
   if (low > high + kHullRounding) return std::nullopt;
@@ -41,7 +41,7 @@ std::optional<Vec3d> minimum_on_line(const QuadraticForm& form, const Vec3d& at,
   return at + along * std::min(std::max(best, low), high);
 }
 
-/// Minimum of the form on the plane that bounds a half-space, within all half-spaces in `half_spaces`.
+/// Minimum of the form on the plane that bounds a half-space, restricted to the points inside all of `half_spaces`.
 std::optional<Vec3d> minimum_on_plane(const QuadraticForm& form, const HalfSpace& plane,
                                       std::span<const HalfSpace> half_spaces) {
   const Vec3d& n = plane.normal;
@@ -63,7 +63,7 @@ std::optional<Vec3d> minimum_on_plane(const QuadraticForm& form, const HalfSpace
     const Vec3d along = cross(n, space.normal);
     const double sine = length(along);
     if (sine < kMaxParallelSine) return std::nullopt;
-    // Start with a point on the intersection line of both planes.
+    // The search starts at a point on the intersection line of the two planes.
     const double cosine = dot(n, space.normal);
     const double share = 1 / (sine * sine);
     const Vec3d at = n * ((plane.offset - space.offset * cosine) * share) +
@@ -76,7 +76,7 @@ std::optional<Vec3d> minimum_on_plane(const QuadraticForm& form, const HalfSpace
   return best;
 }
 
-/// Calls `body` for each open edge of a vertex, with the edge's two vertices in the order of its triangle, and that
+/// Calls `body` for each open edge at a vertex, with the edge's two vertices in the order of its triangle, and that
 /// triangle's normal.
 template <class Body>
 void each_open_edge(const CollapseMesh& mesh, std::uint32_t vertex, const Body& body) {
@@ -109,7 +109,7 @@ void each_open_edge(const CollapseMesh& mesh, std::uint32_t vertex, const Body& 
 void add_half_space(const Vec3d& normal, const Vec3d& through,
                     std::vector<HalfSpace>& half_spaces) {
   const double size = length(normal);
-  if (!(size > 0)) return;  // A degenerate triangle bounds no tetrahedron.
+  if (!(size > 0)) return;  // A degenerate triangle bounds no tetrahedron
   const Vec3d unit = normal * (1 / size);
   half_spaces.push_back({unit, dot(unit, through)});
 }
@@ -129,12 +129,12 @@ void add_half_spaces_around(const CollapseMesh& mesh, std::uint32_t vertex, bool
 
 }  // namespace
 
-/// Adds one half-space after another: if the current minimum violates the new half-space, the new minimum lies on its
-/// plane (Seidel 1991, for linear programs).
+/// Adds one half-space after the other. If the current minimum violates the new half-space, the new minimum lies on the
+/// plane that bounds it (Seidel 1991, for linear programs).
 std::optional<Vec3d> minimum_within(const Quadric& q, const Vec3d& a, const Vec3d& b,
                                     std::span<const HalfSpace> half_spaces, double slack) {
   const Vec3d middle = (a + b) * 0.5;
-  // A slight pull to the middle keeps the matrix regular, as in Quadric::best_near.
+  // A weak attraction to the edge's middle keeps the matrix regular, as in Quadric::best_near.
   const double pull = 1e-3 * (q.xx + q.yy + q.zz) + std::numeric_limits<double>::min();
   QuadraticForm form{{q.xx + pull, q.xy, q.xz},
                      {q.xy, q.yy + pull, q.yz},
@@ -187,7 +187,7 @@ EnclosingHullConstraint::EnclosingHullConstraint(const CollapseMesh& mesh, Snap 
   }
 }
 
-/// True if moving the vertex to `target` cuts nothing from the solid.
+/// True if moving the vertex to `target` cuts nothing off the solid.
 bool EnclosingHullConstraint::is_outside(const CollapseMesh& mesh, std::uint32_t vertex,
                                          const Vec3d& target) const {
   bool is_outside_planes = true;
@@ -221,8 +221,8 @@ std::optional<Vec3d> EnclosingHullConstraint::place(const CollapseMesh& mesh, st
   half_spaces.clear();
   add_half_spaces_around(mesh, a, is_on_open_border_[a] != 0, half_spaces);
   add_half_spaces_around(mesh, b, is_on_open_border_[b] != 0, half_spaces);
-  // Tries the exact planes first, then planes moved slightly outwards, so that the position stays outside after
-  // rounding to the mesh's precision.
+  // Tries the exact planes first. Then planes that are moved slightly outwards, so that the position stays outside when
+  // it is rounded to the mesh's precision.
   for (const double slack : {0.0, slack_, 4 * slack_}) {
     const std::optional<Vec3d> best =
         minimum_within(sum, mesh.points[a], mesh.points[b], half_spaces, slack);

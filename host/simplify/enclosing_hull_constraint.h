@@ -1,4 +1,4 @@
-// Constraint for hulls: no collapse cuts anything from the enclosed solid.
+// Constraint for hulls: no collapse cuts anything off the enclosed solid.
 #pragma once
 
 #include <cstdint>
@@ -11,28 +11,29 @@
 
 namespace kiln {
 
-/// A half-space: normal . p >= offset.
+/// The half-space of all points p with normal . p >= offset.
 struct HalfSpace {
-  Vec3d normal{};  ///< Unit length
+  Vec3d normal{};  ///< Unit normal
   double offset = 0;
 };
 
-/// The minimum of a quadric within all half-spaces, each moved out by `slack`; nullopt if they have no common point.
-/// Where the quadric leaves a direction free, the result is near the middle of a and b.
+/// The minimum of a quadric within the intersection of half-spaces, each of which is moved outwards by `slack`; nullopt
+/// if the intersection is empty. Along directions in which the quadric is constant, the result is near the middle of a
+/// and b.
 std::optional<Vec3d> minimum_within(const Quadric& quadric, const Vec3d& a, const Vec3d& b,
                                     std::span<const HalfSpace> spaces, double slack);
 
 /// Keeps the simplified surface outside of the original one, after Sander, Gu, Gortler, Hoppe and Snyder 2000
 /// ("Silhouette Clipping", section 4.1): the merged vertex lies on or outside the planes of all triangles around the
-/// edge, so that each collapse only adds tetrahedra to the solid. The winding number of the surface around any point
-/// never falls, even if the surface intersects itself. Vertices on open borders also stay outside the
-/// perpendicular planes through the border's edges, so that borders only move outwards. Vertices whose triangles have
-/// inconsistent orientation do not move.
+/// edge, so each collapse only adds tetrahedra to the solid. The winding number of the surface around any point never
+/// falls, even if the surface intersects itself. At an open border, vertices also stay outside the planes through the
+/// border's edges that stand perpendicular to the surface, so borders only move outwards. Vertices whose triangles are
+/// oriented inconsistently do not move.
 class EnclosingHullConstraint : public CollapseConstraint {
  public:
   using Snap = std::function<Vec3d(const Vec3d&)>;
 
-  /// \param snap   rounds a point to one that the caller's mesh can store
+  /// \param snap   rounds a point to a position that the caller's mesh can store
   /// \param slack  largest distance by which `snap` moves a point
   EnclosingHullConstraint(const CollapseMesh& mesh, Snap snap, double slack);
 
@@ -49,9 +50,10 @@ class EnclosingHullConstraint : public CollapseConstraint {
 
   Snap snap_;
   double slack_;
-  /// By vertex, 1 if its triangles have inconsistent orientation
+  /// For each vertex, 1 if its triangles are oriented inconsistently
   std::vector<std::uint8_t> fixed_;
-  std::vector<std::uint8_t> is_on_open_border_;  ///< By vertex, 1 on open borders.
+  /// For each vertex, 1 if it lies on an open border
+  std::vector<std::uint8_t> is_on_open_border_;
 };
 
 }  // namespace kiln

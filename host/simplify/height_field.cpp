@@ -48,29 +48,30 @@ FieldSize field_size_of(const Image& image, const HeightFieldOptions& options) {
   return field_size;
 }
 
-/// Snaps UVs that rounding moved off the border of the unit square.
+/// Moves a UV coordinate that rounding has shifted off the border of the unit square back onto it.
 float snap_to_border(double u) {
   constexpr double kUvRounding = 1e-6;
   if (std::abs(u) < kUvRounding) return 0;
   return std::abs(u - 1) < kUvRounding ? 1 : static_cast<float>(u);
 }
 
-/// Detects numbers that stand for "no data" in a height field.
+/// Rule that detects values which stand for "no data" in a height field.
 ///
-/// Surveys mark missing heights by an extreme number. The lowest or highest value counts as "no data" if its distance
-/// to the next value exceeds the range of all other values, and if known programs write that number. Another number
-/// at such a distance, in several pixels, only causes a warning. Real heights with such a range (an ocean floor that
-/// contains -9999) are not changed.
+/// Surveys mark missing heights by an extreme number. The lowest or highest value counts as "no data" on two
+/// conditions: it is a number that known programs write, and its distance to the next value exceeds the range of all
+/// other values. Another number at such a distance, in several pixels, only causes a warning. Real heights that contain
+/// such a number within their range (an ocean floor with -9999) are not changed.
 struct NoDataRule {
   /// "No data" values of GDAL, ArcGIS, SRTM and Surfer, and the lowest and highest single-precision numbers.
   static constexpr double kKnownNoDataValues[] = {
       -9999,         -99999, -999999,      -32768,     -32767, -10000, 9999, 99999, 32767,
       -3.4028235e38, -1e38,  3.4028235e38, 1.70141e38, 1e30,   -1e30,  1e20, -1e20};
-  static constexpr double kRelativeTolerance = 1e-6;  ///< Relative tolerance of comparisons
-  /// Minimum gap between the value and the next one, as a multiple of the range of all other values
+  /// Relative tolerance of the comparison with these values
+  static constexpr double kRelativeTolerance = 1e-6;
+  /// Minimum distance between the value and the next one, as a multiple of the range of all other values
   static constexpr double kMinGap = 1;
   static constexpr double kMinDoubtfulGap =
-      10;  ///< Minimum gap for a warning about values that no known program writes
+      10;  ///< Minimum distance for a warning about a value that no known program writes
   static constexpr std::uint64_t kMinDoubtfulPixels =
       2;  ///< Minimum number of pixels with such a value for a warning
 
@@ -83,10 +84,10 @@ struct NoDataRule {
   }
 };
 
-/// Lowest and highest value, their counts, and the values next to them.
+/// The lowest and the highest value, how often they occur, and the values next to them.
 struct Ends {
   struct End {
-    /// Extreme value, and the one next to it; equal if the image has a single value
+    /// The extreme value, and the value next to it; equal if the image has a single value
     double value = 0, next = 0;
     std::uint64_t count = 0;
   };
@@ -143,7 +144,7 @@ NoData mark_no_data(Heights& heights, std::optional<double> value, bool guess) {
                                               : guess ? heights.no_data
                                                       : std::nullopt;
   if (given_no_data && std::isfinite(*given_no_data)) {
-    // A file may state the lowest or highest float in decimal digits that round beyond the float range.
+    // Files may state the lowest or highest float in decimal digits that round to a value beyond the range of floats.
     constexpr double kLargestFloat = std::numeric_limits<float>::max();
     const double no_data_value = std::clamp(*given_no_data, -kLargestFloat, kLargestFloat);
     const auto is_given = [&](double pixel) {
@@ -190,7 +191,7 @@ Mesh height_field_mesh(const Image& image, const HeightFieldOptions& options) {
                                       " pixels: at most 2^30 are supported. Scale it down.");
   }
   const std::size_t count = std::size_t{image.width} * image.height;
-  // A vertex, its UV and two triangles a pixel.
+  // Each pixel takes a vertex, its UV and two triangles.
   constexpr std::uint64_t kBytesPerPixel = sizeof(Vec3) + sizeof(Vec2) + 4 * sizeof(Triangle);
   require_memory("The mesh of the height field of " + std::to_string(image.width) + " x " +
                      std::to_string(image.height) + " pixels",
@@ -207,7 +208,7 @@ Mesh height_field_mesh(const Image& image, const HeightFieldOptions& options) {
     const double v = 1 - row / (image.height - 1.0);
     for (std::uint32_t column = 0; column < image.width; ++column) {
       const double u = column / (image.width - 1.0);
-      // A vertex whose pixel has no height belongs to no triangle.
+      // The vertex of a pixel without a height is part of no triangle.
       const float value = *image.at(column, row);
       mesh.positions.push_back(
           {static_cast<float>((u - 0.5) * field_size.width),
@@ -231,9 +232,10 @@ Mesh height_field_mesh(const Image& image, const HeightFieldOptions& options) {
     }
   }
   if (mesh.triangles.empty()) {
-    throw Error(ErrorCode::input,
-                "The height field has no three heights side by side: all its pixels are holes, or "
-                "stand alone.");
+    throw Error(
+        ErrorCode::input,
+        "The height field has no three adjacent pixels with heights: all pixels are holes or "
+        "isolated.");
   }
   mesh.uv_triangles = mesh.triangles;
   return mesh;
@@ -260,9 +262,8 @@ void lay_out_over_height_field(Mesh& mesh, const Image& image, const HeightField
 
 namespace {
 
-/// The rectangle over which a field's own UVs span the unit square, if they are linear in x and y. It exceeds the
-/// bounding box if there are holes at the border. nullopt if the UVs span the unit square over the bounding box
-/// itself.
+/// The rectangle over which the field's own UVs span the unit square, if they are linear in x and y. It exceeds the
+/// bounding box if pixels at the border have no height. nullopt if the rectangle is the bounding box itself.
 std::optional<FieldRectangle> rectangle_from_uvs(const Mesh& field,
                                                  const std::array<double, 2>& low,
                                                  const std::array<double, 2>& high) {
@@ -313,9 +314,9 @@ FieldRectangle FieldRectangle::of(const Mesh& field) {
     high[k] = bounds.high[k] + field.origin[k];
   }
   if (!(high[0] > low[0] && high[1] > low[1])) {
-    throw Error(ErrorCode::input,
-                "Mesh '" + field.name +
-                    "' has no area in the plane of x and y, so it is not a height field.");
+    throw Error(
+        ErrorCode::input,
+        "Mesh '" + field.name + "' has no area in the x-y plane, so it is not a height field.");
   }
   if (const auto full_rectangle = rectangle_from_uvs(field, low, high)) return *full_rectangle;
   return {{(low[0] + high[0]) / 2, (low[1] + high[1]) / 2}, {high[0] - low[0], high[1] - low[1]}};

@@ -5,7 +5,7 @@
 namespace kiln {
 namespace {
 
-/// Bits for the sides of the rectangle.
+/// One bit for each side of the rectangle.
 constexpr std::uint8_t kLeft = 1, kRight = 2, kBottom = 4, kTop = 8;
 
 }  // namespace
@@ -43,8 +43,8 @@ std::optional<Vec3d> HeightfieldConstraint::place(const CollapseMesh& mesh, std:
     return rectangle_sides_[fixed] == on ? std::optional(mesh.points[fixed]) : std::nullopt;
   }
   if (on == 0) return sum.best_near(pa, pb);
-  // The merged vertex moves only along the side on which one of the two lies; a corner of the rectangle keeps its
-  // position.
+  // The merged vertex only moves along the side on which one of the two vertices lies. A corner of the rectangle keeps
+  // its position.
   const Vec3d& fixed = rectangle_sides_[a] == on ? pa : pb;
   const bool x_fixed = (on & (kLeft | kRight)) != 0, y_fixed = (on & (kBottom | kTop)) != 0;
   if (x_fixed && y_fixed) return fixed;

@@ -1,4 +1,4 @@
-// Constraint for height fields: the outline stays a rectangle, and triangles face up.
+// Constraint for height fields: the outline stays a rectangle, and all triangles face up.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,8 @@
 
 namespace kiln {
 
-/// Vertices on the sides of the bounding rectangle (x and y) stay on them; its corners do not move. Seen from +z, no
-/// triangle flips or nearly loses its area.
+/// Vertices on the sides of the bounding rectangle (in x and y) stay on these sides; the rectangle's corners do not
+/// move. Seen from +z, no triangle flips or nearly loses its area.
 class HeightfieldConstraint : public CollapseConstraint {
  public:
   explicit HeightfieldConstraint(const CollapseMesh& mesh);
@@ -24,15 +24,15 @@ class HeightfieldConstraint : public CollapseConstraint {
  private:
   bool faces_up(const CollapseMesh& mesh, std::uint32_t moved, std::uint32_t other,
                 const Vec3d& target) const;
-  /// Per vertex, one bit for each side of the rectangle on which it lies.
+  /// For each vertex, one bit for each side of the rectangle on which it lies
   std::vector<std::uint8_t> rectangle_sides_;
 };
 
-/// Twice a triangle's projected area, seen from +z, divided by the square of its longest projected side; negative if
-/// it faces down, 0 if it degenerates to a point.
+/// Shape of a triangle seen from +z: twice its projected area, divided by the square of its longest projected side.
+/// Negative if it faces down; 0 if it degenerates to a point.
 double upward_quality(const Vec3d& a, const Vec3d& b, const Vec3d& c);
 
-/// Minimum of upward_quality(); triangles below it may not get worse. Triangles at this limit are still safely
+/// Minimum of upward_quality(). Triangles below it may not get worse. Triangles at this limit are still safely
 /// non-degenerate in single precision.
 inline constexpr double kMinUpwardQuality = 1e-4;
 

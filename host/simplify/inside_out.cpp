@@ -15,7 +15,7 @@
 namespace kiln {
 namespace {
 
-/// Maximum number of box comparisons. If more comparisons would be needed, no component is reported.
+/// Maximum number of comparisons of boxes. If more were needed, no component is reported.
 constexpr std::size_t kMaxComparisons = 10'000'000;
 
 struct Part {
@@ -80,7 +80,7 @@ void warn_of_inside_out(const Work& work,
        std::to_string(found.count) + " of " + counted(found.closed, "closed part") +
            " of the high poly " + (found.count == 1 ? "is" : "are") + " inside out, one " +
            format_point(found.example) +
-           ": the hull lies within. Turn the faces round (flip normals) in the modelling tool",
+           ": the hull of such a part lies inside it. Flip its normals in the modelling tool",
        found.count});
 }
 

@@ -1,4 +1,4 @@
-// Closed parts whose triangles face inwards.
+// Finds closed components whose triangles face inwards.
 #pragma once
 
 #include <cstdint>
@@ -11,19 +11,20 @@
 
 namespace kiln {
 
-/// Counts of closed components that are inside out. A component is connected over shared vertices.
+/// Number of closed components, and of those that are inside out. A component is connected over shared vertices.
 struct InsideOut {
   std::uint64_t closed = 0;  ///< Number of components without an open edge
-  /// Number of components of negative volume that lie in no box of a component of positive volume
+  /// Number of components that have a negative volume and lie in no box of a component of positive volume
   std::uint64_t count = 0;
-  Vec3d example{};  ///< A point of the first inside-out component.
+  Vec3d example{};  ///< A point of the first inside-out component
 };
 
-/// Inner walls of hollow bodies do not count as inside out: they lie within the box of another component.
+/// Finds closed components that face inwards. The inner wall of a hollow body does not count as inside out, since it
+/// lies within the box of another component.
 InsideOut find_inside_out(const Work& work);
 
-/// Warns that hulls of inside-out components would lie inside of these.
-/// \param format_point  formats a point
+/// Warns that the hull of an inside-out component would lie inside of that component.
+/// \param format_point  formats a point for the message
 void warn_of_inside_out(const Work& work,
                         const std::function<std::string(const Vec3d&)>& format_point,
                         std::vector<Warning>& warnings);

@@ -37,7 +37,7 @@ LabelSeams::LabelSeams(const std::vector<std::uint32_t>& labels, std::vector<Tri
   }
 }
 
-void LabelSeams::join(std::vector<Triangle>& triangles) {
+void LabelSeams::merge_copies(std::vector<Triangle>& triangles) {
   for (Triangle& t : triangles) {
     const std::uint32_t label = label_[t[0]];
     for (std::uint32_t& v : t) v = origin_[v];
@@ -45,16 +45,16 @@ void LabelSeams::join(std::vector<Triangle>& triangles) {
   }
 }
 
-void LabelSeams::add(const std::vector<Triangle>& triangles,
-                     const std::vector<std::uint32_t>& labels) {
+void LabelSeams::store_labels(const std::vector<Triangle>& triangles,
+                              const std::vector<std::uint32_t>& labels) {
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     stored_labels_.emplace_back(lowest_first(triangles[t]), labels[t]);
   }
 }
 
-std::vector<std::uint32_t> LabelSeams::of(const std::vector<Triangle>& triangles,
-                                          const std::vector<std::uint32_t>& origin) {
-  // The sort is stable, so that the first label of equal triangles is kept.
+std::vector<std::uint32_t> LabelSeams::labels_of(const std::vector<Triangle>& triangles,
+                                                 const std::vector<std::uint32_t>& origin) {
+  // The sort is stable, so of several equal triangles, the label of the first is kept.
   std::stable_sort(stored_labels_.begin(), stored_labels_.end(),
                    [](const StoredLabel& a, const StoredLabel& b) { return a.first < b.first; });
   std::vector<std::uint32_t> labels;

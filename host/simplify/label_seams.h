@@ -1,4 +1,4 @@
-// Turns borders between labels into seams, for code without support for labels.
+// Turns borders between labels into seams, for code that does not know labels.
 #pragma once
 
 #include <cstdint>
@@ -10,29 +10,30 @@
 
 namespace kiln {
 
-/// Splits the vertices where labels meet into copies of one label each. meshoptimizer treats such borders as seams:
-/// their vertices only move along the border, with both sides together.
+/// Splits each vertex at which labels meet into one copy per label. meshoptimizer then treats these borders as seams:
+/// their vertices only move along the border, and both sides move together.
 class LabelSeams {
  public:
-  /// \param triangles  [in, out] corners are replaced by the copies
-  /// \param positions  [in, out] positions of the copies are appended
+  /// \param triangles  [in, out] corners at split vertices are replaced by the copies
+  /// \param positions  [in, out] the positions of the copies are appended
   LabelSeams(const std::vector<std::uint32_t>& labels, std::vector<Triangle>& triangles,
              std::vector<Vec3>& positions);
 
-  /// True if the copies are few enough for a large reduction. If labels meet nearly everywhere, hardly any vertex
-  /// could be removed.
+  /// True if the copies are few enough for a large reduction. If labels meet nearly everywhere, hardly any vertex could
+  /// be removed.
   bool is_worthwhile() const {
     return origin_.size() - original_vertex_count_ <= original_vertex_count_ / kMinVerticesPerCopy;
   }
 
-  /// Stores the labels of the remaining triangles, and restores their original vertices.
-  void join(std::vector<Triangle>& triangles);
-  /// Stores the labels of triangles with original vertices.
-  void add(const std::vector<Triangle>& triangles, const std::vector<std::uint32_t>& labels);
-  /// Labels of triangles that join() or add() stored; they may come in any order.
-  /// \param origin  by vertex of `triangles`, the original vertex
-  std::vector<std::uint32_t> of(const std::vector<Triangle>& triangles,
-                                const std::vector<std::uint32_t>& origin);
+  /// Stores the labels of the remaining triangles, and replaces copies of vertices by the originals.
+  void merge_copies(std::vector<Triangle>& triangles);
+  /// Stores the labels of triangles over the original vertices.
+  void store_labels(const std::vector<Triangle>& triangles,
+                    const std::vector<std::uint32_t>& labels);
+  /// The labels of triangles that merge_copies() or store_labels() stored. The triangles may come in any order.
+  /// \param origin  for each vertex of `triangles`, the original vertex
+  std::vector<std::uint32_t> labels_of(const std::vector<Triangle>& triangles,
+                                       const std::vector<std::uint32_t>& origin);
 
  private:
   static constexpr std::size_t kMinVerticesPerCopy = 4;

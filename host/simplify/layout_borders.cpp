@@ -11,7 +11,7 @@
 namespace kiln {
 namespace {
 
-/// Number of probe points along a side of the layout, for finding overlaps.
+/// Number of probe points along each side of the layout. Probes find overlapping triangles.
 constexpr std::uint32_t kProbesPerSide = 1024;
 constexpr std::uint32_t kNoBorder = 0xFFFFFFFFU, kNoIndex = 0xFFFFFFFFU;
 
@@ -28,10 +28,11 @@ std::uint32_t root(std::vector<std::uint32_t>& parent, std::uint32_t item) {
   return item;
 }
 
-/// Calls `body` with each probe strictly inside of a triangle.
+/// Calls `body` for each probe point that lies strictly inside a triangle.
 template <class Body>
 void each_probe(const std::array<Vec2, 3>& p, const Vec2& low, const Vec2& size, const Body& body) {
-  // Offsets of probes within their cells: irrational, so that edges of layouts hardly ever hit them.
+  // Position of a probe within its cell. The numbers are close to irrational ones, so that edges of layouts hardly ever
+  // hit a probe.
   constexpr double kProbeOffsetU = 0.38196601125, kProbeOffsetV = 0.61803398875;
   const auto first = [](double value, double off) {
     return static_cast<std::uint32_t>(
@@ -82,7 +83,7 @@ LayoutBorders::LayoutBorders(std::span<const Vec2> uvs, std::span<const Triangle
   }
   size_ = {std::max(high.x - low_.x, 1e-30F), std::max(high.y - low_.y, 1e-30F)};
   const auto key = [&](std::uint32_t i) {
-    return std::tuple(uvs[i].y, uvs[i].x, copies_->first(i));
+    return std::tuple(uvs[i].y, uvs[i].x, copies_->first_copy(i));
   };
   const auto is_same_place = [&](std::uint32_t i, std::uint32_t j) { return key(i) == key(j); };
   std::sort(border_corners_.begin(), border_corners_.end(), [&](std::uint32_t i, std::uint32_t j) {
@@ -126,10 +127,10 @@ void LayoutBorders::find_overlaps(std::span<const Vec2> uvs, std::span<const Tri
   std::vector<std::uint32_t> first_triangle_at(std::size_t{kProbesPerSide} * kProbesPerSide,
                                                kNoBorder);
   std::vector<std::uint8_t> is_overlapping_triangle(corners.size(), 0);
-  // True if a triangle need not be tested: it has the UVs of its first copy, and that copy shares no probe with other
-  // triangles. So thousands of copies over one part of the texture are tested once.
+  // True if a triangle need not be tested: it has exactly the UVs of its first copy, and that copy shares no probe with
+  // other triangles. With this, thousands of copies over one part of the texture take one test.
   const auto is_known = [&](std::size_t t) {
-    const std::uint32_t first = copies_->first_triangle(static_cast<std::uint32_t>(t));
+    const std::uint32_t first = copies_->first_triangle_copy(static_cast<std::uint32_t>(t));
     if (first == t || is_overlapping_triangle[first] != 0) return false;
     const auto at = [&](std::size_t of, std::size_t k) { return uvs[corners[of][k % 3]]; };
     for (std::size_t turn = 0; turn < 3; ++turn) {
@@ -149,7 +150,7 @@ void LayoutBorders::find_overlaps(std::span<const Vec2> uvs, std::span<const Tri
                    first = static_cast<std::uint32_t>(t);
                    return;
                  }
-                 if (copies_->triangles(first, static_cast<std::uint32_t>(t))) return;
+                 if (copies_->are_triangle_copies(first, static_cast<std::uint32_t>(t))) return;
                  is_overlapping_triangle[t] = 1;
                  const std::uint32_t chart = charts[first];
                  is_overlapping[charts[t]] = is_overlapping[chart] = 1;
@@ -184,8 +185,8 @@ void LayoutBorders::remove(std::uint32_t uv) {
   index_of_uv_[uv] = kNoIndex;
 }
 
-bool LayoutBorders::free(std::span<const Vec2> uvs, std::uint32_t before, std::uint32_t gone,
-                         std::uint32_t after) const {
+bool LayoutBorders::may_remove(std::span<const Vec2> uvs, std::uint32_t before, std::uint32_t gone,
+                               std::uint32_t after) const {
   const Vec2 &a = uvs[before], &b = uvs[gone], &c = uvs[after];
   if (!is_finite(a) || !is_finite(b) || !is_finite(c)) return true;
   const double turn = doubled_area(a, b, c);
@@ -203,7 +204,7 @@ bool LayoutBorders::free(std::span<const Vec2> uvs, std::uint32_t before, std::u
         if (place_corners.empty()) continue;
         const Vec2& p = uvs[place_corners[0]];
         if (p == a || p == c ||
-            (p == b && copies_->first(place_corners[0]) == copies_->first(gone)))
+            (p == b && copies_->first_copy(place_corners[0]) == copies_->first_copy(gone)))
           continue;
         if (!(sign * doubled_area(a, b, p) >= 0 && sign * doubled_area(b, c, p) >= 0 &&
               sign * doubled_area(c, a, p) >= 0)) {

@@ -11,12 +11,12 @@
 namespace kiln {
 namespace {
 
-/// Distance up to which two corners count as the same, and the side of the cells of the search grid; both in UV
+/// Largest distance between two corners that count as the same, and side of a cell of the search grid; both in UV
 /// units.
 constexpr double kMaxCopyDistance = 1e-5, kCellSize = 1.0 / 1024;
 
 struct CopyCenter {
-  /// Whole-number offset that moves the middle into the unit square.
+  /// Whole-number UV offset that moves the triangle's centroid into the unit square.
   std::array<double, 2> whole_offset{};
   std::array<double, 2> middle{};
 };
@@ -43,7 +43,7 @@ LayoutCopies::LayoutCopies(std::span<const Vec2> uvs, std::span<const Triangle> 
     return std::array<double, 2>{uv.x - places[t].whole_offset[0],
                                  uv.y - places[t].whole_offset[1]};
   };
-  /// Finds the corresponding corner of `other` for each corner of t; false if a corner has none.
+  /// Finds, for each corner of t, the corresponding corner of `other`. Returns false if a corner has none.
   const auto matches = [&](std::uint32_t t, std::uint32_t other, std::array<std::size_t, 3>& of) {
     std::array<bool, 3> is_matched{};
     for (std::size_t k = 0; k < 3; ++k) {
@@ -62,9 +62,9 @@ LayoutCopies::LayoutCopies(std::span<const Vec2> uvs, std::span<const Triangle> 
   for (std::uint32_t t = 0; t < corners.size(); ++t) {
     const Vec2 &a = uvs[corners[t][0]], &b = uvs[corners[t][1]], &c = uvs[corners[t][2]];
     if (!is_finite(a) || !is_finite(b) || !is_finite(c)) continue;
-    const double twice =
+    const double doubled_area =
         (double{b.x} - a.x) * (double{c.y} - a.y) - (double{b.y} - a.y) * (double{c.x} - a.x);
-    if (twice == 0) continue;
+    if (doubled_area == 0) continue;
     CopyCenter& place = places[t];
     const double u = (double{a.x} + b.x + c.x) / 3, v = (double{a.y} + b.y + c.y) / 3;
     place.whole_offset = {std::floor(u), std::floor(v)};
@@ -86,7 +86,7 @@ LayoutCopies::LayoutCopies(std::span<const Vec2> uvs, std::span<const Triangle> 
     }
     if (first_copy == t) {
       triangles_of_cell[cell_key(x, y)].push_back(
-          t);  // The first of its copies represents all of them.
+          t);  // The first of several copies represents all of them
       continue;
     }
     any_ = true;

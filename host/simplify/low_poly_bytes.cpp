@@ -1,4 +1,4 @@
-// Memory of low polys and their maps in a renderer.
+// Memory that low polys and their maps take in a renderer.
 #include <algorithm>
 #include <array>
 #include <vector>
@@ -14,9 +14,9 @@ LowPolyBytes low_poly_bytes(std::uint64_t vertices, std::uint64_t faces, std::ui
   bytes.vertices =
       vertices * (size == 0 ? 16 : 24) + faces * 3 * (fits_16_bit_indices(vertices) ? 2 : 4);
   const std::uint64_t texels = std::uint64_t{size} * size;
-  std::uint64_t half_bytes_per_texel = 0;  // Half bytes per texel, summed over all maps
+  std::uint64_t half_bytes_per_texel = 0;  // Summed over all maps
   for (const std::uint32_t count : channels) {
-    // Block formats: a normal map has two channels, as the third is computed.
+    // Bytes of block-compressed formats. A normal map has two channels, since the third is computed from these.
     half_bytes_per_texel += bits > 8 ? 4 * std::uint64_t{std::min(count, 2U)} : count == 1 ? 1 : 2;
   }
   bytes.texels = (texels * half_bytes_per_texel / 2 * 4 + 2) / 3;

@@ -15,7 +15,7 @@ struct Item {
   std::uint32_t triangle;
 };
 
-/// Splits a list in halves across the longest side of its bounding box.
+/// Splits a list into halves across the longest side of its bounding box.
 void halve_items(std::span<Item> items) {
   Box<Vec3> box;
   for (const Item& p : items) box.add({p.x, p.y, p.z});

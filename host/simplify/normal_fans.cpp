@@ -11,11 +11,11 @@
 namespace kiln {
 namespace {
 
-/// Smallest cosine between a normal and the faces around it. It is positive because tangent space only covers angles
-/// below 90 degrees.
+/// Smallest cosine between a normal and the faces around it. It is positive because directions in tangent space are
+/// within 90 degrees of the normal.
 constexpr double kMinFacingCosine = 0.05;
 
-/// For each UV, the index of the first UV of equal value.
+/// For each UV, the index of the first UV with the same value.
 std::vector<std::uint32_t> first_uvs(const Mesh& low) {
   std::vector<Vec3> flat;
   flat.reserve(low.uvs.size());
@@ -23,7 +23,7 @@ std::vector<std::uint32_t> first_uvs(const Mesh& low) {
   return weld_vertices(flat);
 }
 
-/// For each normal, the smallest cosine to the faces around it.
+/// For each normal, the smallest cosine between it and the faces around it.
 std::vector<double> smallest_face_cosine(const std::vector<Vec3>& positions,
                                          const std::vector<Triangle>& triangles,
                                          const std::vector<std::uint32_t>& normal_of_corner,
@@ -125,7 +125,8 @@ NormalFans::NormalFans(const Mesh& low, const TwoSided& sides, double least_turn
   if (!uvs_.empty() || creased) find_seams(vertices);
 }
 
-/// Splits the vertices of two-sided sheets (fronts from backs) and of one-sided sheets (from bodies).
+/// Splits vertices so that no normal is shared between the front and the back of a two-sided sheet, or between a
+/// one-sided sheet and a body.
 /// \returns the number of vertices afterwards
 std::size_t NormalFans::split_sheet_sides(const TwoSided& sides, std::size_t vertices) {
   if (sides.empty()) return vertices;
@@ -136,7 +137,7 @@ std::size_t NormalFans::split_sheet_sides(const TwoSided& sides, std::size_t ver
   return 3 * vertices;
 }
 
-/// True if the UVs on both sides of an edge differ at one of its vertices.
+/// True if the UVs on the two sides of an edge differ at one of its vertices.
 bool NormalFans::is_seam(const std::array<std::array<std::uint32_t, 2>, 2>& ends) const {
   return uv_of(ends[0][0]) != uv_of(ends[0][1]) || uv_of(ends[1][0]) != uv_of(ends[1][1]);
 }

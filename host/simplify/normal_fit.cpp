@@ -25,8 +25,8 @@
 namespace kiln {
 namespace {
 
-/// Number of high-poly samples: kNormalSamplesPerFace for each low-poly face, but at least kMinNormalSamples. Draft
-/// fits divide both by kDraftDivisor, and use at most as many samples as the high poly has triangles.
+/// Number of samples on the high poly: kNormalSamplesPerFace per face of the low poly, but at least kMinNormalSamples.
+/// Draft fits divide both by kDraftDivisor, and use at most as many samples as the high poly has triangles.
 constexpr std::size_t kNormalSamplesPerFace = 16, kMinNormalSamples = std::size_t{1} << 15,
                       kDraftDivisor = 4;
 constexpr std::size_t kSamplesPerTask = 1024;
@@ -34,37 +34,38 @@ constexpr std::uint32_t kNoSide = 0xFFFFFFFFU;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Bound on the relative rounding error of squared distances in double precision.
 constexpr double kNormalRounding = 1e-9;
-/// A high poly without normals and with more triangles than this is sampled by its face normals, which then do not
-/// differ visibly from smooth ones.
+/// If a high poly has no normals and more triangles than this, its face normals are sampled. At that density they do
+/// not differ visibly from smooth normals.
 constexpr std::size_t kMaxSmoothedTriangles = 200'000;
-/// Relative residual at which the solver stops: in full fits, and in drafts.
+/// Relative residual at which the linear solver stops: in full fits, and in draft fits.
 constexpr double kTolerance = 1e-6, kDraftTolerance = 1e-3;
-/// Smallest cosine between the normals of a sample and of the low-poly face for which the sample counts.
+/// A sample only counts if the cosine between its normal and the normal of the low-poly face is at least this.
 constexpr double kMinNormalCosine = 0.2;
-/// Range of the weight of the faces' area-weighted normal relative to the samples, from smooth to rough surfaces.
-/// With less weight on rough surfaces, normals fit better without a map but vary more between faces, which a normal
-/// map has to undo.
+/// Range of the weight of the faces' area-weighted normals relative to the samples, for the smoothest and for the
+/// roughest surfaces. On rough surfaces, a lower weight would fit normals better for shading without a map, but normals
+/// would vary more between faces, which a normal map has to cancel.
 constexpr double kMinFaceNormalWeight = 0.001, kMaxFaceNormalWeight = 0.6;
-/// Mean squared residual at which that weight is the middle of its range: the square of 1.6 degrees in radians.
+/// Mean squared residual at which that weight is in the middle of its range: the square of 1.6 degrees in radians.
 constexpr double kMidRoughness = 0.0008;
 
-/// Smallest angle between the two fitted normals of a crease, in degrees: smaller angles are not worth the extra
-/// vertices. The limit is lower along hard edges of the high poly, where the angle is no artifact of few faces.
+/// Smallest angle between the two fitted normals of a crease, in degrees. Smaller angles are not worth the extra
+/// vertices. The limit is lower along hard edges of the high poly, where the angle is no artifact of a small number of
+/// faces.
 constexpr double kMinFittedCreaseDegrees = 45, kMinHardEdgeDegrees = 20;
-/// A hard edge of the high poly belongs to a low-poly edge if it is nearer than kMaxHardEdgeDistance times that
-/// edge's length. A low-poly edge is hard if the hard edges that belong to it cover at least kMinHardEdgeCoverage of
-/// its length.
+/// A hard edge of the high poly belongs to a low-poly edge if their distance is below kMaxHardEdgeDistance times the
+/// low-poly edge's length. A low-poly edge is hard if the hard edges that belong to it cover at least
+/// kMinHardEdgeCoverage of its length.
 constexpr double kMaxHardEdgeDistance = 0.25, kMinHardEdgeCoverage = 0.5;
 
 double cosine_of(double degrees) { return std::cos(degrees * std::numbers::pi / 180); }
 
 }  // namespace
 
-/// A sample of the high poly, and its position on the low poly.
-struct NormalFit::Place {
+/// A sample of the high poly, and the nearest position on the low poly.
+struct NormalFit::SampleMatch {
   std::uint32_t triangle = 0;
   std::array<double, 3> share{};
-  Vec3d normal{};  ///< The high poly's normal; zero if the sample does not count
+  Vec3d normal{};  ///< Normal of the high poly; zero if the sample does not count
   bool has_match() const { return dot(normal, normal) > 0; }
 };
 
@@ -77,19 +78,19 @@ NormalFit::NormalFit(const Mesh& high)
       high.triangles.size() <= kMaxSmoothedTriangles) {
     smooth_ = corner_normals(high, positions_);
   }
-  area_until_.resize(high.triangles.size());
-  parallel_for(area_until_.size(), std::size_t{1} << 14, [&](std::size_t begin, std::size_t end) {
+  area_sums_.resize(high.triangles.size());
+  parallel_for(area_sums_.size(), std::size_t{1} << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       const double doubled = length(face_of(positions_, high.triangles[t]));
-      area_until_[t] = std::isfinite(doubled) ? doubled : 0;
+      area_sums_[t] = std::isfinite(doubled) ? doubled : 0;
     }
   });
   double sum = 0;
-  for (double& area : area_until_) area = sum += area;
+  for (double& area : area_sums_) area = sum += area;
   if (!(sum > 0)) {
     throw Error(ErrorCode::input,
                 "fit_normals: mesh '" + high.name +
-                    "' has no triangle of positive area; check the file it is from");
+                    "' has no triangle of positive area; check the file it was read from");
   }
   find_hard_edges();
 }
@@ -100,8 +101,9 @@ void NormalFit::find_hard_edges() {
   const auto normal_of = [&](std::size_t triangle, std::size_t corner) {
     return to_double(high_.normals[high_.normal_triangles[triangle][corner]]);
   };
-  // Both ends of a hard edge have two normals at over kMinHardEdgeDegrees, of which one is farther than half of that
-  // from the vertex's first normal. Scans have no such vertex, and skip the lists of sides.
+  // At both ends of a hard edge, two normals enclose more than kMinHardEdgeDegrees. So one of them is more than half of
+  // that from the vertex's first normal. A high poly without such vertices, such as a scan, has no hard edges, and the
+  // search for them ends here.
   const double nearby = cosine_of(0.49 * kMinHardEdgeDegrees);
   std::vector<std::uint32_t> first_corner(positions_.size(), kNoSide);
   std::vector<bool> is_split(positions_.size());
@@ -147,8 +149,8 @@ void NormalFit::find_hard_edges() {
       });
 }
 
-/// True for each side of a low-poly triangle (3 * triangle + corner) that lies along hard edges of the high poly.
-/// Empty if there are no such sides.
+/// True for each side of a low-poly triangle (3 * triangle + corner) that lies along hard edges of the high poly; empty
+/// if there are none.
 std::vector<bool> NormalFit::along_hard_edges(const std::vector<Vec3>& positions,
                                               const std::vector<Triangle>& triangles) const {
   if (hard_edges_.empty()) return {};
@@ -204,7 +206,7 @@ std::vector<bool> NormalFit::along_hard_edges(const std::vector<Vec3>& positions
   return result;
 }
 
-/// Interpolated normal of the high poly, not of unit length.
+/// Interpolated normal of the high poly, which is not of unit length.
 /// \param face  the triangle's unit normal, used if its corners have no normals
 /// \returns false if the normal has no direction
 bool NormalFit::normal_at(std::size_t triangle, const std::array<double, 3>& share,
@@ -226,12 +228,12 @@ bool NormalFit::normal_at(std::size_t triangle, const std::array<double, 3>& sha
   return length(normal) > 0;
 }
 
-/// Draws samples of equal area and matches each with the nearest point of the low poly, on two-sided sheets only on
-/// the same side.
-std::vector<NormalFit::Place> NormalFit::places(std::size_t count, const Mesh& low,
-                                                const TwoSided& sides) const {
-  std::vector<Place> result(count);
-  const double whole = area_until_.back();
+/// Draws samples that represent equal areas, and matches each with the nearest point of the low poly. On two-sided
+/// sheets, only points on the same side are matched.
+std::vector<NormalFit::SampleMatch> NormalFit::match_samples(std::size_t count, const Mesh& low,
+                                                             const TwoSided& sides) const {
+  std::vector<SampleMatch> result(count);
+  const double whole = area_sums_.back();
   const std::vector<Vec3> low_points = frame_.to_frame(low);
   std::vector<Triangle> triangles;
   std::vector<std::uint32_t> source;
@@ -245,8 +247,8 @@ std::vector<NormalFit::Place> NormalFit::places(std::size_t count, const Mesh& l
   }
   if (triangles.empty()) return result;
   const SurfaceDistance surface(low_points, triangles);
-  // Squared distance to a triangle, enlarged by a bound on its rounding.
-  const auto surely_within = [&](const Vec3& point, std::uint32_t triangle) {
+  // Upper bound of the squared distance to a triangle, which allows for rounding.
+  const auto squared_distance_bound = [&](const Vec3& point, std::uint32_t triangle) {
     const Triangle& c = triangles[triangle];
     const std::array<Vec3, 3> corners{low_points[c[0]], low_points[c[1]], low_points[c[2]]};
     const double known = squared_distance_to_triangle(to_double(point), corners.data(), kInfinity);
@@ -256,9 +258,9 @@ std::vector<NormalFit::Place> NormalFit::places(std::size_t count, const Mesh& l
     std::uint32_t nearest = 0;
     for (std::size_t i = begin; i < end; ++i) {
       const double at = whole * (static_cast<double>(i) + 0.5) / static_cast<double>(count);
-      const auto found = std::upper_bound(area_until_.begin(), area_until_.end(), at);
-      if (found == area_until_.end()) continue;
-      const auto t = static_cast<std::size_t>(found - area_until_.begin());
+      const auto found = std::upper_bound(area_sums_.begin(), area_sums_.end(), at);
+      if (found == area_sums_.end()) continue;
+      const auto t = static_cast<std::size_t>(found - area_sums_.begin());
       const Triangle& c = high_.triangles[t];
       const Vec3d face = face_of(positions_, c);
       const Vec3d unit = face * (1 / length(face));
@@ -270,11 +272,11 @@ std::vector<NormalFit::Place> NormalFit::places(std::size_t count, const Mesh& l
       const Vec3d point = to_double(positions_[c[0]]) * share[0] +
                           to_double(positions_[c[1]]) * share[1] +
                           to_double(positions_[c[2]]) * share[2];
-      Place& place = result[i];
+      SampleMatch& place = result[i];
       const Vec3 rounded = to_float(point);
-      // Starts from the previous match: samples follow the order of the high poly's triangles, so consecutive matches
-      // are usually close.
-      nearest = surface.nearest(rounded, surely_within(rounded, nearest));
+      // The search is bounded by the distance to the previous match. Samples follow the order of the high poly's
+      // triangles, so consecutive matches are usually close.
+      nearest = surface.nearest(rounded, squared_distance_bound(rounded, nearest));
       place.triangle = source[nearest];
       Vec3d face_normal = face_of(low_points, low.triangles[place.triangle]);
       if (!sides.empty() && sides.twins[place.triangle] != TwoSided::kNone &&
@@ -293,13 +295,14 @@ std::vector<NormalFit::Place> NormalFit::places(std::size_t count, const Mesh& l
   return result;
 }
 
-/// Solves for the normals of a low poly that fit the samples best, given which corners share a normal.
+/// Finds the normals of a low poly that fit the samples best, for a given choice of corners that share a normal.
 class NormalFit::Solver {
  public:
   /// \param sample_area  area that each sample represents
-  /// \param tolerance    relative residual of solutions
-  Solver(const std::vector<Place>& places, double sample_area, const std::vector<Vec3>& positions,
-         const std::vector<Triangle>& triangles, NormalPurpose purpose, double tolerance)
+  /// \param tolerance    relative residual at which the solver stops
+  Solver(const std::vector<SampleMatch>& places, double sample_area,
+         const std::vector<Vec3>& positions, const std::vector<Triangle>& triangles,
+         NormalPurpose purpose, double tolerance)
       : places_(places),
         sample_area_(sample_area),
         purpose_(purpose),
@@ -308,7 +311,7 @@ class NormalFit::Solver {
         triangles_(triangles),
         product_sums_(triangles.size(), std::array<double, 6>{}),
         residuals_(triangles.size(), 0.0) {
-    for (const Place& place : places) {
+    for (const SampleMatch& place : places) {
       if (!place.has_match()) continue;
       const auto& [x, y, z] = place.share;
       const std::array<double, 6> coordinate_products{x * x, x * y, x * z, y * y, y * z, z * z};
@@ -317,7 +320,7 @@ class NormalFit::Solver {
     }
   }
 
-  /// \param normal_of_corner  by corner, the index of its normal, below `count`
+  /// \param normal_of_corner  for each corner, the index of its normal, below `count`
   Normals solve(const std::vector<std::uint32_t>& normal_of_corner, std::size_t count) const {
     Normals faces = Normals::Zero(static_cast<Eigen::Index>(count), 3), right = faces;
     std::vector<double> weights(count, 1e-12);
@@ -342,7 +345,7 @@ class NormalFit::Solver {
     if (purpose_ == NormalPurpose::map)
       faces = angle_weighted(positions_, triangles_, normal_of_corner, count);
     normalize(faces);
-    for (const Place& place : places_) {
+    for (const SampleMatch& place : places_) {
       if (!place.has_match()) continue;
       for (std::size_t k = 0; k < 3; ++k) {
         right.row(normal_of_corner[3 * std::size_t{place.triangle} + k]) +=
@@ -365,15 +368,15 @@ class NormalFit::Solver {
     return normals;
   }
 
-  /// Estimates the surface's roughness per triangle from the squared residuals, blended with the overall mean where
-  /// samples are few.
+  /// Estimates the roughness of the surface at each triangle from the squared residuals of its samples. Where samples
+  /// are few, the mean of all triangles is blended in.
   void estimate_roughness(const Normals& normals,
                           const std::vector<std::uint32_t>& normal_of_corner) {
-    constexpr double kPriorSamples = 4;  // Weight of the overall mean, in samples.
+    constexpr double kPriorSamples = 4;  // Weight of that mean, as a number of samples
     std::vector<double> number(residuals_.size(), 0.0);
     residuals_.assign(residuals_.size(), 0.0);
     double residual_sum = 0, count = 0;
-    for (const Place& place : places_) {
+    for (const SampleMatch& place : places_) {
       if (!place.has_match()) continue;
       Eigen::RowVector3d residual = row_of(place.normal);
       for (std::size_t k = 0; k < 3; ++k) {
@@ -398,26 +401,25 @@ class NormalFit::Solver {
            (kMaxFaceNormalWeight - kMinFaceNormalWeight) * residual / (residual + kMidRoughness);
   }
 
-  const std::vector<Place>& places_;
+  const std::vector<SampleMatch>& places_;
   double sample_area_;
-  NormalPurpose
-      purpose_;  ///< Plain shading or a normal map; NormalPurpose::by_uvs is resolved before
+  NormalPurpose purpose_;  ///< Plain shading or a normal map, never NormalPurpose::by_uvs
   double tolerance_;
   const std::vector<Vec3>& positions_;
   const std::vector<Triangle>& triangles_;
-  /// Per triangle, sums of products of its samples' barycentric coordinates
+  /// For each triangle, sums of products of its samples' barycentric coordinates
   std::vector<std::array<double, 6>> product_sums_;
-  std::vector<double> residuals_;  ///< Mean squared residual of each triangle's samples
+  std::vector<double> residuals_;  ///< For each triangle, the mean squared residual of its samples
 };
 
-const std::vector<NormalFit::Place>& NormalFit::sampled_positions(const Mesh& low,
-                                                                  const TwoSided& sides,
-                                                                  Samples& last) const {
+const std::vector<NormalFit::SampleMatch>& NormalFit::sampled_positions(const Mesh& low,
+                                                                        const TwoSided& sides,
+                                                                        Samples& last) const {
   const bool known = !last.places_.empty() && last.triangles_ == low.triangles;
   if (known && last.positions_ == low.positions) return last.places_;
   const std::size_t wanted =
       std::max(kMinNormalSamples, kNormalSamplesPerFace * low.triangles.size());
-  last.places_ = places(wanted, low, sides);
+  last.places_ = match_samples(wanted, low, sides);
   last.positions_ = low.positions;
   last.triangles_ = low.triangles;
   return last.places_;
@@ -442,22 +444,22 @@ std::array<Mesh, 2> NormalFit::run_draft(const Mesh& low, const FitNormalsOption
   const TwoSided sides = TwoSided::of(low);
   const std::size_t draft_samples = std::min(
       wanted / kDraftDivisor, std::max(kMinNormalSamples / kDraftDivisor, high_.triangles.size()));
-  const std::vector<Place> found = places(draft_samples, low, sides);
+  const std::vector<SampleMatch> found = match_samples(draft_samples, low, sides);
   std::array<Mesh, 2> result{low, low};
   fit(result[0], sides, found, NormalPurpose::shading, options, kDraftTolerance, nullptr, edges);
   fit(result[1], sides, found, NormalPurpose::map, options, kDraftTolerance, nullptr, edges);
   return result;
 }
 
-void NormalFit::fit(Mesh& low, const TwoSided& sides, const std::vector<Place>& found,
+void NormalFit::fit(Mesh& low, const TwoSided& sides, const std::vector<SampleMatch>& found,
                     NormalPurpose purpose, const FitNormalsOptions& options, double tolerance,
                     FitNormalsReport* report, EdgesUnderMap edges) const {
   const std::vector<Vec3> positions = frame_.to_frame(low);
-  const double sample_area = area_until_.back() / static_cast<double>(found.size());
+  const double sample_area = area_sums_.back() / static_cast<double>(found.size());
   Solver solver(found, sample_area, positions, low.triangles, purpose, tolerance);
-  // Under a normal map, which corrects normals, a crease is not worth the extra vertices. Hard edges of the high poly
-  // are worth them: smooth normals across such an edge would leave a step within a texel. Charts need no seam there:
-  // as normals on both sides are near the high poly's, texels on both sides hold nearly the same vector.
+  // With a normal map, which corrects normals, a crease is not worth the extra vertices. Along hard edges of the high
+  // poly it is: smooth normals across such an edge would leave a step within a texel. The charts need no seam there:
+  // normals on both sides are near the high poly's, so the texels on both sides store nearly the same vector.
   const bool shaded = purpose == NormalPurpose::shading || low.uv_triangles.empty();
   const bool with_creases = shaded && options.crease_degrees < 180;
   std::vector<bool> hard;
@@ -482,10 +484,10 @@ void NormalFit::fit(Mesh& low, const TwoSided& sides, const std::vector<Place>& 
     low.normal_triangles[t] = {normal_of_corner[3 * t], normal_of_corner[3 * t + 1],
                                normal_of_corner[3 * t + 2]};
   }
-  low.tangents.clear();  // Tangents belong to the old normals and are now invalid.
+  low.tangents.clear();  // Tangents depend on the normals, so the old ones are invalid
   if (report == nullptr) return;
   report->normals = fans.count();
-  report->hard_edges = fans.hard();
+  report->hard_edges = fans.count_split_edges();
 }
 
 Mesh fit_normals(const Mesh& low, const Mesh& high, const FitNormalsOptions& options,

@@ -24,27 +24,28 @@
 namespace kiln {
 namespace {
 
-/// Factor on the heights of height fields, which makes surface normals nearly vertical: meshoptimizer prevents flips
-/// relative to them.
+/// Factor by which the heights of height fields are scaled. It makes surface normals nearly vertical; meshoptimizer
+/// prevents flips relative to these normals.
 constexpr double kHeightScale = 0.1;
-/// Strength by which meshes other than height fields are bent. On flat surfaces meshoptimizer's collapses cost
-/// nothing, which would leave long slivers and folds that hinder all later collapses.
+/// How strongly meshes other than height fields are bent before simplification. On flat surfaces, meshoptimizer's
+/// collapses cost nothing, which would leave long slivers and folds that hinder all later collapses.
 constexpr float kBendStrength = 0.05F;
-/// Minimum number of triangles per piece; meshes are halved until smaller pieces would result.
+/// Minimum number of triangles in a piece. Meshes are halved repeatedly, as long as no piece becomes smaller.
 constexpr std::size_t kMinPresimplifyPiece = 125'000;
 /// Pieces keep their borders. If the result has more than kMaxGoalExcess times the requested triangles, as for meshes
 /// of many small components, the whole mesh is simplified further.
 constexpr double kMaxGoalExcess = 1.25;
-/// Largest share of the goal for triangles along borders of pieces. A larger share would leave few triangles between
-/// the borders: an urn of 4.5 million triangles, reduced to 50,000, would have kept 57,000 along borders and lost its
-/// relief. Above this share, pieces keep correspondingly more triangles, and the whole mesh is simplified further.
+/// Largest share of the goal that triangles along borders of pieces may take. A larger share would leave few triangles
+/// between the borders: an urn of 4.5 million triangles, reduced to 50,000, would have kept 57,000 along borders and
+/// lost its relief. Above this share, pieces keep correspondingly more triangles, and the whole mesh is simplified
+/// further.
 constexpr double kMaxBorderShare = 0.75;
-/// Maximum number of triangles of a small component.
+/// Maximum number of triangles in a small component.
 constexpr std::size_t kMaxSmallComponent = 64;
-/// Limit for the sum of squared valences, divided by the number of triangles. meshoptimizer takes 0.2 ns times the
-/// sum of squared valences, while EdgeCollapser takes 10 us per triangle. Above this limit meshoptimizer is slower.
+/// Limit of the sum of squared valences, divided by the number of triangles. meshoptimizer takes 0.2 ns times the sum
+/// of squared valences, EdgeCollapser 10 us per triangle. Above this limit, meshoptimizer is slower.
 constexpr double kMaxMeanSquaredValence = 50'000;
-/// Cosine between neighbours' normals below which one of them may be folded.
+/// If the cosine between the normals of two neighbours is below this, one of them may be folded.
 constexpr double kMaxFoldCosine = 0;
 
 struct PositionsAndTriangles {
@@ -78,7 +79,7 @@ std::vector<Triangle> simplify_triangles(const PositionsAndTriangles& mesh, std:
   return result;
 }
 
-/// Simplifies one piece and keeps its border. Memory is proportional to the piece, not to the mesh.
+/// Simplifies one piece without changing its border. The memory is proportional to the piece, not to the mesh.
 /// \param scale  scale of the whole mesh, by meshopt_simplifyScale()
 std::vector<Triangle> simplify_piece(const PositionsAndTriangles& mesh,
                                      const std::vector<std::uint32_t>& piece, std::size_t faces,
@@ -102,7 +103,7 @@ std::vector<Triangle> simplify_piece(const PositionsAndTriangles& mesh,
     }
     triangles.push_back(corners);
   }
-  // meshoptimizer's errors are relative to the size of the mesh that it receives, here a piece.
+  // meshoptimizer's errors are relative to the size of the mesh that it receives, which is a piece here.
   const double larger = scale / std::max(scale_of(positions), 1e-12F);
   std::vector<Triangle> result =
       simplify_triangles({positions, triangles}, faces, error * larger, meshopt_SimplifyLockBorder);
@@ -112,7 +113,7 @@ std::vector<Triangle> simplify_piece(const PositionsAndTriangles& mesh,
   return result;
 }
 
-/// By piece, the number of triangles with an edge on its border.
+/// For each piece, the number of triangles with an edge on the piece's border.
 std::vector<std::size_t> count_along_borders(const std::vector<std::vector<std::uint32_t>>& pieces,
                                              const PositionsAndTriangles& mesh) {
   const std::vector<std::uint8_t> between =
@@ -129,8 +130,8 @@ std::vector<std::size_t> count_along_borders(const std::vector<std::vector<std::
 }
 
 /// Simplifies the pieces on all threads, then the whole mesh if needed.
-/// \param is_kept      by triangle, 1 if it must be kept; empty: none
-/// \param other_work  unrelated work that one of the threads runs meanwhile
+/// \param is_kept      for each triangle, 1 if it must be kept; empty: none must
+/// \param other_work  unrelated work that one of the threads does meanwhile
 /// \param known      as for presimplify()
 std::vector<Triangle> simplify_by_pieces(const PositionsAndTriangles& mesh,
                                          const std::vector<std::uint8_t>& is_kept,
@@ -185,7 +186,7 @@ std::vector<Triangle> simplify_by_pieces(const PositionsAndTriangles& mesh,
   return simplify_triangles({mesh.positions, result}, faces, error, 0);
 }
 
-/// True if valences are so high that meshoptimizer is slower than EdgeCollapser.
+/// True if vertices have so many triangles that meshoptimizer is slower than EdgeCollapser.
 bool has_costly_hubs(const std::vector<Triangle>& triangles, std::size_t vertices) {
   std::vector<std::uint32_t> around(vertices, 0);
   for (const Triangle& t : triangles) {
@@ -197,14 +198,14 @@ bool has_costly_hubs(const std::vector<Triangle>& triangles, std::size_t vertice
 }
 
 /// For each triangle, 1 if it lies in one of the balls; empty if there are no balls.
-std::vector<std::uint8_t> triangles_in_balls(const Work& work, std::span<const Place> places) {
+std::vector<std::uint8_t> triangles_in_balls(const Work& work, std::span<const Ball> places) {
   if (places.empty()) return {};
   constexpr std::size_t kTrianglesOfPiece = std::size_t{1} << 15;
   std::vector<std::uint8_t> result(work.triangles.size(), 0);
   parallel_for(result.size(), kTrianglesOfPiece, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       const Vec3d& corner = work.points[work.triangles[t][0]];
-      result[t] = std::any_of(places.begin(), places.end(), [&](const Place& place) {
+      result[t] = std::any_of(places.begin(), places.end(), [&](const Ball& place) {
         const Vec3d offset = corner - place.center;
         return dot(offset, offset) < place.radius * place.radius;
       });
@@ -213,10 +214,10 @@ std::vector<std::uint8_t> triangles_in_balls(const Work& work, std::span<const P
   return result;
 }
 
-/// Triangles at sharp edges. A folded triangle with unfolded neighbours is always among them.
-std::vector<std::uint32_t> beside_sharp_edges(const std::vector<Vec3d>& normals,
-                                              const std::vector<Triangle>& triangles,
-                                              std::size_t vertices) {
+/// Triangles at sharp edges. If a triangle is folded and its neighbours are not, it is always among them.
+std::vector<std::uint32_t> triangles_at_sharp_edges(const std::vector<Vec3d>& normals,
+                                                    const std::vector<Triangle>& triangles,
+                                                    std::size_t vertices) {
   std::vector<std::uint8_t> found(triangles.size(), 0);
   SideLists(triangles, vertices)
       .each_edge([&](std::uint32_t, std::span<const SideLists::Item> sides) {
@@ -235,7 +236,8 @@ std::vector<std::uint32_t> beside_sharp_edges(const std::vector<Vec3d>& normals,
   return result;
 }
 
-/// For each vertex, its component of the dense mesh, connected over edges; kNoVertex where components touch.
+/// For each vertex, the component of the dense mesh (connected over edges) that it belongs to; kNoVertex where
+/// components touch.
 std::vector<std::uint32_t> dense_component_of_vertices(const std::vector<Triangle>& dense,
                                                        const SideLists& sides) {
   DisjointSets parts(dense.size());
@@ -257,8 +259,8 @@ std::vector<std::uint32_t> dense_component_of_vertices(const std::vector<Triangl
   return result;
 }
 
-/// Triangles that face away from the dense triangles around their corners.
-/// \param origin  dense vertex of each vertex of `triangles`
+/// Finds triangles that face away from the dense triangles around their corners.
+/// \param origin  for each vertex of `triangles`, the vertex of the dense mesh
 std::vector<Fold> folds_of(const std::vector<Vec3d>& points, const std::vector<Triangle>& dense,
                            const std::vector<Triangle>& triangles,
                            const std::vector<std::uint32_t>& origin) {
@@ -268,7 +270,7 @@ std::vector<Fold> folds_of(const std::vector<Vec3d>& points, const std::vector<T
   std::vector<Vec3d> normals(triangles.size());
   std::transform(triangles.begin(), triangles.end(), normals.begin(), normal_of);
   const std::vector<std::uint32_t> candidates =
-      beside_sharp_edges(normals, triangles, points.size());
+      triangles_at_sharp_edges(normals, triangles, points.size());
   std::vector<std::uint32_t> number(points.size(), kNoVertex);
   std::uint32_t count = 0;
   for (const std::uint32_t t : candidates) {
@@ -298,7 +300,7 @@ std::vector<Fold> folds_of(const std::vector<Vec3d>& points, const std::vector<T
   return folds;
 }
 
-/// Per vertex, 1 if it lies on an edge that does not have two triangles.
+/// For each vertex, 1 if it lies on an edge that does not have exactly two triangles.
 std::vector<std::uint8_t> vertices_on_borders(const std::vector<Triangle>& triangles,
                                               std::size_t vertices) {
   std::vector<std::uint8_t> result(vertices, 0);
@@ -318,9 +320,9 @@ Vec3d normal_of(const std::vector<Vec3>& positions, const Triangle& t) {
 }
 
 /// Moves the vertices of folded triangles, most of which are slivers, along the surface towards the mean of their
-/// neighbours, several times.
-/// \param is_fixed  by vertex, 1 if it stays
-/// \param facing    by vertex, the unit normal of the dense mesh
+/// neighbours. Repeats this several times.
+/// \param is_fixed  for each vertex, 1 if it does not move
+/// \param facing    for each vertex, the unit normal of the dense mesh
 void relax_folds(const std::vector<Triangle>& triangles, const std::vector<std::uint8_t>& is_fixed,
                  const std::vector<Vec3d>& facing, std::vector<Vec3>& positions) {
   constexpr int kRounds = 8;
@@ -362,7 +364,7 @@ void drop_small_components(std::vector<Triangle>& triangles, const std::vector<T
   join_parts(triangles, parts);
   std::vector<std::uint32_t> size(origin.size(), 0);
   for (const Triangle& t : triangles) ++size[parts.find(t[0])];
-  // For each vertex, 1 if it is in a small component beside a cut.
+  // For the first vertex of each component, 1 if the component is small and lies beside a cut.
   std::vector<std::uint8_t> is_torn(origin.size(), 0);
   bool any = false;
   for (auto v = static_cast<std::uint32_t>(dense_sides.vertices()); v < origin.size(); ++v) {
@@ -373,13 +375,13 @@ void drop_small_components(std::vector<Triangle>& triangles, const std::vector<T
     }
   }
   if (!any) return;
-  // A small component whose vertices all belong to one dense component was cut off from that component.
+  // A small component whose vertices all belong to one dense component was cut off from it.
   const std::vector<std::uint32_t> dense_part = dense_component_of_vertices(dense, dense_sides);
-  // For each dense triangle, 1 if its component has other remaining triangles.
+  // For each dense component, 1 if triangles of it remain that are not in small components.
   std::vector<std::uint8_t> is_remaining(dense.size(), 0);
   std::vector<std::uint32_t> cut_from_component(
       origin.size(),
-      kNoVertex);  // For each vertex of a small component, the vertex from which it was cut off
+      kNoVertex);  // For the first vertex of each small component, the dense component it was cut from
   for (std::uint32_t v = 0; v < origin.size(); ++v) {
     const std::uint32_t from = dense_part[origin[v]], part = parts.find(v);
     if (from == kNoVertex) continue;
@@ -394,11 +396,11 @@ void drop_small_components(std::vector<Triangle>& triangles, const std::vector<T
   std::erase_if(triangles, [&](const Triangle& t) { return is_torn[parts.find(t[0])] != 0; });
 }
 
-/// meshoptimizer may create pairs of triangles back to back, which are removed, and edges of four triangles, which
-/// are cut. It prevents flips relative to surface normals, so height fields are flattened first, which makes their
-/// normals nearly vertical.
+/// meshoptimizer may create pairs of triangles that lie back to back, which are removed here, and edges of four
+/// triangles, which are cut. It prevents flips relative to surface normals. So height fields are flattened first, which
+/// makes their normals nearly vertical.
 void presimplify(Work& work, std::size_t faces, double error, bool height_field,
-                 std::span<const Place> untouched, bool parts, PresimplifiedPieces* known) {
+                 std::span<const Ball> untouched, bool parts, PresimplifiedPieces* known) {
   if (has_costly_hubs(work.triangles, work.points.size())) return;
   std::vector<Vec3> positions = to_floats(work.points);
   if (height_field) {
@@ -431,7 +433,7 @@ void presimplify(Work& work, std::size_t faces, double error, bool height_field,
       },
       known != nullptr ? *known : unused_pieces);
   if (triangles.empty()) return;
-  if (label_seams) label_seams->join(triangles);
+  if (label_seams) label_seams->merge_copies(triangles);
   if (height_field && std::any_of(triangles.begin(), triangles.end(), [&](const Triangle& t) {
         return !(upward_quality(work.points[t[0]], work.points[t[1]], work.points[t[2]]) >
                  kMinUpwardQuality);
@@ -455,8 +457,8 @@ void presimplify(Work& work, std::size_t faces, double error, bool height_field,
   const std::size_t before = triangles.size();
   if (parts) restore_lost_parts(triangles, work.triangles, origin, part_sets);
   if (label_seams) {
-    if (triangles.size() > before) label_seams->add(work.triangles, work.labels);
-    work.labels = label_seams->of(triangles, origin);
+    if (triangles.size() > before) label_seams->store_labels(work.triangles, work.labels);
+    work.labels = label_seams->labels_of(triangles, origin);
   }
   work.folds = folds_of(work.points, work.triangles, triangles, origin);
   work.triangles = std::move(triangles);

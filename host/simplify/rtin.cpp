@@ -15,10 +15,10 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kPointsPerTask = std::size_t{1} << 15;
-/// Largest ratio of lattice points to grid points. Long strips exceed it, since the lattice is a square.
+/// Largest ratio of lattice points to grid points. The lattice is a square, so long strips exceed this ratio.
 constexpr std::size_t kMaxLatticeRatio = 8;
 
-/// Heights over a grid of columns (x) and rows (y), row by row.
+/// Heights over a grid of columns (x) and rows (y), stored row by row.
 struct Grid {
   std::vector<double> x, y, z;
 };
@@ -27,14 +27,14 @@ std::vector<double> distinct_values(const std::vector<Vec3d>& points, double Vec
   std::vector<double> values(points.size());
   std::transform(points.begin(), points.end(), values.begin(),
                  [axis](const Vec3d& p) { return p.*axis; });
-  // Most meshes list vertices row by row: removing repeated values first makes sorting cheap.
+  // Most meshes list vertices row by row, so removing repeated values first makes sorting cheap.
   values.erase(std::unique(values.begin(), values.end()), values.end());
   std::sort(values.begin(), values.end());
   values.erase(std::unique(values.begin(), values.end()), values.end());
   return values;
 }
 
-/// The grid of heights that a mesh forms; nullopt if it is not a full grid.
+/// The grid of heights that a mesh forms; nullopt if the mesh is not a complete grid.
 std::optional<Grid> grid_of(const Work& work) {
   Grid grid{distinct_values(work.points, &Vec3d::x), distinct_values(work.points, &Vec3d::y), {}};
   const std::size_t columns = grid.x.size(), rows = grid.y.size();
@@ -62,7 +62,8 @@ std::optional<Grid> grid_of(const Work& work) {
     if (std::exchange(is_point_used[place], 1) != 0) return std::nullopt;
     grid.z[place] = work.points[i].z;
   }
-  // The mesh has two triangles per cell, each within one cell and facing up, so they fill each cell exactly.
+  // There are two triangles per cell, and each lies within one cell and faces up. So the triangles fill each cell
+  // exactly.
   const bool fits =
       std::all_of(work.triangles.begin(), work.triangles.end(), [&](const Triangle& t) {
         const auto [left, right] = std::minmax({at[t[0]].column, at[t[1]].column, at[t[2]].column});
@@ -73,7 +74,7 @@ std::optional<Grid> grid_of(const Work& work) {
   return fits ? std::optional(std::move(grid)) : std::nullopt;
 }
 
-/// The grid's surface, resampled to a square of 2^n x 2^n cells, as recursive halving requires.
+/// The grid's surface, resampled to a square of 2^n x 2^n cells, which recursive halving requires.
 class Lattice {
  public:
   static std::size_t cells_for(const Grid& grid) {
@@ -108,7 +109,7 @@ class Lattice {
   }
 
  private:
-  /// The row or column at or before a lattice position, and the fraction to the next.
+  /// The row or column at or before a position in the lattice, and the fraction of the way to the next.
   std::pair<std::size_t, double> cell(std::size_t place, std::size_t count) const {
     const std::size_t scaled = place * (count - 1);
     return {scaled / cells_, static_cast<double>(scaled % cells_) / static_cast<double>(cells_)};
@@ -126,19 +127,19 @@ class Lattice {
   std::vector<double> x_, y_, z_;
 };
 
-/// For each lattice point except the corners, the largest height error that remains if no triangle is halved at that
+/// For each lattice point except the corners: the largest height error that remains if no triangle is halved at that
 /// point.
 std::vector<double> errors_of(const Lattice& lattice) {
   const std::size_t side = lattice.side();
   std::vector<double> errors(side * side, 0);
-  // Visits midpoints of hypotenuses, from the smallest triangles to the largest: for each size, first hypotenuses on
-  // sides of squares, then those on diagonals.
+  // Visits the midpoints of all hypotenuses, from the smallest triangles to the largest. In each size, hypotenuses on
+  // sides of squares come first, then those on diagonals.
   for (std::size_t step = 1; step < lattice.cells(); step *= 2) {
     const std::size_t square_size = 2 * step;
     const auto off = [&](std::size_t at, std::size_t from, std::size_t to) {
       return std::abs(lattice.height(at) - (lattice.height(from) + lattice.height(to)) / 2);
     };
-    // Triangles with their hypotenuse on a square's side: the hypotenuses of their children have their midpoints at the
+    // Triangles whose hypotenuse is the side of a square. The hypotenuses of their children have their midpoints in the
     // centres of the adjacent squares of half the size.
     parallel_for(lattice.cells() / step + 1, 8, [&](std::size_t begin, std::size_t end) {
       for (std::size_t row = begin; row < end; ++row) {
@@ -146,30 +147,30 @@ std::vector<double> errors_of(const Lattice& lattice) {
         const bool is_upright = row % 2 == 1;
         for (std::size_t i = is_upright ? 0 : step; i < side; i += square_size) {
           const std::size_t at = j * side + i, half_hypotenuse = is_upright ? step * side : step;
-          double worst = off(at, at - half_hypotenuse, at + half_hypotenuse);
+          double error = off(at, at - half_hypotenuse, at + half_hypotenuse);
           if (step > 1) {
             const std::size_t half = step / 2;
             for (const bool right : {false, true}) {
               for (const bool up : {false, true}) {
                 if ((right ? i + half >= side : i < half) || (up ? j + half >= side : j < half))
                   continue;
-                worst = std::max(
-                    worst,
+                error = std::max(
+                    error,
                     errors[(up ? j + half : j - half) * side + (right ? i + half : i - half)]);
               }
             }
           }
-          errors[at] = worst;
+          errors[at] = error;
         }
       }
     });
-    // Diagonals run from the corners of the square of double size to its centre.
+    // These diagonals run from the corners of the square of double size to its centre.
     parallel_for(lattice.cells() / square_size, 8, [&](std::size_t begin, std::size_t end) {
       for (std::size_t row = begin; row < end; ++row) {
         for (std::size_t column = 0; column < lattice.cells() / square_size; ++column) {
           const std::size_t at = (row * square_size + step) * side + column * square_size + step;
-          const bool rising = (row + column) % 2 == 0;
-          const std::size_t half_hypotenuse = rising ? step * side + step : step * side - step;
+          const bool is_rising = (row + column) % 2 == 0;
+          const std::size_t half_hypotenuse = is_rising ? step * side + step : step * side - step;
           errors[at] =
               std::max({off(at, at - half_hypotenuse, at + half_hypotenuse), errors[at - step],
                         errors[at + step], errors[at - step * side], errors[at + step * side]});
@@ -180,10 +181,10 @@ std::vector<double> errors_of(const Lattice& lattice) {
   return errors;
 }
 
-/// The error above which triangles are halved, so that about `faces` are left.
+/// The error limit with which about `faces` triangles are left. Triangles with a larger error are halved.
 double error_limit_for(const std::vector<double>& errors, std::size_t faces, double error) {
   const std::size_t max_halvings =
-      faces / 2;  // Each halving adds two triangles, or one at the border.
+      faces / 2;  // Each halving adds two triangles, or one at the border
   if (max_halvings >= errors.size()) return std::min(0.0, error);
   std::vector<double> sorted_errors = errors;
   std::nth_element(sorted_errors.begin(),
@@ -192,7 +193,7 @@ double error_limit_for(const std::vector<double>& errors, std::size_t faces, dou
   return std::min(sorted_errors[max_halvings], error);
 }
 
-/// Halves triangles recursively where the error exceeds the limit.
+/// Halves triangles recursively where their error exceeds the limit.
 class TriangleHalving {
  public:
   TriangleHalving(const Lattice& lattice, const std::vector<double>& errors, double limit)
@@ -205,7 +206,8 @@ class TriangleHalving {
   std::vector<Triangle> triangles;
 
  private:
-  /// \param a, b, c  lattice points, counter-clockwise; ab is the hypotenuse, c the right angle
+  /// Adds a triangle, or its halves.
+  /// \param a, b, c  lattice points, counter-clockwise; ab is the hypotenuse, and the right angle is at c
   void add(std::size_t a, std::size_t b, std::size_t c) {
     const std::size_t middle = (a + b) / 2;
     const bool smallest =

@@ -1,4 +1,4 @@
-// A low poly from a high poly: see kiln/simplify.h.
+// Makes a low poly from a high poly: see kiln/simplify.h.
 #include "kiln/simplify.h"
 
 #include <algorithm>
@@ -29,15 +29,15 @@
 namespace kiln {
 namespace {
 
-/// Peak memory in bytes, in addition to the mesh. Measured with a face count as goal: 160 bytes per face of a mesh of
-/// 2 million faces. With an error as goal, which simplifies the whole mesh without presimplification: 430 bytes per
-/// face of a mesh of 300,000, and 338 bytes per face of one of 1.2 million.
+/// Peak memory in bytes, in addition to the mesh. Measured with a number of faces as goal: 160 bytes per face of a mesh
+/// of 2 million faces. Measured with an error as goal, for which the mesh is not presimplified: 430 bytes per face of a
+/// mesh of 300,000, and 338 bytes per face of one of 1.2 million.
 std::uint64_t bytes_of(std::uint64_t faces, bool within) {
   constexpr std::uint64_t kMaxCostlyFaces = 300000;
   return within ? 320 * faces + 80 * std::min(faces, kMaxCostlyFaces) : 160 * faces;
 }
-/// Angle between faces, in degrees, above which edges of a level of detail are hard. Levels may be used without maps
-/// and UVs; charts end at such edges, so that levels look the same with and without UVs.
+/// Edges of a level of detail are hard if the angle between their faces exceeds this, in degrees. Levels may be used
+/// without maps and UVs. Charts also end at such edges, so levels look the same with and without UVs.
 constexpr double kCreaseDegrees = 75;
 
 void check_options(const Mesh& high, const SimplifyOptions& options) {
@@ -104,14 +104,14 @@ struct SimplifyLevels::Impl {
     high_report.input_faces = high.triangles.size();
   }
 
-  /// A fitted and repaired level, with its measurements.
+  /// A level after fitting and repair, with its measurements.
   struct FinishedLevel {
     SimplifyResult result;
     SimplifyReport report;
     bool has_flaws = false, measured = false;
   };
 
-  /// Starts work on a level.
+  /// Makes `level` the one that the following calls work on.
   void select_level(std::size_t level) {
     options.faces = requested_faces.at(level);
     report = high_report;
@@ -145,14 +145,15 @@ struct SimplifyLevels::Impl {
   }
 
   SimplifyReport report, high_report;
-  /// Copy of the mesh with finite UVs; nullopt if all were finite
+  /// A copy of the mesh with finite UVs; nullopt if all UVs were finite
   const std::optional<Mesh> repaired;
   const Mesh& high;
-  std::vector<std::uint32_t> requested_faces;  ///< Requested face count of each item of `results`
+  /// For each item of `results`, the number of faces that was requested
+  std::vector<std::uint32_t> requested_faces;
   SimplifyOptions options;
   std::optional<SimplifyJob> job;
   std::optional<NormalFit> fit;  ///< Fit of normals; built on first use
-  NormalFit::Samples samples;    ///< High-poly samples of the previously fitted mesh, for reuse
+  NormalFit::Samples samples;    ///< Samples on the previously fitted mesh, for reuse
   std::vector<SimplifyResult> results;
   std::map<std::size_t, FinishedLevel> meshes;  ///< Finished levels, by index
 };
@@ -251,7 +252,8 @@ std::vector<SimplifiedLevel> simplify_levels(const Mesh& high, std::span<const s
   result.reserve(faces.size());
   std::size_t level = 0;
   for (const std::uint32_t number : faces) {
-    // A face count without a separate mesh gets the level of the previous count, which has at most as many faces.
+    // If a requested count has no mesh of its own, its level is that of the previous count, which already has at most
+    // as many faces.
     const std::size_t previous_level = level;
     while (level + 1 < levels.count() && levels.requested_faces_of(level + 1) >= number) ++level;
     if (!result.empty() && level == previous_level) {

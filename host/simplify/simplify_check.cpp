@@ -17,22 +17,23 @@ namespace {
 using flaw_rules::is_flat;
 using flaw_rules::kMaxAwayCosine;
 using flaw_rules::kMaxBackToBackCosine;
+using flaw_rules::kMaxDegenerateHeight;
 using flaw_rules::kMaxSuspiciousCosine;
-using flaw_rules::kNoArea;
 using flaw_rules::normal_of;
 using flaw_rules::unit_or_zero;
 
-/// Cosine between nearby normals of the high poly below which there is a sharp edge between them.
-constexpr double kSharpCosine = -0.5;
-/// At thin shells, a triangle does not face away if high-poly triangles within kShellReach (share of its longest
-/// side) agree with its normal by at least kShellCosine (cosine): between its corners, it cuts through a curved shell
-/// and may come out on the other side.
+/// Two normals of the high poly near each other belong to different sides of a sharp edge if their cosine is below
+/// this.
+constexpr double kMaxSharpCosine = -0.5;
+/// Between its corners, a triangle over a thin curved shell cuts through the shell and may come out on its other side.
+/// So it does not count as facing away if the high poly has a triangle near it (within kShellReach, as a share of the
+/// triangle's longest side) with a similar normal (a cosine of at least kShellCosine).
 constexpr double kShellCosine = 0.5, kShellReach = 0.05;
-/// Search radius for the high poly around a triangle; share of the diagonal.
+/// Radius around a triangle within which the high poly is searched, as a share of the diagonal.
 constexpr double kSearchRadius = 0.02;
-/// Extra radius for triangles that are kept in the tree.
+/// Additional radius around candidates, within which triangles of the high poly are kept in the tree.
 constexpr double kSearchMargin = 0.01;
-/// Cells along a side of the grid that finds dense triangles near a point.
+/// Number of cells along a side of the grid that finds dense triangles near a point.
 constexpr int kGridCells = 128;
 constexpr std::size_t kTrianglesOfPiece = std::size_t{1} << 15;
 
@@ -40,7 +41,7 @@ TriangleCorners corners_of(const std::vector<Vec3d>& points, const Triangle& t) 
   return {points[t[0]], points[t[1]], points[t[2]]};
 }
 
-/// A side of a triangle, for sorting by edge; neighbours of opposite orientation come first.
+/// A side of a triangle. Sorting by `key` brings the sides at one edge together.
 struct Side {
   std::uint64_t key;
   std::uint32_t triangle;
@@ -62,7 +63,8 @@ std::vector<Side> sorted_sides(std::span<const Triangle> triangles) {
   return sides;
 }
 
-/// Smallest cosine between a triangle's normal and its neighbours', and the number of suspicious neighbours.
+/// Smallest cosine between a triangle's normal and those of its neighbours, and the number of neighbours below
+/// kMaxSuspiciousCosine.
 struct Neighbours {
   double least = 1;
   int suspicious = 0;
@@ -86,8 +88,8 @@ std::vector<Neighbours> neighbours_of(const std::vector<Vec3d>& normals,
   return found;
 }
 
-/// Calls `body` for the cells of a grid over [-1, 1]^3 that a box touches. Cells are passed as runs along x: first
-/// cell and count.
+/// Calls `body` for the cells of a grid over [-1, 1]^3 that a box touches. The cells are passed as runs along x: the
+/// first cell and their number.
 /// \param body  returns whether to continue
 template <class Body>
 void each_cell_run(const Vec3d& low, const Vec3d& high, const Body& body) {
@@ -112,12 +114,12 @@ void bounding_box_of(const TriangleCorners& p, Vec3d& low, Vec3d& high) {
 
 }  // namespace
 
-/// Builds a tree of the high poly's triangles around the candidates, which are few in most meshes.
+/// Builds a tree of the high poly's triangles around the candidates. Most meshes have few candidates.
 void SimplifyCheck::load_near(const std::vector<Vec3d>& points,
                               const std::vector<Triangle>& triangles,
                               std::span<const std::uint32_t> candidates) {
-  if (surface_ && marked_cells_.empty()) return;  // The tree already holds all triangles.
-  // The margin keeps the tree usable after repairs have moved some candidates.
+  if (surface_ && marked_cells_.empty()) return;  // The tree holds all triangles already
+  // With this margin, the tree can still be used after repairs have moved some candidates.
   std::vector<std::uint8_t> needed_cells(std::size_t{kGridCells} * kGridCells * kGridCells, 0),
       marked_cells = needed_cells;
   Vec3d low{}, high{};
@@ -160,8 +162,9 @@ void SimplifyCheck::load_near(const std::vector<Vec3d>& points,
   marked_cells_ = std::move(marked_cells);
 }
 
-/// True if the high poly faces in the opposite direction near at least three of four points of the triangle.
-/// \param shell  true: the opposite wall of a thin shell is accepted, too, if it is near enough
+/// True if the high poly faces in the opposite direction near at least three of four points on the triangle.
+/// \param shell  true: if a wall of a thin shell near the triangle has a similar normal, the triangle does not face
+///   away
 bool SimplifyCheck::faces_away(const TriangleCorners& p, bool shell) const {
   const Vec3d normal = unit_or_zero(normal_of(p));
   const double longest = std::max({length(p[1] - p[0]), length(p[2] - p[1]), length(p[0] - p[2])});
@@ -190,7 +193,7 @@ bool SimplifyCheck::faces_away(const TriangleCorners& p, bool shell) const {
       });
     }
     faces_away_at += best < kMaxAwayCosine;
-    if (i >= faces_away_at + 1) return false;  // At most two points can still face away.
+    if (i >= faces_away_at + 1) return false;  // Too few of the points can still face away
   }
   return faces_away_at >= 3;
 }
@@ -208,7 +211,7 @@ bool SimplifyCheck::has_edge(const TriangleCorners& p) const {
     max_cosine = std::max(max_cosine, cosine);
     least = std::min(least, cosine);
   });
-  return max_cosine > -kSharpCosine && least < kSharpCosine;
+  return max_cosine > -kMaxSharpCosine && least < kMaxSharpCosine;
 }
 
 Flaws SimplifyCheck::find(const std::vector<Vec3d>& points,
@@ -218,16 +221,18 @@ Flaws SimplifyCheck::find(const std::vector<Vec3d>& points,
 
 Flaws SimplifyCheck::find_among(const std::vector<Vec3d>& points,
                                 const std::vector<Triangle>& triangles,
-                                std::span<const std::uint32_t> some) {
-  std::vector<std::uint8_t> is_candidate(triangles.size(), 0);
-  for (const std::uint32_t t : some) is_candidate[t] = 1;
-  return find_flaws_in(points, triangles, &is_candidate);
+                                std::span<const std::uint32_t> included) {
+  std::vector<std::uint8_t> is_included(triangles.size(), 0);
+  for (const std::uint32_t t : included) is_included[t] = 1;
+  return find_flaws_in(points, triangles, &is_included);
 }
 
 Flaws SimplifyCheck::find_flaws_in(const std::vector<Vec3d>& points,
                                    const std::vector<Triangle>& triangles,
-                                   const std::vector<std::uint8_t>* some) {
-  const auto counts = [&](std::size_t t) { return some == nullptr || (*some)[t] != 0; };
+                                   const std::vector<std::uint8_t>* is_included) {
+  const auto is_checked = [&](std::size_t t) {
+    return is_included == nullptr || (*is_included)[t] != 0;
+  };
   Flaws flaws;
   std::vector<Vec3d> normals(triangles.size()), around(points.size());
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
@@ -235,16 +240,16 @@ Flaws SimplifyCheck::find_flaws_in(const std::vector<Vec3d>& points,
     const Vec3d normal = normal_of(corners);
     for (const std::uint32_t v : triangles[t]) around[v] += normal;
     normals[t] = unit_or_zero(normal);
-    if (counts(t) && is_flat(corners)) flaws.flat.push_back(t);
-    if (height_field_ && counts(t) &&
-        !(upward_quality(corners[0], corners[1], corners[2]) > kNoArea)) {
+    if (is_checked(t) && is_flat(corners)) flaws.flat.push_back(t);
+    if (height_field_ && is_checked(t) &&
+        !(upward_quality(corners[0], corners[1], corners[2]) > kMaxDegenerateHeight)) {
       flaws.facing_down.push_back(t);
     }
   }
   const std::vector<Neighbours> neighbours = neighbours_of(normals, triangles);
   std::vector<std::uint32_t> candidates;
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
-    if (!counts(t)) continue;
+    if (!is_checked(t)) continue;
     int opposed_neighbours = 0;
     for (const std::uint32_t v : triangles[t]) opposed_neighbours += dot(normals[t], around[v]) < 0;
     if (neighbours[t].least < kMaxSuspiciousCosine || opposed_neighbours >= 2)
@@ -263,7 +268,7 @@ Flaws SimplifyCheck::find_flaws_in(const std::vector<Vec3d>& points,
       const std::uint32_t t = candidates[i];
       const TriangleCorners corners = corners_of(points, triangles[t]);
       if (is_flat(corners)) continue;
-      // A triangle at a shell's rim makes a sharp angle with one neighbour, a folded triangle with several.
+      // A triangle at the rim of a shell makes a sharp angle with one neighbour, a folded triangle with several.
       const bool is_at_rim = neighbours[t].suspicious == 1;
       is_folded[i] = faces_away(corners, is_at_rim) ||
                      (neighbours[t].least < kMaxBackToBackCosine && !has_edge(corners));

@@ -1,4 +1,4 @@
-// Flaws of a low poly: folds, degenerate triangles, new holes.
+// Finds flaws of a low poly: folds, degenerate triangles, new holes.
 #pragma once
 
 #include <algorithm>
@@ -13,9 +13,9 @@
 
 namespace kiln {
 
-/// Triangles with flaws.
+/// Indices of the triangles that have flaws.
 struct Flaws {
-  /// Triangles that face away from the high poly, or are folded onto a neighbour.
+  /// Triangles that face away from the high poly, or are folded onto a neighbour
   std::vector<std::uint32_t> folded;
   std::vector<std::uint32_t> flat;         ///< Triangles without area in single precision
   std::vector<std::uint32_t> facing_down;  ///< Triangles of a height field that face down
@@ -23,40 +23,41 @@ struct Flaws {
   std::size_t count() const { return folded.size() + flat.size() + facing_down.size(); }
 };
 
-/// Thresholds for a single triangle, and for neighbours.
+/// Limits for a single triangle, and for two neighbours.
 namespace flaw_rules {
 
-/// Cosine between neighbours' normals: below kMaxSuspiciousCosine both triangles are checked; below
-/// kMaxBackToBackCosine one is folded onto the other.
+/// Limits of the cosine between the normals of two neighbours. Below kMaxSuspiciousCosine both triangles are checked.
+/// Below kMaxBackToBackCosine one is folded onto the other.
 inline constexpr double kMaxSuspiciousCosine = -0.5, kMaxBackToBackCosine = -0.985;
-/// A triangle faces away if the largest cosine between its normal and nearby normals of the high poly is below this.
+/// A triangle faces away if the largest cosine between its normal and the normals of the high poly near it is below
+/// this.
 inline constexpr double kMaxAwayCosine = -0.2;
-/// Height of a degenerate triangle, as a share of its longest side.
-inline constexpr double kNoArea = 1e-12;
+/// Largest height of a degenerate triangle, as a share of its longest side.
+inline constexpr double kMaxDegenerateHeight = 1e-12;
 
 inline Vec3d normal_of(const TriangleCorners& p) { return cross(p[1] - p[0], p[2] - p[0]); }
 inline Vec3d unit_or_zero(const Vec3d& v) {
   const double size = length(v);
   return size > 0 ? v * (1 / size) : Vec3d{};
 }
-/// True if a triangle's height is at most `share` of its longest side.
+/// True if a triangle's height is at most `share` times its longest side.
 inline bool is_thin(const TriangleCorners& p, double share) {
   const Vec3d ab = p[1] - p[0], bc = p[2] - p[1], ca = p[0] - p[2];
   return !(length(normal_of(p)) > share * std::max({dot(ab, ab), dot(bc, bc), dot(ca, ca)}));
 }
-inline bool is_flat(const TriangleCorners& p) { return is_thin(p, kNoArea); }
+inline bool is_flat(const TriangleCorners& p) { return is_thin(p, kMaxDegenerateHeight); }
 
 }  // namespace flaw_rules
 
 /// Compares a low poly with its high poly. Coordinates should be of about unit size.
 class SimplifyCheck {
  public:
-  /// Spans must outlive this.
+  /// The spans must outlive this object.
   SimplifyCheck(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                 bool height_field)
       : positions_(positions), triangles_(triangles), height_field_(height_field) {}
 
-  /// Constructor for a high poly that is small enough to keep in one tree.
+  /// Constructor for a high poly that is small enough for a single tree.
   SimplifyCheck(std::span<const Vec3> positions, std::span<const Triangle> triangles)
       : positions_(positions),
         triangles_(triangles),
@@ -64,16 +65,16 @@ class SimplifyCheck {
         surface_(std::make_unique<SurfaceDistance>(positions, triangles)) {}
 
   Flaws find(const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles);
-  /// Checks only the triangles in `some`.
+  /// Checks only the triangles whose indices are in `included`.
   Flaws find_among(const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles,
-                   std::span<const std::uint32_t> some);
+                   std::span<const std::uint32_t> included);
 
-  /// True if a triangle is a flaw by itself. The triangle must lie near one that find() checked.
+  /// True if a triangle has a flaw by itself. The triangle must lie near one that find() has checked.
   bool is_flaw(const TriangleCorners& corners) const;
 
  private:
   Flaws find_flaws_in(const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles,
-                      const std::vector<std::uint8_t>* some);
+                      const std::vector<std::uint8_t>* is_included);
   void load_near(const std::vector<Vec3d>& points, const std::vector<Triangle>& triangles,
                  std::span<const std::uint32_t> candidates);
   bool faces_away(const TriangleCorners& corners, bool shell) const;
@@ -82,12 +83,13 @@ class SimplifyCheck {
   std::span<const Vec3> positions_;
   std::span<const Triangle> triangles_;
   bool height_field_;
-  std::vector<Triangle> near_triangles_;    ///< Triangles of the high poly near the candidates.
-  std::vector<std::uint8_t> marked_cells_;  ///< By grid cell, 1 if near_triangles_ touches it.
+  std::vector<Triangle> near_triangles_;  ///< Triangles of the high poly near the candidates
+  /// For each cell of the grid, 1 if a triangle of near_triangles_ touches it
+  std::vector<std::uint8_t> marked_cells_;
   std::unique_ptr<SurfaceDistance> surface_;
 };
 
-/// Counts loops of open edges: holes and rims.
+/// Number of loops of open edges: holes and rims.
 std::uint64_t count_rims(std::span<const Triangle> triangles, std::size_t vertices);
 
 }  // namespace kiln

@@ -1,4 +1,4 @@
-// SimplifyJob: fitting of vertices to the high poly.
+// Part of SimplifyJob: fits vertices to the high poly.
 #include <utility>
 
 #include "simplify/simplify_job.h"
@@ -6,14 +6,14 @@
 namespace kiln {
 namespace {
 
-/// Smallest ratio of high-poly triangles to faces at which vertices are fitted. Below it, quadrics alone reproduce
-/// the high poly's edges better: fitting made normals of a hard-surface assembly 9% worse at a quarter of its
-/// triangles.
+/// Vertices are only fitted if the high poly has at least this many triangles per face of the low poly. Below it,
+/// quadrics alone reproduce the high poly's edges better: fitting a hard-surface assembly at a quarter of its triangles
+/// made its normals 9% worse.
 constexpr std::size_t kMinTrianglesPerFace = 6;
 
 }  // namespace
 
-/// True if a low poly's vertices are fitted to the high poly.
+/// True if the vertices of a low poly of `faces` faces are fitted to the high poly.
 bool SimplifyJob::is_fitted(std::size_t faces) const {
   return !options_.hull && !options_.keep_uvs && options_.faces != 0 &&
          dense_.triangles.size() >= kMinTrianglesPerFace * faces;
@@ -27,7 +27,8 @@ bool SimplifyJob::prepare_fit() {
   return true;
 }
 
-/// Quadrics that hold a low poly's vertices during the fit. On height fields, they also keep the outline a rectangle.
+/// The quadrics that attract the vertices of a low poly during the fit. On height fields, they also keep the outline a
+/// rectangle.
 std::span<const Quadric> SimplifyJob::planes_of(const SimplifyResult& result) const {
   if (options_.height_field) return {};
   return result.quadrics;
@@ -47,9 +48,9 @@ void SimplifyJob::fit_draft(SimplifyResult& result) {
                     /*draft=*/true);
 }
 
-/// Restores the corners of flawed triangles to their positions before the fit.
+/// Moves the corners of flawed triangles back to their positions before the fit.
 void SimplifyJob::revert_flawed(SimplifyResult& fitted, const SimplifyResult& before) {
-  for (int round = 0; round < kMendingRounds; ++round) {
+  for (int round = 0; round < kMaxRepairRounds; ++round) {
     const Flaws flaws = check_.find(fitted.points, fitted.triangles);
     bool any = false;
     for (const auto* list : {&flaws.flat, &flaws.facing_down, &flaws.folded}) {
@@ -65,15 +66,15 @@ void SimplifyJob::revert_flawed(SimplifyResult& fitted, const SimplifyResult& be
   }
 }
 
-/// Fits vertices and repairs the flaws that the fit causes. Does nothing if a constraint determines the vertices'
-/// positions.
-/// \returns true on success; else `result` is restored
+/// Fits vertices, and repairs the flaws that the fit causes. Does nothing if a constraint determines the positions of
+/// the vertices.
+/// \returns true on success; on failure, `result` is restored
 bool SimplifyJob::fit(SimplifyResult& result) {
   if (!is_fitted(result.triangles.size())) return false;
   SimplifyResult fitted = result;
   surface_fit().run(fitted.points, fitted.triangles, fitted.labels, planes_of(fitted));
   revert_flawed(fitted, result);
-  report_.mended = mend(fitted);
+  report_.mended = repair_flaws(fitted);
   if (!has_no_flaws(fitted)) return false;
   result = std::move(fitted);
   return true;

@@ -26,7 +26,7 @@
 namespace kiln {
 namespace {
 
-/// Counts removed triangles by reason, and stores the first of each.
+/// Number of removed triangles for each reason, and the first triangle of each.
 struct RemovedTriangles {
   std::uint64_t count = 0;
   std::size_t first = 0;
@@ -45,18 +45,18 @@ struct RemovedTriangles {
   }
 };
 
-enum class TriangleState : std::uint8_t { yes, not_finite, degenerate };
+enum class TriangleState : std::uint8_t { usable, not_finite, degenerate };
 
 constexpr std::size_t kTrianglesPerTask = std::size_t{1} << 15;
 
-/// Triangles with the same vertices as an earlier one.
+/// Which triangles have the same vertices as an earlier triangle.
 struct RepeatedTriangles {
   /// 1 for each triangle that repeats an earlier one; empty if none does
   std::vector<std::uint8_t> is_duplicate;
-  bool turned = false;  ///< True if some repeated triangles have opposite orientation
+  bool has_opposed = false;  ///< True if a repeated triangle has the opposite orientation
 };
 
-/// \param triangles  triangles whose lowest vertex comes first
+/// \param triangles  triangles whose corners start with the lowest vertex
 RepeatedTriangles find_repeats(const std::vector<Triangle>& triangles, std::size_t vertices) {
   const VertexLists triangles_by_vertex(
       vertices, triangles.size(), [&](std::size_t i) { return triangles[i][0]; },
@@ -65,23 +65,23 @@ RepeatedTriangles find_repeats(const std::vector<Triangle>& triangles, std::size
   std::atomic<bool> any_opposed = false, any_duplicate = false;
   const auto less = [](const VertexLists::Item& item, std::uint64_t key) { return item.key < key; };
   parallel_for(vertices, kTrianglesPerTask, [&](std::size_t begin, std::size_t end) {
-    bool turned = false, is_duplicate = false;
+    bool is_opposed = false, is_duplicate = false;
     for (std::size_t v = begin; v < end; ++v) {
       const std::span<const VertexLists::Item> items = triangles_by_vertex.of(v);
       for (std::size_t i = 1; i < items.size(); ++i) {
         if (items[i].key == items[i - 1].key)
           found.is_duplicate[items[i].index] = is_duplicate = true;
-        if (turned) continue;
+        if (is_opposed) continue;
         const std::uint64_t other = std::rotl(items[i].key, 32);
         if (other > items[i].key) continue;
         const auto at = std::lower_bound(items.begin(), items.begin() + i, other, less);
-        turned = at->key == other;
+        is_opposed = at->key == other;
       }
     }
-    if (turned) any_opposed = true;
+    if (is_opposed) any_opposed = true;
     if (is_duplicate) any_duplicate = true;
   });
-  found.turned = any_opposed;
+  found.has_opposed = any_opposed;
   if (!any_duplicate) found.is_duplicate.clear();
   return found;
 }
@@ -91,9 +91,9 @@ Triangle welded_corners(const Mesh& mesh, const std::vector<std::uint32_t>& weld
   for (std::uint32_t& vertex : v) {
     if (vertex >= mesh.positions.size()) {
       throw Error(ErrorCode::input, "simplify: triangle " + std::to_string(t) + " of mesh '" +
-                                        mesh.name + "' has vertex " + std::to_string(vertex) +
-                                        " of " + std::to_string(mesh.positions.size()) +
-                                        "; check the program that wrote it");
+                                        mesh.name + "' uses vertex " + std::to_string(vertex) +
+                                        ", but has only " + std::to_string(mesh.positions.size()) +
+                                        " vertices; check the program that wrote it");
     }
     vertex = welded[vertex];
   }
@@ -139,16 +139,16 @@ std::vector<Triangle> clean(const Mesh& mesh, std::vector<SourceTriangle>& sourc
       const Vec3 &a = mesh.positions[v[0]], &b = mesh.positions[v[1]], &c = mesh.positions[v[2]];
       triangle_states[t] = !is_finite(a) || !is_finite(b) || !is_finite(c)
                                ? TriangleState::not_finite
-                           : triangle_shape(a, b, c).area > 0 ? TriangleState::yes
+                           : triangle_shape(a, b, c).area > 0 ? TriangleState::usable
                                                               : TriangleState::degenerate;
-      all = all && triangle_states[t] == TriangleState::yes;
+      all = all && triangle_states[t] == TriangleState::usable;
       const std::size_t lowest = v[0] <= v[1] ? (v[0] <= v[2] ? 0 : 2) : (v[1] <= v[2] ? 1 : 2);
       result[t] = {v[lowest], v[(lowest + 1) % 3], v[(lowest + 2) % 3]};
       sources[t] = {static_cast<std::uint32_t>(t), static_cast<std::uint32_t>(lowest)};
     }
     if (!all) all_usable = false;
   });
-  /// Removes the triangles that do not satisfy a predicate.
+  /// Removes the triangles for which a predicate is false.
   const auto keep_if = [&](const auto& is_kept) {
     std::size_t kept = 0;
     for (std::size_t i = 0; i < result.size(); ++i) {
@@ -163,7 +163,7 @@ std::vector<Triangle> clean(const Mesh& mesh, std::vector<SourceTriangle>& sourc
     keep_if([&](std::size_t t) {
       if (triangle_states[t] == TriangleState::not_finite) not_finite.add(t);
       if (triangle_states[t] == TriangleState::degenerate) degenerate.add(t);
-      return triangle_states[t] == TriangleState::yes;
+      return triangle_states[t] == TriangleState::usable;
     });
   }
   const RepeatedTriangles repeated_triangles = find_repeats(result, mesh.positions.size());
@@ -183,7 +183,7 @@ std::vector<Triangle> clean(const Mesh& mesh, std::vector<SourceTriangle>& sourc
                 "simplify: mesh '" + mesh.name + "' has no usable triangle among " +
                     std::to_string(mesh.triangles.size()) + "; check the program that wrote it");
   }
-  if (backs != nullptr && repeated_triangles.turned)
+  if (backs != nullptr && repeated_triangles.has_opposed)
     *backs = drop_backs(result, sources, mesh.positions.size());
   return result;
 }
@@ -276,7 +276,7 @@ Labels labels_of(const Mesh& mesh, const Work& work) {
 Layout layout_of(const Mesh& mesh, const Work& work) {
   struct Corner {
     std::uint32_t vertex;
-    std::uint64_t uv;  ///< Bit pattern of the UV's value
+    std::uint64_t uv;  ///< Bit pattern of the UV
     std::uint32_t example;
     auto key() const { return std::tuple(vertex, uv, example); }
   };
@@ -293,7 +293,7 @@ Layout layout_of(const Mesh& mesh, const Work& work) {
     layout.charts.push_back(charts[source.index]);
     for (std::uint32_t k = 0; k < 3; ++k) {
       const Vec2& given = mesh.uvs[mesh.uv_triangles[source.index][(k + source.first) % 3]];
-      const Vec2 uv{given.x + 0.0F, given.y + 0.0F};  // Turns -0 into 0.
+      const Vec2 uv{given.x + 0.0F, given.y + 0.0F};  // Turns -0 into 0
       const std::uint64_t bits = std::uint64_t{std::bit_cast<std::uint32_t>(uv.x)} << 32 |
                                  std::bit_cast<std::uint32_t>(uv.y);
       corners.push_back({work.triangles[t][k], bits, 3 * t + k});
@@ -320,7 +320,7 @@ std::vector<Vec3> to_floats(const std::vector<Vec3d>& points) {
 }
 
 bool turn_outwards(const Mesh& mesh, std::vector<Triangle>& triangles) {
-  // Largest length of the sum of area vectors of a mesh that counts as closed, as a share of its area.
+  // A mesh counts as closed if the sum of its area vectors has at most this length, as a share of the mesh's area.
   constexpr double kMaxOpenShare = 1e-6;
   const auto at = [&](std::uint32_t v) {
     const Vec3& p = mesh.positions[v];
@@ -357,10 +357,10 @@ bool turn_outwards(const Mesh& mesh, std::vector<Triangle>& triangles) {
 }
 
 bool is_finely_curved(const Work& work) {
-  constexpr double kMinAlignedCosine = 0.99996192306;  // Cosine of half a degree.
+  constexpr double kMinAlignedCosine = 0.99996192306;  // Cosine of half a degree
   constexpr std::size_t kMinAlignedPercent = 15, kWholePercent = 100;
   std::vector<Vec3d> first(work.points.size(),
-                           Vec3d{0, 0, 0});  // Normal of the first triangle of each vertex
+                           Vec3d{0, 0, 0});  // For each vertex, the normal of its first triangle
   std::size_t aligned_corners = 0, all = 0;
   for (const Triangle& t : work.triangles) {
     const Vec3d &a = work.points[t[0]], &b = work.points[t[1]], &c = work.points[t[2]];

@@ -27,35 +27,37 @@
 namespace kiln {
 namespace {
 
-/// Denser meshes are presimplified to kDirectLimit triangles, or down to kMinDirectLimit for small goals. Finely curved
-/// meshes, which meshoptimizer spoils, are collapsed in pieces instead, up to kFineLimit triangles.
+/// High polys with more triangles than kDirectLimit are presimplified to that number, or to fewer (at least
+/// kMinDirectLimit) if few faces are requested. Finely curved meshes, which meshoptimizer spoils, are collapsed in
+/// pieces instead, unless they have more than kFineLimit triangles.
 constexpr std::size_t kDirectLimit = 100'000, kMinDirectLimit = 50'000, kFineLimit = 2'500'000;
-/// Minimum ratio of presimplified triangles to the goal: kMinStartRatio as long as that gives at most kDirectLimit
-/// triangles, kMinStartRatioOfLargeGoals for more.
+/// Minimum ratio of presimplified triangles to requested faces: kMinStartRatio if that gives at most kDirectLimit
+/// triangles, else kMinStartRatioOfLargeGoals.
 constexpr std::size_t kMinStartRatio = 10, kMinStartRatioOfLargeGoals = 4;
-/// Smallest number of faces of a closed component: a tetrahedron.
+/// Smallest number of faces of a closed component: that of a tetrahedron.
 constexpr std::uint32_t kMinComponentFaces = 4;
-/// Ratio of faces to the requested number above which components are removed, and the largest number of such rounds.
+/// Components are removed if the result has more than kMaxFaceExcess times the requested faces, in at most
+/// kMaxSurplusRounds rounds.
 constexpr double kMaxFaceExcess = 1.1;
 constexpr int kMaxSurplusRounds = 3;
-/// Samples for estimating which components are small.
+/// Number of samples for estimating which components are small.
 constexpr std::uint64_t kComponentSamples = 1 << 14;
-/// Largest number of presimplifications.
+/// Maximum number of presimplifications.
 constexpr int kMaxStarts = 4;
-/// Largest number of presimplifications for simplification within a bound, which causes fewer flaws.
+/// Maximum number of presimplifications within a bound, where they cause fewer flaws.
 constexpr int kMaxBoundStarts = 2;
-/// Presimplification is repeated, except around flaws, if there are at most this many flaws.
+/// If there are at most this many flaws, presimplification is repeated and keeps the high poly around them.
 constexpr std::size_t kMaxFlawedPlaces = 256;
 
-/// Number of faces to presimplify to.
-/// \param faces  requested number; 0 if the goal is an error
+/// Number of triangles that presimplification leaves.
+/// \param faces  requested number of faces; 0 if the goal is an error
 std::size_t presimplified_faces(std::size_t faces) {
   if (faces == 0) return kDirectLimit;
   const std::size_t small = std::clamp(kMinStartRatio * faces, kMinDirectLimit, kDirectLimit);
   return std::max(small, kMinStartRatioOfLargeGoals * faces);
 }
 
-/// \param place_of  formats the position of the first degenerate (false) or folded (true) triangle
+/// \param place_of  formats the position of the first degenerate triangle (for false) or folded triangle (for true)
 void warn_of_flaws(SimplifyReport& report, const std::function<std::string(bool)>& place_of) {
   const auto warn = [&](const char* code, std::uint64_t count, const std::string& what,
                         std::optional<bool> folded = {}) {
@@ -67,7 +69,7 @@ void warn_of_flaws(SimplifyReport& report, const std::function<std::string(bool)
   };
   const auto triangles = [](std::uint64_t count, const char* one, const char* many) {
     return counted(count, "triangle") + " of the low poly " + (count == 1 ? one : many) +
-           " and could not be mended";
+           " and could not be repaired";
   };
   warn("folded-triangles", report.folded,
        triangles(report.folded, "faces away from the high poly", "face away from the high poly"),
@@ -81,9 +83,9 @@ void warn_of_flaws(SimplifyReport& report, const std::function<std::string(bool)
 
 }  // namespace
 
-/// Turns folded triangles back where possible.
+/// Repairs folded triangles so that they face the right way again, where possible.
 void SimplifyState::turn_back_folds(std::span<const Fold> folds) {
-  constexpr int kMaxUnfoldRounds = 3;  // One fold may block the repair of another.
+  constexpr int kMaxUnfoldRounds = 3;  // One fold may block the repair of another
   for (int round = 0; round < kMaxUnfoldRounds; ++round) {
     bool any = false;
     for (const Fold& fold : folds) {
@@ -94,7 +96,7 @@ void SimplifyState::turn_back_folds(std::span<const Fold> folds) {
       const Triangle& t = mesh_.triangles[fold.triangle];
       if (mesh_.alive[fold.triangle] == 0) continue;
       if (!bad({mesh_.points[t[0]], mesh_.points[t[1]], mesh_.points[t[2]]})) continue;
-      any = collapser_.mend(fold.triangle, bad) || any;
+      any = collapser_.repair_triangle(fold.triangle, bad) || any;
     }
     if (!any) return;
   }
@@ -115,18 +117,19 @@ SimplifyResult SimplifyJob::simplify_to_count(const Work& work) const {
   return result;
 }
 
-/// Repairs flaws.
+/// Repairs flawed triangles.
 /// \returns the number of repaired triangles
-std::size_t SimplifyJob::mend(SimplifyResult& result) {
+std::size_t SimplifyJob::repair_flaws(SimplifyResult& result) {
   Flaws flaws = check_.find(result.points, result.triangles);
   const std::size_t found = flaws.count();
-  for (int round = 0; round < kMendingRounds && !flaws.none(); ++round) {
+  for (int round = 0; round < kMaxRepairRounds && !flaws.none(); ++round) {
     SimplifyState simplify_state(result.points, result.triangles, result.labels,
                                  options_.keep_uvs ? &result.layout : nullptr, options_, scale_);
     const auto bad = [&](const TriangleCorners& corners) { return check_.is_flaw(corners); };
     bool any = false;
     for (const auto* list : {&flaws.flat, &flaws.facing_down, &flaws.folded}) {
-      for (const std::uint32_t t : *list) any = simplify_state.collapser().mend(t, bad) || any;
+      for (const std::uint32_t t : *list)
+        any = simplify_state.collapser().repair_triangle(t, bad) || any;
     }
     if (!any) break;
     simplify_state.extract(result);
@@ -135,7 +138,8 @@ std::size_t SimplifyJob::mend(SimplifyResult& result) {
   return found - std::min(found, flaws.count());
 }
 
-/// Counts remaining folds, degenerate triangles, and holes that the high poly does not have.
+/// True if there are no flaws. Counts the folds and degenerate triangles that remain, and holes that the high poly does
+/// not have.
 bool SimplifyJob::has_no_flaws(SimplifyResult& result) {
   const Flaws flaws = check_.find(result.points, result.triangles);
   report_.folded = flaws.folded.size() + flaws.facing_down.size();
@@ -155,7 +159,7 @@ bool SimplifyJob::has_no_flaws(SimplifyResult& result) {
   return flaws.none() && report_.holes == 0;
 }
 
-/// True if the high poly is first reduced in pieces, see is_finely_curved().
+/// True if the high poly is first reduced in pieces: see is_finely_curved().
 bool SimplifyJob::is_finely_tessellated() {
   if (!is_finely_tessellated_) {
     const std::size_t count = dense_.triangles.size();
@@ -165,11 +169,11 @@ bool SimplifyJob::is_finely_tessellated() {
   return *is_finely_tessellated_;
 }
 
-/// The high poly, or its presimplification for a number of faces.
+/// The mesh from which collapses start: the high poly, or its presimplification for a number of faces.
 /// \param parts  true: none of its components may vanish
-/// \param finely_curved  true: reduce in pieces instead of by meshoptimizer
+/// \param finely_curved  true: reduces in pieces instead of by meshoptimizer
 /// \param known  as for presimplify(); may be null
-Work SimplifyJob::start(std::size_t faces, std::span<const Place> untouched, bool parts,
+Work SimplifyJob::start(std::size_t faces, std::span<const Ball> untouched, bool parts,
                         bool finely_curved, PresimplifiedPieces* known) const {
   const std::size_t near_goal = presimplified_faces(faces);
   const bool dense = dense_.triangles.size() > std::max(kDirectLimit, near_goal) &&
@@ -198,7 +202,7 @@ std::vector<SimplifyResult> SimplifyJob::levels(std::vector<std::uint32_t>& face
   std::vector<std::uint32_t> found;
   for (const std::uint32_t goal : faces) {
     const std::size_t before = simplify_state.faces();
-    // A collapse removes two faces, so the previous level may already have this few faces.
+    // A collapse removes two faces, so the previous level may have this few faces already.
     if (!results.empty() && before <= goal) continue;
     simplify_state.collapser().run(goal);
     if (!results.empty() && simplify_state.faces() == before) break;
@@ -211,7 +215,7 @@ std::vector<SimplifyResult> SimplifyJob::levels(std::vector<std::uint32_t>& face
 
 bool SimplifyJob::improve(SimplifyResult& result) {
   if (fit(result)) return true;
-  report_.mended = mend(result);
+  report_.mended = repair_flaws(result);
   return has_no_flaws(result);
 }
 
@@ -221,9 +225,9 @@ DistanceReport SimplifyJob::deviation(const SimplifyResult& result) const {
   return measure(result, kMaxSamples);
 }
 
-/// Simplifies `work`, which is presimplified or the high poly itself.
-/// \returns true if the result has no flaws
-/// \param last  true: accept the result in any case
+/// Simplifies `work`, which is the high poly or its presimplification.
+/// \param last  true: accepts the result even if it has flaws
+/// \returns true if the result is accepted
 bool SimplifyJob::simplify_from(const Work& work, bool last, SimplifyResult& result) {
   const bool is_error_goal = options_.faces == 0;
   if (is_error_goal) {
@@ -236,21 +240,20 @@ bool SimplifyJob::simplify_from(const Work& work, bool last, SimplifyResult& res
   report_progress(0.5);
   if (result.triangles.empty()) {
     if (last) result = unchanged_high_poly();
-    result.bound = true;
+    result.is_bounded = true;
     return last;
   }
   if (is_error_goal) return has_no_flaws(result) || last;
   const bool fits = fit(result);
   report_progress(0.7);
   if (fits) return true;
-  report_.mended = mend(result);
+  report_.mended = repair_flaws(result);
   return has_no_flaws(result) || last;
 }
 
-/// Places where the next presimplification keeps the high poly.
-std::vector<Place> SimplifyJob::flawed_places(const SimplifyResult& result,
-                                              const Work& work) const {
-  std::vector<Place> places = result.flawed;
+/// The balls in which the next presimplification keeps the high poly.
+std::vector<Ball> SimplifyJob::flawed_places(const SimplifyResult& result, const Work& work) const {
+  std::vector<Ball> places = result.flawed;
   if (report_.holes > 0) {
     for (const Vec3d& p : work.torn) places.push_back({p, kFlawRadius});
   }
@@ -259,7 +262,7 @@ std::vector<Place> SimplifyJob::flawed_places(const SimplifyResult& result,
 
 SimplifyResult SimplifyJob::solve() {
   SimplifyResult result;
-  std::vector<Place> places;
+  std::vector<Ball> places;
   PresimplifiedPieces known;
   const bool finely_curved = is_finely_tessellated();
   const int max_attempts = options_.faces == 0 ? kMaxBoundStarts : kMaxStarts;
@@ -269,7 +272,7 @@ SimplifyResult SimplifyJob::solve() {
     if (work.triangles.size() == dense_.triangles.size()) break;
     if (simplify_from(work, false, result)) return result;
     if (result.triangles.empty()) break;
-    const std::vector<Place> flawed = flawed_places(result, work);
+    const std::vector<Ball> flawed = flawed_places(result, work);
     places.insert(places.end(), flawed.begin(), flawed.end());
     if (flawed.empty() || places.size() > kMaxFlawedPlaces) break;
   }
@@ -277,8 +280,8 @@ SimplifyResult SimplifyJob::solve() {
   return result;
 }
 
-/// Removes components of the high poly.
-/// \param dropped  by component
+/// Removes components of the high poly, with a warning.
+/// \param dropped  for each component, 1 if it is removed
 void SimplifyJob::drop_components(const ComponentSizes& parts,
                                   const std::vector<std::uint8_t>& dropped,
                                   const std::string& why) {
@@ -292,12 +295,13 @@ void SimplifyJob::drop_components(const ComponentSizes& parts,
   report_.warnings.push_back({"dropped-parts",
                               counted(count, "part") + " of the high poly " +
                                   (count == 1 ? "is" : "are") + " smaller than " + why +
-                                  " and were left out: keep the parts, or request more faces",
+                                  (count == 1 ? " and was" : " and were") +
+                                  " left out: keep the parts, or request more faces",
                               count});
 }
 
-/// Removes the smallest components until the requested faces suffice for the others, and components smaller than the
-/// deviation of the largest one.
+/// Removes the smallest components if the requested faces do not suffice for all, or else the components that are
+/// smaller than the deviation of the largest one.
 /// \returns true if any was removed
 bool SimplifyJob::drop_small_components() {
   if (options_.keep_parts || options_.faces == 0 || !has_free_vertices(options_)) return false;
@@ -306,36 +310,37 @@ bool SimplifyJob::drop_small_components() {
   });  // Computed meanwhile for start(), which rarely needs it
   const ComponentSizes parts(dense_);
   finely_curved.get();
-  if (parts.is_whole()) return false;
-  const std::size_t of_one_side = std::max<std::size_t>(
+  if (parts.is_single_component()) return false;
+  const std::size_t one_sided_faces = std::max<std::size_t>(
       options_.faces * dense_.triangles.size() / face_count_of_dense_mesh(), 1);
   const std::string faces = counted(options_.faces, "face");
   const std::vector<std::uint8_t> surplus_components =
-      parts.surplus_components(of_one_side, kMinComponentFaces);
+      parts.surplus_components(one_sided_faces, kMinComponentFaces);
   if (std::find(surplus_components.begin(), surplus_components.end(), 1) !=
       surplus_components.end()) {
     drop_components(parts, surplus_components,
                     "others, which need all of the requested " + faces + ",");
     return true;
   }
-  // A low poly never deviates by more than its edge length.
-  if (parts.count_below(mean_edge(dense_, of_one_side)) == 0) return false;
-  // Uses the deviation of the largest component, since stray components may deviate far.
+  // A low poly never deviates by more than its edge length, so smaller components need no estimate.
+  if (parts.count_below(mean_edge(dense_, one_sided_faces)) == 0) return false;
+  // Estimates the deviation on the largest component only, since stray components may deviate far.
   const SimplifyResult guess =
       simplify_to_count(start(options_.faces, {}, true, /*finely_curved=*/false));
-  const double size = one_sided_distance(dense_positions_, parts.body(dense_),
+  const double size = one_sided_distance(dense_positions_, parts.largest_component(dense_),
                                          SurfaceDistance(to_floats(guess.points), guess.triangles),
                                          kComponentSamples)
                           .largest;
-  const std::vector<std::uint8_t> smaller_than = parts.smaller_than(size);
-  if (std::find(smaller_than.begin(), smaller_than.end(), 1) == smaller_than.end()) return false;
+  const std::vector<std::uint8_t> small_components = parts.components_below(size);
+  if (std::find(small_components.begin(), small_components.end(), 1) == small_components.end())
+    return false;
   drop_components(
-      parts, smaller_than,
+      parts, small_components,
       percent(size, 2) + " of its diagonal, by which a low poly of " + faces + " deviates,");
   return true;
 }
 
-/// Removes the smallest components if a result has too many faces because components need more of them than
+/// Removes the smallest components if the result has too many faces because components need more faces than was
 /// estimated, as for holes and handles.
 /// \returns true if any was removed
 bool SimplifyJob::drop_surplus(const SimplifyResult& result) {
@@ -345,12 +350,13 @@ bool SimplifyJob::drop_surplus(const SimplifyResult& result) {
     return false;
   }
   const ComponentSizes parts(dense_);
-  if (parts.is_whole()) return false;
+  if (parts.is_single_component()) return false;
   const std::uint64_t count = count_components(result.triangles, result.points.size());
   const auto least = static_cast<std::uint32_t>(result.triangles.size() / count + 1);
-  const std::size_t of_one_side = std::max<std::size_t>(
+  const std::size_t one_sided_faces = std::max<std::size_t>(
       options_.faces * dense_.triangles.size() / face_count_of_dense_mesh(), 1);
-  const std::vector<std::uint8_t> surplus_components = parts.surplus_components(of_one_side, least);
+  const std::vector<std::uint8_t> surplus_components =
+      parts.surplus_components(one_sided_faces, least);
   if (std::find(surplus_components.begin(), surplus_components.end(), 1) ==
       surplus_components.end())
     return false;
@@ -369,11 +375,11 @@ void SimplifyJob::warn_of_count(const SimplifyResult& result) {
        counted(options_.faces, "face") + (options_.faces == 1 ? " was" : " were") +
            " requested, but " + std::to_string(left) + " are needed to keep the shape" +
            (options_.keep_uvs ? " and the UVs of " : " of ") + counted(parts, "connected part") +
-           ": no part, hole or handle may vanish, and no face turn over",
+           ": no part, hole or handle may vanish, and no face may flip",
        left});
 }
 
-std::string SimplifyJob::place_in_words(const Vec3d& place) const {
+std::string SimplifyJob::describe_place(const Vec3d& place) const {
   const Vec3 p = scale_.to_mesh(place);
   return formatted("at (%.5g, %.5g, %.5g)", high_.origin[0] + p.x, high_.origin[1] + p.y,
                    high_.origin[2] + p.z);
@@ -416,10 +422,11 @@ void SimplifyJob::warn_of_uvs_outside(const Mesh& mesh) {
   report_.warnings.push_back(
       {"uv-outside",
        std::to_string(outside) + " of " + std::to_string(mesh.triangles.size()) +
-           " triangles of the low poly reach out of the unit square of UV space, as those of the "
-           "high poly do" +
-           (before ? "" : " not: seams at its border were simplified within the requested error") +
-           ". A bake leaves out what lies outside, and coverage counts it",
+           " triangles of the low poly reach out of the unit square of UV space" +
+           (before ? ", as triangles of the high poly do"
+                   : ", although none of the high poly does: seams at the square's border were "
+                     "simplified within the requested error") +
+           ". A bake leaves out the parts outside of the square, but coverage counts them",
        outside});
 }
 
@@ -427,13 +434,13 @@ Mesh SimplifyJob::make_result(const SimplifyResult& result, bool measured) {
   warn_of_count(result);
   warn_of_bound(result);
   warn_of_flaws(report_, [&](bool folded) {
-    const Place& place = result.flawed.at(folded ? report_.without_area : 0);
-    return place_in_words(place.center);
+    const Ball& place = result.flawed.at(folded ? report_.without_area : 0);
+    return describe_place(place.center);
   });
   report_.faces = count_faces(result);
   report_.error = result.deviation.largest;
   report_.mean_error = result.deviation.mean;
-  report_.back_error = result.back.largest;
+  report_.back_error = result.low_to_high.largest;
   Mesh mesh = assemble(result);
   if (options_.keep_uvs) {
     std::vector<std::uint32_t> charts = uv_charts(mesh);
@@ -450,7 +457,7 @@ Mesh SimplifyJob::run(bool with_deviation) {
   report_progress(0.1);
   if (options_.hull) {
     warn_of_inside_out(
-        dense_, [&](const Vec3d& p) { return place_in_words(p); }, report_.warnings);
+        dense_, [&](const Vec3d& p) { return describe_place(p); }, report_.warnings);
   }
   const std::size_t count = face_count_of_dense_mesh();
   if (options_.faces == 0 || options_.faces < count) {

@@ -26,29 +26,29 @@
 
 namespace kiln {
 
-/// Rounds of finding and repairing flaws.
-inline constexpr int kMendingRounds = 4;
-/// Largest number of high-poly samples for measuring the deviation.
+/// Maximum number of rounds of finding and repairing flaws.
+inline constexpr int kMaxRepairRounds = 4;
+/// Maximum number of high-poly samples for measuring the deviation.
 inline constexpr std::uint64_t kMaxSamples = 1 << 18;
-/// Radius around flaws within which the next presimplification keeps the high poly; share of the diagonal.
+/// Radius around flaws within which the next presimplification keeps the high poly, as a share of the diagonal.
 inline constexpr double kFlawRadius = 0.01;
 
-/// A low poly in collapser coordinates (unit size).
+/// A low poly in the coordinates of the collapser (unit size).
 struct SimplifyResult {
   std::vector<Vec3d> points;
   std::vector<Triangle> triangles;
   std::vector<std::uint32_t> labels;  ///< Label of each triangle; empty if unknown
-  Layout layout;                      ///< The kept UV layout; empty if no layout is kept
-  /// Quadric of each point; empty if unknown.
+  Layout layout;                      ///< The UV layout that was kept; empty if none was
+  /// Quadric of each point; empty if unknown
   std::vector<Quadric> quadrics;
   DistanceReport deviation;
-  DistanceReport back;  ///< Deviation from low to high poly; only with a bound.
-  bool bound = false;   ///< True if a bound limited the collapses.
-  /// Flawed triangles that SimplifyJob::has_no_flaws() found: degenerate ones first.
-  std::vector<Place> flawed;
+  DistanceReport low_to_high;  ///< Deviation from the low to the high poly; only with a bound
+  bool is_bounded = false;     ///< True if a bound limited the collapses
+  /// The flawed triangles that SimplifyJob::has_no_flaws() found, as balls; degenerate triangles come first
+  std::vector<Ball> flawed;
 };
 
-/// A mesh during simplification, with its constraints.
+/// A mesh while it is simplified, with its constraints.
 class SimplifyState {
  public:
   SimplifyState(const Work& work, const Layout* layout, const SimplifyOptions& options,
@@ -71,13 +71,13 @@ class SimplifyState {
         collapser_(mesh_, rule(), [scale](const Vec3d& p) { return scale.snap(p); }) {}
 
   EdgeCollapser& collapser() { return collapser_; }
-  /// Bounds the distance of samples from now on.
-  /// \returns true if they are within the bound now
-  /// \param close  sets of balls with a tighter bound; each set that contains a sample tightens its limit further
+  /// From now on, bounds the distance of the samples.
+  /// \returns true if all samples are within the bound at present
+  /// \param close  sets of balls; each set with a ball that contains a sample tightens the sample's limit further
   bool limit_deviation(const BoundSamples& samples, double bound, bool is_high_poly,
-                       std::span<const std::vector<Place>> close, double sharpening) {
+                       std::span<const std::vector<Ball>> close, double sharpening) {
     deviation_bound_ = std::make_unique<DeviationBound>(mesh_, samples, bound, is_high_poly);
-    for (const std::vector<Place>& places : close) deviation_bound_->tighten_limits(places);
+    for (const std::vector<Ball>& places : close) deviation_bound_->tighten_limits(places);
     collapser_.limit_deviation(deviation_bound_.get(), sharpening, bound);
     return deviation_bound_->was_within_bound();
   }
@@ -117,7 +117,7 @@ class SimplifyState {
 
  private:
   void turn_back_folds(std::span<const Fold> folds);
-  /// True if vertices may move without a collapse, too.
+  /// True if vertices may also move without a collapse.
   bool may_relax() const { return !layout_ && !hull_constraint_; }
   CollapseConstraint* rule() const {
     if (layout_) return layout_.get();
@@ -132,7 +132,7 @@ class SimplifyState {
   std::unique_ptr<DeviationBound> deviation_bound_;
 };
 
-/// One run of simplify(): input, intermediate meshes and report.
+/// One run of simplify(): its input, intermediate meshes and report.
 class SimplifyJob {
  public:
   SimplifyJob(const Mesh& high, const SimplifyOptions& options, SimplifyReport& report)
@@ -154,36 +154,37 @@ class SimplifyJob {
   /// Simplifies, and reports progress to the calling thread's callback.
   Mesh run(bool with_deviation);
 
-  /// One unrepaired mesh for each face count.
-  /// \param faces  requested counts, descending; counts whose mesh equals the previous one are removed
+  /// One mesh, not repaired yet, for each number of faces.
+  /// \param faces  [in, out] requested numbers, descending; a number whose mesh equals the previous one is removed
   std::vector<SimplifyResult> levels(std::vector<std::uint32_t>& faces);
-  /// Fits and repairs a level.
+  /// Fits a level's vertices and repairs its flaws.
   /// \returns true if it has no flaws
   bool improve(SimplifyResult& result);
   /// Fits a level with fewer samples and rounds, for meshes that are only measured.
   void fit_draft(SimplifyResult& result);
-  /// True if solve() may succeed where improve() fails: levels share one presimplification, and solve() makes
+  /// True if solve() may succeed where improve() has failed: all levels share one presimplification, and solve() makes
   /// another.
   bool may_solve();
   /// The repaired low poly. If presimplification causes flaws that cannot be repaired, it is run again and keeps the
-  /// high poly around them; if flaws remain, the high poly itself is simplified.
+  /// high poly around them. If flaws remain, the high poly itself is simplified.
   SimplifyResult solve();
-  /// Deviation of a low poly from all samples.
+  /// Deviation of a low poly, measured with all samples.
   DistanceReport deviation(const SimplifyResult& result) const;
-  /// Numbers of triangles and of vertices of the resulting mesh. Backs of two-sided sheets have separate vertices.
+  /// Numbers of triangles, and of vertices, of the resulting mesh. The backs of two-sided sheets have vertices of their
+  /// own.
   std::size_t count_faces(const SimplifyResult& result) const {
     return count_faces(result.triangles.size(), result.labels);
   }
   std::size_t count_vertices(const SimplifyResult& result) const;
-  /// The resulting mesh and the report.
-  /// \param measured  true: the report includes the deviation of UVs, which is slow
+  /// Makes the resulting mesh, and completes the report.
+  /// \param measured  true: the report includes the deviation of UVs, which is slow to measure
   Mesh make_result(const SimplifyResult& result, bool measured = false);
 
  private:
-  /// Reports the progress of run(), which never falls although steps may be repeated. Not used for levels.
+  /// Reports the progress of run(). The value never falls, although steps may be repeated. Not used for levels.
   void report_progress(double share);
-  /// True if no constraint limits the vertices. In that case backs of two-sided sheets are left out during
-  /// simplification, and inside-out meshes are reversed.
+  /// True if no constraint limits the vertices. Only then are the backs of two-sided sheets left out during
+  /// simplification, and inside-out meshes reversed.
   static bool has_free_vertices(const SimplifyOptions& options) {
     return !options.keep_uvs && !options.hull && !options.height_field;
   }
@@ -192,7 +193,7 @@ class SimplifyJob {
     if (label_back_.empty()) return false;
     return !dense_.keep_labels || label_back_[labels[triangle]] != TwoSided::kNone;
   }
-  /// Number of triangles including backs.
+  /// Number of triangles, in which backs count, too.
   std::size_t count_faces(std::size_t triangles, const std::vector<std::uint32_t>& labels) const;
   std::size_t face_count_of_dense_mesh() const {
     return count_faces(dense_.triangles.size(), dense_.labels);
@@ -201,7 +202,7 @@ class SimplifyJob {
   void add_backs(const SimplifyResult& result, std::vector<Vec3d>& points,
                  std::vector<Triangle>& triangles) const;
   DistanceReport measure(const SimplifyResult& result, std::uint64_t samples) const;
-  /// The cleaned mesh, prepared for collapses.
+  /// The high poly after cleaning, prepared for collapses.
   Work prepare_dense_mesh() {
     is_reversed_ =
         has_free_vertices(options_) && backs_.empty() && turn_outwards(high_, cleaned_triangles_);
@@ -216,7 +217,7 @@ class SimplifyJob {
   SimplifyResult simplify_within(double bound, const Work& work);
   std::size_t repair_within(SimplifyState& shrinking, SimplifyResult& result);
   bool is_finely_tessellated();
-  Work start(std::size_t faces, std::span<const Place> untouched, bool parts, bool finely_curved,
+  Work start(std::size_t faces, std::span<const Ball> untouched, bool parts, bool finely_curved,
              PresimplifiedPieces* known = nullptr) const;
   void find_labels();
   void drop_components(const ComponentSizes& parts, const std::vector<std::uint8_t>& dropped,
@@ -229,15 +230,15 @@ class SimplifyJob {
   SurfaceFit& surface_fit();
   bool fit(SimplifyResult& result);
   void revert_flawed(SimplifyResult& fitted, const SimplifyResult& before);
-  std::size_t mend(SimplifyResult& result);
+  std::size_t repair_flaws(SimplifyResult& result);
   bool has_no_flaws(SimplifyResult& result);
   bool simplify_from(const Work& work, bool last, SimplifyResult& result);
-  std::vector<Place> flawed_places(const SimplifyResult& result, const Work& work) const;
+  std::vector<Ball> flawed_places(const SimplifyResult& result, const Work& work) const;
   void warn_of_count(const SimplifyResult& result);
   void warn_of_uvs_outside(const Mesh& mesh);
   void assign_labels(const SimplifyResult& result, Mesh& mesh) const;
   void warn_of_bound(const SimplifyResult& result);
-  std::string place_in_words(const Vec3d& place) const;
+  std::string describe_place(const Vec3d& place) const;
   Mesh assemble(const SimplifyResult& result) const;
 
   const Mesh& high_;
@@ -247,20 +248,20 @@ class SimplifyJob {
   std::vector<std::uint32_t> backs_;
   std::vector<Triangle> cleaned_triangles_;
   Scale scale_;
-  bool is_reversed_ = false;  ///< True if dense_ is reversed against the given mesh.
+  /// True if the triangles of dense_ are reversed relative to the given mesh
+  bool is_reversed_ = false;
   Work dense_;
   std::vector<Vec3> dense_positions_;
   SimplifyCheck check_;
   Layout layout_;
-  std::vector<std::uint32_t> label_source_;  ///< A high-poly triangle of each label
-  /// A triangle on the back for each label; see Labels::backs
+  std::vector<std::uint32_t> label_source_;  ///< For each label, a high-poly triangle that has it
+  /// For each label, a triangle on the back of such a triangle; see Labels::backs
   std::vector<std::uint32_t> label_back_;
-  std::unique_ptr<BoundSamples> bound_samples_;  ///< Samples for bounds; built on first use.
-  std::optional<bool>
-      is_finely_tessellated_;  ///< Result of is_finely_tessellated(), once computed.
+  std::unique_ptr<BoundSamples> bound_samples_;  ///< Samples for bounds; built on first use
+  std::optional<bool> is_finely_tessellated_;  ///< Result of is_finely_tessellated(), once computed
   std::optional<double>
-      reported_progress_;          ///< Largest progress reported; nullopt: run() is not active
-  std::optional<SurfaceFit> fit_;  ///< Fit of vertices; built on first use.
+      reported_progress_;          ///< Largest progress reported so far; nullopt outside of run()
+  std::optional<SurfaceFit> fit_;  ///< Fit of vertices; built on first use
 };
 
 }  // namespace kiln

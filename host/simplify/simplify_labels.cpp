@@ -1,4 +1,4 @@
-// SimplifyJob: groups, objects and materials, whose borders are kept as lines on the surface.
+// Part of SimplifyJob: groups, objects and materials, whose borders are kept as lines on the surface.
 #include <algorithm>
 #include <span>
 #include <utility>
@@ -10,8 +10,7 @@
 namespace kiln {
 namespace {
 
-/// True if lines between labels were held in place during simplification. If not, transfer_labels() assigns names
-/// more accurately.
+/// True if simplification held lines between labels in place. If not, transfer_labels() assigns names more accurately.
 bool have_kept_label_lines(const SimplifyResult& result) {
   double length_of_lines = 0, length_of_all = 0;
   SideLists(result.triangles, result.points.size())
@@ -40,7 +39,8 @@ void SimplifyJob::find_labels() {
   if (label_source_.size() > 1) dense_.labels = std::move(labels.of);
 }
 
-/// Copies group, object and material from the triangles of origin, first for fronts, then for backs.
+/// Copies group, object and material to each triangle from the triangle that its label stands for: first for all
+/// fronts, then for all backs.
 void SimplifyJob::assign_labels(const SimplifyResult& result, Mesh& mesh) const {
   const bool laid_out = options_.keep_uvs;
   const std::vector<std::uint32_t> single_label(

@@ -1,4 +1,4 @@
-// SimplifyJob: two-sided sheets, of which only the fronts are simplified.
+// Part of SimplifyJob: two-sided sheets, of which only the fronts are simplified.
 #include <algorithm>
 
 #include "simplify/simplify_job.h"
@@ -26,8 +26,8 @@ std::size_t SimplifyJob::count_vertices(const SimplifyResult& result) const {
   return points.size();
 }
 
-/// Adds the backs of all fronts. Backs get separate vertices, since many programs reject two faces with the same
-/// vertices.
+/// Adds a back to each front that has one in the high poly. Backs get vertices of their own, since many programs reject
+/// two faces with the same vertices.
 void SimplifyJob::add_backs(const SimplifyResult& result, std::vector<Vec3d>& points,
                             std::vector<Triangle>& triangles) const {
   if (label_back_.empty()) return;
@@ -47,7 +47,7 @@ void SimplifyJob::add_backs(const SimplifyResult& result, std::vector<Vec3d>& po
   }
 }
 
-/// Measures the deviation; samples on two-sided triangles count twice if only some triangles are two-sided.
+/// Measures the deviation. If only some triangles are two-sided, the samples on these count twice.
 DistanceReport SimplifyJob::measure(const SimplifyResult& result, std::uint64_t samples) const {
   const SurfaceDistance low(to_floats(result.points), result.triangles);
   if (!dense_.keep_labels) {

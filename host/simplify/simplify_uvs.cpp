@@ -18,25 +18,27 @@ namespace {
 
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-/// A corner without a finite UV in triangles that have finite UVs, too: one entry per vertex and UV index.
+/// A corner without a finite UV. Other corners of its triangles have finite UVs. There is one for each vertex and UV
+/// index.
 struct CornerWithoutUv {
   double u = 0, v = 0, count = 0;  ///< Sum and number of the finite UVs of its triangles
-  std::uint32_t given = kNone;     ///< UV of an adjacent triangle of the same chart at that vertex
+  /// The UV that its chart has at this vertex in an adjacent triangle; kNone: no such UV
+  std::uint32_t given = kNone;
 
   Vec2 mean() const { return {static_cast<float>(u / count), static_cast<float>(v / count)}; }
 };
 
-/// Corners without a finite UV, keyed by vertex and UV index.
+/// Corners without a finite UV, by vertex and UV index.
 using CornersWithoutUv = std::map<std::array<std::uint32_t, 2>, CornerWithoutUv>;
 
-/// How many of a triangle's corners have no finite UV.
+/// Number of a triangle's corners without a finite UV.
 int corners_without_uv(const Mesh& mesh, std::size_t t) {
   const Triangle& uv = mesh.uv_triangles[t];
   return static_cast<int>(std::count_if(uv.begin(), uv.end(),
                                         [&](std::uint32_t v) { return !is_finite(mesh.uvs[v]); }));
 }
 
-/// True if two triangles share a vertex other than `at` with the same finite UV, so that they belong to one chart.
+/// True if two triangles share a vertex other than `at` with the same finite UV there. They then belong to one chart.
 bool continues_chart(const Mesh& mesh, std::size_t t, std::size_t other, std::uint32_t at) {
   for (std::size_t i = 0; i < 3; ++i) {
     const std::uint32_t vertex = mesh.triangles[t][i], uv = mesh.uv_triangles[t][i];
@@ -53,7 +55,7 @@ bool continues_chart(const Mesh& mesh, std::size_t t, std::size_t other, std::ui
 CornersWithoutUv find_corners_without_uv(const Mesh& mesh,
                                          std::span<const std::uint32_t> partial_triangles) {
   CornersWithoutUv found;
-  // For each vertex, triangles without a finite UV at it
+  // For each vertex, the triangles that have no finite UV at it
   std::map<std::uint32_t, std::vector<std::uint32_t>> at;
   for (const std::uint32_t t : partial_triangles) {
     for (std::size_t k = 0; k < 3; ++k) {
@@ -99,7 +101,7 @@ std::optional<Mesh> with_finite_uvs(const Mesh& mesh, std::vector<Warning>& warn
       {"non-finite-uvs",
        counted(bad, "triangle") + (bad == 1 ? " has" : " have") +
            " a corner with a missing or non-finite UV, which was replaced by the UV of "
-           "adjacent triangles there, or by the mean of its triangle's others",
+           "adjacent triangles there, or by the mean of the other UVs of its triangle",
        bad});
   Mesh result = mesh;
   CornersWithoutUv corners = find_corners_without_uv(mesh, partial_triangles);
@@ -132,8 +134,8 @@ std::uint64_t count_outside(const Mesh& mesh) {
 
 namespace {
 
-/// Triangles of finite UVs in the plane z = 0, without duplicates: since copies differ in distance by rounding only,
-/// a search would visit thousands of copies at one place.
+/// The UV triangles of a mesh in the plane z = 0, without duplicates. A search would otherwise visit thousands of
+/// copies at one place, whose distances only differ by rounding.
 struct UvTriangles {
   std::vector<Vec3> positions;
   std::vector<Triangle> triangles;

@@ -1,4 +1,4 @@
-// SimplifyJob: simplification within a bound on the deviation.
+// Part of SimplifyJob: simplification within a bound on the deviation.
 #include <algorithm>
 #include <array>
 #include <string>
@@ -10,21 +10,20 @@
 namespace kiln {
 namespace {
 
-/// Rounds of moving vertices to make room for further collapses: the first saves about 10% of the faces, the second
-/// 3%.
+/// Number of rounds in which vertices move to make room for further collapses. The first saves about 10% of the faces,
+/// the second 3%.
 constexpr int kRelaxRounds = 2;
-/// Rounds of moving vertices at the end, to lower the mean deviation.
+/// Number of rounds at the end in which vertices move to lower the mean deviation.
 constexpr int kFinalRelaxRounds = 2;
-/// Tolerance of distances, which are compared in double precision but finally measured in single precision.
+/// Tolerance of distances. They are compared in double precision, but the final ones are measured in single precision.
 constexpr double kDistanceRounding = 1e-6;
-/// Allowed sharpening of sharp edges (cosine), first everywhere, then only away from folds. Without this allowance, a
-/// blade simplified within 0.1% of its diagonal has 10% more faces.
-constexpr double kSharpening = 0.05;
-/// Largest number of runs: after the first run, runs are repeated without sharpening, then with a tighter bound
-/// around flaws.
+/// How far the cosine at sharp edges may decrease. Allowed everywhere in the first run, and only away from folds in
+/// later ones. Without it, a blade simplified within 0.1% of its diagonal has 10% more faces.
+constexpr double kMaxSharpening = 0.05;
+/// Maximum number of runs. The first run is repeated without sharpening, then with a tighter bound around flaws.
 constexpr int kMaxRuns = 4;
-/// Largest number of flaws for which runs are repeated: kMaxFlaws, or one per kFacesPerFlaw faces. More flaws belong
-/// to the high poly itself.
+/// Runs are only repeated if there are at most kMaxFlaws flaws, or at most one per kFacesPerFlaw faces. If there are
+/// more, the flaws are in the high poly itself.
 constexpr std::size_t kMaxFlaws = 32, kFacesPerFlaw = 500;
 
 }  // namespace
@@ -48,12 +47,12 @@ std::size_t SimplifyJob::repair_within(SimplifyState& shrinking, SimplifyResult&
   shrinking.extract(result, &sources);
   Flaws flaws = check_.find(result.points, result.triangles);
   const std::size_t found = flaws.count();
-  for (int round = 0; round < kMendingRounds && !flaws.none(); ++round) {
+  for (int round = 0; round < kMaxRepairRounds && !flaws.none(); ++round) {
     const auto bad = [&](const TriangleCorners& corners) { return check_.is_flaw(corners); };
     bool any = false;
     for (const auto* list : {&flaws.flat, &flaws.facing_down, &flaws.folded}) {
       for (const std::uint32_t t : *list) {
-        any = shrinking.collapser().mend(sources[t], bad) || any;
+        any = shrinking.collapser().repair_triangle(sources[t], bad) || any;
       }
     }
     if (!any) break;
@@ -63,7 +62,7 @@ std::size_t SimplifyJob::repair_within(SimplifyState& shrinking, SimplifyResult&
   return found - std::min(found, flaws.count());
 }
 
-/// Simplifies to the fewest faces within a bound. Runs again with a tighter bound around flaws.
+/// Simplifies to the fewest faces within a bound. Repeats this with a tighter bound around flaws.
 /// \returns no triangles if `work` cannot stay within the bound
 SimplifyResult SimplifyJob::simplify_within(double bound, const Work& work) {
   const bool own = work.triangles.size() == dense_.triangles.size();
@@ -72,10 +71,10 @@ SimplifyResult SimplifyJob::simplify_within(double bound, const Work& work) {
         std::make_unique<BoundSamples>(dense_positions_, dense_.triangles, kMaxSamples);
   }
   double limit = (1 - kDistanceRounding) * bound;
-  std::vector<std::vector<Place>> flawed_sets;
+  std::vector<std::vector<Ball>> flawed_sets;
   SimplifyResult best;
   std::size_t repaired_count_of_best = 0;
-  double sharpening = kSharpening;
+  double sharpening = kMaxSharpening;
   for (int run = 0; run < kMaxRuns; ++run) {
     SimplifyState shrinking(work, layout(), options_, scale_);
     if (!shrinking.limit_deviation(*bound_samples_, limit, own, flawed_sets, sharpening)) break;
@@ -87,20 +86,21 @@ SimplifyResult SimplifyJob::simplify_within(double bound, const Work& work) {
       limit *= 0.95 * bound / result.deviation.largest;
       continue;
     }
-    result.back =
+    result.low_to_high =
         low_to_high_distance(bound_samples_->surface, to_floats(result.points), result.triangles);
-    result.bound = shrinking.is_bounded();
-    const bool good = has_no_flaws(result);
+    result.is_bounded = shrinking.is_bounded();
+    const bool is_sound = has_no_flaws(result);
     if (best.triangles.empty() || result.flawed.size() < best.flawed.size()) {
       best = result;
       repaired_count_of_best = mended;
     }
     const std::size_t most = kMaxFlaws + result.triangles.size() / kFacesPerFlaw;
-    if (good || result.flawed.empty() || result.flawed.size() > most) break;
+    if (is_sound || result.flawed.empty() || result.flawed.size() > most) break;
     if (std::exchange(sharpening, 0) > 0) continue;
     flawed_sets.push_back(result.flawed);
-    // The ball shrinks from the radius within which presimplification keeps the high poly to the flawed triangle alone.
-    for (Place& place : flawed_sets.back()) place.radius -= kFlawRadius;
+    // In the next run, the ball is smaller. Its radius shrinks from the one within which presimplification keeps the
+    // high poly to that of the flawed triangle.
+    for (Ball& place : flawed_sets.back()) place.radius -= kFlawRadius;
   }
   report_.mended = repaired_count_of_best;
   return best;
@@ -115,7 +115,7 @@ void SimplifyJob::warn_of_bound(const SimplifyResult& result) {
   if (left == all && all == 1) {
     report_.warnings.push_back(
         {"all-faces-kept", "the mesh has only one usable face, which was kept", left});
-  } else if (left == all && result.bound) {
+  } else if (left == all && result.is_bounded) {
     report_.warnings.push_back({"all-faces-kept",
                                 "all " + faces + " were kept: with fewer, the deviation would be " +
                                     "above " + bound + "; allow a larger one",
@@ -123,13 +123,14 @@ void SimplifyJob::warn_of_bound(const SimplifyResult& result) {
   } else if (left == all) {
     report_.warnings.push_back({"all-faces-kept",
                                 "all " + faces + " were kept: with fewer, a hole or a fold would " +
-                                    "come, or a connected part would vanish",
+                                    "appear, or a connected part would vanish",
                                 left});
   } else if (result.triangles.size() == 1) {
     report_.warnings.push_back({"one-triangle",
                                 std::string("one triangle ") + (left == 1 ? "" : "and its back ") +
-                                    (left == 1 ? "is" : "are") + " all that a deviation of " +
-                                    bound + " leaves of " + faces + "; ask for a smaller one",
+                                    (left == 1 ? "is" : "are") + " all that remains of " + faces +
+                                    " with an allowed deviation of " + bound +
+                                    "; allow a smaller one",
                                 left});
   }
 }

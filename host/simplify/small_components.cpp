@@ -48,7 +48,7 @@ std::uint64_t ComponentSizes::count_below(double size) const {
   return count;
 }
 
-std::vector<std::uint8_t> ComponentSizes::smaller_than(double size) const {
+std::vector<std::uint8_t> ComponentSizes::components_below(double size) const {
   std::vector<std::uint8_t> is_dropped(diagonal_.size());
   for (std::uint32_t part = 0; part < is_dropped.size(); ++part)
     is_dropped[part] = is_below(part, size);
@@ -70,7 +70,7 @@ std::vector<std::uint8_t> ComponentSizes::surplus_components(std::size_t faces,
   return is_dropped;
 }
 
-std::vector<Triangle> ComponentSizes::body(const Work& work) const {
+std::vector<Triangle> ComponentSizes::largest_component(const Work& work) const {
   std::vector<double> area(diagonal_.size(), 0);
   for (std::size_t t = 0; t < component_of_triangle_.size(); ++t) {
     const Triangle& v = work.triangles[t];

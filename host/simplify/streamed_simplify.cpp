@@ -28,7 +28,7 @@ void reduce_chunk(std::vector<Vec3>& positions, std::vector<Triangle>& triangles
   for (Triangle& t : triangles) t = {first[t[0]], first[t[1]], first[t[2]]};
   std::erase_if(triangles,
                 [](const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; });
-  // meshoptimizer takes an unused vertex at the place of another for the other side of a seam.
+  // meshoptimizer would take an unused vertex at the position of another for the other side of a seam.
   const std::vector<std::uint32_t> used_vertices = number_used_vertices(triangles);
   std::vector<Vec3> used_positions;
   used_positions.reserve(used_vertices.size());
@@ -60,7 +60,8 @@ void reduce_pieces(Mesh& mesh, double share) {
       positions.reserve(vertices.size());
       for (const std::uint32_t v : vertices) positions.push_back(mesh.positions[v]);
       reduce_chunk(positions, triangles, share);
-      // Shared vertices lie on borders, which stay, or touch pieces that are closed around them.
+      // A vertex that several pieces share lies on a border, which does not change, or belongs to pieces that are
+      // closed around it.
       for (std::size_t k = 0; k < vertices.size(); ++k) {
         if (is_shared[vertices[k]] == 0) mesh.positions[vertices[k]] = positions[k];
       }
@@ -82,7 +83,7 @@ void measure_deviation(const MeshStream& mesh, const Mesh& low, SimplifyReport& 
   std::erase_if(sample.triangles,
                 [&](const Triangle& triangle) { return !has_area(sample.positions, triangle); });
   if (sample.triangles.empty()) return;
-  // Distances are measured at a box of diagonal 1.
+  // Distances are measured in a mesh scaled to a box with a diagonal of 1.
   Box<Vec3> box;
   for (const Triangle& triangle : sample.triangles) {
     for (const std::uint32_t corner : triangle) box.add(sample.positions[corner]);

@@ -17,42 +17,42 @@
 namespace kiln {
 namespace {
 
-/// Number of high-poly samples: kSamplesPerFace for each low-poly face, but at least kMinSamples.
+/// Number of samples on the high poly: kSamplesPerFace per face of the low poly, but at least kMinSamples.
 constexpr std::size_t kSamplesPerFace = 24, kMinSamples = 1 << 15;
 constexpr int kFitRounds = 4;
-/// Number of high-poly samples of draft fits: kDraftSamplesPerFace for each low-poly face, but at least
+/// Number of samples on the high poly in draft fits: kDraftSamplesPerFace per face of the low poly, but at least
 /// kMinDraftSamples.
 constexpr std::size_t kDraftSamplesPerFace = 6, kMinDraftSamples = 1 << 11;
 constexpr int kDraftFitRounds = 2;
-/// Smallest cosine between the normals of a sample and of the triangle that it may match.
+/// A sample only matches a triangle if the cosine between their normals is at least this.
 constexpr double kMinMatchCosine = 0.3;
 /// Weights relative to distances along the high poly's normal: kTangentialWeight for distances tangential to the
-/// surface, kStayWeight for moving at all.
+/// surface, kStayWeight for the length of the vertex's step.
 constexpr double kTangentialWeight = 0.002, kStayWeight = 0.02;
-/// Weight of leaving a line between labels, relative to distances along normals.
+/// Weight of a step away from a line between labels, relative to distances along normals.
 constexpr double kLineStayWeight = 6;
-/// Extra weight of a sample at a side, relative to a triangle's centre. Silhouettes consist of sides: without the
-/// extra weight, those of smooth shapes are slightly too wide.
+/// Additional weight of a sample at a side of the low-poly triangle, relative to one at its centre. Silhouettes consist
+/// of sides. Without this weight, silhouettes of smooth shapes are slightly too wide.
 constexpr double kSideWeight = 6;
-/// Weight of a vertex's distance from the high poly's nearest plane, relative to the faces around it. Protruding
-/// vertices form silhouettes.
+/// Weight of a vertex's distance from the nearest plane of the high poly, relative to the faces around the vertex.
+/// Protruding vertices form silhouettes.
 constexpr double kNearestPlaneWeight = 0.05;
-/// Weight of a vertex's quadric, if its error after collapses equals that of the samples; for a smaller error it
-/// grows in proportion, up to kMaxQuadricFactor times. On planes and creases, the collapses left rounding errors
-/// only, and noise of few samples must not move vertices off them.
+/// Weight of a vertex's quadric when the quadric's error equals that of the samples. The weight grows as 1 / (the
+/// quadric's error), up to kMaxQuadricFactor times: on planes and creases the quadric's error is only rounding, and
+/// noise of few samples must not move vertices off them.
 constexpr double kQuadricWeight = 0.003, kMaxQuadricFactor = 1000;
-/// Longest step of a vertex, as a share of the shortest side around it.
+/// Longest step of a vertex in a round, as a share of the shortest side around it.
 constexpr double kMaxStepShare = 0.3;
-/// Cosine of the largest turn of a triangle in one step.
+/// Cosine of the largest angle by which a step may turn a triangle's normal.
 constexpr double kMinStepTurnCosine = 0.9;
-/// Doubled area over the squared longest side below which a triangle may not fall.
+/// A step may not make a triangle's doubled area over its squared longest side fall below this.
 constexpr double kMinShape = 1e-3;
-/// Bound on the rounding of distances in single precision, at unit size.
+/// Bound on the rounding of distances to single precision, at unit size.
 constexpr double kSingleRounding = 1e-6;
 
 Vec3d normal_of(const Vec3d& a, const Vec3d& b, const Vec3d& c) { return cross(b - a, c - a); }
 
-/// Barycentric coordinates of a triangle's nearest point.
+/// Barycentric coordinates of the point of a triangle that is nearest to p.
 std::array<double, 3> nearest_barycentric(const Vec3d& p, const std::array<Vec3d, 3>& c) {
   const Vec3d n = normal_of(c[0], c[1], c[2]);
   const double whole = dot(n, n);
@@ -79,8 +79,8 @@ std::array<double, 3> nearest_barycentric(const Vec3d& p, const std::array<Vec3d
   return share;
 }
 
-/// Sum of squares (outer products) of unit directions perpendicular to the lines at a vertex.
-struct AcrossLines {
+/// Sum of outer products of the unit directions that lie across the lines at a vertex.
+struct CrossLineTensor {
   double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0, count = 0;
   void add(const Vec3d& n, double w) {
     xx += w * n.x * n.x, xy += w * n.x * n.y, xz += w * n.x * n.z;
@@ -89,11 +89,11 @@ struct AcrossLines {
   }
 };
 
-/// For each vertex, the lines between labels at it; empty if there are none.
-std::vector<AcrossLines> label_lines_at_vertices(const std::vector<Vec3d>& points,
-                                                 const std::vector<Triangle>& low,
-                                                 std::span<const std::uint32_t> labels) {
-  std::vector<AcrossLines> lines(labels.empty() ? 0 : points.size());
+/// For each vertex, the directions across the lines between labels that meet there; empty if there are no lines.
+std::vector<CrossLineTensor> label_lines_at_vertices(const std::vector<Vec3d>& points,
+                                                     const std::vector<Triangle>& low,
+                                                     std::span<const std::uint32_t> labels) {
+  std::vector<CrossLineTensor> lines(labels.empty() ? 0 : points.size());
   if (labels.empty()) return lines;
   const auto facing = [&](const SideLists::Item& side) {
     const Triangle& t = low[side.index / 3];
@@ -116,20 +116,20 @@ std::vector<AcrossLines> label_lines_at_vertices(const std::vector<Vec3d>& point
           lines[v].add(across * (1 / size), line_weight(one, other));
         }
       });
-  const double room = max_line_weight(length_of_lines, length_of_all);
-  for (AcrossLines& of : lines) {
-    const double w = of.count > 0 ? kLineStayWeight * room / of.count : 0;
+  const double max_weight = max_line_weight(length_of_lines, length_of_all);
+  for (CrossLineTensor& of : lines) {
+    const double w = of.count > 0 ? kLineStayWeight * max_weight / of.count : 0;
     for (double* sum : {&of.xx, &of.xy, &of.xz, &of.yy, &of.yz, &of.zz}) *sum *= w;
   }
   return lines;
 }
 
-/// Normal equations of a vertex's step: a weighted sum of squared distances.
+/// Normal equations of a vertex's step, which minimizes a weighted sum of squared distances.
 struct StepEquations {
   double xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
   Vec3d right{};
-  /// Sum of weights, and weighted sum of squared distances at the current position.
-  double weight = 0, missed = 0;
+  /// Sum of all weights, and weighted sum of squared distances at the current position
+  double weight = 0, squared_sum = 0;
 
   void add(const Vec3d& normal, const Vec3d& missing, double share, double w) {
     const double along = dot(normal, missing), square = w * share * share;
@@ -138,27 +138,26 @@ struct StepEquations {
     yz += square * normal.y * normal.z, zz += square * normal.z * normal.z;
     right += normal * (w * share * along) + missing * (w * share * kTangentialWeight);
     weight += square;
-    missed += square * along * along;
+    squared_sum += square * along * along;
   }
-  /// Pulls the vertex towards a plane, but not along it: tangential pull displaced vertices that their quadrics
-  /// hardly hold, as
-  /// on shallow fillets.
+  /// Pulls the vertex towards a plane, but not along it. A tangential pull displaced vertices that their quadrics
+  /// hardly hold, as on shallow fillets.
   void add_plane_equation(const Vec3d& normal, const Vec3d& missing, double w) {
     add(normal, normal * dot(normal, missing), 1, w);
   }
-  /// Penalizes moving across lines, in proportion to the total weight of the equations so far.
-  void restrict_to_lines(const AcrossLines& lines) {
+  /// Penalizes steps across lines, in proportion to the weight of all equations so far.
+  void restrict_to_lines(const CrossLineTensor& lines) {
     xx += weight * lines.xx, xy += weight * lines.xy, xz += weight * lines.xz;
     yy += weight * lines.yy, yz += weight * lines.yz, zz += weight * lines.zz;
   }
   /// Pulls the vertex towards the planes of its quadric.
-  /// \param collapsed_position  the vertex's position after the collapses, on those planes
+  /// \param collapsed_position  position of the vertex after the collapses, which lies on those planes
   void add_quadric_equation(const Quadric& planes, const Vec3d& collapsed_position,
                             const Vec3d& p) {
-    if (!(missed > 0) || !(planes.area > 0)) return;
+    if (!(squared_sum > 0) || !(planes.area > 0)) return;
     const double off =
-        planes.at(collapsed_position) / planes.area + missed / weight / kMaxQuadricFactor;
-    const double w = kQuadricWeight * missed / off / planes.area;
+        planes.at(collapsed_position) / planes.area + squared_sum / weight / kMaxQuadricFactor;
+    const double w = kQuadricWeight * squared_sum / off / planes.area;
     xx += w * planes.xx, xy += w * planes.xy, xz += w * planes.xz;
     yy += w * planes.yy, yz += w * planes.yz, zz += w * planes.zz;
     right += planes.slope(p) * -w;
@@ -171,7 +170,7 @@ struct StepEquations {
   }
 };
 
-/// A low poly during the fit, with its movable vertices.
+/// A low poly while it is fitted, and which of its vertices may move.
 class MovingMesh {
  public:
   MovingMesh(std::vector<Vec3d>& points, const std::vector<Triangle>& triangles, bool height_field)
@@ -190,7 +189,7 @@ class MovingMesh {
   }
 
   bool fixed(std::uint32_t vertex) const { return fixed_[vertex] != 0; }
-  /// For each triangle, 1 if it has a movable corner.
+  /// For each triangle, 1 if at least one of its corners may move.
   std::vector<std::uint8_t> is_movable() const {
     std::vector<std::uint8_t> result(triangles_.size());
     std::transform(triangles_.begin(), triangles_.end(), result.begin(), [&](const Triangle& t) {
@@ -198,7 +197,7 @@ class MovingMesh {
     });
     return result;
   }
-  /// Corners at a vertex, as 3 * triangle + corner.
+  /// The corners at a vertex, as 3 * triangle + corner.
   std::span<const VertexLists::Item> corners(std::uint32_t vertex) const {
     return corners_.of(vertex);
   }
@@ -244,44 +243,44 @@ std::size_t SurfaceFit::sample_count_for(std::size_t faces, bool draft) {
                : std::max(kMinSamples, kSamplesPerFace * faces);
 }
 
-/// Weighs samples by area, and (except on height fields) by curvature.
+/// Sets the weights of samples: by area and, except on height fields, by curvature.
 void SurfaceFit::set_weights() {
-  cumulative_weights_.resize(triangles_.size());
+  triangle_weights_.resize(triangles_.size());
   std::optional<CurvatureWeights> curvature_weights;
   if (!height_field_) curvature_weights.emplace(positions_, triangles_);
-  parallel_for(
-      cumulative_weights_.size(), std::size_t{1} << 14, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-          const Triangle& t = triangles_[i];
-          const Vec3d a = to_double(positions_[t[0]]), b = to_double(positions_[t[1]]),
-                      c = to_double(positions_[t[2]]);
-          cumulative_weights_[i] =
-              length(normal_of(a, b, c)) * (curvature_weights ? curvature_weights->of(t) : 1);
-        }
-      });
+  parallel_for(triangle_weights_.size(), std::size_t{1} << 14,
+               [&](std::size_t begin, std::size_t end) {
+                 for (std::size_t i = begin; i < end; ++i) {
+                   const Triangle& t = triangles_[i];
+                   const Vec3d a = to_double(positions_[t[0]]), b = to_double(positions_[t[1]]),
+                               c = to_double(positions_[t[2]]);
+                   triangle_weights_[i] = length(normal_of(a, b, c)) *
+                                          (curvature_weights ? curvature_weights->weight_of(t) : 1);
+                 }
+               });
 }
 
-/// Draws samples evenly along the list of triangles by weight, and three from each triangle if there are few
-/// triangles. Weighing by area alone would leave fillets, rims and edges with one or two samples, and faces at such
-/// places would move at random.
-void SurfaceFit::take_samples(std::size_t wanted) {
+/// Draws samples at equal distances along the list of triangles, measured by their weights: the centroid of a triangle
+/// for one sample, three points of it for more. If there are few triangles, draws three points from each. Weighing by
+/// area alone would leave fillets, rims and edges with one or two samples, and faces there would move at random.
+void SurfaceFit::draw_samples(std::size_t wanted) {
   if (requested_samples_ == wanted) return;
   requested_samples_ = wanted;
-  if (cumulative_weights_.empty()) set_weights();
+  if (triangle_weights_.empty()) set_weights();
   using BarycentricWeights = std::array<double, 3>;
   constexpr std::array<BarycentricWeights, 3> kThreePoints{
       {{2.0 / 3, 1.0 / 6, 1.0 / 6}, {1.0 / 6, 2.0 / 3, 1.0 / 6}, {1.0 / 6, 1.0 / 6, 2.0 / 3}}};
   constexpr std::array<BarycentricWeights, 1> kCentroid{{{1.0 / 3, 1.0 / 3, 1.0 / 3}}};
   const bool all = kThreePoints.size() * triangles_.size() < wanted;
-  const double step = std::accumulate(cumulative_weights_.begin(), cumulative_weights_.end(), 0.0) /
+  const double step = std::accumulate(triangle_weights_.begin(), triangle_weights_.end(), 0.0) /
                       static_cast<double>(wanted);
   samples_.clear();
   samples_.reserve(all ? kThreePoints.size() * triangles_.size() : wanted + wanted / 2);
   double sum = 0;
-  for (std::size_t i = 0; i < cumulative_weights_.size(); ++i) {
-    if (!(cumulative_weights_[i] > 0)) continue;
+  for (std::size_t i = 0; i < triangle_weights_.size(); ++i) {
+    if (!(triangle_weights_[i] > 0)) continue;
     const double first_index = std::floor(sum / step);
-    sum += cumulative_weights_[i];
+    sum += triangle_weights_[i];
     const double picked = std::floor(sum / step) - first_index;
     if (!all && picked < 1) continue;
     const std::span<const BarycentricWeights> places =
@@ -296,8 +295,8 @@ void SurfaceFit::take_samples(std::size_t wanted) {
       Sample& sample = samples_.emplace_back();
       sample.point = a * corners[0] + b * corners[1] + c * corners[2];
       sample.normal = normal * (1 / size);
-      // Each sampled triangle also represents the skipped ones.
-      sample.weight = (all ? cumulative_weights_[i] : std::max(cumulative_weights_[i], step)) /
+      // A sampled triangle also represents the triangles that were skipped before it.
+      sample.weight = (all ? triangle_weights_[i] : std::max(triangle_weights_[i], step)) /
                       static_cast<double>(places.size());
     }
   }
@@ -310,21 +309,21 @@ Vec3d SurfaceFit::place_of(const Sample& s, const std::vector<Vec3d>& points,
   return points[t[0]] * s.share[0] + points[t[1]] * s.share[1] + points[t[2]] * s.share[2];
 }
 
-/// Upper bound of the squared distance to the nearest triangle: the distance to the previous match plus rounding to
+/// Upper bound of the squared distance to the nearest triangle: the distance to the previous match, plus rounding to
 /// single precision. Infinity if there was no match.
-double SurfaceFit::surely_within(const Sample& known, const Vec3d& point,
-                                 const std::vector<Vec3d>& points,
-                                 const std::vector<Triangle>& low) {
+double SurfaceFit::squared_distance_bound(const Sample& known, const Vec3d& point,
+                                          const std::vector<Vec3d>& points,
+                                          const std::vector<Triangle>& low) {
   if (known.share == std::array<double, 3>{}) return std::numeric_limits<double>::infinity();
   const double distance = length(point - place_of(known, points, low)) + kSingleRounding;
   return distance * distance;
 }
 
 /// Matches the samples with the current low poly.
-/// \param is_movable   by triangle, 1 if samples may move it. Among fixed triangles, the nearest is not determined
-///               exactly: vegetation has many at nearly equal distances, where an exact search is slow
-/// \param before  matches of the previous round; empty in the first
-/// \param found   receives the matched samples
+/// \param is_movable   for each triangle, 1 if samples may move it. Which of the fixed triangles is the nearest is not
+///   determined exactly: vegetation has many at nearly equal distances, where an exact search is slow
+/// \param before  matches of the previous round; empty in the first round
+/// \param found   [out] the matched samples
 void SurfaceFit::match(const std::vector<std::uint8_t>& is_movable,
                        const std::vector<Sample>& before, const std::vector<Vec3d>& points,
                        const std::vector<Triangle>& low, std::vector<Sample>& found) const {
@@ -353,10 +352,10 @@ void SurfaceFit::match(const std::vector<std::uint8_t>& is_movable,
     for (std::size_t i = begin; i < end; ++i) {
       Sample& s = found[i] = samples_[i];
       if (s.weight == 0) continue;
-      // Bounds the search by the previous match, or by the match of the preceding sample.
+      // The previous match of the sample, or that of the sample before it, bounds the search.
       const Sample* known = !before.empty() ? &before[i] : i > begin ? &found[i - 1] : nullptr;
       const double within = known == nullptr ? std::numeric_limits<double>::infinity()
-                                             : surely_within(*known, s.point, points, low);
+                                             : squared_distance_bound(*known, s.point, points, low);
       const Vec3 point = to_float(s.point);
       const bool at_rest = !all_move && known != nullptr && is_at_rest(point, known->triangle);
       s.triangle = at_rest ? known->triangle : tree.nearest(point, within);
@@ -373,13 +372,13 @@ void SurfaceFit::match(const std::vector<std::uint8_t>& is_movable,
 void SurfaceFit::run(std::vector<Vec3d>& points, const std::vector<Triangle>& low,
                      std::span<const std::uint32_t> labels, std::span<const Quadric> planes,
                      bool draft) {
-  take_samples(sample_count_for(low.size(), draft));
+  draw_samples(sample_count_for(low.size(), draft));
   std::vector<Sample> found, before;
   const std::vector<Vec3d> collapsed_position = points;
   const MovingMesh moving_mesh(points, low, height_field_);
   const std::vector<std::uint8_t> is_movable = moving_mesh.is_movable();
   if (std::find(is_movable.begin(), is_movable.end(), 1) == is_movable.end()) return;
-  const std::vector<AcrossLines> lines = label_lines_at_vertices(points, low, labels);
+  const std::vector<CrossLineTensor> lines = label_lines_at_vertices(points, low, labels);
   for (int round = 0; round < (draft ? kDraftFitRounds : kFitRounds); ++round) {
     before.swap(found);
     match(is_movable, before, points, low, found);
@@ -412,7 +411,7 @@ void SurfaceFit::run(std::vector<Vec3d>& points, const std::vector<Triangle>& lo
       if (!lines.empty()) step_equations.restrict_to_lines(lines[v]);
       Vec3d step = step_equations.step();
       const double size = length(step), longest = moving_mesh.longest_step(v);
-      if (!(size > 0)) continue;  // Also skips NaN.
+      if (!(size > 0)) continue;  // Also skips NaN
       if (size > longest) step = step * (longest / size);
       for (const double part : {1.0, 0.5}) {
         const Vec3d target = snap_(points[v] + step * part);

@@ -1,4 +1,4 @@
-// Fits vertices of a low poly so that its faces, not only its corners, lie on the high poly.
+// Fits the vertices of a low poly so that its faces, not only its corners, lie on the high poly.
 #pragma once
 
 #include <array>
@@ -16,18 +16,18 @@
 
 namespace kiln {
 
-/// Quadrics put each vertex at the intersection of the planes around it, so that the faces between lie on one side of
-/// a curved surface. The fit centres them: it matches samples of the high poly with their nearest points on the low
-/// poly, then moves one vertex after another to minimize the squared distances along the high poly's normals (Hoppe,
-/// DeRose, Duchamp, McDonald and Stuetzle 1993, "Mesh Optimization", section 4.1). Both steps are repeated for a few
-/// rounds. Samples in curved areas weigh more (quadric.h), except on height fields. Coordinates should be of about
-/// unit size.
+/// Quadrics put each vertex at the intersection of the planes around it, so the faces between lie on one side of a
+/// curved surface. The fit centres these faces: it matches samples of the high poly with their nearest points on the
+/// low poly, then moves one vertex after another to minimize the squared distances along the high poly's normals
+/// (Hoppe, DeRose, Duchamp, McDonald and Stuetzle 1993, "Mesh Optimization", section 4.1). Both steps are repeated for
+/// a few rounds. Samples in curved areas have more weight (see quadric.h), except on height fields. Coordinates should
+/// be of about unit size.
 class SurfaceFit {
  public:
-  /// Rounds a point to one that the caller's mesh can store.
+  /// Rounds a point to a position that the caller's mesh can store.
   using Snap = std::function<Vec3d(const Vec3d&)>;
 
-  /// Spans must outlive this object.
+  /// The spans must outlive this object.
   SurfaceFit(std::span<const Vec3> positions, std::span<const Triangle> triangles,
              bool height_field, Snap snap)
       : positions_(positions),
@@ -35,14 +35,15 @@ class SurfaceFit {
         height_field_(height_field),
         snap_(std::move(snap)) {}
 
-  /// Draws the samples for a low poly of `faces` triangles before run(), so that this may overlap other work.
-  void prepare(std::size_t faces) { take_samples(sample_count_for(faces, /*draft=*/false)); }
+  /// Draws the samples for a low poly of `faces` triangles before run() is called, so that this can overlap other work.
+  void prepare(std::size_t faces) { draw_samples(sample_count_for(faces, /*draft=*/false)); }
 
   /// Moves vertices of a low poly. Vertices on open edges, or on edges of more than two triangles, do not move. No
-  /// triangle turns far, loses its area or (on a height field) faces down. Deterministic on any number of threads.
-  /// \param draft  a quarter of the samples and half the rounds, for meshes that are only measured
-  /// \param labels  by triangle; vertices on lines between labels only move along them; empty: none
-  /// \param planes  by point, the quadric that holds it; empty: none
+  /// triangle turns by a large angle, loses its area or (on a height field) faces down. Deterministic on any number of
+  /// threads.
+  /// \param draft  true: uses a quarter of the samples and half the rounds, for meshes that are only measured
+  /// \param labels  label of each triangle. Vertices on lines between labels only move along these; empty: no labels
+  /// \param planes  for each point, the quadric that attracts it; empty: none
   void run(std::vector<Vec3d>& points, const std::vector<Triangle>& low,
            std::span<const std::uint32_t> labels, std::span<const Quadric> planes,
            bool draft = false);
@@ -51,18 +52,19 @@ class SurfaceFit {
   /// A point of the high poly, and its match on the low poly.
   struct Sample {
     Vec3d point{}, normal{};
-    /// Area, enlarged where the surface is curved; 0 if the sample has no match
+    /// The area that the sample represents, increased where the surface is curved; 0 if the sample has no match
     double weight = 0;
     std::uint32_t triangle = 0;
-    std::array<double, 3> share{};  ///< Barycentric weights of the triangle's corners.
+    std::array<double, 3> share{};  ///< Barycentric coordinates in the triangle
   };
   static std::size_t sample_count_for(std::size_t faces, bool draft);
-  void take_samples(std::size_t wanted);
+  void draw_samples(std::size_t wanted);
   void set_weights();
   static Vec3d place_of(const Sample& s, const std::vector<Vec3d>& points,
                         const std::vector<Triangle>& low);
-  static double surely_within(const Sample& known, const Vec3d& point,
-                              const std::vector<Vec3d>& points, const std::vector<Triangle>& low);
+  static double squared_distance_bound(const Sample& known, const Vec3d& point,
+                                       const std::vector<Vec3d>& points,
+                                       const std::vector<Triangle>& low);
   void match(const std::vector<std::uint8_t>& loose, const std::vector<Sample>& before,
              const std::vector<Vec3d>& points, const std::vector<Triangle>& low,
              std::vector<Sample>& found) const;
@@ -71,10 +73,9 @@ class SurfaceFit {
   std::span<const Triangle> triangles_;
   bool height_field_;
   Snap snap_;
-  std::vector<double>
-      cumulative_weights_;  ///< Cumulative weights of triangles; empty until first use
+  std::vector<double> triangle_weights_;  ///< Weight of each triangle; empty until first use
   std::vector<Sample> samples_;
-  std::size_t requested_samples_ = 0;  ///< Number of samples requested for samples_.
+  std::size_t requested_samples_ = 0;  ///< Number of samples that was requested for samples_
 };
 
 }  // namespace kiln

@@ -26,12 +26,12 @@ using Colors = Eigen::Matrix<double, Eigen::Dynamic, 4>;
 constexpr std::size_t kMinPlaces = 100000;
 constexpr std::size_t kPlacesPerVertex = 40;
 constexpr std::size_t kPlacesPerTask = 256;
-// Extra share of a vertex's weight for its nearest sample; damps ringing where samples are few.
+// Additional share of a vertex's weight for its nearest sample. It damps ringing where samples are few.
 constexpr double kNearestWeight = 0.01;
-// A vertex lies on one side of a sheet if its summed normals exceed this share of its faces' area.
+// A vertex lies on one side of a sheet if the sum of its normals is longer than this share of the area of its faces.
 constexpr double kMinOneSidedShare = 0.1;
 
-/// A high-poly vertex's nearest point on the low poly.
+/// A vertex of the high poly, and its nearest point on the low poly.
 struct ColoredPlace {
   Triangle corners{};
   std::array<double, 3> share{};
@@ -44,13 +44,14 @@ Rgba linear_of(const std::array<std::uint8_t, 4>& color) {
   return {linear[color[0]], linear[color[1]], linear[color[2]], color[3] / 255.0};
 }
 
-/// Area and normals of the faces around each vertex.
+/// For each vertex, the area and the normals of the faces around it.
 struct VertexSurroundings {
-  std::vector<double> area;  ///< A third of the triangles' area; 0 if a corner is not finite.
+  std::vector<double> area;  ///< A third of the triangles' area; 0 if a corner is not finite
   std::vector<Vec3d>
-      facing;  ///< Sum of cross products; about 0 where a vertex belongs to both sides of a sheet
+      facing;  ///< Sum of cross products; about 0 for a vertex on both sides of a sheet
 
-  /// Side of a triangle on which a vertex lies: along its normal (1), against it (-1), or both (0).
+  /// Side of a triangle on which a vertex lies: the side of the triangle's normal (1), the opposite side (-1), or both
+  /// (0).
   int side(std::size_t vertex, const Vec3d& normal) const {
     const double agrees = dot(facing[vertex], normal);
     if (std::abs(agrees) < kMinOneSidedShare * 6 * area[vertex] * length(normal)) return 0;
@@ -82,7 +83,7 @@ std::vector<ColoredPlace> places_of(const Mesh& high, const Mesh& low) {
   const std::size_t most = std::max(kMinPlaces, kPlacesPerVertex * low.positions.size());
   const std::size_t step = (high_points.size() + most - 1) / most;
   const std::size_t count = (high_points.size() + step - 1) / step;
-  // Vertices on both sides of a sheet get a second sample on its back.
+  // A vertex on both sides of a sheet gets a second sample on the sheet's back.
   std::vector<ColoredPlace> places(sides.empty() ? count : 2 * count);
   parallel_for(count, kPlacesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -109,10 +110,13 @@ std::vector<ColoredPlace> places_of(const Mesh& high, const Mesh& low) {
   return places;
 }
 
-/// Colour sums at each low-poly vertex.
+/// Sums of colours at each vertex of the low poly.
 struct VertexColors {
-  std::vector<double> weight;  ///< Total weight of each vertex's samples; 0 without samples
-  Colors nearest;  ///< Colour of its nearest sample, and that sample's barycentric coordinate
+  /// For each vertex, the total weight of its samples; 0 without samples
+  std::vector<double> weight;
+  /// For each vertex, the colour of its nearest sample, and the barycentric coordinate that this sample has at the
+  /// vertex
+  Colors nearest;
 };
 
 VertexColors nearest_places(const std::vector<ColoredPlace>& places, std::size_t count) {
@@ -131,7 +135,7 @@ VertexColors nearest_places(const std::vector<ColoredPlace>& places, std::size_t
   return result;
 }
 
-/// Fills vertices without a colour with the mean of their neighbours, ring by ring.
+/// Fills each vertex without a colour with the mean of its neighbours, in rings around the coloured vertices.
 void fill_uncolored(const Mesh& low, VertexColors& vertices) {
   auto& [weight, mean] = vertices;
   for (bool any_filled = true; any_filled;) {
@@ -152,13 +156,13 @@ void fill_uncolored(const Mesh& low, VertexColors& vertices) {
       if (count[v] == 0) continue;
       const auto row = static_cast<Eigen::Index>(v);
       mean.row(row) = sum.row(row) / count[v];
-      weight[v] = 1e-30;  // A tiny weight marks the vertex as coloured.
+      weight[v] = 1e-30;  // A tiny weight marks the vertex as coloured
       any_filled = true;
     }
   }
 }
 
-/// Fits the vertex colours to all samples by least squares.
+/// Fits the colours of vertices to all samples by least squares.
 Colors fit(const std::vector<ColoredPlace>& places, const VertexColors& vertices) {
   const Eigen::Index count = vertices.nearest.rows();
   std::vector<Eigen::Triplet<double>> entries;

@@ -19,14 +19,14 @@ using TriangleNames = std::vector<std::uint32_t>;
 
 constexpr std::size_t kNamesPerTask = 256;
 
-/// True if not all triangles have the same name.
+/// True if triangles have different names.
 bool have_several_names(const TriangleNames& names) {
   return std::any_of(names.begin(), names.end(),
                      [&](std::uint32_t name) { return name != names.front(); });
 }
 
-/// For each low-poly triangle, the nearest high-poly triangle at four of its points; on two-sided sheets, on the same
-/// side.
+/// For each low-poly triangle, the nearest high-poly triangle at each of four of its points. On two-sided sheets, only
+/// triangles on the same side count.
 std::vector<std::array<std::uint32_t, 4>> nearest_of(const Mesh& high, const Mesh& low) {
   const Frame frame = Frame::of(high);
   const std::vector<Vec3> high_points = frame.to_frame(high), low_points = frame.to_frame(low);
@@ -65,7 +65,7 @@ std::vector<std::array<std::uint32_t, 4>> nearest_of(const Mesh& high, const Mes
   return nearest;
 }
 
-/// The majority of four names; the first on a tie.
+/// The majority of four names; on a tie, the first.
 std::uint32_t majority_of(const std::array<std::uint32_t, 4>& nearest, const TriangleNames& names) {
   std::uint32_t best = names[nearest[0]];
   std::ptrdiff_t most_votes = 0;

@@ -10,12 +10,12 @@
 namespace kiln {
 namespace {
 
-/// Weight of squared UV distances, scaled to the surface, relative to distances from planes: maps store detail by UV,
-/// so a shift along the surface matters less than a deviation from it.
+/// Weight of squared UV distances, scaled to lengths on the surface, relative to squared distances from planes. Maps
+/// store detail by UV, so a shift along the surface matters less than a deviation from it.
 constexpr double kUvWeight = 0.02;
-/// Weight of perpendicular planes through seams and borders of groups, relative to a triangle's own plane.
+/// Weight of the perpendicular planes through seams and borders of groups, relative to a triangle's own plane.
 constexpr double kSeamWeight = 10;
-/// Limit of a UV triangle's doubled area over its squared longest side, below which it may not get worse.
+/// Minimum of a UV triangle's doubled area over its squared longest side. Triangles below it may not get worse.
 constexpr double kMinUvShape = 1e-3;
 constexpr std::uint8_t kInsideVertex = 0, kLineVertex = 2, kCornerVertex = 3;
 
@@ -29,7 +29,7 @@ double doubled_area(const std::array<Vec2, 3>& p) {
          (double{p[1].y} - p[0].y) * (double{p[2].x} - p[0].x);
 }
 
-/// Signed doubled area over the squared longest side; 0 for a point.
+/// Shape of a UV triangle: its signed doubled area over its squared longest side; 0 if it is a point.
 double uv_shape(const std::array<Vec2, 3>& p) {
   const double longest = std::max({squared(p[0], p[1]), squared(p[1], p[2]), squared(p[2], p[0])});
   return longest > 0 ? doubled_area(p) / longest : 0;
@@ -37,7 +37,7 @@ double uv_shape(const std::array<Vec2, 3>& p) {
 
 double uv_component(const Vec2& uv, std::size_t axis) { return axis == 0 ? uv.x : uv.y; }
 
-/// Gradients of a triangle's barycentric coordinates. False if it has no area.
+/// Gradients of a triangle's barycentric coordinates. Returns false if the triangle has no area.
 bool corner_gradients(const std::array<Vec3d, 3>& p, std::array<Vec3d, 3>& gradients,
                       double& area) {
   const Vec3d normal = cross(p[1] - p[0], p[2] - p[0]);
@@ -62,16 +62,16 @@ UvSeamConstraint::UvErrorSums& UvSeamConstraint::UvErrorSums::operator+=(const U
   return *this;
 }
 
-/// The UV coordinate at a point that minimizes the summed squared errors of the affine maps.
-double UvSeamConstraint::UvErrorSums::best(std::size_t axis, const Vec3d& p) const {
+/// The UV coordinate at point p that minimizes the sum of squared errors of the affine maps.
+double UvSeamConstraint::UvErrorSums::best_uv(std::size_t axis, const Vec3d& p) const {
   return (dot(gradient[axis], p) + offset[axis]) / weight;
 }
 
 UvSeamConstraint::UvSeamConstraint(const CollapseMesh& mesh, Layout layout)
     : layout_(std::move(layout)),
-      layout_copies_(layout_.uvs, layout_.corners),
+      uv_copies_(layout_.uvs, layout_.corners),
       vertex_of_(layout_.uvs.size(), kNoVertex),
-      chart_borders_({}, {}, {}, {}, layout_copies_),
+      chart_borders_({}, {}, {}, {}, uv_copies_),
       uv_error_sums_(layout_.uvs.size()) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) vertex_of_[layout_.corners[t][k]] = mesh.triangles[t][k];
@@ -87,7 +87,7 @@ UvSeamConstraint::UvSeamConstraint(const CollapseMesh& mesh, Layout layout)
     });
   }
   chart_borders_ =
-      LayoutBorders(layout_.uvs, layout_.corners, layout_.charts, is_on_border, layout_copies_);
+      LayoutBorders(layout_.uvs, layout_.corners, layout_.charts, is_on_border, uv_copies_);
   add_uv_errors(mesh);
 }
 
@@ -105,7 +105,7 @@ void UvSeamConstraint::classify(const CollapseMesh& mesh, std::span<const std::u
   }
   vertex_class_.resize(mesh.points.size());
   for (std::size_t v = 0; v < lines.size(); ++v) {
-    // A vertex where a seam ends at a group border is a corner of both lines.
+    // A vertex at which a seam ends on a group border is a corner of both lines.
     const bool is_on_line = lines[v] == 2 && seams[v] != 1;
     vertex_class_[v] = lines[v] == 0 ? kInsideVertex : is_on_line ? kLineVertex : kCornerVertex;
   }
@@ -147,7 +147,8 @@ void UvSeamConstraint::add_uv_errors(const CollapseMesh& mesh) {
   }
 }
 
-/// Adds planes through each seam edge and perpendicular to its triangles. Open borders already have them.
+/// Adds, for each seam edge, planes that contain the edge and stand perpendicular to its triangles. Open borders have
+/// such planes already.
 void UvSeamConstraint::add_planes(const CollapseMesh& mesh, std::vector<Quadric>& quadrics) const {
   for (const std::uint64_t edge : mesh.edges()) {
     const auto a = static_cast<std::uint32_t>(edge >> 32), b = static_cast<std::uint32_t>(edge);
@@ -205,7 +206,8 @@ bool UvSeamConstraint::is_line(const CollapseMesh& mesh, std::uint32_t a, std::u
   return !is_same_edge;
 }
 
-/// Finds the pairs of corners that merge, from the edge's triangles. False if the edge has more than two triangles.
+/// Finds the pairs of corners that merge, from the triangles at the edge. Returns false if the edge has more than two
+/// triangles.
 bool UvSeamConstraint::pair_corners(const CollapseMesh& mesh, Plan& plan) const {
   bool is_consistent = true;
   mesh.each_triangle_on_edge(plan.gone, plan.kept, [&](std::uint32_t t) {
@@ -237,7 +239,7 @@ UvSeamConstraint::Plan UvSeamConstraint::plan(const CollapseMesh& mesh, std::uin
     } else {
       onto(b, a);
       if (plan.kind != Plan::Kind::onto) return plan;
-      // Borders between copies and other triangles stay in place, and so do folds.
+      // Borders between copies and other triangles must stay in place, and folds as well.
       const int gone = rank(plan.pairs[0].gone), kept = rank(plan.pairs[0].kept);
       if (gone == kept) {
         plan.kind = Plan::Kind::inside;
@@ -258,19 +260,20 @@ UvSeamConstraint::Plan UvSeamConstraint::plan(const CollapseMesh& mesh, std::uin
   const Plan reverse_plan = plan;
   onto(b, a);
   if (reverse_plan.kind == Plan::Kind::none) return plan;
-  // All copies collapse in the same direction.
-  const int goes = rank(plan.pairs[0].gone), stays = rank(plan.pairs[0].kept);
-  if (goes != stays) return goes < stays ? plan : reverse_plan;
+  // All copies must collapse in the same direction.
+  const int gone_rank = rank(plan.pairs[0].gone), kept_rank = rank(plan.pairs[0].kept);
+  if (gone_rank != kept_rank) return gone_rank < kept_rank ? plan : reverse_plan;
   if (has_copies(plan) || has_copies(reverse_plan)) {
-    const auto key = [&](const Plan& p) { return layout_copies_.first(p.pairs[0].kept); };
+    const auto key = [&](const Plan& p) { return uv_copies_.first_copy(p.pairs[0].kept); };
     return key(reverse_plan) < key(plan) ? reverse_plan : plan;
   }
-  // Chooses the cheaper direction. On a straight line, the cost of the shape hardly depends on the direction.
+  // Chooses the cheaper direction. On a straight line, the cost of the shape hardly depends on the direction, and the
+  // UV error decides.
   const Quadric keeps_b = cost_of(reverse_plan), keeps_a = cost_of(plan);
   return keeps_b.at(mesh.points[b]) < keeps_a.at(mesh.points[a]) ? reverse_plan : plan;
 }
 
-/// The error of UVs as a quadric of the merged vertex's position.
+/// The UV error as a quadric in the position of the merged vertex.
 Quadric UvSeamConstraint::cost_of(const Plan& plan) const {
   const double weight = kUvWeight;
   Quadric cost;
@@ -282,7 +285,8 @@ Quadric UvSeamConstraint::cost_of(const Plan& plan) const {
       Quadric part = sum.linear[axis];
       part.area = 0;
       if (plan.kind == Plan::Kind::inside) {
-        // Hoppe 1999, section 3, with the UV eliminated: it takes its best value at each position.
+        // Hoppe 1999, section 3. The UV is eliminated from the equations, since it takes its best value at each
+        // position.
         part.add_linear(sum.gradient[axis], sum.offset[axis], -1 / sum.weight);
       } else {
         const double value = scale_ * uv_component(layout_.uvs[plan.pairs[i].kept], axis);
@@ -309,8 +313,8 @@ std::optional<Vec3d> UvSeamConstraint::place(const CollapseMesh& mesh, std::uint
   return sum.best_near(mesh.points[a], mesh.points[b]);
 }
 
-/// UV of the merged vertex inside a chart: the best fit of the triangles' maps, clamped to the surroundings of the
-/// two UVs.
+/// UV of a merged vertex inside a chart: the best fit to the affine maps of the triangles, clamped to the surroundings
+/// of the two old UVs.
 Vec2 UvSeamConstraint::uv_at(const Plan& plan, const Vec3d& target) const {
   const Vec2 &a = layout_.uvs[plan.pairs[0].gone], &b = layout_.uvs[plan.pairs[0].kept];
   if (plan.kind == Plan::Kind::onto) return b;
@@ -323,9 +327,9 @@ Vec2 UvSeamConstraint::uv_at(const Plan& plan, const Vec3d& target) const {
   std::array<float, 2> uv{};
   for (std::size_t axis = 0; axis < 2; ++axis) {
     const auto [low, high] = std::minmax({uv_component(a, axis), uv_component(b, axis)});
-    const double room = std::sqrt(squared(a, b)) / 2;
-    uv[axis] =
-        static_cast<float>(std::clamp(sum.best(axis, target) / scale_, low - room, high + room));
+    const double max_shift = std::sqrt(squared(a, b)) / 2;
+    uv[axis] = static_cast<float>(
+        std::clamp(sum.best_uv(axis, target) / scale_, low - max_shift, high + max_shift));
   }
   return {uv[0], uv[1]};
 }
@@ -367,7 +371,7 @@ bool UvSeamConstraint::keeps_uvs(const CollapseMesh& mesh, std::uint32_t vertex,
   return true;
 }
 
-/// True if the line stays valid when it skips the removed vertex.
+/// True if the seam or border stays valid when it skips the removed vertex.
 bool UvSeamConstraint::keeps_line(const CollapseMesh& mesh, const Plan& plan) const {
   std::uint32_t before = kNoVertex;
   bool free = true;
@@ -375,7 +379,7 @@ bool UvSeamConstraint::keeps_line(const CollapseMesh& mesh, const Plan& plan) co
     for (const std::uint32_t v : mesh.triangles[t]) {
       if (v == plan.gone || v == plan.kept || !is_line(mesh, plan.gone, v)) continue;
       before = v;
-      // A triangle with three lines is a chart or a group by itself.
+      // A triangle whose three sides are all seams or borders is a chart or a group by itself.
       if (mesh.contains(t, plan.kept) && is_line(mesh, v, plan.kept)) free = false;
     }
   });
@@ -385,8 +389,8 @@ bool UvSeamConstraint::keeps_line(const CollapseMesh& mesh, const Plan& plan) co
     const std::uint32_t corner = corner_at(mesh, t, plan.gone);
     for (std::size_t i = 0; i < plan.count; ++i) {
       if (plan.pairs[i].gone != corner) continue;
-      free = free && chart_borders_.free(layout_.uvs, corner_at(mesh, t, before), corner,
-                                         plan.pairs[i].kept);
+      free = free && chart_borders_.may_remove(layout_.uvs, corner_at(mesh, t, before), corner,
+                                               plan.pairs[i].kept);
     }
   });
   return free;
@@ -422,7 +426,7 @@ void UvSeamConstraint::collapse(const CollapseMesh& mesh, std::uint32_t a, std::
       }
     }
   });
-  if (layout_copies_.any()) {
+  if (uv_copies_.any()) {
     for (const std::uint32_t end : {chosen.gone, chosen.kept}) {
       mesh.each_triangle_around(
           end, [&](std::uint32_t t) { vertex_of_[corner_at(mesh, t, end)] = kept; });
@@ -432,25 +436,25 @@ void UvSeamConstraint::collapse(const CollapseMesh& mesh, std::uint32_t a, std::
 }
 
 int UvSeamConstraint::rank(std::uint32_t uv) const {
-  return layout_copies_.on_fold(uv) ? 2 : layout_copies_.has(uv) ? 1 : 0;
+  return uv_copies_.is_on_fold(uv) ? 2 : uv_copies_.has_copies(uv) ? 1 : 0;
 }
 
 bool UvSeamConstraint::has_copies(const Plan& plan) const {
   for (std::size_t i = 0; i < plan.count; ++i) {
-    if (layout_copies_.has(plan.pairs[i].gone)) return true;
+    if (uv_copies_.has_copies(plan.pairs[i].gone)) return true;
   }
   return false;
 }
 
-/// Collapses that must happen together because they move copies of the same corners. Lookups take constant time, so
-/// that the time for a group is linear in the number of copies.
+/// The collapses that must happen together because they move copies of the same corners. Lookups take constant time, so
+/// the time for a group is linear in the number of copies.
 struct UvSeamConstraint::TwinGroup {
   std::vector<Plan> planned_collapses;
-  /// Maps each removed vertex to the vertex that replaces it.
+  /// Maps each removed vertex to the vertex that replaces it
   std::unordered_map<std::uint32_t, std::uint32_t> kept_of;
   std::unordered_set<std::uint32_t> kept;  ///< Vertices that replace removed ones
-  /// Pairs (gone, kept) of first copies of which all copies are in the group already, so that other copies of such a
-  /// pair need no search.
+  /// Pairs (gone, kept) of first copies. All copies of such a pair are in the group already, so they need no further
+  /// search.
   std::unordered_set<std::uint64_t> complete_pairs;
 
   void add(const Plan& step) {
@@ -460,12 +464,12 @@ struct UvSeamConstraint::TwinGroup {
   }
 };
 
-/// The copy of pair.kept that shares a triangle with `gone`, a copy of pair.gone; kNoVertex if there is none. If
-/// there are several, the last one in the order of LayoutCopies::each(pair.kept).
+/// The copy of pair.kept that shares a triangle with `gone`, which is a copy of pair.gone; kNoVertex if there is none.
+/// If there are several, the one that LayoutCopies::all_of(pair.kept) visits last.
 /// \param is_unique  set to false if there are several
 std::uint32_t UvSeamConstraint::find_twin_corner(const CollapseMesh& mesh, std::uint32_t gone,
                                                  const Pair& pair, bool& is_unique) const {
-  // each() descends from pair.kept to the lowest copy, then from the highest one.
+  // all_of() visits copies in descending order from pair.kept to the lowest, then in descending order from the highest.
   const auto order = [&](std::uint32_t uv) {
     if (uv == pair.kept) return std::pair<int, std::uint32_t>(0, 0);
     return std::pair<int, std::uint32_t>(uv < pair.kept ? 1 : 2, ~uv);
@@ -475,9 +479,9 @@ std::uint32_t UvSeamConstraint::find_twin_corner(const CollapseMesh& mesh, std::
     const Triangle& c = layout_.corners[t];
     if (std::find(c.begin(), c.end(), gone) == c.end()) return;
     for (const std::uint32_t other : c) {
-      if (other == found || layout_copies_.first(other) != layout_copies_.first(pair.kept))
+      if (other == found || uv_copies_.first_copy(other) != uv_copies_.first_copy(pair.kept))
         continue;
-      if (other == pair.kept && !layout_copies_.on_fold(other)) continue;
+      if (other == pair.kept && !uv_copies_.is_on_fold(other)) continue;
       if (!mesh.contains(t, vertex_of_[other])) continue;
       if (found != kNoVertex) is_unique = false;
       if (found == kNoVertex || order(other) > order(found)) found = other;
@@ -486,8 +490,8 @@ std::uint32_t UvSeamConstraint::find_twin_corner(const CollapseMesh& mesh, std::
   return found;
 }
 
-/// Adds to the group the collapses that must happen together with collapse `of`, because they move copies of the same
-/// corners. False if a copy has no edge there, or cannot collapse in the same direction.
+/// Adds to the group all collapses that must happen together with the collapse of index `of`, because they move copies
+/// of the same corners. Returns false if a copy has no such edge, or cannot collapse in the same direction.
 bool UvSeamConstraint::add_twins(const CollapseMesh& mesh, TwinGroup& group, std::size_t of) const {
   const Plan::Kind kind = group.planned_collapses[of].kind;
   const auto add = [&](std::uint32_t gone, std::uint32_t kept) {
@@ -507,12 +511,12 @@ bool UvSeamConstraint::add_twins(const CollapseMesh& mesh, TwinGroup& group, std
   for (std::size_t i = 0; i < group.planned_collapses[of].count; ++i) {
     const Pair pair = group.planned_collapses[of].pairs[i];
     const std::uint64_t key =
-        std::uint64_t{layout_copies_.first(pair.gone)} << 32 | layout_copies_.first(pair.kept);
+        std::uint64_t{uv_copies_.first_copy(pair.gone)} << 32 | uv_copies_.first_copy(pair.kept);
     if (group.complete_pairs.contains(key)) continue;
     bool is_unique = true;
     std::size_t found = 0, moved = 0;
     std::unordered_set<std::uint32_t> kept_corners{pair.kept};
-    const bool added = layout_copies_.all_of(pair.gone, [&](std::uint32_t gone) {
+    const bool added = uv_copies_.all_of(pair.gone, [&](std::uint32_t gone) {
       const std::uint32_t kept = find_twin_corner(mesh, gone, pair, is_unique);
       ++found;
       is_unique = is_unique && kept_corners.insert(kept).second;
@@ -520,7 +524,7 @@ bool UvSeamConstraint::add_twins(const CollapseMesh& mesh, TwinGroup& group, std
     });
     if (!added) return false;
     if (kind == Plan::Kind::inside) {
-      layout_copies_.all_of(pair.kept, [&](std::uint32_t) { return ++moved <= found; });
+      uv_copies_.all_of(pair.kept, [&](std::uint32_t) { return ++moved <= found; });
       if (moved != found) return false;
     }
     if (is_unique) group.complete_pairs.insert(key);
@@ -532,7 +536,7 @@ bool UvSeamConstraint::find_twins(const CollapseMesh& mesh, std::uint32_t a, std
                                   Anchor anchor, const Vec3d& target,
                                   std::vector<std::array<std::uint32_t, 2>>& twins) {
   moved_uvs_.clear();
-  if (!layout_copies_.any()) return true;
+  if (!uv_copies_.any()) return true;
   const Plan lead = plan(mesh, a, b, anchor);
   for (std::size_t i = 0; i < lead.count; ++i) {
     const Pair& pair = lead.pairs[i];
@@ -549,7 +553,7 @@ bool UvSeamConstraint::find_twins(const CollapseMesh& mesh, std::uint32_t a, std
   const Vec2 from = layout_.uvs[lead.pairs[0].kept], to = uv_at(lead, target);
   for (std::size_t i = 1; i < group.planned_collapses.size(); ++i) {
     const Plan& twin = group.planned_collapses[i];
-    twins.push_back({twin.kept, twin.gone});  // plan() removes the second vertex of an edge.
+    twins.push_back({twin.kept, twin.gone});  // plan() removes the second vertex of an edge
     if (twin.kind != Plan::Kind::inside) continue;
     const std::uint32_t corner = twin.pairs[0].kept;
     const Vec2& old_uv = layout_.uvs[corner];

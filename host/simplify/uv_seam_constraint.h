@@ -1,4 +1,4 @@
-// Constraint that keeps a UV layout, and borders between groups.
+// Constraint that keeps a UV layout, and the borders between groups.
 #pragma once
 
 #include <array>
@@ -15,26 +15,27 @@
 
 namespace kiln {
 
-/// UVs by corner, and groups and charts by triangle.
+/// A UV layout: UVs by corner, and group and chart of each triangle.
 struct Layout {
   std::vector<Vec2> uvs;
-  std::vector<Triangle> corners;  ///< Indices into uvs, by triangle.
-  /// For each triangle, an index for its combination of group, object and material; empty if all have the same.
+  std::vector<Triangle> corners;  ///< For each triangle, indices into uvs
+  /// For each triangle, the index of its combination of group, object and material; empty if all have the same.
   std::vector<std::uint32_t> groups;
-  std::vector<std::uint32_t> group_of;  ///< A triangle of the given mesh for each group
-  std::vector<std::uint32_t> charts;    ///< Chart of each triangle.
+  /// For each group, a triangle of the given mesh that has it
+  std::vector<std::uint32_t> group_of;
+  std::vector<std::uint32_t> charts;  ///< Chart of each triangle
 };
 
 /// Keeps UV seams (with their end points and crossings), open borders and borders between groups in place, on the
 /// surface and in the layout. No UV triangle flips, and no charts begin to overlap.
 ///
-/// Inside a chart, a moved vertex gets the UV that fits the affine maps of its triangles best, and the error of that
+/// Inside a chart, a vertex that moves gets the UV that fits the affine maps of its triangles best. The error of that
 /// fit adds to the cost (Hoppe 1999, "New Quadric Metric for Simplifying Meshes with Appearance Attributes", section
 /// 3). UV copies, such as mirrored halves, collapse together, so that they stay copies. A vertex on a seam or border
-/// only collapses along that line, into the next vertex on it, with both sides together.
+/// only collapses along that line, into the next vertex on it, together on both sides.
 class UvSeamConstraint : public CollapseConstraint {
  public:
-  /// \param layout  UVs of equal value at a vertex must have one index
+  /// \param layout  UVs of equal value at a vertex must have the same index
   UvSeamConstraint(const CollapseMesh& mesh, Layout layout);
 
   UvSeamConstraint(const UvSeamConstraint&) = delete;
@@ -52,26 +53,27 @@ class UvSeamConstraint : public CollapseConstraint {
   void end_twins() override { moved_uvs_.clear(); }
   bool may_move(const CollapseMesh& mesh, std::uint32_t vertex, const Vec3d& target) const override;
 
-  /// The current layout; its corners are indexed by the triangles that the constructor received.
+  /// The current layout. Its corners are indexed by the triangles that the constructor received.
   const Layout& layout() const { return layout_; }
 
  private:
-  /// Sums, weighted by area, of squared errors of affine maps from position to UV.
+  /// Area-weighted sums of the squared errors of affine maps from positions to UVs.
   struct UvErrorSums {
-    std::array<Quadric, 2> linear;    ///< For u and v each: sum of w (g . p + d)^2
-    std::array<Vec3d, 2> gradient{};  ///< sum of w g, with w, g, d as in `linear`
-    std::array<double, 2> offset{};   ///< sum of w d, with w and d as in `linear`
+    std::array<Quadric, 2> linear;    ///< For u and for v: sum of w (g . p + d)^2
+    std::array<Vec3d, 2> gradient{};  ///< Sum of w g, with w and g as in `linear`
+    std::array<double, 2> offset{};   ///< Sum of w d, with w and d as in `linear`
     double weight = 0;
     UvErrorSums& operator+=(const UvErrorSums& other);
-    double best(std::size_t axis, const Vec3d& p) const;
+    double best_uv(std::size_t axis, const Vec3d& p) const;
   };
-  /// A pair of corners that merge: `gone` is replaced by `kept`.
+  /// A pair of corners that merge: `kept` replaces `gone`.
   struct Pair {
     std::uint32_t gone, kept;
   };
   struct Plan {
     enum class Kind : std::uint8_t { none, inside, onto } kind = Kind::none;
-    std::uint32_t gone = 0, kept = 0;  ///< Removed and kept vertex; inside a chart, both move
+    /// Removed and kept vertex; inside a chart, both move to the merged position
+    std::uint32_t gone = 0, kept = 0;
     std::array<Pair, 2> pairs{};
     std::size_t count = 0;
   };
@@ -89,8 +91,8 @@ class UvSeamConstraint : public CollapseConstraint {
                  const Vec2& uv) const;
   bool keeps_line(const CollapseMesh& mesh, const Plan& plan) const;
 
-  /// Rank of a corner. 0: it has no copies; 1: it has copies; 2: it lies on a fold. Of two merging corners, the lower
-  /// rank is removed.
+  /// Rank of a corner: 0 if it has no copies, 1 if it has copies, 2 if it lies on a fold. Of two corners that merge,
+  /// the one of lower rank is removed.
   int rank(std::uint32_t uv) const;
   bool has_copies(const Plan& plan) const;
   struct TwinGroup;
@@ -99,14 +101,14 @@ class UvSeamConstraint : public CollapseConstraint {
   bool add_twins(const CollapseMesh& mesh, TwinGroup& group, std::size_t of) const;
 
   Layout layout_;
-  LayoutCopies layout_copies_;
-  std::vector<std::uint32_t> vertex_of_;               ///< Vertex of each UV.
+  LayoutCopies uv_copies_;
+  std::vector<std::uint32_t> vertex_of_;               ///< Vertex of each UV
   std::unordered_map<std::uint32_t, Vec2> moved_uvs_;  ///< New UVs of copies during a collapse
   LayoutBorders chart_borders_;
-  std::vector<UvErrorSums> uv_error_sums_;  ///< Error sums of each UV.
+  std::vector<UvErrorSums> uv_error_sums_;  ///< Error sums of each UV
   std::vector<std::uint8_t>
       vertex_class_;  ///< kInside; kLine: may move along a line only; or kCorner: fixed
-  double scale_ = 1;  ///< Length of a UV unit on the surface.
+  double scale_ = 1;  ///< Length on the surface of one UV unit
 };
 
 }  // namespace kiln

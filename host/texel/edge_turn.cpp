@@ -10,7 +10,7 @@ void add(const Vec3& v, std::vector<float>& packed_values) {
 }
 
 /// Packs the hard edges near each triangle into the kernel's layout.
-std::vector<float> pack_near_edges(const HardEdges& hard, const HardEdges::Near& near,
+std::vector<float> pack_near_edges(const HardEdges& hard, const HardEdges::EdgesOfTriangles& near,
                                    std::span<const float> widths) {
   std::vector<float> edges;
   edges.reserve(7 * near.edge.size());
@@ -55,7 +55,7 @@ EdgeTurn::EdgeTurn(cl::Context& context, const LowSurface& surface, const HardEd
                      std::vector<std::uint32_t>(surface.triangles.size() + 1, 0), false);
     return;
   }
-  const HardEdges::Near near = hard.near(surface, widths);
+  const HardEdges::EdgesOfTriangles near = hard.find_near(surface, widths);
   *this = EdgeTurn(context, surface, pack_near_edges(hard, near, widths), near.first, false);
 }
 

@@ -34,8 +34,8 @@ std::uint32_t ChartBorders::glue(const Run& given, std::uint32_t count_a, std::u
                                  std::vector<std::uint32_t>& glued) {
   glued.clear();
   Run run = given;
-  // If the run is a whole border, one edge of the run stays open at first. It is glued in the next step, where mates
-  // have become neighbours, if the chart stays a disc.
+  // Gluing a whole border would close it, so a run that spans one of the borders is shortened by one edge, which stays
+  // open. The loop below glues that edge if more than 4 half-edges of the joint border remain.
   while (run.count >= count_a || run.count >= count_b) {
     if (run.count == 1) return kNoIndex;
     run.last = previous_[run.last];
@@ -68,7 +68,7 @@ std::uint32_t ChartBorders::glue(const Run& given, std::uint32_t count_a, std::u
   return open;
 }
 
-void ChartBorders::unglue(const std::vector<std::uint32_t>& edges) {
+void ChartBorders::open_edges(const std::vector<std::uint32_t>& edges) {
   for (const std::uint32_t h : edges) set_glued(h, false);
   if (edges.empty()) return;
   // Both charts are discs with one border each, and all opened edges lie on both borders, so each border can be

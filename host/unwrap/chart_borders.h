@@ -1,4 +1,4 @@
-// Glued edges of a surface, and the border of every chart as a ring of half-edges.
+// Tracks which edges of a surface are glued, and each chart's border as a ring of half-edges.
 #pragma once
 
 #include <cstdint>
@@ -9,15 +9,15 @@
 
 namespace kiln {
 
-/// Charts as topological discs whose borders are rings of half-edges. At first, each triangle is a disc. Two discs are
-/// joined along one run of shared border edges; shared edges outside of the run stay open, as a seam inside the chart.
-/// So the union is a disc for every topology of the surface.
+/// Charts as topological discs whose borders are rings of half-edges. At first, each triangle is a disc of its own. Two
+/// discs are joined along one run of shared border edges. Shared edges outside of that run stay open, as a seam within
+/// the chart. The union is therefore a disc, whatever the topology of the surface.
 class ChartBorders {
  public:
   explicit ChartBorders(const ChartSurface& surface);
 
-  /// A run of `count` consecutive half-edges of one border, starting at `first`. Their mates lie on another chart's
-  /// border in the opposite order.
+  /// A run of `count` consecutive half-edges of one border, from `first` to `last`, with their total length. The
+  /// opposite half-edges (mates) lie in reverse order on another chart's border.
   struct Run {
     std::uint32_t first = 0, last = 0, count = 0;
     double length = 0;
@@ -25,16 +25,17 @@ class ChartBorders {
   /// The longest run through half-edge h, which must be open and have a mate in another chart.
   Run run_through(std::uint32_t h) const;
 
-  /// Glues the edges of a run, then also glues every pair of mates that have become neighbours on the ring.
-  /// \param charts  lengths of the two borders in half-edges
-  /// \param glued   [out] one half-edge of every glued edge, for unglue()
+  /// Glues the edges of a run. Then glues each pair of opposite half-edges that have thereby become neighbours on the
+  /// ring.
+  /// \param count_a, count_b  lengths of the two borders in half-edges
+  /// \param glued   [out] one half-edge of every glued edge, for open_edges()
   /// \returns a half-edge of the new border; kNoIndex, with nothing changed, if the border would have fewer than 3
   /// half-edges
   std::uint32_t glue(const Run& run, std::uint32_t count_a, std::uint32_t count_b,
                      std::vector<std::uint32_t>& glued);
 
-  /// Opens glued edges and repairs the rings at their end points.
-  void unglue(const std::vector<std::uint32_t>& edges);
+  /// Opens edges that glue() glued, and repairs the rings at their end points.
+  void open_edges(const std::vector<std::uint32_t>& edges);
   /// Rebuilds the ring that starts at an open half-edge. \returns its number of half-edges.
   std::uint32_t trace(std::uint32_t h);
 
@@ -43,14 +44,14 @@ class ChartBorders {
   std::uint32_t next(std::uint32_t h) const { return next_[h]; }
   std::uint32_t previous(std::uint32_t h) const { return previous_[h]; }
 
-  /// Sets both half-edges of an edge; does not update rings.
+  /// Marks both half-edges of an edge as glued or open. Does not update the rings.
   void set_glued(std::uint32_t h, bool value) { glued_[h] = glued_[surface_.mate[h]] = value; }
   /// Makes b the successor of a on a ring.
   void connect(std::uint32_t a, std::uint32_t b) {
     next_[a] = b;
     previous_[b] = a;
   }
-  /// Restores a saved state of glued edges; does not update rings.
+  /// Replaces the state of all edges by a saved one. Does not update the rings.
   void restore(std::vector<std::uint8_t> glued) { glued_ = std::move(glued); }
 
  private:

@@ -20,29 +20,29 @@
 namespace kiln {
 namespace {
 
-/// If charts cover less than kMinCoverage of the map, they are grown again with kMaxChartLength as limit on their
-/// length, in units of the square root of the surface's area. Without this limit, a few long strips would determine
+/// If charts cover less than kMinCoverage of the map, they are grown again with a limit on their length:
+/// kMaxChartLength times the square root of the surface's area. Without this limit, a few long strips would determine
 /// the scale of all charts.
 constexpr double kMinCoverage = 0.5, kMaxChartLength = 1.3;
 /// Penalties in the search for cuts. A cut must shrink the total area of bounding boxes: a seam as long as the square
-/// root of the mesh's area has to save the fraction `seam` of that area. Large charts are expected to waste space: a
-/// single chart of the whole mesh counts as wasting the fraction `size` of its area.
+/// root of the mesh's area must save at least the fraction `seam` of that area. Large charts are expected to waste
+/// space: a single chart of the whole mesh is assumed to waste the fraction `size` of its area.
 struct CutPenalties {
   double seam = 0, size = 0;
 };
 constexpr std::array<CutPenalties, 5> kCutPenalties{
     {{0.005, 0.3}, {0.035, 0.3}, {0.01, 0}, {0.02, 0.4}, {0.002, 0.1}}};
-/// A surface that is a single chart with less distortion energy than kMaxFlatEnergy is hardly worth cutting: only
+/// If the surface is a single chart with a distortion energy below kMaxFlatEnergy, cuts hardly help: only
 /// kFlatPenalties are tried.
 constexpr CutPenalties kFlatPenalties{0.02, 0};
 constexpr double kMaxFlatEnergy = 1e-3;
-/// A candidate whose coverage of the map is lower than this is penalized: the shortfall is subtracted from its score
-/// once more.
+/// A candidate that covers less than this share of the map is penalized: its score is its coverage minus the shortfall
+/// from this share (and minus the price of added vertices).
 constexpr double kTargetCoverage = 0.77;
-/// Number of orders in which the charts of each candidate are packed.
+/// Number of orders in which each candidate's charts are packed. The best packing counts.
 constexpr std::uint32_t kPackingOrders = 20;
-/// For more charts than this, only the first pair of penalties is tried. No pair is tried if the seams' added vertices
-/// already exceed their allowance.
+/// For more charts than this, only the first pair of penalties is tried. None is tried if the vertices that the seams
+/// add have a price above 0 already.
 constexpr std::size_t kMaxChartsToCut = 150;
 /// Number of vertices that seams may add at the low price kAllowancePrice, as a multiple of the square root of the
 /// number of positions.
@@ -58,19 +58,19 @@ constexpr double kMaxRegrownShare = 0.5;
 /// triangles is loose, since a few needles are distorted in every layout of the chart.
 constexpr ChartLimits kProxyLimits{0.035}, kTransferLimits{0.06, 20};
 
-/// Rounds of relaxation after growing and after cutting; more hardly lower the energy.
+/// Rounds of relaxation after growing and after cutting. More rounds hardly lower the energy.
 constexpr int kRelaxingRounds = 4;
 
-/// Candidate charts and their score.
+/// Charts that may be chosen, and their score.
 struct ChartCandidate {
   ChosenCharts chosen;
-  double worth = -std::numeric_limits<double>::infinity();
+  double score = -std::numeric_limits<double>::infinity();
 };
 
 ChartCandidate& best_candidate(std::vector<ChartCandidate>& tried) {
   return *std::max_element(
       tried.begin(), tried.end(),
-      [](const ChartCandidate& a, const ChartCandidate& b) { return a.worth < b.worth; });
+      [](const ChartCandidate& a, const ChartCandidate& b) { return a.score < b.score; });
 }
 
 CutPrice cut_price(const ChartSurface& surface, const UnwrapOptions& options,
@@ -82,7 +82,8 @@ CutPrice cut_price(const ChartSurface& surface, const UnwrapOptions& options,
           kMinPartShare * surface.total_area};
 }
 
-/// Cuts charts with each of several cost weights and straightens the seams. \returns one candidate for each weight
+/// Cuts charts with each of several pairs of penalties, and straightens the seams.
+/// \returns one candidate for each pair of penalties
 std::vector<ChartCandidate> cut(const ChartSurface& surface, const UnwrapOptions& options,
                                 std::span<const CutPenalties> all_penalties,
                                 const ChosenCharts& grown, int threads) {
@@ -107,8 +108,8 @@ std::vector<ChartCandidate> cut(const ChartSurface& surface, const UnwrapOptions
 double vertex_price(const ChartSurface& surface, const std::vector<FlatChart>& charts) {
   double added = -static_cast<double>(surface.positions.size());
   for (const FlatChart& chart : charts) added += static_cast<double>(chart.points.size());
-  // A seam has more vertices on the finer surface: their number grows with the square root of the number of
-  // triangles.
+  // A seam has more vertices on the finer surface that this proxy represents: their number grows with the square root
+  // of the number of triangles.
   added *= std::sqrt(surface.finer_per_triangle);
   const double positions =
       static_cast<double>(surface.positions.size()) * surface.finer_per_triangle;
@@ -116,7 +117,7 @@ double vertex_price(const ChartSurface& surface, const std::vector<FlatChart>& c
   return kVertexPrice * (beyond + kAllowancePrice * (added - beyond)) / positions;
 }
 
-/// Penalties to try when cutting these charts.
+/// The penalties to try when these charts are cut.
 std::vector<CutPenalties> penalties_for(const ChartSurface& surface,
                                         const std::vector<FlatChart>& charts) {
   if (charts.size() == 1 && distortion(charts[0]).energy < kMaxFlatEnergy) return {kFlatPenalties};
@@ -138,15 +139,16 @@ std::vector<std::size_t> distinct_candidates(const std::vector<ChartCandidate>& 
 }
 
 /// Packs a candidate's charts and sets its score.
-void pack(const ChartSurface& surface, const UnwrapOptions& options, ChartCandidate& one) {
-  PackState packed = search_packing(outlines_of(one.chosen.charts), options.size,
+void pack(const ChartSurface& surface, const UnwrapOptions& options, ChartCandidate& candidate) {
+  PackState packed = search_packing(outlines_of(candidate.chosen.charts), options.size,
                                     options.border_texels, kPackingOrders, 1);
-  one.worth = packed.share - std::max(0.0, kTargetCoverage - packed.share) -
-              vertex_price(surface, one.chosen.charts);
-  if (packed.share > 0) one.chosen.packed = std::move(packed);
+  candidate.score = packed.share - std::max(0.0, kTargetCoverage - packed.share) -
+                    vertex_price(surface, candidate.chosen.charts);
+  if (packed.share > 0) candidate.chosen.packed = std::move(packed);
 }
 
-/// Grows charts within some limits, and cuts them where that improves packing at the cost of few vertices.
+/// Grows charts within limits of distortion and length, and cuts them where that improves the packing at the cost of
+/// few vertices.
 ChartCandidate grow_and_cut(const ChartSurface& surface, const UnwrapOptions& options,
                             const ChartLimits& limits, int threads) {
   ChosenCharts grown{ChartBorders(surface), {}};
@@ -175,7 +177,7 @@ ChosenCharts choose_directly(const ChartSurface& surface, const UnwrapOptions& o
     return std::move(best.chosen);
   limits.length = kMaxChartLength * std::sqrt(surface.total_area);
   ChartCandidate shorter = grow_and_cut(surface, options, limits, threads);
-  return std::move(shorter.worth > best.worth ? shorter.chosen : best.chosen);
+  return std::move(shorter.score > best.score ? shorter.chosen : best.chosen);
 }
 
 }  // namespace
@@ -185,8 +187,8 @@ ChosenCharts choose_charts(const ChartSurface& surface, const UnwrapOptions& opt
     return choose_directly(surface, options, {}, threads);
   const VertexFans fans(surface);
   const ChartProxy proxy = chart_proxy(surface, fans, kProxyTriangles);
-  // A proxy keeps small components whole, so that of a mesh of many such components may have nearly as many triangles
-  // as the mesh.
+  // A proxy keeps all triangles of small components. If the mesh consists of many of these, the proxy may have nearly
+  // as many triangles as the mesh.
   if (proxy.surface.triangles.size() > kMaxDirectTriangles)
     return choose_directly(surface, options, {}, threads);
   const ChosenCharts chosen = choose_directly(proxy.surface, options, kProxyLimits, threads);

@@ -16,11 +16,11 @@ namespace kiln {
 inline constexpr double kExpectedCoverage = 0.75;
 /// Smallest part that a cut may leave, as a share of the mesh's area.
 inline constexpr double kMinPartShare = 0.003;
-/// Price of an added vertex, as a share of the map's texels times the number of positions.
+/// Price of an added vertex: this share of the map's texels, divided by the number of positions.
 inline constexpr double kVertexPrice = 2;
 
 struct ChosenCharts {
-  ChartBorders borders;  ///< Glued edges of the surface
+  ChartBorders borders;  ///< State (glued or open) of the surface's edges
   std::vector<FlatChart> charts;
   std::optional<PackState> packed = std::nullopt;  ///< Packing of the charts, if computed
   bool is_independent_of_size =
@@ -34,7 +34,7 @@ ChosenCharts choose_charts(const ChartSurface& surface, const UnwrapOptions& opt
 /// Lowers the energy of injective charts, then scales each chart to its area on the surface.
 void relax_charts(std::vector<FlatChart>& charts, int threads);
 
-/// The chart's border as a polygon of the layout.
+/// The chart's border as a polygon in the plane of its layout.
 std::vector<Vec2d> outline_of(const FlatChart& chart);
 std::vector<Outline> outlines_of(const std::vector<FlatChart>& charts);
 

@@ -14,10 +14,10 @@
 namespace kiln {
 namespace {
 
-/// Number of candidate lines perpendicular to each direction.
+/// Number of lines that are tried perpendicular to each direction.
 constexpr int kLinesPerDirection = 13;
-/// Expected area of a part's bounding box over the part's own area. A chart that gains nothing even if both parts
-/// have such tight boxes is skipped.
+/// Assumed ratio of the area of a part's bounding box to the area of the part. Charts that would gain nothing by parts
+/// with boxes this tight are skipped.
 constexpr double kMinBoxRatio = 1.1;
 /// Minimum area of a part, as a share of its chart's area.
 constexpr double kMinCutShare = 0.01;
@@ -31,8 +31,8 @@ Vec2d direction_of(std::size_t d) {
   return {std::cos(angle), std::sin(angle)};
 }
 
-/// Finds the best cut along parallel lines across one direction. The lines divide the triangles into bands; the
-/// connected components of a band are nodes of a graph. Each line is then tested on this small graph.
+/// Finds the best cut along parallel lines that are perpendicular to one direction. The lines divide the triangles into
+/// bands; the connected components of all bands are the nodes of a small graph. Each line is tested on this graph.
 class LineSearch {
  public:
   LineSearch(const CutShape& shape, std::span<const CutPrice> prices)
@@ -67,11 +67,11 @@ class LineSearch {
     std::uint32_t a = 0, b = 0;
     double length = 0;
   };
-  /// A connected component of the nodes that lie on one side of the current line.
+  /// A connected component of the nodes on one side of the current line.
   struct Part {
     std::uint32_t neighbour = kNoIndex;
-    bool leaf = true;   ///< True if the part is adjacent to a single other part
-    double length = 0;  ///< Length of the part's edges to other parts
+    bool is_leaf = true;  ///< True if the part is adjacent to a single other part
+    double length = 0;    ///< Length of the part's edges to other parts
     double area = 0;
   };
 
@@ -80,7 +80,8 @@ class LineSearch {
     const double high = shape_.chart_extents.to[direction];
     const double bands = high > low ? (kLinesPerDirection + 1) / (high - low) : 0;
     std::vector<int> band(triangle_count_);
-    // Computes the projections again, although vertex_extents has them: a separate array is contiguous in memory.
+    // Projects the points again, although vertex_extents contains the projections: a separate array is contiguous in
+    // memory.
     const std::vector<Vec2d>& points = shape_.chart.points;
     const Vec2d to = direction_of(direction);
     std::vector<float> projections(points.size());
@@ -129,8 +130,9 @@ class LineSearch {
     collect_links(from);
   }
 
-  /// Merges islands into the neighbour with the longest shared border. Triangles make the sides of bands ragged. A
-  /// separate piece at such a side would be a third part of a cut along the line.
+  /// Merges each island into the neighbour with which it shares the longest border. The sides of bands are ragged,
+  /// because triangles are not split. Without the merge, a separate piece at such a side would be a third part of a cut
+  /// along the line.
   void absorb_islands() {
     const auto count = static_cast<std::uint32_t>(nodes_.size());
     std::vector<std::uint32_t> to(count);
@@ -210,13 +212,13 @@ class LineSearch {
       if (a == b) continue;
       for (const auto& [one, other] : {std::pair{a, b}, std::pair{b, a}}) {
         Part& part = parts_[one];
-        part.leaf = part.leaf && (part.neighbour == kNoIndex || part.neighbour == other);
+        part.is_leaf = part.is_leaf && (part.neighbour == kNoIndex || part.neighbour == other);
         part.neighbour = other;
         part.length += link.length;
       }
     }
     for (std::uint32_t p = 0; p < parts_.size(); ++p) {
-      if (part_of_node_[p] == p && parts_[p].leaf) test_part(p);
+      if (part_of_node_[p] == p && parts_[p].is_leaf) test_part(p);
     }
   }
 
@@ -231,11 +233,11 @@ class LineSearch {
         continue;
       const double cost =
           part.length * (2 * price.margin + price.seam) - 2 * price.size * part.area * rest;
-      const double worth = best.gain_at(part.length);
-      if (shape_.box - kMinBoxRatio * shape_.area - cost <= worth) continue;
+      const double gain_to_beat = best.gain_at(part.length);
+      if (shape_.box - kMinBoxRatio * shape_.area - cost <= gain_to_beat) continue;
       if (box_area_sum < 0) box_area_sum = box_area_with_and_without(p);
       const double gain = shape_.box - box_area_sum - cost;
-      if (gain <= worth) continue;
+      if (gain <= gain_to_beat) continue;
       best.gain = gain;
       best.length = part.length;
       cut_off_[n].resize(nodes_.size());
@@ -243,10 +245,10 @@ class LineSearch {
     }
   }
 
-  /// Area of the smallest box of part p, plus that of the chart without p.
+  /// Area of the smallest bounding box of part p, plus that of the rest of the chart.
   double box_area_with_and_without(std::uint32_t p) {
     if (node_extents_.empty()) compute_extents();
-    if (parts_count_ == 2) {  // Both parts are all nodes on one side of the line
+    if (parts_count_ == 2) {  // Each part consists of all nodes on one side of the line
       return extents_below_[line_].smallest_box() + extents_above_[line_].smallest_box();
     }
     if (part_extents_.empty()) {
@@ -267,7 +269,7 @@ class LineSearch {
     std::vector<std::uint32_t> last(shape_.vertex_extents.size(), kNoIndex);
     const auto add = [&](std::uint32_t i, std::uint32_t v) {
       const std::uint32_t node = node_of_triangle_[i];
-      if (last[v] == node) return;  // The vertex has just been added to this node
+      if (last[v] == node) return;  // The vertex was added to this node just before
       last[v] = node;
       node_extents_[node].add(shape_.vertex_extents[v]);
     };
@@ -279,7 +281,7 @@ class LineSearch {
         for (const std::uint32_t v : edge.ends) add(side == 0 ? edge.a : edge.b, v);
       }
     }
-    // Prefix and suffix sums of extents: all nodes below, and all nodes above, each line.
+    // Prefix and suffix unions: the extents of all nodes below each line, and of all nodes above it.
     extents_below_.assign(kLinesPerDirection + 2, {});
     extents_above_.assign(kLinesPerDirection + 2, {});
     for (std::uint32_t n = 0; n < nodes_.size(); ++n) {
@@ -304,12 +306,12 @@ class LineSearch {
   std::vector<Extents> node_extents_;       ///< Extent of each node; empty until first use
   std::vector<Extents> extents_below_,
       extents_above_;  ///< Extents below and above each line, computed with node_extents_.
-  /// The current line, and the number of parts it cuts the chart into
+  /// Index of the current line, and number of parts into which it cuts the chart
   std::size_t line_ = 0, parts_count_ = 0;
   std::vector<std::uint32_t> part_of_node_;  ///< For each node, the first node of its part
   std::vector<Part> parts_;
   std::vector<Extents> part_extents_;  ///< Extent of each part; empty until first use
-  /// For each price and each node, 1 if the node is on the cut-off side of the best cut.
+  /// For each price and each node: 1 if the best cut at that price cuts the node off.
   std::vector<std::vector<std::uint8_t>> cut_off_;
   std::vector<ChartCut> best_cuts_;
 };

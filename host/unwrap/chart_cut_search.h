@@ -12,7 +12,8 @@
 
 namespace kiln {
 
-/// Neighbour across each side of a chart's triangles, as an index in the chart; kNoIndex at the chart's border.
+/// For each side of a chart's triangles, the index in the chart of the triangle across it; kNoIndex at the chart's
+/// border.
 using ChartNeighbours = std::vector<std::uint32_t>;
 
 /// The best cut of a chart at one price.
@@ -22,11 +23,11 @@ struct ChartCut {
   /// 1 for each triangle of the chart that belongs to the cut-off part
   std::vector<std::uint8_t> apart;
 
-  /// Gain that another cut, of length `other`, must exceed to be better than this one.
+  /// The gain that another cut, whose seam has the length `other`, must exceed to be better than this one.
   double gain_at(double other) const { return gain > 0 ? gain / length * other : 0; }
 };
 
-/// Area of the smallest bounding box of a chart over some rotations.
+/// Area of a chart's smallest bounding box over several rotations.
 double smallest_box(const FlatChart& chart);
 
 /// A chart with the lengths, areas and extents that the search for cuts needs.
@@ -34,7 +35,7 @@ class CutShape {
  public:
   /// Number of directions in 180 degrees. Bounding boxes are aligned to each pair of perpendicular directions.
   static constexpr std::size_t kDirections = 16;
-  /// Maximal coordinates of points along each direction, and along its opposite.
+  /// Largest coordinates of points along each direction, and along the opposite direction.
   struct Extents {
     std::array<float, 2 * kDirections> to;
     Extents() { to.fill(-std::numeric_limits<float>::max()); }
@@ -46,13 +47,13 @@ class CutShape {
     /// Smallest area of an oriented bounding box, over all pairs of perpendicular directions.
     double smallest_box() const;
   };
-  /// Two adjacent triangles of the chart; vertices and length of their shared edge.
+  /// Two adjacent triangles of the chart, and the vertices and length of their shared edge.
   struct Edge {
     std::uint32_t a = 0, b = 0;
     std::array<std::uint32_t, 2> ends{};
     double length = 0;
   };
-  /// A triangle at the chart's border, and its vertex on the border.
+  /// A triangle at the chart's border, and one of its vertices that lies on the border.
   struct BorderVertex {
     std::uint32_t triangle = 0, vertex = 0;
   };
@@ -70,8 +71,8 @@ class CutShape {
   std::vector<BorderVertex> border_vertices;  ///< All triangles and vertices at the border
   std::vector<Extents> vertex_extents;        ///< Extent of each vertex
   Extents chart_extents;                      ///< Extent of the whole chart
-  double area = 0;                            ///< Area on the surface
-  double box = 0;                             ///< Area of the smallest bounding box
+  double area = 0;                            ///< Area of the chart on the surface
+  double box = 0;                             ///< Area of the chart's smallest bounding box
 };
 
 }  // namespace kiln

@@ -36,7 +36,7 @@ FlatChart extract_part(const ChartSurface& surface, const ChartBorders& borders,
   return part;
 }
 
-/// A tree of charts and the parts into which they are cut, for several CutPrices at once. A part that results for
+/// A tree of charts and of the parts into which they are cut, for several CutPrices at once. A part that results from
 /// several prices is a single node.
 class CutTree {
  public:
@@ -96,7 +96,7 @@ class CutTree {
   }
 
  private:
-  /// A cut and the prices that choose it; node indices of both parts.
+  /// The parts of a cut as node indices, and the prices at which this cut is the best.
   struct NodeSplit {
     std::vector<std::uint32_t> prices;
     std::size_t rest = 0, apart = 0;
@@ -104,10 +104,10 @@ class CutTree {
   struct Node {
     FlatChart chart;
     ChartNeighbours neighbour;
-    std::vector<std::uint32_t> prices;  ///< Prices whose cuts lead to this part
+    std::vector<std::uint32_t> prices;  ///< The prices whose cuts lead to this part
     std::vector<NodeSplit> splits;
   };
-  /// Scratch of one thread, with an entry for each half-edge and triangle of the surface.
+  /// Scratch memory of one thread, with an entry for each half-edge and triangle of the surface.
   struct Scratch {
     ChartBorders borders;
     std::vector<std::uint32_t> index_in_chart;
@@ -121,7 +121,7 @@ class CutTree {
     return nullptr;
   }
 
-  /// Cuts the nodes of one tree level, at most once for each price, and appends the parts as new nodes.
+  /// Cuts the nodes of one level of the tree, at most once for each price, and appends the parts as new nodes.
   void cut_level(std::size_t begin, std::size_t end) {
     const std::size_t count = end - begin;
     std::vector<std::optional<CutShape>> shapes(count);
@@ -133,7 +133,7 @@ class CutTree {
     };
     parallel_for(count, 1, shape, threads_);
     std::vector<std::vector<ChartCut>> cuts(count * CutShape::kDirections);
-    const auto look = [&](std::size_t from, std::size_t to) {
+    const auto find_cuts = [&](std::size_t from, std::size_t to) {
       for (std::size_t i = from; i < to; ++i) {
         const std::size_t n = i / CutShape::kDirections;
         std::vector<CutPrice> prices;
@@ -146,7 +146,7 @@ class CutTree {
                       : std::vector<ChartCut>(prices.size());
       }
     };
-    parallel_for(cuts.size(), 1, look, threads_);
+    parallel_for(cuts.size(), 1, find_cuts, threads_);
     std::vector<std::vector<CutParts>> parts(count);
     const auto split = [&](std::size_t from, std::size_t to) {
       for (std::size_t i = from; i < to; ++i) {
@@ -168,7 +168,7 @@ class CutTree {
     Node rest, apart;
   };
 
-  /// The two parts of each distinct cut that is best at some price, if both parts are discs.
+  /// The parts of each distinct cut that is best at some price. Cuts whose parts are not both discs are left out.
   std::vector<CutParts> split_node(const Node& node,
                                    std::span<std::vector<ChartCut>> by_direction) {
     std::vector<ChartCut> best(node.prices.size());
@@ -192,7 +192,7 @@ class CutTree {
       const std::vector<std::uint8_t>& apart = best[p].apart;
       const bool done = cut_apart(surface_, scratch->borders, apart, scratch->index_in_chart,
                                   parts.rest.chart, parts.apart.chart);
-      mark(node, *scratch, true);
+      mark_edges(node, *scratch, true);
       if (!done) continue;
       parts.rest.neighbour = neighbours_in_part(node.neighbour, apart, 0);
       parts.apart.neighbour = neighbours_in_part(node.neighbour, apart, 1);
@@ -202,8 +202,9 @@ class CutTree {
     return result;
   }
 
-  /// Sets a scratch's glued edges for a node. \param apart  true: opens edges to other nodes; false: restores borders_
-  void mark(const Node& node, Scratch& scratch, bool apart) const {
+  /// Marks the edges of a node's triangles in a thread's scratch memory.
+  /// \param apart  true: opens the edges to other nodes; false: restores the state of borders_
+  void mark_edges(const Node& node, Scratch& scratch, bool apart) const {
     for (std::uint32_t i = 0; i < node.chart.source.size(); ++i) {
       scratch.index_in_chart[node.chart.source[i]] = i;
       for (std::uint32_t k = 0; k < 3; ++k) {
@@ -227,17 +228,17 @@ class CutTree {
       scratch = std::make_unique<Scratch>(
           Scratch{borders_, std::vector<std::uint32_t>(surface_.triangles.size())});
     }
-    mark(node, *scratch, true);
+    mark_edges(node, *scratch, true);
     return scratch;
   }
 
   void release(const Node& node, std::unique_ptr<Scratch> scratch) {
-    mark(node, *scratch, false);
+    mark_edges(node, *scratch, false);
     const std::lock_guard lock(mutex_);
     free_scratches_.push_back(std::move(scratch));
   }
 
-  /// Neighbours within one of two parts.
+  /// The neighbour table of one of the two parts of a cut.
   static ChartNeighbours neighbours_in_part(const ChartNeighbours& whole,
                                             const std::vector<std::uint8_t>& apart,
                                             std::uint8_t side) {

@@ -14,24 +14,24 @@
 namespace kiln {
 namespace {
 
-/// Constant added to errors, which are lengths of differences of unit normals. It corresponds to a sixteenth of a
-/// degree, which no map resolves.
+/// Constant added to each error. An error is the length of the difference of two unit normals; this constant
+/// corresponds to a sixteenth of a degree, which no map resolves.
 constexpr double kErrorFloor = 0.001;
-/// Largest exponent of the error's power law: the error decreases at most with the square of the texel's side.
+/// Largest exponent of the error's power law: at most, the error is proportional to the square of a texel's side.
 constexpr double kMaxErrorExponent = 2;
-/// Weight of the mesh's mean error, as a share of the mesh's area. The mean is blended into each chart's error, to
-/// regularize charts with few samples.
+/// Weight of the mesh's mean error in each chart's error, as a share of the mesh's area. The mean regularizes charts
+/// with few samples.
 constexpr double kMeanWeight = 0.0005;
-/// Number of directions of cuts in 180 degrees.
+/// Number of directions of cuts, evenly spaced over 180 degrees.
 constexpr std::size_t kCutDirections = 8;
 
-/// Model of the error on an area: error = level * side^-power.
+/// Model of a piece's error at the scale s on the map: error = level * s^-power.
 struct PowerLaw {
   double area = 0, level = 0, power = 0;
 
   double error(double s) const { return area * level * std::pow(s, -power); }
-  /// The scale s that minimizes error + weight * area * s^2.
-  double best(double weight, double min_scale, double max_scale) const {
+  /// The scale s that minimizes error(s) + weight * area * s^2.
+  double best_scale(double weight, double min_scale, double max_scale) const {
     const double s = std::pow(0.5 * power * level / weight, 1 / (2 + power));
     return std::clamp(s, min_scale, max_scale);
   }
@@ -46,7 +46,7 @@ TexelNeed sum_needs(std::span<const TexelNeed> needs) {
   return sum;
 }
 
-/// \param whole  texel need of the whole mesh, for regularization
+/// \param whole  texel need of the whole mesh, whose mean error regularizes the fit
 PowerLaw fit_power_law(const TexelNeed& need, const TexelNeed& whole) {
   TexelErrors e{};
   for (std::size_t k = 0; k < e.size(); ++k) {
@@ -57,8 +57,8 @@ PowerLaw fit_power_law(const TexelNeed& need, const TexelNeed& whole) {
   return {need.area, cube_root(e[0] * e[1] * e[2]), std::clamp(power, 0.0, kMaxErrorExponent)};
 }
 
-/// Lagrange multiplier at which the optimal scales fill the area: the decrease of the error that justifies one more
-/// texel.
+/// Lagrange multiplier at which the optimal scales fill `area`: the decrease of the error that one more texel must
+/// bring.
 double lagrange_multiplier(const std::vector<PowerLaw>& laws, double area) {
   const double min_scale = 1 / std::sqrt(kMaxDensityRatio), max_scale = std::sqrt(kMaxDensityRatio);
   double low = 1e-12, high = 1e6;
@@ -66,7 +66,7 @@ double lagrange_multiplier(const std::vector<PowerLaw>& laws, double area) {
     const double weight = std::sqrt(low * high);
     double used_area = 0;
     for (const PowerLaw& law : laws) {
-      const double s = law.best(weight, min_scale, max_scale);
+      const double s = law.best_scale(weight, min_scale, max_scale);
       used_area += law.area * s * s;
     }
     (used_area > area ? low : high) = weight;
@@ -92,7 +92,7 @@ class DensityCut {
     std::vector<std::uint8_t> apart;
   };
 
-  /// The best cut of each direction that has one, in order of gain.
+  /// The best cut for each direction that has a cut with a gain, sorted by gain.
   /// \param index_in_chart  for each of the chart's triangles, its index in the chart
   std::vector<FoundCut> run(const FlatChart& chart, std::span<const TexelNeed> needs,
                             const std::vector<std::uint32_t>& index_in_chart) {
@@ -118,11 +118,11 @@ class DensityCut {
     double cost = 0, scale = 1;
   };
 
-  /// Error plus the price of texels at the optimal scale.
+  /// Cost at the optimal scale: the error plus the price of the texels.
   Cost cost(const TexelNeed& need) const {
     const PowerLaw law = fit_power_law(need, whole_);
     const double s =
-        law.best(texel_price_, 1 / std::sqrt(kMaxDensityRatio), std::sqrt(kMaxDensityRatio));
+        law.best_scale(texel_price_, 1 / std::sqrt(kMaxDensityRatio), std::sqrt(kMaxDensityRatio));
     return {law.error(s) / texel_price_ + law.area * s * s, s};
   }
 
@@ -249,7 +249,8 @@ std::vector<double> texel_scales(std::span<const TexelNeed> needs) {
   std::vector<double> scales;
   double used_area = 0;
   for (const PowerLaw& law : laws) {
-    const double s = law.best(weight, 1 / std::sqrt(kMaxDensityRatio), std::sqrt(kMaxDensityRatio));
+    const double s =
+        law.best_scale(weight, 1 / std::sqrt(kMaxDensityRatio), std::sqrt(kMaxDensityRatio));
     scales.push_back(s);
     used_area += law.area * s * s;
   }

@@ -1,4 +1,4 @@
-// Distributes texels to charts by their detail: more texels where the error is higher.
+// Distributes texels to charts by their detail: charts with a higher error get more texels.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace kiln {
 
-/// Error of a piece of the surface at several texel sizes.
+/// Error of a piece of the surface at several texel sizes, from which the number of texels it needs is derived.
 struct TexelNeed {
   double area = 0;       ///< Area of the piece on the surface
   TexelErrors errors{};  ///< Error at each of kTexelSides, times the area
@@ -21,9 +21,9 @@ struct TexelNeed {
 inline constexpr double kMaxDensityRatio = 4;
 
 /// Optimal scales of pieces on the map, relative to a uniform density. They minimize the sum of errors for a constant
-/// number of texels. Each piece's error is fitted by a power law e * s^-p in its scale s; by Lagrange, s is
-/// proportional to (p e)^(1 / (2 + p)). The largest scale is at most kMaxDensityRatio times the smallest. The sum of
-/// area * s^2 equals the sum of areas.
+/// number of texels. Each piece's error is fitted by a power law e * s^-p in its scale s. By Lagrange multipliers, the
+/// optimal s is proportional to (p e)^(1 / (2 + p)). The largest scale is at most kMaxDensityRatio times the smallest.
+/// The sum of area * s^2 over all pieces equals the sum of their areas.
 std::vector<double> texel_scales(std::span<const TexelNeed> needs);
 
 /// The price of a cut, as area of the surface at uniform texel density.
@@ -33,12 +33,12 @@ struct DensityPrice {
   double min_part_area = 0;  ///< Minimum area of a part
 };
 
-/// UV positions of the mesh's triangles.
+/// UV positions of the triangles of the mesh that the surface was made from.
 /// \param count  number of the mesh's triangles
 FlatTriangles flat_triangles(const ChartSurface& surface, const ChartBorders& borders,
                              const std::vector<FlatChart>& charts, std::size_t count);
 
-/// Sum of the errors of pieces at some scales, by the power laws of texel_scales().
+/// Sum of the errors of pieces at the given scales, by the power laws of texel_scales().
 double expected_error(std::span<const TexelNeed> needs, std::span<const double> scales);
 
 /// Texel needs of each triangle of the surface.

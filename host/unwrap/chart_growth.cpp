@@ -16,16 +16,16 @@
 namespace kiln {
 namespace {
 
-/// Number of merges tried in one batch; independent of the number of threads, so that results are, too. Most merges are
-/// refused, so few trials are wasted on charts that an earlier merge of the batch has consumed.
+/// Number of merges that are tried in one batch. It does not depend on the number of threads, so neither do results.
+/// Most merges are refused, so few trials are wasted on charts that an earlier merge of the batch has consumed.
 constexpr std::size_t kTrialsPerBatch = 6;
-/// Number of tasks in which patches are flattened.
+/// Number of parallel tasks into which the flattening of patches is divided.
 constexpr std::size_t kFlatteningTasks = 32;
 /// Maximum rounds of each solver for bringing a chart within its limits.
 constexpr int kRigidRounds = 5, kInjectiveRounds = 15;
 /// Largest variance of normals within a patch: 1 - |mean normal|.
 constexpr double kMaxNormalVariance = 0.2;
-/// Merges of charts with fewer triangles run on one thread, since starting threads would take longer.
+/// Merges of charts with fewer triangles in total run on one thread, since starting threads would take longer.
 constexpr std::size_t kMinTrianglesForThreads = 200;
 
 /// Triangles of a patch: the leaves of its tree of merges.
@@ -44,22 +44,25 @@ std::vector<std::uint32_t> triangles_of(const std::vector<ChartPatch>& patches, 
   return triangles;
 }
 
-/// A patch, and the path down its tree of merges through the larger part, for a binary search of the largest part that
-/// can be flattened.
+/// State of a binary search for the largest part of a patch that can be flattened. The path leads down the patch's tree
+/// of merges, always through the larger part.
 struct PartSearch {
-  std::vector<std::uint32_t> path;  ///< Merge tree nodes from the patch to a triangle.
-  /// Indices in the path: the last node that fails, and the first that can be flattened
-  int last_failing = -1, fits = 0;
-  FlatChart chart;  ///< Flattened chart of the largest part so far
+  /// Nodes of the tree of merges, from the patch down to one triangle
+  std::vector<std::uint32_t> path;
+  /// Indices in `path`: the last node that could not be flattened, and the first that could (or the single triangle at
+  /// the end)
+  int last_failing = -1, first_flat = 0;
+  FlatChart chart;  ///< Chart of the largest part that could be flattened so far
 
-  bool is_done() const { return last_failing + 1 == fits && !chart.source.empty(); }
-  /// The index in `path` to try next: much smaller parts until one can be flattened, then bisection.
+  bool is_done() const { return last_failing + 1 == first_flat && !chart.source.empty(); }
+  /// The index in `path` to try next: at first, each attempt is on a part of at most 0.7 times the size; once one can
+  /// be flattened, bisection.
   int next(std::span<const std::uint32_t> sizes) const {
     constexpr double kMaxNextSizeRatio = 0.7;
-    if (last_failing < 0 || last_failing + 1 == fits) return last_failing + 1;
-    if (!chart.source.empty()) return (last_failing + fits) / 2;
+    if (last_failing < 0 || last_failing + 1 == first_flat) return last_failing + 1;
+    if (!chart.source.empty()) return (last_failing + first_flat) / 2;
     int at = last_failing + 1;
-    while (at < fits &&
+    while (at < first_flat &&
            sizes[path[static_cast<std::size_t>(at)]] >
                kMaxNextSizeRatio * sizes[path[static_cast<std::size_t>(last_failing)]]) {
       ++at;
@@ -79,7 +82,7 @@ class PatchFlattener {
         borders_(borders),
         scratches_(surface) {
     patch_sizes_.reserve(patches.size());
-    for (const ChartPatch& patch : patches) {  // Parts precede the patches merged from them
+    for (const ChartPatch& patch : patches) {  // The parts of a patch precede the patch in the list
       const auto [a, b] = patch.parts;
       patch_sizes_.push_back(a == kNoIndex ? 1 : patch_sizes_[a] + patch_sizes_[b]);
     }
@@ -92,23 +95,25 @@ class PatchFlattener {
     }
     std::vector<FlatChart> charts;
     while (!open_searches.empty()) {
-      const auto lay = [&](std::size_t begin, std::size_t end) {
+      const auto flatten = [&](std::size_t begin, std::size_t end) {
         std::unique_ptr<CutScratch> scratch = scratches_.acquire();
         for (std::size_t i = begin; i < end; ++i) try_next_part(open_searches[i], *scratch);
         scratches_.release(std::move(scratch));
       };
-      parallel_for(open_searches.size(), open_searches.size() / kFlatteningTasks + 1, lay, threads);
+      parallel_for(open_searches.size(), open_searches.size() / kFlatteningTasks + 1, flatten,
+                   threads);
       std::vector<PartSearch> next;
-      for (PartSearch& one : open_searches) {
-        if (!one.is_done()) {
-          next.push_back(std::move(one));
+      for (PartSearch& search : open_searches) {
+        if (!search.is_done()) {
+          next.push_back(std::move(search));
           continue;
         }
-        charts.push_back(std::move(one.chart));
-        for (std::size_t n = 0; n < static_cast<std::size_t>(one.fits); ++n) {
-          const ChartPatch& patch = patches_[one.path[n]];
-          borders_.unglue(patch.glued);
-          next.push_back(start_part_search(patch.parts[patch.parts[0] == one.path[n + 1] ? 1 : 0]));
+        charts.push_back(std::move(search.chart));
+        for (std::size_t n = 0; n < static_cast<std::size_t>(search.first_flat); ++n) {
+          const ChartPatch& patch = patches_[search.path[n]];
+          borders_.open_edges(patch.glued);
+          next.push_back(
+              start_part_search(patch.parts[patch.parts[0] == search.path[n + 1] ? 1 : 0]));
         }
       }
       open_searches = std::move(next);
@@ -125,39 +130,39 @@ class PatchFlattener {
       p = patch_sizes_[b] > patch_sizes_[a] ? b : a;
       result.path.push_back(p);
     }
-    result.fits = static_cast<int>(result.path.size()) - 1;
+    result.first_flat = static_cast<int>(result.path.size()) - 1;
     return result;
   }
 
-  void try_next_part(PartSearch& one, CutScratch& scratch) const {
-    const auto at = static_cast<std::size_t>(one.next(patch_sizes_));
+  void try_next_part(PartSearch& search, CutScratch& scratch) const {
+    const auto at = static_cast<std::size_t>(search.next(patch_sizes_));
     const auto set_above = [&](std::uint8_t value) {
       for (std::size_t n = 0; n < at; ++n)
-        scratch.mark(surface_, patches_[one.path[n]].glued, value);
+        scratch.set_inverted(surface_, patches_[search.path[n]].glued, value);
     };
     set_above(1);
-    FlatChart chart = cut_open(surface_, triangles_of(patches_, one.path[at]), borders_.glued(),
+    FlatChart chart = cut_open(surface_, triangles_of(patches_, search.path[at]), borders_.glued(),
                                scratch.index_in_chart, scratch.inverted);
     set_above(0);
     const bool is_flat = flatten_chart(chart, surface_);
     const bool done = chart.source.size() == 1 || (is_flat && is_within_limits(chart, limits_));
     if (!done) {
-      one.last_failing = static_cast<int>(at);
+      search.last_failing = static_cast<int>(at);
       return;
     }
-    one.fits = static_cast<int>(at);
-    one.chart = std::move(chart);
+    search.first_flat = static_cast<int>(at);
+    search.chart = std::move(chart);
   }
 
   const ChartSurface& surface_;
   const std::vector<ChartPatch>& patches_;
   const ChartLimits& limits_;
   ChartBorders& borders_;
-  std::vector<std::uint32_t> patch_sizes_;  ///< Number of triangles of each patch.
+  std::vector<std::uint32_t> patch_sizes_;  ///< Number of triangles of each patch
   ScratchPool scratches_;
 };
 
-/// Patches of triangles with similar normals; those that cannot be flattened within the limits are split again.
+/// Flattened patches of triangles with similar normals. Patches that cannot be flattened within the limits are split.
 std::vector<FlatChart> grow_patches(const ChartSurface& surface, const ChartLimits& limits,
                                     ChartBorders& borders, int threads) {
   ChartMerger chart_merger(surface, borders);
@@ -178,8 +183,8 @@ std::vector<FlatChart> grow_patches(const ChartSurface& surface, const ChartLimi
   return PatchFlattener(surface, chart_merger.patches(), limits, borders).run(threads);
 }
 
-/// Initializes a joined chart: copies the layouts of both parts, and moves the second layout so that the joint
-/// coincides.
+/// Initializes the layout of a joined chart: copies the layouts of both parts, and moves the second so that the edges
+/// along which the parts are joined coincide.
 void place_edge_to_edge(FlatChart& joined, const FlatChart& a, const FlatChart& b) {
   const std::size_t split = a.triangles.size();
   std::vector<std::uint8_t> is_vertex_of_a(joined.points.size(), 0);
@@ -220,7 +225,8 @@ void place_edge_to_edge(FlatChart& joined, const FlatChart& a, const FlatChart& 
   }
 }
 
-/// Joins two charts edge to edge. \param joint  half-edges to glue
+/// Joins two charts edge to edge.
+/// \param joint  half-edges to glue
 FlatChart join(const ChartSurface& surface, const ChartBorders& borders,
                std::span<const std::uint32_t> joint, const FlatChart& a, const FlatChart& b,
                CutScratch& scratch) {
@@ -232,10 +238,10 @@ FlatChart join(const ChartSurface& surface, const ChartBorders& borders,
     triangles.insert(triangles.end(), part->source.begin(), part->source.end());
     rest.insert(rest.end(), part->rest.begin(), part->rest.end());
   }
-  scratch.mark(surface, joint, 1);
+  scratch.set_inverted(surface, joint, 1);
   FlatChart joined = cut_open(surface, triangles, borders.glued(), scratch.index_in_chart,
                               scratch.inverted, std::move(rest));
-  scratch.mark(surface, joint, 0);
+  scratch.set_inverted(surface, joint, 0);
   place_edge_to_edge(joined, a, b);
   return joined;
 }
@@ -267,7 +273,7 @@ bool flatten_chart(FlatChart& chart, const ChartSurface& surface) {
 
 namespace {
 
-/// Merges charts greedily; each merge is tried by flattening.
+/// Merges charts greedily. A merge is only kept if the merged chart can be flattened within the limits.
 void join_charts(const ChartSurface& surface, ChartBorders& borders, const ChartLimits& limits,
                  std::vector<FlatChart>& charts, int threads) {
   ChartMerger chart_merger(surface, borders);
@@ -288,7 +294,8 @@ void join_charts(const ChartSurface& surface, ChartBorders& borders, const Chart
   const auto accept = [&](std::span<const ChartPatch> joined, std::span<std::uint8_t> accepted) {
     std::array<FlatChart, kTrialsPerBatch> trial_charts;
     MergeTrials<kTrialsPerBatch> trials(joined);
-    // The largest trials start first, for load balance. Trials that another trial may make useless come last.
+    // The largest trials start first, for load balance. Trials that an earlier merge of the batch may supersede come
+    // last.
     std::array<std::size_t, kTrialsPerBatch> order{}, sizes{};
     std::size_t triangles = 0;
     for (std::size_t i = 0; i < joined.size(); ++i) {
@@ -301,7 +308,7 @@ void join_charts(const ChartSurface& surface, ChartBorders& borders, const Chart
                        return std::pair(trials.has_rival(q), sizes[p]) >
                               std::pair(trials.has_rival(p), sizes[q]);
                      });
-    const auto lay = [&](std::size_t begin, std::size_t end) {
+    const auto flatten = [&](std::size_t begin, std::size_t end) {
       std::unique_ptr<CutScratch> scratch = scratches.acquire();
       for (std::size_t n = begin; n < end; ++n) {
         const std::size_t i = order[n];
@@ -316,10 +323,10 @@ void join_charts(const ChartSurface& surface, ChartBorders& borders, const Chart
       }
       scratches.release(std::move(scratch));
     };
-    parallel_for(joined.size(), 1, lay, triangles < kMinTrianglesForThreads ? 1 : threads);
+    parallel_for(joined.size(), 1, flatten, triangles < kMinTrianglesForThreads ? 1 : threads);
     for (std::size_t i = 0; i < joined.size(); ++i) {
       for (const std::uint32_t part : joined[i].parts) {
-        // An earlier merge has consumed one of the charts
+        // An earlier merge of the batch has consumed one of the two charts
         if (charts[part].source.empty()) accepted[i] = 0;
       }
       if (accepted[i] == 0) continue;

@@ -1,5 +1,5 @@
-// Greedy merging of patches into discs, ordered by the increase of the normals' variance, divided by the length of
-// the removed edges.
+// Merges patches into discs greedily, in the order of the increase of the normals' variance per length of removed
+// edges.
 #pragma once
 
 #include <algorithm>
@@ -19,11 +19,11 @@
 
 namespace kiln {
 
-/// Constant in the merge cost that gives small patches priority where the surface is flat.
+/// Constant in the merge cost. Where the surface is flat, it makes small patches merge first.
 inline constexpr double kSmallPatchPriority = 0.02;
 
 struct ChartPatch {
-  /// `open` is a half-edge of the patch's border; `border` is that border's length in half-edges.
+  /// `open` is one half-edge of the patch's border; `border` is the number of half-edges of that border.
   std::uint32_t open = 0, border = 3;
   double area = 0;
   Vec3d normal{};  ///< Area-weighted sum of the triangles' normals
@@ -34,14 +34,14 @@ struct ChartPatch {
 
 inline double variance(double area, const Vec3d& normal) { return area - length(normal); }
 
-/// A batch of trial merges in the order of their costs. If two merges share a part, the later one is used only if the
+/// A batch of trial merges in the order of their costs. If two merges share a part, the later one is only used if the
 /// earlier one is refused.
 template <std::size_t count>
 class MergeTrials {
  public:
   explicit MergeTrials(std::span<const ChartPatch> joined) : joined_(joined) {}
 
-  /// True if flattening merge i is useless, since an earlier accepted merge contains one of its parts. Thread-safe.
+  /// True if merge i need not be tried, since a final merge before it contains one of its parts. Thread-safe.
   bool is_superseded(std::size_t i) const {
     for (std::size_t j = 0; j < i; ++j) {
       if (shares_part(i, j) && trial_outcomes_[j] == 1 && is_final(j)) return true;
@@ -64,7 +64,7 @@ class MergeTrials {
     const auto [c, d] = joined_[j].parts;
     return a == c || a == d || b == c || b == d;
   }
-  /// True if an accepted merge is final: no earlier accepted merge shares a part.
+  /// True if accepted merge i is final: each earlier merge that shares a part with it is refused or superseded.
   bool is_final(std::size_t i) const {
     for (std::size_t j = 0; j < i; ++j) {
       if (shares_part(i, j) && trial_outcomes_[j] != -1 && !is_superseded(j)) return false;
@@ -73,11 +73,11 @@ class MergeTrials {
   }
 
   std::span<const ChartPatch> joined_;
-  /// Result of each trial. 0: not tried yet, 1: accepted, -1: refused
+  /// Result of each trial: 0 if not tried yet, 1 if accepted, -1 if refused
   std::array<std::atomic<int>, count> trial_outcomes_{};
 };
 
-/// Greedy merging; the caller decides which merges are accepted.
+/// Merges patches greedily. The caller decides which merges are accepted.
 class ChartMerger {
  public:
   ChartMerger(const ChartSurface& surface, ChartBorders& borders)
@@ -93,10 +93,11 @@ class ChartMerger {
   void assign_owner(std::uint32_t triangle, std::uint32_t patch) { owner_[triangle] = patch; }
   std::vector<ChartPatch>& patches() { return patches_; }
 
-  /// Merges until no pair is left. `fits(area, normal)` is a cheap test before a pair is queued. `accept(joined,
-  /// accepted)` receives up to `width` merged patches, the cheapest first, and sets `accepted` to 0 for patches that it
-  /// refuses. Several patches may share a part: if one of these is accepted, the later ones must be refused. For a
-  /// width above 1, the edges between both parts of each patch are still open during the call.
+  /// Merges until no pair is left. `fits(area, normal)` is a cheap test that decides whether a pair is queued at all.
+  /// `accept(joined, accepted)` receives up to `width` merged patches, the cheapest first, and sets entries of
+  /// `accepted` to 0 for patches that it refuses. Several of the patches may share a part: if one of these is accepted,
+  /// the later ones must be refused. If `width` is above 1, the edges between the two parts of each patch are still
+  /// open during the call.
   template <typename Fits, typename Accept>
   void run(std::size_t width, const Fits& fits, const Accept& accept) {
     for (std::uint32_t p = 0; p < patches_.size(); ++p) {
@@ -111,7 +112,7 @@ class ChartMerger {
       accept(std::span<const ChartPatch>(joined), accepted);
       for (std::size_t i = 0; i < joined.size(); ++i) {
         if (accepted[i] == 0) {
-          if (width == 1) borders_.unglue(joined[i].glued);
+          if (width == 1) borders_.open_edges(joined[i].glued);
           continue;
         }
         if (width > 1) glue(joined[i]);
@@ -131,14 +132,13 @@ class ChartMerger {
   struct Pair {
     double cost = 0;
     std::uint32_t a = 0, b = 0, half_edge = 0;
-    std::uint32_t from = 0;  ///< The patch that queued the pair
-    bool operator<(
-        const Pair& other) const {  // Comparison for heaps with the cheapest pair on top.
+    std::uint32_t from = 0;                    ///< The patch that queued the pair
+    bool operator<(const Pair& other) const {  // Orders heaps so that the cheapest pair is on top
       return std::tie(cost, a, b) > std::tie(other.cost, other.a, other.b);
     }
   };
 
-  /// Pops the cheapest pairs that can be glued.
+  /// Pops up to `width` of the cheapest pairs whose parts can be glued.
   void pop_pairs(std::size_t width, std::vector<ChartPatch>& joined) {
     joined.clear();
     while (joined.size() < width && !queue_.empty()) {
@@ -151,7 +151,7 @@ class ChartMerger {
       patch.open = pair.half_edge;
       patch.parts = {pair.a, pair.b};
       if (!glue(patch)) continue;
-      if (width > 1) borders_.unglue(patch.glued);
+      if (width > 1) borders_.open_edges(patch.glued);
       patch.border = a.border + b.border - 2 * static_cast<std::uint32_t>(patch.glued.size());
       patch.area = a.area + b.area;
       patch.normal = a.normal + b.normal;
@@ -159,8 +159,9 @@ class ChartMerger {
     }
   }
 
-  /// Glues the parts of a patch.
-  /// \param patch  [in, out] ChartPatch::open is a half-edge of the joint on entry, and of the new border on return
+  /// Glues the two parts of a patch.
+  /// \param patch  [in, out] ChartPatch::open is a half-edge between the parts on entry, and one of the new border on
+  ///   return
   bool glue(ChartPatch& patch) {
     const auto [a, b] = patch.parts;
     const std::uint32_t joint = patch.glued.empty() ? patch.open : patch.glued.front();
@@ -176,8 +177,8 @@ class ChartMerger {
     return p;
   }
 
-  /// Queues the cheapest waiting pair of a patch. The other pairs of the patch wait in a separate heap: most are
-  /// never needed, and the queue stays short.
+  /// Queues the cheapest waiting pair of a patch. The patch's other pairs wait in a separate heap: most are never
+  /// needed, and the queue stays short.
   void queue_next(std::uint32_t p) {
     std::vector<Pair>& waiting = waiting_pairs_[p];
     while (!waiting.empty()) {
@@ -190,13 +191,13 @@ class ChartMerger {
     }
   }
 
-  /// Queues the pairs of a patch with each of its neighbours, at the longest shared run.
+  /// Finds the pairs of a patch with its neighbours, each at the longest run of shared edges, and queues the cheapest.
   template <typename Fits>
   void queue_neighbour_pairs(std::uint32_t p, bool later_only, const Fits& fits) {
     std::vector<std::pair<std::uint32_t, ChartBorders::Run>> best;
     const std::uint32_t open = patches_[p].open;
     std::uint32_t h = open;
-    const auto look = [&](std::uint32_t half_edge) {
+    const auto add_run = [&](std::uint32_t half_edge) {
       const ChartBorders::Run run = borders_.run_through(half_edge);
       const std::uint32_t other = owner(surface_.mate[half_edge]);
       if (neighbour_index_[other] == kNoIndex) {
@@ -213,13 +214,13 @@ class ChartMerger {
       if (m != kNoIndex && owner(m) != p) {
         last_shared_edge = h;
         const std::uint32_t before = borders_.previous(h);
-        const bool goes_on =
+        const bool continues_run =
             surface_.mate[before] != kNoIndex && borders_.next(m) == surface_.mate[before];
-        if (!goes_on) look(h), any = true;
+        if (!continues_run) add_run(h), any = true;
       }
       h = borders_.next(h);
     } while (h != open);
-    if (!any && last_shared_edge != kNoIndex) look(last_shared_edge);
+    if (!any && last_shared_edge != kNoIndex) add_run(last_shared_edge);
     const ChartPatch& patch = patches_[p];
     std::vector<Pair>& waiting = waiting_pairs_[p];
     for (const auto& [other, run] : best) {

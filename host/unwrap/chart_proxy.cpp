@@ -15,15 +15,16 @@
 namespace kiln {
 namespace {
 
-/// Weight, in the cost of a collapse, of the edge's squared length times the area around its start, relative to the
-/// quadric error. It favours short edges where the surface is flat.
+/// Weight of the term that favours short edges where the surface is flat. In the cost of a collapse, the term is the
+/// edge's squared length times the area around its first vertex; the quadric error has weight 1.
 constexpr double kLengthCost = 0.003;
-/// Weight of the perpendicular plane through a border edge, relative to the edge's squared length.
+/// Weight of the plane that stands on a border edge, perpendicular to the surface, as a factor of the edge's squared
+/// length.
 constexpr double kBorderWeight = 1;
 /// Minimum cosine between normals of a triangle before and after a collapse.
 constexpr double kMinCosine = 0.3;
 /// Minimum area of a triangle after a collapse, as a share of the area of an equilateral triangle with the same sum of
-/// squared sides. The share of a triangle that is already below it must not decrease.
+/// squared sides. A triangle that is below this share before a collapse must not get worse.
 constexpr double kMinShape = 0.05;
 
 /// The half-edge that starts a vertex's fan: at a border, the half-edge without a mate, otherwise any.
@@ -76,7 +77,7 @@ class ProxyCollapse {
       const Candidate next = queue_.top();
       queue_.pop();
       is_queued_[next.from] = 0;
-      // The queued cost may be outdated, since neighbours may have changed.
+      // The queued cost may be outdated, since neighbours may have changed since then.
       const Candidate now = cheapest_collapse(next.from);
       if (now.half_edge == kNoIndex) continue;
       if (now.cost > next.cost) {
@@ -121,7 +122,7 @@ class ProxyCollapse {
   }
 
  private:
-  /// A collapse of one vertex of an edge into the other, given by a half-edge.
+  /// A possible collapse of one vertex of an edge into the other, given by the edge's half-edge.
   struct Candidate {
     double cost = 0;
     std::uint32_t from = 0, half_edge = kNoIndex;
@@ -140,7 +141,7 @@ class ProxyCollapse {
     return t;
   }
 
-  /// Calls `body(h)` for the half-edges that start at a vertex; at a border, then calls `last(h)` for the border
+  /// Calls `body(h)` for each half-edge that starts at a vertex. At a border, then calls `last(h)` for the border
   /// half-edge that ends at the vertex.
   template <typename Body, typename Last>
   void for_each_half_edge_from(std::uint32_t v, const Body& body, const Last& last) const {
@@ -162,9 +163,9 @@ class ProxyCollapse {
         v, [&](std::uint32_t h) { body(end(h)); }, [&](std::uint32_t h) { body(at_[h]); });
   }
 
-  void push(const Candidate& one) {
-    queue_.push(one);
-    is_queued_[one.from] = 1;
+  void push(const Candidate& candidate) {
+    queue_.push(candidate);
+    is_queued_[candidate.from] = 1;
   }
   void propose(std::uint32_t v) {
     const Candidate best = cheapest_collapse(v);
@@ -197,18 +198,20 @@ class ProxyCollapse {
     return {};
   }
 
-  std::uint32_t target_vertex(const Candidate& one) const {
-    return at_[one.half_edge] == one.from ? end(one.half_edge) : at_[one.half_edge];
+  std::uint32_t target_vertex(const Candidate& candidate) const {
+    return at_[candidate.half_edge] == candidate.from ? end(candidate.half_edge)
+                                                      : at_[candidate.half_edge];
   }
 
-  /// True if a half-edge's triangle vanishes when the edge of h collapses.
+  /// True if collapsing the edge of h removes the triangle of half-edge g.
   bool triangle_vanishes(std::uint32_t g, std::uint32_t h) const {
     return g / 3 == h / 3 || (mate_[h] != kNoIndex && g / 3 == mate_[h] / 3);
   }
 
   /// True if a collapse keeps the topology and flips no triangle.
-  bool is_valid(const Candidate& one) {
-    const std::uint32_t u = one.from, v = target_vertex(one), h = one.half_edge, m = mate_[h];
+  bool is_valid(const Candidate& candidate) {
+    const std::uint32_t u = candidate.from, v = target_vertex(candidate), h = candidate.half_edge,
+                        m = mate_[h];
     std::array<std::uint32_t, 2> sides{h, m}, apex{kNoIndex, kNoIndex};
     for (std::size_t i = 0; i < 2; ++i) {
       if (sides[i] == kNoIndex) continue;
@@ -235,14 +238,15 @@ class ProxyCollapse {
           [&](std::uint32_t g) {
             if (!is_allowed || triangle_vanishes(g, h)) return;
             const Vec3d &a = position_[end(g)], &b = position_[at_[previous_half_edge(g)]];
-            is_allowed = keeps_shape(a, b, position_[w], one.position);
+            is_allowed = keeps_shape(a, b, position_[w], candidate.position);
           },
           [](std::uint32_t) {});
     }
     return is_allowed;
   }
 
-  /// True if a triangle keeps its orientation and does not become a needle when its third corner moves.
+  /// True if a triangle with corners a, b keeps its orientation and does not become a needle when its third corner
+  /// moves.
   static bool keeps_shape(const Vec3d& a, const Vec3d& b, const Vec3d& from, const Vec3d& to) {
     const Vec3d before = cross(b - a, from - a), after = cross(b - a, to - a);
     const double size = length(after);
@@ -254,12 +258,13 @@ class ProxyCollapse {
     return shape(size, to) >= std::min(kMinShape, shape(length(before), from));
   }
 
-  void collapse(const Candidate& one) {
-    const std::uint32_t u = one.from, v = target_vertex(one), h = one.half_edge, m = mate_[h];
+  void collapse(const Candidate& candidate) {
+    const std::uint32_t u = candidate.from, v = target_vertex(candidate), h = candidate.half_edge,
+                        m = mate_[h];
     fan_.clear();
     for_each_half_edge_from(
         u, [&](std::uint32_t g) { fan_.push_back(g); }, [](std::uint32_t) {});
-    // A half-edge that starts at v and is not removed; v's new fan is found from it.
+    // A half-edge that starts at v and remains after the collapse; v's new fan is found from it.
     std::uint32_t half_edge_from_v = kNoIndex;
     for_each_half_edge_from(
         v,
@@ -275,13 +280,13 @@ class ProxyCollapse {
     if (m != kNoIndex) remove_triangle(m);
     first_[v] = fan_begin(mate_, half_edge_from_v);
     quadric_[v] += quadric_[u];
-    position_[v] = one.position;
+    position_[v] = candidate.position;
     for_each_neighbour(v, [&](std::uint32_t w) {
-      if (is_queued_[w] == 0) to_requeue_.push_back(w);
+      if (is_queued_[w] == 0) vertices_to_queue_.push_back(w);
     });
-    if (is_queued_[v] == 0) to_requeue_.push_back(v);
-    for (const std::uint32_t w : to_requeue_) propose(w);
-    to_requeue_.clear();
+    if (is_queued_[v] == 0) vertices_to_queue_.push_back(v);
+    for (const std::uint32_t w : vertices_to_queue_) propose(w);
+    vertices_to_queue_.clear();
   }
 
   /// Removes a triangle whose half-edge h was collapsed, and merges its other two sides into one edge.
@@ -294,7 +299,7 @@ class ProxyCollapse {
     const auto area = [&](std::uint32_t g) {
       return g == kNoIndex ? std::numeric_limits<double>::infinity() : area_[piece_of(g / 3)];
     };
-    // The piece of the removed triangle goes to the neighbour with the smaller piece.
+    // The piece of the removed triangle is added to the neighbour whose piece is smaller.
     if (area(opposite_sides[1]) < area(opposite_sides[0]))
       std::swap(own_sides[0], own_sides[1]), std::swap(opposite_sides[0], opposite_sides[1]);
     const std::uint32_t to = opposite_sides[0] / 3;
@@ -305,7 +310,7 @@ class ProxyCollapse {
     surface_edge_[opposite_sides[0]] = surface_edge_[own_sides[1]];
     mate_[opposite_sides[0]] = opposite_sides[1];
     if (opposite_sides[1] != kNoIndex) mate_[opposite_sides[1]] = opposite_sides[0];
-    // The removed half-edge may have been the start of the apex's fan.
+    // The removed half-edge may have been the first one of the apex's fan.
     first_[apex] =
         fan_begin(mate_, at_[opposite_sides[0]] == apex ? opposite_sides[0]
                                                         : next_half_edge(opposite_sides[0]));
@@ -314,13 +319,13 @@ class ProxyCollapse {
   const ChartSurface& surface_;
   std::vector<std::uint32_t> at_, mate_, surface_edge_, first_, piece_;
   std::vector<std::uint8_t> is_removed_, is_inside_piece_;
-  std::vector<double> area_;  ///< Area of each proxy triangle's piece
+  std::vector<double> area_;  ///< Area of the piece of each proxy triangle
   std::vector<Vec3d> position_;
   std::vector<Quadric> quadric_;
   std::vector<std::uint8_t> is_queued_;
   std::priority_queue<Candidate> queue_;
   std::vector<Candidate> candidates_;
-  std::vector<std::uint32_t> ring_, fan_, to_requeue_;
+  std::vector<std::uint32_t> ring_, fan_, vertices_to_queue_;
   std::size_t triangles_left_, collapse_count_ = 0;
 };
 

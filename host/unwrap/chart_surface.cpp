@@ -14,11 +14,11 @@
 namespace kiln {
 namespace {
 
-/// At edges with more triangles than this, no half-edges are paired.
+/// Half-edges stay unpaired at edges that more triangles than this share.
 constexpr std::size_t kMaxPairedTriangles = 32;
 
-/// Pairs the half-edges at an edge of more than two triangles, in order of increasing angle between the triangles'
-/// normals. So each of the surfaces that touch at the edge continues smoothly across it.
+/// Pairs the half-edges at an edge of more than two triangles. The two whose triangles enclose the smallest angle
+/// between their normals are paired first. So each of the surfaces that touch at the edge continues smoothly across it.
 void pair_by_bend(ChartSurface& surface,
                   std::span<const std::pair<std::uint64_t, std::uint32_t>> edges) {
   struct Bend {
@@ -42,7 +42,7 @@ void pair_by_bend(ChartSurface& surface,
   }
 }
 
-/// Pairs opposite half-edges: mates run along an edge in opposite directions.
+/// Pairs opposite half-edges, which run along an edge in opposite directions.
 /// \returns 1 for each vertex on an edge of more than two triangles
 std::vector<std::uint8_t> find_mates(ChartSurface& surface) {
   std::vector<std::uint8_t> is_on_shared_edge(surface.positions.size(), 0);
@@ -87,25 +87,26 @@ void measure_triangles(ChartSurface& surface) {
   }
 }
 
-/// Computes the bends from angles around inner vertices. A vertex at which several fans meet is treated as one
+/// Computes the bend at each vertex from the angles around it. A vertex at which several fans meet is treated as one
 /// vertex.
-/// \param open  1 for each vertex whose angle sum is undefined; border vertices are added
+/// \param open  1 for each vertex whose angle sum is undefined; border vertices are added here
 void find_bends(ChartSurface& surface, std::vector<std::uint8_t> open) {
   constexpr double kMinAngle = 0.1;
   const std::size_t count = surface.positions.size();
-  std::vector<double> turn(count, 0);
+  std::vector<double> vertex_bend(count, 0);
   for (std::uint32_t h = 0; h < surface.mate.size(); ++h) {
     const double to = surface.length[h], from = surface.length[previous_half_edge(h)],
                  across = surface.length[next_half_edge(h)];
     const double cosine = (to * to + from * from - across * across) / (2 * to * from);
-    turn[start_of(surface, h)] += std::acos(std::clamp(cosine, -1.0, 1.0));
+    vertex_bend[start_of(surface, h)] += std::acos(std::clamp(cosine, -1.0, 1.0));
     if (surface.mate[h] == kNoIndex) open[start_of(surface, h)] = open[end_of(surface, h)] = 1;
   }
   for (std::size_t v = 0; v < count; ++v) {
-    turn[v] = open[v] != 0 ? 0 : std::log(std::max(turn[v] / (2 * std::numbers::pi), kMinAngle));
+    vertex_bend[v] =
+        open[v] != 0 ? 0 : std::log(std::max(vertex_bend[v] / (2 * std::numbers::pi), kMinAngle));
   }
   for (const Triangle& t : surface.triangles) {
-    const double a = turn[t[0]], b = turn[t[1]], c = turn[t[2]];
+    const double a = vertex_bend[t[0]], b = vertex_bend[t[1]], c = vertex_bend[t[2]];
     surface.bend.push_back((a + b + c) / 3);
     surface.bend_squared.push_back((a * a + b * b + c * c) / 3);
   }
@@ -134,8 +135,8 @@ ChartSurface chart_surface(const Mesh& mesh) {
   const auto moved = [&](std::uint32_t v) {
     return (to_double(mesh.positions[v]) - box.low) * scale;
   };
-  // Triangles near the origin may be so small that moving them rounds all corners to one point, as at the pole of a
-  // sphere where sin(pi) is 1e-16. They have no shape to lay out.
+  // Triangles near the origin may be so small that moving them to the new origin rounds all their corners to one point,
+  // as at the pole of a sphere where sin(pi) is 1e-16. Such triangles have no shape to lay out.
   std::erase_if(surface.source, [&](std::uint32_t t) {
     const Triangle& c = mesh.triangles[t];
     return length(moved(c[0]) - moved(c[1])) == 0 && length(moved(c[0]) - moved(c[2])) == 0;

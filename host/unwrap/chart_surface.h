@@ -10,23 +10,25 @@
 
 namespace kiln {
 
-/// Half-edge 3 t + k runs from corner k of triangle t to the next corner.
+/// A surface as triangles and half-edges. Half-edge 3 t + k runs from corner k of triangle t to the next corner.
 struct ChartSurface {
-  /// Positions, moved to the origin and scaled by a power of two to a size of about 1.
+  /// Positions, translated to the origin and scaled by a power of two to a size of about 1.
   std::vector<Vec3d> positions;
-  std::vector<Triangle> triangles;    ///< Triangles with area; corners are welded
+  /// Triangles of positive area; their corners are welded vertices
+  std::vector<Triangle> triangles;
   std::vector<std::uint32_t> source;  ///< Index in the mesh of each triangle
-  std::vector<std::uint32_t> mate;  ///< The opposite half-edge; kNoIndex at borders and where more
-                                    ///< than two triangles meet or two are oriented inconsistently.
-  std::vector<double> length;       ///< Length of each half-edge
-  std::vector<double> area;         ///< Area of each triangle
-  std::vector<Vec3d> normal;        ///< Unit normal of each triangle
-  /// Per triangle, means over its corners of a corner's bend and of the squared bend. The bend is the logarithm of
-  /// the angle sum around the corner, divided by 360 degrees: 0 for a flat corner and at borders.
+  /// The opposite half-edge; kNoIndex at borders and where more than two triangles meet or two are oriented
+  /// inconsistently.
+  std::vector<std::uint32_t> mate;
+  std::vector<double> length;  ///< Length of each half-edge
+  std::vector<double> area;    ///< Area of each triangle
+  std::vector<Vec3d> normal;   ///< Unit normal of each triangle
+  /// For each triangle, the mean over its corners of the bend, and of the squared bend. The bend at a vertex is the
+  /// logarithm of (the sum of angles around the vertex / 360 degrees): 0 at a flat vertex and at borders.
   std::vector<double> bend, bend_squared;
   double total_area = 0;
   double finer_per_triangle =
-      1;  ///< For a proxy: number of triangles of the finer surface for each proxy triangle
+      1;  ///< For a proxy: mean number of triangles of the finer surface per proxy triangle
 };
 
 /// \param mesh  mesh whose indices are in range

@@ -18,8 +18,9 @@
 namespace kiln {
 namespace {
 
-/// Finds the glued edges of the surface: edges inside of pieces, the edges that represent glued edges of the proxy, and
-/// the border trees around proxy vertices (see chart_proxy.h), except for tree branches that seams run along.
+/// Finds the edges of the surface that are glued in the transferred charts: edges within a piece, edges that represent
+/// glued edges of the proxy, and edges of the border trees around proxy vertices (see chart_proxy.h). Branches of these
+/// trees along which a seam runs stay open.
 std::vector<std::uint8_t> glued_edges(const ChartSurface& surface, const VertexFans& fans,
                                       const ChartProxy& proxy, const ChartBorders& borders) {
   std::vector<std::uint8_t> glued = proxy.is_inside_piece;
@@ -44,7 +45,8 @@ std::vector<std::uint8_t> glued_edges(const ChartSurface& surface, const VertexF
     const std::uint32_t v = leaf_vertices.back();
     leaf_vertices.pop_back();
     if (open_edges[v] != 1) continue;
-    std::uint32_t h = fans.first[v];  // v is no border vertex, since two edges are open at those
+    // v is not on the border, since two edges are open at border vertices
+    std::uint32_t h = fans.first[v];
     while (glued[h] != 0) h = surface.mate[previous_half_edge(h)];
     if (is_proxy_edge[h] != 0) continue;
     glued[h] = glued[surface.mate[h]] = 1;
@@ -54,20 +56,21 @@ std::vector<std::uint8_t> glued_edges(const ChartSurface& surface, const VertexF
   return glued;
 }
 
-/// Maximum rounds of each solver to bring a chart within its limits.
+/// Maximum rounds of each solver that brings a chart within its limits.
 constexpr int kTransferRigidRounds = 5, kTransferInjectiveRounds = 15, kUntangleRounds = 40;
-/// Weights that hold vertices near the proxy's layout, relative to the weights of their triangles; they are tried in
+/// Weights that hold vertices near the proxy's layout, relative to the weights of their triangles. They are tried in
 /// this order.
 constexpr std::array<double, 2> kHoldWeights{0, 0.01};
-/// Limits of untangling: the number of pairs of border sides that touch, and the number of flipped triangles. Large
-/// charts may have more: one pair for each kBorderSidesPerTouchingPair border sides, and one flipped triangle for each
-/// kTrianglesPerFlippedTriangle triangles.
+/// Untangling is only tried up to these limits: the number of pairs of border sides that touch, and the number of
+/// flipped triangles. Large charts may have more: one touching pair for each kBorderSidesPerTouchingPair border sides,
+/// and one flipped triangle for each kTrianglesPerFlippedTriangle triangles.
 constexpr std::size_t kMaxTouchingPairs = 16, kMaxFlippedTriangles = 8,
                       kBorderSidesPerTouchingPair = 8, kTrianglesPerFlippedTriangle = 200;
 /// Number of border vertices on each side of a touching vertex that are pushed with it.
 constexpr std::size_t kPushedNeighbours = 4;
 
-/// Flattens a chart near its initial layout. \returns whether it is injective and within the limits
+/// Flattens a chart near an initial layout.
+/// \returns whether it is injective and within the limits
 bool flatten_near_layout(FlatChart& chart, FlatStart start, const ChartLimits& limits) {
   const auto system = rigid_system(chart);
   const std::vector<double> relative_weights = start.hold_weights;
@@ -102,9 +105,10 @@ class ProxyLayout {
     for (const FlatChart& chart : chosen.charts) charts_.push_back(&chart);
   }
 
+  /// The initial layout of a chart.
   /// \param chart  chart of the surface
-  /// \param of     index of the proxy's chart that it corresponds to
-  /// \param index_in_chart  scratch, one entry per triangle of the surface
+  /// \param of     index of the proxy's chart that `chart` corresponds to
+  /// \param index_in_chart  scratch memory, one entry per triangle of the surface
   FlatStart start_of(const FlatChart& chart, std::uint32_t of, std::span<const std::uint8_t> glued,
                      std::vector<std::uint32_t>& index_in_chart) const {
     const auto count = static_cast<std::uint32_t>(chart.source.size());
@@ -135,7 +139,8 @@ class ProxyLayout {
       is_placed[0] = 1;
       queue.push_back(0);
     }
-    // Triangles that trimming added lie outside of this proxy chart: they are unfolded from their neighbours.
+    // Triangles that seam straightening added to the chart lie outside of its proxy chart. Each is unfolded from a
+    // neighbour.
     for (std::size_t n = 0; n < queue.size(); ++n) {
       const std::uint32_t i = queue[n];
       for (std::uint32_t k = 0; k < 3; ++k) {
@@ -166,7 +171,7 @@ class ProxyLayout {
     return Vec2d{g.y, -g.x} * (2 * rest.area);
   }
 
-  /// Maps a position by the layout of a triangle of the proxy.
+  /// Maps a position on the surface to the layout, by the affine map of a proxy triangle.
   Vec2d place(const Vec3d& position, std::uint32_t piece) const {
     const auto [c, n] = at_[piece];
     const FlatChart& chart = *charts_[c];
@@ -183,7 +188,7 @@ class ProxyLayout {
     return result;
   }
 
-  /// Cosine and sine of the rotation nearest to a triangle's map.
+  /// Rotation nearest to the map from a rest shape to three positions, as cosine and sine.
   static Vec2d rotation(const RestShape& rest, const std::array<Vec2d, 3>& places) {
     Vec2d u{}, v{};
     for (std::size_t k = 0; k < 3; ++k) {
@@ -201,7 +206,7 @@ class ProxyLayout {
   std::vector<const FlatChart*> charts_;
 };
 
-/// A separate surface of some of the triangles; edges that are not glued become borders.
+/// A separate surface that consists of some of the triangles. Edges that are not glued become borders.
 ChartSurface part_of(const ChartSurface& surface, std::span<const std::uint32_t> triangles,
                      std::span<const std::uint8_t> glued,
                      std::vector<std::uint32_t>& index_in_chart) {
@@ -225,7 +230,7 @@ ChartSurface part_of(const ChartSurface& surface, std::span<const std::uint32_t>
   return part;
 }
 
-/// Grows new charts for a chart that has no flat map.
+/// Grows new charts from the triangles of a chart that has no layout within the limits.
 std::vector<FlatChart> grow_again(const ChartSurface& surface, const FlatChart& chart,
                                   const ChartLimits& limits, std::vector<std::uint8_t>& glued,
                                   std::vector<std::uint32_t>& index_in_chart, int threads) {
@@ -245,8 +250,8 @@ std::vector<FlatChart> grow_again(const ChartSurface& surface, const FlatChart& 
 
 ChosenCharts transfer_charts(const ChartSurface& surface, const VertexFans& fans,
                              const ChartProxy& proxy, const ChosenCharts& chosen,
-                             const ChartLimits& limits, int threads, std::size_t& anew) {
-  anew = 0;
+                             const ChartLimits& limits, int threads, std::size_t& regrown) {
+  regrown = 0;
   std::vector<std::uint32_t> chart_of(proxy.surface.triangles.size());
   for (std::uint32_t c = 0; c < chosen.charts.size(); ++c) {
     for (const std::uint32_t t : chosen.charts[c].source) chart_of[t] = c;
@@ -264,7 +269,7 @@ ChosenCharts transfer_charts(const ChartSurface& surface, const VertexFans& fans
   std::vector<std::uint8_t> is_transferred(charts.size(), 0);
   const ProxyLayout layout(surface, proxy, chosen);
   ScratchPool scratches(surface);
-  const auto lay = [&](std::size_t begin, std::size_t end) {
+  const auto flatten = [&](std::size_t begin, std::size_t end) {
     std::unique_ptr<CutScratch> scratch = scratches.acquire();
     for (std::size_t c = begin; c < end; ++c) {
       charts[c] = cut_open(surface, triangles[c], made.borders.glued(), scratch->index_in_chart);
@@ -275,7 +280,7 @@ ChosenCharts transfer_charts(const ChartSurface& surface, const VertexFans& fans
     }
     scratches.release(std::move(scratch));
   };
-  parallel_for(charts.size(), 1, lay, threads);
+  parallel_for(charts.size(), 1, flatten, threads);
   if (std::find(is_transferred.begin(), is_transferred.end(), 0) == is_transferred.end())
     return made;
   std::vector<std::uint8_t> glued = made.borders.glued();
@@ -286,7 +291,7 @@ ChosenCharts transfer_charts(const ChartSurface& surface, const VertexFans& fans
       all_charts.push_back(std::move(charts[c]));
       continue;
     }
-    anew += charts[c].source.size();
+    regrown += charts[c].source.size();
     std::vector<FlatChart> some =
         grow_again(surface, charts[c], limits, glued, index_in_chart, threads);
     std::move(some.begin(), some.end(), std::back_inserter(all_charts));

@@ -8,14 +8,14 @@
 
 namespace kiln {
 
-/// A chart of the surface consists of the pieces of the proxy chart's triangles. Its seams are straightened, and it
-/// is flattened, starting from the proxy chart's layout. If that gives no map within the limits, new charts are
-/// grown.
+/// Makes charts of the finer surface from those of the proxy. Each chart consists of the pieces of its proxy chart's
+/// triangles. Its seams are straightened, and it is flattened, starting from the proxy chart's layout. If it cannot be
+/// flattened within the limits, new charts are grown from its triangles.
 /// \param chosen  charts of the proxy
-/// \param anew    [out] number of triangles in newly grown charts
+/// \param regrown    [out] number of triangles in newly grown charts
 /// \returns charts of the surface, each a disc and injective
 ChosenCharts transfer_charts(const ChartSurface& surface, const VertexFans& fans,
                              const ChartProxy& proxy, const ChosenCharts& chosen,
-                             const ChartLimits& limits, int threads, std::size_t& anew);
+                             const ChartLimits& limits, int threads, std::size_t& regrown);
 
 }  // namespace kiln

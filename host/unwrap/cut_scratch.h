@@ -1,4 +1,4 @@
-// Scratch for cutting charts open on many threads.
+// Scratch memory for cutting charts open on many threads.
 #pragma once
 
 #include <cstdint>
@@ -12,22 +12,24 @@
 
 namespace kiln {
 
-/// Scratch memory for cut_open() on charts with edges whose glue state differs from that in ChartBorders.
+/// Scratch memory for cut_open(). It lists edges whose state (glued or open) a thread inverts without changing
+/// ChartBorders.
 struct CutScratch {
   std::vector<std::uint32_t> index_in_chart;
-  /// 1 for half-edges whose glue state is inverted; all 0 between uses
+  /// 1 for each half-edge whose state is inverted; all 0 between uses
   std::vector<std::uint8_t> inverted;
 
   explicit CutScratch(const ChartSurface& surface)
       : index_in_chart(surface.triangles.size()), inverted(surface.mate.size(), 0) {}
-  /// Sets whether the glue state of edges is inverted.
-  void mark(const ChartSurface& surface, std::span<const std::uint32_t> edges,
-            std::uint8_t is_inverted) {
+  /// Sets whether the state of edges is inverted.
+  void set_inverted(const ChartSurface& surface, std::span<const std::uint32_t> edges,
+                    std::uint8_t is_inverted) {
     for (const std::uint32_t h : edges) inverted[h] = inverted[surface.mate[h]] = is_inverted;
   }
 };
 
-/// A pool with one scratch for each active thread, since a scratch has an entry for each half-edge of the surface.
+/// A pool with one scratch for each active thread. Scratches are reused, since each has an entry for each half-edge of
+/// the surface.
 class ScratchPool {
  public:
   explicit ScratchPool(const ChartSurface& surface) : surface_(surface) {}

@@ -15,17 +15,19 @@
 namespace kiln {
 namespace {
 
-/// Minimum ratio of a triangle's height to its longest side; flatter needles are treated as if they had this height.
+/// Minimum ratio of a triangle's height to its longest side. Flatter triangles (needles) are treated as if they had
+/// this height.
 constexpr double kMinHeightRatio = 2e-3;
-/// Ratio of FlatChart::roughness_energy to the variance of the chart's bends, measured as the energy of the best flat maps of
-/// rough balls.
+/// Ratio of FlatChart::roughness_energy to the variance of the chart's bends. Measured on rough balls, as the energy of
+/// their best layouts.
 constexpr double kRoughnessEnergyFactor = 3.5;
-/// Relative increase of the distortion limit of single triangles, for each unit of FlatChart::roughness_energy.
+/// Relative increase of the limit on single triangles' distortion, for each unit of FlatChart::roughness_energy.
 constexpr double kRoughnessStretchFactor = 6;
-/// Minimum distance between border sides, as a share of the square root of the surface's area: a few UV steps.
+/// Minimum distance between border sides, as a share of the square root of the surface's area. It corresponds to a few
+/// UV steps (kUvSteps).
 constexpr double kMinBorderDistance = 1e-6;
 
-/// The triangle in its own plane, counter-clockwise, with its longest side along x.
+/// Corners of a triangle in its own plane, counter-clockwise, with its longest side along x.
 std::array<Vec2d, 3> rest_points(const ChartSurface& surface, std::uint32_t t) {
   std::uint32_t base = 0;  // Corner at which the longest side starts
   for (std::uint32_t k = 1; k < 3; ++k) {
@@ -55,7 +57,7 @@ RestShape rest_shape(const std::array<Vec2d, 3>& p) {
   return rest;
 }
 
-/// State of glued edges, see cut_open().
+/// Which edges are glued: see cut_open().
 struct GluedEdges {
   std::span<const std::uint8_t> glued, inverted;
   bool operator[](std::uint32_t h) const {
@@ -63,7 +65,7 @@ struct GluedEdges {
   }
 };
 
-/// The border's half-edges in order: rotates around each vertex, over glued edges, to the next open half-edge.
+/// The half-edges of the border in order. At each vertex, rotates over glued edges to the next open half-edge.
 std::vector<std::uint32_t> border_of(const ChartSurface& surface, const GluedEdges& glued,
                                      std::uint32_t first) {
   std::vector<std::uint32_t> border;
@@ -76,7 +78,7 @@ std::vector<std::uint32_t> border_of(const ChartSurface& surface, const GluedEdg
   return border;
 }
 
-/// Length of the chart along the longest of eight directions: at least 0.98 times the chart's diameter.
+/// Length of the chart along the longest of eight directions, which is at least 0.98 times the chart's diameter.
 double length_of(const FlatChart& chart) {
   constexpr int kDirections = 8;
   double longest = 0;
@@ -151,13 +153,13 @@ FlatChart cut_open(const ChartSurface& surface, std::span<const std::uint32_t> t
     squared += surface.area[t] * surface.bend_squared[t];
   }
   bend /= area, squared /= area;
-  // Only the variance of bends counts as roughness. Cuts remove a uniform bend, which is part of the shape.
+  // Only the variance of bends counts as roughness. A uniform bend is part of the shape, and cuts can remove it.
   chart.roughness_energy = kRoughnessEnergyFactor * std::max(0.0, squared - bend * bend);
   for (const std::uint32_t h : border_of(surface, glued, open)) {
     chart.boundary.push_back(chart.triangles[index_in_chart[h / 3]][h % 3]);
   }
   chart.points.resize(chart.vertex.size());
-  chart.apart = kMinBorderDistance * std::sqrt(surface.total_area);
+  chart.min_border_distance = kMinBorderDistance * std::sqrt(surface.total_area);
   return chart;
 }
 
@@ -185,14 +187,14 @@ void lay_out_triangle(FlatChart& chart, const ChartSurface& surface) {
   for (std::size_t k = 0; k < 3; ++k) chart.points[chart.triangles[0][k]] = points[k];
 }
 
-bool is_injective(const FlatChart& chart, double apart) {
+bool is_injective(const FlatChart& chart, double min_distance) {
   for (const Triangle& t : chart.triangles) {
     if (!orient2d_certain(chart.points[t[0]], chart.points[t[1]], chart.points[t[2]])) return false;
   }
   std::vector<Vec2d> border;
   border.reserve(chart.boundary.size());
   for (const std::uint32_t v : chart.boundary) border.push_back(chart.points[v]);
-  return is_simple(border, apart);
+  return is_simple(border, min_distance);
 }
 
 FlatDistortion distortion(const FlatChart& chart) {
@@ -221,7 +223,7 @@ FlatDistortion distortion(const FlatChart& chart) {
 
 bool is_short(const FlatChart& chart, const ChartLimits& limits) {
   if (std::isinf(limits.length) || length_of(chart) <= limits.length) return true;
-  // Cuts cannot shorten a chart that is as long as one of its edges.
+  // A chart that is as long as one of its edges cannot be shortened by cuts.
   constexpr double kMaxEdgeRatio = 1.1;
   double longest = 0;
   for (const Triangle& t : chart.triangles) {

@@ -10,13 +10,13 @@ namespace {
 
 double length(const Vec2d& p) { return std::sqrt(dot(p, p)); }
 
-/// Side of line ab on which c lies. 1: left, -1: right, 0: undecided because of rounding, or nearer to the line than
-/// `apart`.
-int side_of_line(const Vec2d& a, const Vec2d& b, const Vec2d& c, double apart = 0) {
+/// Side of the line ab on which c lies. 1: left; -1: right; 0: c is nearer to the line than `min_distance`, or rounding
+/// leaves the side undecided.
+int side_of_line(const Vec2d& a, const Vec2d& b, const Vec2d& c, double min_distance = 0) {
   const double left = (b.x - a.x) * (c.y - a.y), right = (b.y - a.y) * (c.x - a.x);
   const double det = left - right;
   const double bound = 3.3306690738754716e-16 * (std::abs(left) + std::abs(right)) +
-                       (apart > 0 ? apart * length(b - a) : 0);
+                       (min_distance > 0 ? min_distance * length(b - a) : 0);
   return det > bound ? 1 : det < -bound ? -1 : 0;
 }
 
@@ -29,9 +29,10 @@ struct BoxedSide {
   }
 };
 
-/// Calls `found(a, b)` for each pair of touching sides, until it returns false.
+/// Calls `found(a, b)` for each pair of touching sides. Stops when `found` returns false.
 template <typename Found>
-void for_each_touching_pair(std::span<const Vec2d> polygon, double apart, const Found& found) {
+void for_each_touching_pair(std::span<const Vec2d> polygon, double min_distance,
+                            const Found& found) {
   const std::size_t count = polygon.size();
   const auto end = [&](std::size_t i) -> const Vec2d& {
     return polygon[i + 1 < count ? i + 1 : 0];
@@ -44,8 +45,8 @@ void for_each_touching_pair(std::span<const Vec2d> polygon, double apart, const 
   std::sort(sides.begin(), sides.end());
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t a = sides[i].first;
-    const double right = sides[i].right + apart, low = sides[i].low - apart,
-                 high = sides[i].high + apart;
+    const double right = sides[i].right + min_distance, low = sides[i].low - min_distance,
+                 high = sides[i].high + min_distance;
     for (std::size_t j = i + 1; j < count && sides[j].left <= right; ++j) {
       if (sides[j].high < low || sides[j].low > high) continue;
       const std::size_t b = sides[j].first;
@@ -59,10 +60,10 @@ void for_each_touching_pair(std::span<const Vec2d> polygon, double apart, const 
         }
         continue;
       }
-      // Two sides that are separated by a single side may be nearer than `apart`, since the side between them may be
-      // short.
+      // With a single side between them, two sides may be nearer than `min_distance`, since that side may be short.
       const bool near = (a + 2) % count == b || (b + 2) % count == a;
-      if (!segments_apart_certain(polygon[a], end(a), polygon[b], end(b), near ? 0 : apart)) {
+      if (!segments_apart_certain(polygon[a], end(a), polygon[b], end(b),
+                                  near ? 0 : min_distance)) {
         if (!found(a, b)) return;
       }
     }
@@ -76,21 +77,23 @@ bool orient2d_certain(const Vec2d& a, const Vec2d& b, const Vec2d& c) {
 }
 
 bool segments_apart_certain(const Vec2d& a, const Vec2d& b, const Vec2d& c, const Vec2d& d,
-                            double apart) {
-  const int first = side_of_line(a, b, c, apart), second = side_of_line(a, b, d, apart);
+                            double min_distance) {
+  const int first = side_of_line(a, b, c, min_distance),
+            second = side_of_line(a, b, d, min_distance);
   if (first != 0 && first == second) return true;
-  const int third = side_of_line(c, d, a, apart), fourth = side_of_line(c, d, b, apart);
+  const int third = side_of_line(c, d, a, min_distance),
+            fourth = side_of_line(c, d, b, min_distance);
   return third != 0 && third == fourth;
 }
 
-bool is_simple(std::span<const Vec2d> polygon, double apart) {
-  return polygon.size() >= 3 && !first_touching_sides(polygon, apart);
+bool is_simple(std::span<const Vec2d> polygon, double min_distance) {
+  return polygon.size() >= 3 && !first_touching_sides(polygon, min_distance);
 }
 
 std::optional<std::pair<std::size_t, std::size_t>> first_touching_sides(
-    std::span<const Vec2d> polygon, double apart) {
+    std::span<const Vec2d> polygon, double min_distance) {
   std::optional<std::pair<std::size_t, std::size_t>> touching_pair;
-  for_each_touching_pair(polygon, apart, [&](std::size_t a, std::size_t b) {
+  for_each_touching_pair(polygon, min_distance, [&](std::size_t a, std::size_t b) {
     touching_pair = {a, b};
     return false;
   });
@@ -98,9 +101,10 @@ std::optional<std::pair<std::size_t, std::size_t>> first_touching_sides(
 }
 
 std::vector<std::pair<std::size_t, std::size_t>> touching_sides(std::span<const Vec2d> polygon,
-                                                                double apart, std::size_t most) {
+                                                                double min_distance,
+                                                                std::size_t most) {
   std::vector<std::pair<std::size_t, std::size_t>> found;
-  for_each_touching_pair(polygon, apart, [&](std::size_t a, std::size_t b) {
+  for_each_touching_pair(polygon, min_distance, [&](std::size_t a, std::size_t b) {
     found.emplace_back(a, b);
     return found.size() < most;
   });

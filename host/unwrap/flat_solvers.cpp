@@ -16,7 +16,7 @@ namespace kiln {
 namespace {
 
 /// The symmetric 2 x 2 matrix ((xx, xy), (xy, yy)).
-struct Symmetric {
+struct SymmetricMatrix2 {
   double xx = 1, xy = 0, yy = 1;
 };
 
@@ -35,15 +35,15 @@ Jacobian jacobian(const FlatChart& chart, std::size_t i, const std::vector<Vec2d
   return j;
 }
 
-/// Cosine and sine of the rotation nearest to the map.
+/// Rotation nearest to the map, as cosine and sine.
 Vec2d nearest_rotation(const Jacobian& j) {
   const double c = j.u.x + j.v.y, s = j.v.x - j.u.y, size = std::sqrt(c * c + s * s);
   return size > 0 ? Vec2d{c / size, s / size} : Vec2d{1, 0};
 }
 
-/// Weight of the distance to a rotation, squared, in the frame of the image. The weighted distance has the gradient
-/// of the symmetric Dirichlet energy (Rabinovich et al. 2017, equation 15).
-Symmetric dirichlet_weight(const Jacobian& j) {
+/// Weight matrix of the squared distance between the Jacobian and its nearest rotation. With this weight, the distance
+/// has the same gradient as the symmetric Dirichlet energy (Rabinovich et al. 2017, equation 15).
+SymmetricMatrix2 dirichlet_weight(const Jacobian& j) {
   const double det = cross(j.u, j.v);
   const double sum = dot(j.u, j.u) + dot(j.v, j.v);
   const double root = std::sqrt(std::max(0.0, sum * sum - 4 * det * det));
@@ -65,7 +65,7 @@ double energy(const FlatChart& chart, const std::vector<Vec2d>& points) {
   return sum;
 }
 
-/// The largest step along the direction at which no triangle degenerates (Smith, Schaefer 2015, section 3.3).
+/// The largest step along `direction` before a triangle degenerates (Smith, Schaefer 2015, section 3.3).
 double flip_distance(const FlatChart& chart, const std::vector<Vec2d>& direction) {
   double best = std::numeric_limits<double>::infinity();
   for (const Triangle& t : chart.triangles) {
@@ -75,7 +75,7 @@ double flip_distance(const FlatChart& chart, const std::vector<Vec2d>& direction
     const double a = cross(de, df), b = cross(e, df) + cross(de, f), c = cross(e, f);
     const double disc = b * b - 4 * a * c;
     if (disc < 0) continue;
-    // Both roots are computed without cancellation; the smallest positive one is used.
+    // Both roots are computed without cancellation. The result is the smaller positive one.
     const double q = -0.5 * (b + std::copysign(std::sqrt(disc), b));
     for (const double root : {a != 0 ? q / a : -1.0, q != 0 ? c / q : -1.0}) {
       if (root > 0) best = std::min(best, root);
@@ -84,7 +84,7 @@ double flip_distance(const FlatChart& chart, const std::vector<Vec2d>& direction
   return best;
 }
 
-/// The linear system of one step: minimizes the weighted distance to the nearest rotations.
+/// The linear system of one step. Its solution minimizes the weighted distances to the nearest rotations.
 class StepSystem {
  public:
   /// \param known  linear system of the same triangles, or null
@@ -95,8 +95,8 @@ class StepSystem {
   /// \param pinned  vertices that are held in place by a large weight
   bool solve(const FlatChart& chart, std::vector<Vec2d>& target,
              std::span<const std::uint32_t> pinned = {}) {
-    // Weight of the proximal term, which makes the system definite where a chart can move or rotate freely, and damps
-    // large steps.
+    // Weight of the proximal term. It keeps the system definite, although the whole chart can move and rotate freely,
+    // and damps large steps.
     constexpr double kProximalWeight = 1e-4;
     system_.clear();
     target = chart.points;
@@ -116,7 +116,7 @@ class StepSystem {
   }
 
  private:
-  static void add(FlatSystem<2>::Block& block, double weight, const Symmetric& m) {
+  static void add(FlatSystem<2>::Block& block, double weight, const SymmetricMatrix2& m) {
     block[0] += weight * m.xx;
     block[1] += weight * m.xy;
     block[2] += weight * m.xy;
@@ -125,7 +125,7 @@ class StepSystem {
 
   void add(const FlatChart& chart, std::size_t i, std::vector<Vec2d>& right) {
     const Jacobian j = jacobian(chart, i, chart.points);
-    const Symmetric m = dirichlet_weight(j);
+    const SymmetricMatrix2 m = dirichlet_weight(j);
     const Vec2d r = nearest_rotation(j);
     const RestShape& rest = chart.rest[i];
     for (std::size_t k = 0; k < 3; ++k) {
@@ -143,14 +143,14 @@ class StepSystem {
   FlatSystem<2> system_;
 };
 
-/// Pins border vertices that would touch the border after a full step.
+/// Finds border vertices that would touch the border after a full step, and pins them.
 /// \returns true if there are any
 bool pin_touching(const FlatChart& chart, const std::vector<Vec2d>& to,
                   std::vector<std::uint32_t>& pinned) {
   constexpr std::size_t kMaxTouches = 1000, kPinReach = 2;
   std::vector<Vec2d> border;
   for (const std::uint32_t v : chart.boundary) border.push_back(to[v]);
-  const auto found = touching_sides(border, chart.apart, kMaxTouches);
+  const auto found = touching_sides(border, chart.min_border_distance, kMaxTouches);
   if (found.empty()) return false;
   const std::size_t count = border.size();
   std::vector<std::uint8_t> is_pinned(chart.points.size(), 0);
@@ -185,7 +185,7 @@ bool rigid_rounds(FlatChart& chart, int rounds, RigidSystem& system, const FlatS
     }
     chart.points = start->vertex_positions;
   }
-  // Vertex 0 is anchored at its position; the other forces sum to 0, so the anchor causes no distortion.
+  // Anchors vertex 0 at its position. The other forces sum to 0, so the anchor causes no distortion.
   double& weight = system.vertex_block(0)[0];
   const Vec2d anchor = chart.points[0] * weight;
   weight += weight;
@@ -230,7 +230,7 @@ void injective_rounds(FlatChart& chart, int rounds, const ChartLimits* until,
                       const RigidSystem* known, bool pins) {
   constexpr double kMinConvergedProgress = 1e-5, kMinUsefulProgress = 0.01;
   double current = energy(chart, chart.points);
-  // The limit in the units of energy(): a sum over the area.
+  // The limit in the units of energy(), which sums over the area.
   const double area = std::accumulate(chart.rest.begin(), chart.rest.end(), 0.0,
                                       [](double sum, const RestShape& r) { return sum + r.area; });
   const double wanted = until == nullptr ? std::numeric_limits<double>::infinity()
@@ -256,13 +256,14 @@ void injective_rounds(FlatChart& chart, int rounds, const ChartLimits* until,
         chart.points[v] = points_before[v] + direction[v] * step;
       }
       current = energy(chart, chart.points);
-      any_moved = current < last && is_injective(chart, chart.apart);
+      any_moved = current < last && is_injective(chart, chart.min_border_distance);
     }
     if (!any_moved) {
       chart.points = points_before;
       return;
     }
-    // Stops on convergence. Above the limit, stops earlier, if progress is too slow to reach the limit.
+    // Stops on convergence. While the energy is above the limit, also stops when progress is too slow to reach the
+    // limit.
     if (last - current < (current > wanted ? kMinUsefulProgress : kMinConvergedProgress) * last)
       return;
   }

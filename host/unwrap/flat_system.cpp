@@ -12,7 +12,7 @@ namespace {
 using SparseMatrix = Eigen::SparseMatrix<double>;
 using Edge = std::pair<std::uint32_t, std::uint32_t>;
 
-/// The edges of a chart, without duplicates; the vertex of higher index comes first.
+/// The chart's edges without duplicates, as pairs of vertices with the higher index first.
 std::vector<Edge> edges_of(const FlatChart& chart) {
   std::vector<Edge> edges;
   edges.reserve(chart.triangles.size() * 3);
@@ -54,14 +54,13 @@ std::vector<std::uint32_t> minimum_degree_order(std::size_t count, const std::ve
 
 template <int N>
 struct FlatSystem<N>::Solver {
-  /// Unknowns: two columns x and y, or one column of interleaved x and y.
+  /// Matrix of unknowns: two columns, x and y; or one column in which x and y alternate.
   using Unknowns =
       std::conditional_t<N == 1, Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>,
                          Eigen::VectorXd>;
 
-  SparseMatrix
-      matrix;  ///< Upper triangle in elimination order; in another order, Eigen would copy it
-  /// For each stored value, its index among the values of all blocks
+  SparseMatrix matrix;  ///< Upper triangle in elimination order, which Eigen uses without a copy
+  /// For each stored value of the matrix, its index among the values of all blocks
   std::vector<std::uint32_t> value_index;
   Eigen::SimplicialLDLT<SparseMatrix, Eigen::Upper, Eigen::NaturalOrdering<int>> factorization;
   Unknowns right_side;
@@ -96,7 +95,8 @@ FlatSystem<N>::FlatSystem(std::shared_ptr<const FlatPattern> pattern)
   const auto count = static_cast<std::uint32_t>(pattern_->vertex_rank.size());
   blocks_.resize(count + edges.size());
   SparseMatrix& matrix = solver_->matrix;
-  // Fills the matrix column by column: edges to earlier vertices first, the diagonal last.
+  // Fills the matrix column by column: first the edges to vertices earlier in the elimination order, the diagonal block
+  // last.
   matrix.resize(Eigen::Index{N} * count, Eigen::Index{N} * count);
   matrix.reserve(static_cast<Eigen::Index>(blocks_.size() * N * N));
   std::size_t first = 0;

@@ -1,4 +1,5 @@
-// Sparse linear systems of flat charts: with a block for each edge and vertex. The symbolic factorization is reused.
+// Sparse linear systems of flat charts, with one block for each edge and each vertex. The symbolic factorization is
+// reused.
 #pragma once
 
 #include <algorithm>
@@ -14,21 +15,21 @@
 
 namespace kiln {
 
-/// Elimination order of a chart's vertices, and the non-zero pattern of matrices on its edges.
+/// Elimination order of a chart's vertices, and the non-zero pattern of matrices over its edges.
 struct FlatPattern {
   explicit FlatPattern(const FlatChart& chart);
 
   std::vector<std::uint32_t> vertex_rank;  ///< Rank of each vertex in the elimination order
   /// Ranks of the two vertices of each edge, the higher rank first.
   std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
-  /// Indices in the list of blocks, six for each triangle. Each corner has two: the diagonal block of its vertex, and
-  /// the off-diagonal block of the edge to the next corner. In the list, the blocks of all vertices come first, then
-  /// the blocks of edges.
+  /// For each triangle, six indices in the list of blocks. Each corner has two of them: the diagonal block of its
+  /// vertex, and the off-diagonal block of the edge to the next corner. In the list, the blocks of all vertices come
+  /// first, then the blocks of all edges.
   std::vector<std::uint32_t> triangle_blocks;
 };
 
-/// A symmetric positive definite matrix of N x N blocks on a chart's pattern, and its solver. The unknowns are points;
-/// for N = 1, x and y share the matrix. Blocks are stored by rows, and are symmetric.
+/// A symmetric positive definite matrix of N x N blocks with a chart's pattern, and its solver. The unknowns are
+/// points. For N = 1, x and y are solved with the same matrix. Blocks are symmetric.
 template <int N>
 class FlatSystem {
  public:
@@ -43,7 +44,8 @@ class FlatSystem {
 
   void clear() { std::fill(blocks_.begin(), blocks_.end(), Block{}); }
   Block& vertex_block(std::uint32_t v) { return blocks_[pattern_->vertex_rank[v]]; }
-  /// Diagonal block of corner k of triangle i; edge_block() is that of the edge from there to the next corner.
+  /// Diagonal block of the vertex at corner k of triangle i. edge_block() is the block of the edge from that corner to
+  /// the next.
   Block& corner_block(std::size_t i, std::size_t k) {
     return blocks_[pattern_->triangle_blocks[6 * i + 2 * k]];
   }
@@ -68,12 +70,13 @@ class FlatSystem {
 extern template class FlatSystem<1>;
 extern template class FlatSystem<2>;
 
-/// The system of as-rigid-as-possible rounds: one unknown per vertex, with the same matrix for x and y.
+/// The linear system of as-rigid-as-possible rounds: one unknown per vertex, with the same matrix for x and y.
 class RigidSystem : public FlatSystem<1> {
  public:
   using FlatSystem<1>::FlatSystem;
 
-  /// Sets the matrix from the areas of the chart's triangles, multiplied by their weights; empty: all weights are 1.
+  /// Sets the matrix for the chart. The areas of triangles are multiplied by `weights`; if that is empty, all weights
+  /// are 1.
   void fill(const FlatChart& chart, std::span<const double> weights) {
     clear();
     for (std::size_t i = 0; i < chart.triangles.size(); ++i) {

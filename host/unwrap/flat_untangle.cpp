@@ -13,17 +13,17 @@
 namespace kiln {
 namespace {
 
-/// Distance by which touching border vertices are pushed in the first round, as a share of the adjacent sides' length,
-/// and the factor by which the distance grows in each round.
+/// Distance by which touching border vertices are pushed in the first round, as a share of the length of the sides
+/// beside them; and the factor by which this distance grows in each round.
 constexpr double kFirstPush = 0.1, kPushGrowth = 1.3;
 /// Weight that holds a pushed vertex at its target, relative to the weights of its triangles.
 constexpr double kHoldWeight = 1;
 /// Factor by which a flipped triangle's weight grows in each round.
 constexpr double kFlipWeightGrowth = 2;
-/// Untangling is aborted if the number of flipped triangles exceeds its first value by this factor.
+/// Untangling stops without success if the number of flipped triangles exceeds its initial value by this factor.
 constexpr std::size_t kMaxFlipGrowth = 4;
 
-/// Cosine and sine of the rotation nearest to a triangle's map.
+/// Rotation nearest to the map of triangle i, as cosine and sine.
 Vec2d rotation(const FlatChart& chart, std::size_t i) {
   Vec2d u{}, v{};
   for (std::size_t k = 0; k < 3; ++k) {
@@ -80,10 +80,10 @@ class Untangler {
   std::vector<TouchingSides> find_touching_sides() const {
     std::vector<Vec2d> border;
     for (const std::uint32_t v : chart_.boundary) border.push_back(chart_.points[v]);
-    return touching_sides(border, 2 * chart_.apart, max_touching_pairs_ + 1);
+    return touching_sides(border, 2 * chart_.min_border_distance, max_touching_pairs_ + 1);
   }
 
-  /// Pushes the corners of touching sides into their chart.
+  /// Pushes the corners of touching sides into the chart.
   void push(const std::vector<TouchingSides>& found) {
     const std::size_t count = chart_.boundary.size();
     std::vector<std::size_t> touching_border_indices;
@@ -109,8 +109,9 @@ class Untangler {
     }
   }
 
-  /// Pushes touching vertices and border vertices near them. The push decreases with the distance from the touching
-  /// vertex; its direction is perpendicular to the border between the two outermost of these vertices.
+  /// Pushes each touching vertex together with the `reach_` border vertices on either side of it. The push decreases
+  /// with the number of sides from the touching vertex. Its direction is perpendicular to the line between the border
+  /// vertices `reach_` sides before and after the pushed vertex.
   void push_nearby_vertices(const std::vector<std::size_t>& touching_border_indices) {
     const std::size_t count = chart_.boundary.size(), far = reach_ % count;
     std::vector<double> push_shares(count, 0);
@@ -142,7 +143,7 @@ class Untangler {
     }
   }
 
-  /// One as-rigid-as-possible round; pushed vertices are held near their targets.
+  /// Runs one as-rigid-as-possible round, in which pushed vertices are held near their targets.
   bool solve() {
     std::vector<Vec2d> points(chart_.points.size());
     for (std::size_t i = 0; i < chart_.triangles.size(); ++i) {
@@ -166,7 +167,7 @@ class Untangler {
       if (push_length_[v] == 0) hold_at(v, start_->vertex_positions[v], start_->hold_weights[v]);
     }
     for (const std::uint32_t v : pushed_vertices_) hold_at(v, push_targets_[v], kHoldWeight);
-    // Weight that makes the system definite although the whole chart can move freely.
+    // Weight that anchors the chart, so that the system is definite although the whole chart can move freely.
     constexpr double kAnchorWeight = 1e-6;
     hold_at(0, chart_.points[0], kAnchorWeight);
     if (!system_.factorize() || !system_.solve(points)) return false;
@@ -179,7 +180,7 @@ class Untangler {
   const FlatStart* start_;
   std::size_t max_touching_pairs_ = 0, reach_ = 0;
   std::vector<double> triangle_weights_;  ///< Weight of each triangle
-  /// Push of each vertex, as a share of the adjacent sides; 0 if it is not pushed.
+  /// Length of each vertex's push, as a share of the length of the sides beside it; 0 if it is not pushed.
   std::vector<double> push_length_;
   std::vector<Vec2d> push_targets_;  ///< Positions at which pushed vertices are held
   std::vector<std::uint32_t>

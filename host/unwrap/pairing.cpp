@@ -10,9 +10,9 @@
 namespace kiln {
 namespace {
 
-/// Largest stretch of a pair; beyond it, two single triangles are better. Areas that differ by a factor of 5, or a
-/// shear of 4, reach it.
-constexpr double kStretchLimit = 0.7;
+/// Largest stretch of a pair; above it, two single triangles are better. A pair reaches this limit if its areas differ
+/// by a factor of 5, or with a shear of 4.
+constexpr double kMaxStretch = 0.7;
 
 struct Link {
   float stretch;
@@ -21,8 +21,8 @@ struct Link {
 };
 
 double pair_stretch(const TriangleShape& a, int apex_a, const TriangleShape& b, int apex_b) {
-  // The sides of the quad, in its corner order: apex of a, next corner of a, apex of b, next corner of b. Opposite
-  // sides of the quad become opposite sides of the rectangle.
+  // Squared sides of the quad in the order of its corners: apex of a, next corner of a, apex of b, next corner of b.
+  // Opposite sides of the quad become opposite sides of the rectangle.
   const double a_next = a.squared_edge[(apex_a + 2) % 3], a_last = a.squared_edge[(apex_a + 1) % 3];
   const double b_next = b.squared_edge[(apex_b + 2) % 3], b_last = b.squared_edge[(apex_b + 1) % 3];
   const double width = std::sqrt(a_next) + std::sqrt(b_next);
@@ -31,17 +31,17 @@ double pair_stretch(const TriangleShape& a, int apex_a, const TriangleShape& b, 
   const double total =
       a.area * stretch(width * scale, height * scale, a_next, a_last, a.squared_edge[apex_a]) +
       b.area * stretch(width * scale, height * scale, b_next, b_last, b.squared_edge[apex_b]);
-  // The unweighted difference of areas is added; without it, a tiny triangle would be distorted in favour of a large
-  // one.
-  const double even = 0.5 * (std::log(a.area) - std::log(b.area));
-  return total / (a.area + b.area) + 0.25 * even * even;
+  // Adds the difference of the areas without a weight. By area-weighted stretch alone, a tiny triangle would be
+  // distorted in favour of a large one.
+  const double half_log_ratio = 0.5 * (std::log(a.area) - std::log(b.area));
+  return total / (a.area + b.area) + 0.25 * half_log_ratio * half_log_ratio;
 }
 
 std::vector<Link> find_links(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                              std::span<const TriangleShape> shapes) {
   struct Side {
     std::uint64_t
-        key;  ///< Both vertices of the edge in one integer, the lower one in the high bits
+        key;  ///< Both vertices of the edge in one integer, the lower index in the high bits
     std::uint32_t triangle;
     std::uint8_t apex, forward;
   };
@@ -68,13 +68,14 @@ std::vector<Link> find_links(std::span<const Vec3> positions, std::span<const Tr
     while (end < sides.size() && sides[end].key == sides[begin].key) {
       if (sides[end++].forward) first_backward = end;
     }
-    // At an edge of more than two triangles, the i-th half-edges of both orientations are paired, at linear cost.
+    // At an edge of more than two triangles, the i-th half-edge of one orientation is paired with the i-th of the
+    // other. The cost stays linear.
     for (std::size_t i = begin, j = first_backward; i < first_backward && j < end; ++i, ++j) {
       const Side& a = sides[i].triangle < sides[j].triangle ? sides[i] : sides[j];
       const Side& b = sides[i].triangle < sides[j].triangle ? sides[j] : sides[i];
       if (a.triangle == b.triangle) continue;
       const double cost = pair_stretch(shapes[a.triangle], a.apex, shapes[b.triangle], b.apex);
-      if (!(cost <= kStretchLimit)) continue;
+      if (!(cost <= kMaxStretch)) continue;
       links.push_back({static_cast<float>(cost), a.triangle, b.triangle, a.apex, b.apex});
     }
   }
@@ -86,7 +87,7 @@ std::vector<Link> find_links(std::span<const Vec3> positions, std::span<const Tr
 }
 
 /// A matching that is improved along alternating paths. Odd cycles (blossoms) are not contracted, so a path may be
-/// missed; in triangle meshes that is rare.
+/// missed, which is rare in triangle meshes.
 class TriangleMatching {
  public:
   TriangleMatching(std::size_t triangles, std::span<const Link> links)
@@ -96,7 +97,8 @@ class TriangleMatching {
     for (std::uint32_t i = 0; i < links.size(); ++i) {
       for (const std::uint32_t t : {links[i].a, links[i].b}) {
         const auto free = std::find(links_of_[t].begin(), links_of_[t].end(), kNoIndex);
-        if (free != links_of_[t].end()) *free = i;  // Three sides at most link a triangle to others
+        // A triangle has three sides, so at most three links
+        if (free != links_of_[t].end()) *free = i;
       }
     }
     for (std::uint32_t i = 0; i < links.size(); ++i) {
@@ -104,7 +106,7 @@ class TriangleMatching {
     }
   }
 
-  /// Searches an alternating path from every single triangle, breadth first.
+  /// Searches for an alternating path from each single triangle, breadth first.
   void augment() {
     std::vector<std::uint32_t> visited_from(mate_.size(), kNoIndex), queue, from;
     for (std::uint32_t root = 0; root < mate_.size(); ++root) {
@@ -139,7 +141,7 @@ class TriangleMatching {
   const std::vector<std::uint32_t>& mate() const { return mate_; }
 
  private:
-  /// Maximum number of triangles visited from one single triangle.
+  /// Maximum number of triangles that the search from one single triangle visits.
   static constexpr std::size_t kMaxVisited = 256;
 
   std::uint32_t across(std::uint32_t link, std::uint32_t triangle) const {
@@ -148,8 +150,8 @@ class TriangleMatching {
   void join(std::uint32_t link) { mate_[links_[link].a] = mate_[links_[link].b] = link; }
 
   void augment(std::uint32_t link, std::size_t head, const std::vector<std::uint32_t>& from) {
-    // Augments the matching along the path: each new pair separates its two triangles from their previous mates. The
-    // next step up the path pairs the remaining one of these mates.
+    // Inverts the path from its far end to the root. join() makes a new pair of two triangles. One of them leaves its
+    // previous mate, which the next step pairs anew.
     std::uint32_t at = static_cast<std::uint32_t>(head);
     std::uint32_t current = link;
     while (true) {
@@ -161,9 +163,11 @@ class TriangleMatching {
   }
 
   std::span<const Link> links_;
-  std::vector<std::uint32_t> mate_;                     ///< Link of each triangle's current pair
-  std::vector<std::array<std::uint32_t, 3>> links_of_;  ///< Links of each triangle, the best first
-  std::vector<std::uint32_t> link_of_entry_;  ///< Link by which the search reached each queue entry
+  std::vector<std::uint32_t> mate_;  ///< Link of each triangle's current pair
+  /// Up to three links of each triangle, the least stretched first
+  std::vector<std::array<std::uint32_t, 3>> links_of_;
+  /// For each entry of the queue, the link over which the search reached it
+  std::vector<std::uint32_t> link_of_entry_;
 };
 
 }  // namespace

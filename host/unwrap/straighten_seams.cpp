@@ -12,9 +12,9 @@
 namespace kiln {
 namespace {
 
-/// Maximum number of sweeps over the seams, which normally converge earlier.
+/// Maximum number of sweeps over the seams. Normally the sweeps converge earlier.
 constexpr int kMaxSweeps = 16;
-/// A move that replaces two edges by two others must shorten the seam by this factor.
+/// A move that replaces two seam edges by two others must shorten their length to at most this ratio.
 constexpr double kMaxLengthRatio = 0.97;
 
 bool are_boxes_disjoint(const Vec2d& a, const Vec2d& b, const Vec2d& c, const Vec2d& d) {
@@ -44,7 +44,7 @@ class SeamStraightener {
       }
     }
   }
-  /// Constructor for charts without a layout.
+  /// Constructor for labelled triangles without a layout.
   SeamStraightener(const ChartSurface& surface, ChartBorders& borders, const ChartLimits& limits,
                    std::vector<std::uint32_t> label)
       : surface_(surface), borders_(borders), limits_(limits), chart_of_(std::move(label)) {
@@ -52,8 +52,8 @@ class SeamStraightener {
   }
 
   void run() {
-    // All sweeps first move triangles in one direction across seams, then in the other. Mixing both directions would
-    // leave steps in the seam that neither direction can remove.
+    // Each sweep moves triangles across seams in one direction only, and the next sweep in the other. Mixing both
+    // directions would leave steps in the seam that neither direction can remove.
     bool last = true;
     for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
       ProgressGuard::poll();
@@ -103,16 +103,16 @@ class SeamStraightener {
 
   bool has_layout() const { return !corner_positions_.empty(); }
 
-  /// A possible move: the one or two triangles around a vertex between two half-edges of a seam.
+  /// The triangles of a possible move: one or two triangles around a vertex, between two half-edges of a seam.
   struct Fan {
     std::array<std::uint32_t, 2> inside{};  ///< Half-edges of the triangles that end at the vertex
     std::array<std::uint32_t, 2> outer{};   ///< Half-edges opposite the vertex, which become border
     std::uint32_t count = 0;
-    /// Positions in the new chart. `apex` is the shared corner of two triangles.
+    /// Positions in the layout of the other chart. `apex` is the corner that both triangles share.
     Vec2d tip{}, first{}, last{}, apex{};
   };
 
-  /// Tries to move the triangles at seam half-edge h and the next one to the other chart.
+  /// Tries to move the triangles between the seam half-edge h and the next seam half-edge to the other chart.
   /// \returns true if they were moved
   bool move(std::uint32_t h) {
     const std::uint32_t g = borders_.next(h), mate = surface_.mate[h], over = surface_.mate[g];
@@ -131,13 +131,13 @@ class SeamStraightener {
     return true;
   }
 
-  /// True if a seam within one chart ends at these half-edges.
+  /// True if a seam within one chart ends at the vertex between these half-edges.
   bool ends_inner_seam(std::uint32_t h, std::uint32_t g) const {
     return borders_.next(g) == surface_.mate[g] || borders_.previous(h) == surface_.mate[h];
   }
 
   /// Collects the triangles of a move.
-  /// \returns false if there are more than two, or if their chart would not remain a disc
+  /// \returns false if there are more than two, or if the chart that loses them would not remain a disc
   bool collect_fan(std::uint32_t h, std::uint32_t g, Fan& fan) const {
     for (std::uint32_t in = h;; in = surface_.mate[next_half_edge(in)]) {
       const std::uint32_t outer = previous_half_edge(in);
@@ -163,7 +163,7 @@ class SeamStraightener {
            kMaxLengthRatio * (surface_.length[h] + surface_.length[g]);
   }
 
-  /// Position of the third corner of triangle h / 3 if its half-edge h goes from a to b.
+  /// Position of the third corner of triangle h / 3, unfolded so that half-edge h runs from a to b.
   Vec2d unfold_third_corner(std::uint32_t h, const Vec2d& a, const Vec2d& b) const {
     const double base = surface_.length[h], to_a = surface_.length[previous_half_edge(h)],
                  to_b = surface_.length[next_half_edge(h)];
@@ -295,7 +295,7 @@ void trim_charts(const ChartSurface& surface, ChartBorders& borders, const Chart
   straightener.run();
   if (!straightener.has_moved()) return;
   std::vector<FlatChart> trimmed = straightener.charts(charts.size());
-  // Each move should keep charts injective. The result is nevertheless checked before it is used.
+  // Each move should keep charts injective. The final check makes sure before the result is used.
   if (std::all_of(trimmed.begin(), trimmed.end(),
                   [](const FlatChart& chart) { return is_injective(chart); })) {
     charts = std::move(trimmed);

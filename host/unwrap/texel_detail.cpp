@@ -13,9 +13,9 @@
 namespace kiln {
 namespace {
 
-/// Number of samples on a low poly; each triangle has at least one.
+/// Number of samples on a low poly, at least one per triangle.
 constexpr double kSampleCount = 8000;
-/// Expected share of the map that charts cover.
+/// Assumed share of the map that charts cover.
 constexpr double kExpectedMapCoverage = 0.75;
 constexpr std::size_t kTrianglesPerTask = 32;
 
@@ -39,8 +39,8 @@ std::vector<Triangle> pick_triangles(const std::vector<Triangle>& triangles,
   return result;
 }
 
-/// Stratified sample points on a triangle, each with a rotation for the texel-sized square around it. Each triangle has
-/// a different offset.
+/// Stratified sample points on a triangle. Each has a rotation for the texel-sized square around it. The pattern is
+/// offset differently for each triangle.
 struct TriangleSamples : TriangleSpread {
   double turn;
   TriangleSamples(std::size_t triangle, std::size_t place)
@@ -63,7 +63,8 @@ TexelDetail::TexelDetail(const Mesh& high)
       normals_(corner_normals(high, positions_)),
       surface_(positions_, triangles_) {}
 
-/// \returns false if the high poly faces away at the nearest point
+/// Finds the high poly's normal at the point nearest to `point`.
+/// \returns false if the high poly faces away from `facing` there
 bool TexelDetail::normal_at(const Vec3d& point, const Vec3d& facing, Vec3d& normal) const {
   const std::uint32_t t = surface_.nearest(to_float(point));
   const Triangle& c = triangles_[t];
@@ -80,9 +81,9 @@ bool TexelDetail::normal_at(const Vec3d& point, const Vec3d& facing, Vec3d& norm
 }
 
 /// Samples of one low poly.
-class TexelDetail::Walk {
+class TexelDetail::LowPolySampler {
  public:
-  Walk(const TexelDetail& detail, const Mesh& low, const FlatTriangles& flat)
+  LowPolySampler(const TexelDetail& detail, const Mesh& low, const FlatTriangles& flat)
       : detail_(detail),
         low_(low),
         flat_(flat),
@@ -95,7 +96,7 @@ class TexelDetail::Walk {
     return 0.5 * cross(b - a, c - a);
   }
 
-  /// The high poly's normal at a point of the layout, in the low poly's frame.
+  /// The high poly's normal at a point of the layout, in the low poly's tangent frame.
   /// \param t  a nearby triangle, from which the walk to the point's triangle starts
   bool normal_at(std::uint32_t t, const Vec2d& at, Vec3d& normal) const {
     constexpr int kMaxWalkSteps = 200;
@@ -189,21 +190,21 @@ class TexelDetail::Walk {
 
 std::vector<TexelErrors> TexelDetail::errors(const Mesh& low, const FlatTriangles& flat,
                                              std::uint32_t size, int threads) const {
-  const Walk walk(*this, low, flat);
+  const LowPolySampler sampler(*this, low, flat);
   std::vector<TexelErrors> result(low.triangles.size(), TexelErrors{});
   double total_area = 0;
-  for (std::size_t t = 0; t < result.size(); ++t) total_area += walk.area(t);
+  for (std::size_t t = 0; t < result.size(); ++t) total_area += sampler.area(t);
   const double side = std::sqrt(total_area / kExpectedMapCoverage) / size;
   const auto measure_triangle = [&](std::uint32_t t) {
     const auto& [a, b, c] = flat.corners[t];
     const auto sample_count =
-        1 + static_cast<std::size_t>(kSampleCount * walk.area(t) / total_area);
+        1 + static_cast<std::size_t>(kSampleCount * sampler.area(t) / total_area);
     double seen = 0;
     for (std::size_t i = 0; i < sample_count; ++i) {
       const TriangleSamples at(t, i);
       const Vec2d p = a + (b - a) * at.u + (c - a) * at.v;
       Vec3d normal_at_sample{}, corner{};
-      if (!walk.normal_at(t, p, normal_at_sample)) continue;
+      if (!sampler.normal_at(t, p, normal_at_sample)) continue;
       ++seen;
       for (std::size_t s = 0; s < kTexelSides.size(); ++s) {
         const double reach = std::sqrt(0.5) * side * kTexelSides[s];
@@ -211,7 +212,7 @@ std::vector<TexelErrors> TexelDetail::errors(const Mesh& low, const FlatTriangle
         for (int k = 0; k < 4; ++k) {
           const double angle = at.turn + 0.5 * std::numbers::pi * k;
           const Vec2d q = p + Vec2d{std::cos(angle), std::sin(angle)} * reach;
-          if (walk.normal_at(t, q, corner)) mean += corner;
+          if (sampler.normal_at(t, q, corner)) mean += corner;
         }
         const double most = length(mean);
         if (most > 0) result[t][s] += length(normal_at_sample - mean * (1 / most));
@@ -221,7 +222,7 @@ std::vector<TexelErrors> TexelDetail::errors(const Mesh& low, const FlatTriangle
   };
   const auto body = [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
-      if (walk.area(t) > 0) measure_triangle(static_cast<std::uint32_t>(t));
+      if (sampler.area(t) > 0) measure_triangle(static_cast<std::uint32_t>(t));
     }
   };
   if (total_area > 0) parallel_for(result.size(), kTrianglesPerTask, body, threads);

@@ -1,4 +1,4 @@
-// Detail that a normal map cannot resolve: the error per texel as a function of texel size.
+// Detail that a normal map cannot resolve: the error of the map's normals as a function of the texel size.
 #pragma once
 
 #include <array>
@@ -14,17 +14,17 @@
 
 namespace kiln {
 
-/// Sides of texels for which errors are computed, relative to texels at uniform density.
+/// Sides of texels for which errors are computed, as multiples of the side at uniform density.
 inline constexpr std::array<double, 3> kTexelSides = {2, 1, 0.5};
 
-/// Error of a map's normals at each of kTexelSides: the length of the difference of unit vectors.
+/// Error of a map's normals at each of kTexelSides: the length of the difference of two unit vectors.
 using TexelErrors = std::array<double, kTexelSides.size()>;
 
-/// A mesh's triangles in the layout, at the surface's scale; triangles without area are points.
+/// A mesh's triangles in the UV layout, at the scale of the surface. Triangles without area are points.
 struct FlatTriangles {
   std::vector<std::array<Vec2d, 3>> corners;
-  std::vector<std::array<std::uint32_t, 3>>
-      neighbours;  ///< For each side, the half-edge on its other side; kNoIndex if there is none
+  /// For each side, the half-edge of the triangle across it; kNoIndex if there is none
+  std::vector<std::array<std::uint32_t, 3>> neighbours;
 };
 
 /// The high poly's normals, prepared for lookups from low polys. Immutable. Cost: n log n to build; about 1
@@ -35,10 +35,10 @@ class TexelDetail {
   explicit TexelDetail(const Mesh& high);
 
   /// Error of each triangle at several texel sizes. At a few samples on the triangle, the high poly's normal at the
-  /// nearest point is compared with the mean of the normals at the corners of a texel-sized square; corners outside of
-  /// the chart are skipped. Normals are compared in the low poly's frame, as tangent-space maps store them: where the
-  /// low poly's normals vary, such a map varies even over a flat surface. The error is 0 where no surface of the high
-  /// poly faces as the triangle does.
+  /// nearest point is compared with the mean of its normals at the corners of a texel-sized square. Corners outside of
+  /// the chart are skipped. Normals are compared in the low poly's tangent frame, as tangent-space maps store them:
+  /// where the low poly's normals vary, such a map varies even over a flat surface. The error is 0 where no surface of
+  /// the high poly faces the same way as the triangle.
   /// \param flat     layout of the mesh's triangles
   /// \param size     side of the map in texels
   /// \param threads  0: thread_count(); never changes the result
@@ -46,7 +46,7 @@ class TexelDetail {
                                   int threads = 0) const;
 
  private:
-  class Walk;
+  class LowPolySampler;
   bool normal_at(const Vec3d& point, const Vec3d& facing, Vec3d& normal) const;
 
   Frame frame_;

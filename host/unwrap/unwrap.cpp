@@ -1,4 +1,4 @@
-// Dispatches UV unwrapping to its methods: see kiln/unwrap.h.
+// Calls the chosen method of UV unwrapping: see kiln/unwrap.h.
 #include "kiln/unwrap.h"
 
 #include <chrono>
@@ -16,10 +16,10 @@
 namespace kiln {
 namespace {
 
-// Upper bounds on bytes per face for both methods. Measured with 5,000 to 80,000 faces: 107 to 148 in pairs, 793 to
-// 870 in charts.
+// Upper bounds on the memory of both methods in bytes per face. Measured with 5,000 to 80,000 faces: 107 to 148 in
+// pairs, 793 to 870 in charts.
 constexpr std::uint64_t kBytesPerFaceInPairs = 160, kBytesPerFaceInCharts = 900;
-/// Bytes per high-poly face of its BVH and of copies of positions, corners and normals.
+/// Memory in bytes per face of the high poly, for its BVH and copies of its positions, corners and normals.
 constexpr std::uint64_t kDetailBytesPerFace = 160;
 
 void check_input(const Mesh& mesh, const UnwrapOptions& options) {
@@ -35,14 +35,14 @@ void check_input(const Mesh& mesh, const UnwrapOptions& options) {
   }
   if (options.detail_of != nullptr && options.method != UnwrapMethod::charts) {
     throw Error(ErrorCode::usage,
-                "unwrap: detail_of has no effect on pairs, which get texels by area: choose the "
-                "method charts, or leave detail_of out");
+                "unwrap: detail_of has no effect with the method pairs, which distributes texels "
+                "by area: choose the method charts, or leave detail_of out");
   }
   validate(mesh);
   if (options.detail_of != nullptr) validate(*options.detail_of);
 }
 
-/// Texel detail of the mesh UnwrapOptions::detail_of; nullopt if that is null.
+/// Texel detail of the mesh that UnwrapOptions::detail_of points to; nullopt if it is null.
 std::optional<TexelDetail> detail_of(const UnwrapOptions& options) {
   if (options.detail_of == nullptr) return std::nullopt;
   require_memory("Analysing the detail of the high poly",
@@ -75,7 +75,7 @@ Mesh unwrap_for(const Mesh& mesh, const UnwrapOptions& options, const TexelDetai
   if (degenerate == shapes.size()) {
     throw Error(ErrorCode::input,
                 "unwrap: mesh '" + mesh.name +
-                    "' has no triangle of positive area; check the file it is from");
+                    "' has no triangle of positive area; check the file it was read from");
   }
   if (report != nullptr) *report = {};
   const std::optional<TexelDetail> own = detail == nullptr ? detail_of(options) : std::nullopt;

@@ -25,24 +25,23 @@
 namespace kiln {
 namespace {
 
-/// Number of UV steps along a side of the map. UVs are multiples of 2^-24: single precision represents these exactly
-/// up to 1, and double precision determines without rounding on which side of a line a point with such coordinates
-/// lies.
+/// Number of UV steps along a side of the map. UVs are multiples of 2^-24. Single precision represents these exactly up
+/// to 1, and double precision decides without rounding on which side of a line a point with such coordinates lies.
 constexpr double kUvSteps = 16777216;
-/// Above this number of charts, they are packed by bounding boxes.
+/// If there are more charts than this, they are packed by their bounding boxes instead of their shapes.
 constexpr std::size_t kMaxBitmapCharts = 10000;
-/// If charts cover less of the map than kMinWantedCoverage, the padding is halved as long as each halving raises the
-/// coverage by a factor of kMinCoverageGain.
+/// If charts cover less of the map than kMinWantedCoverage, the padding is halved repeatedly, as long as each halving
+/// multiplies the coverage by at least kMinCoverageGain.
 constexpr double kMinWantedCoverage = 0.25, kMinCoverageGain = 1.3;
 /// The padding falls below a texel only if charts cover less than this share of the map.
 constexpr double kMaxSubtexelCoverage = 0.02;
 /// Texel density stays uniform if adapting it would lower the error by less than this share.
 constexpr double kMinExpectedGain = 0.01;
-/// A warning is given if more than this share of the surface lies in charts narrower than a texel; a smaller share is
-/// typical of rims and fillets.
+/// A warning is given if more than this share of the surface lies in charts narrower than a texel. Rims and fillets
+/// typically have less.
 constexpr double kMaxNarrowShare = 0.25;
 
-/// Makes a separate, equilateral chart of a triangle that is too small in its chart's layout; the new chart's sides are
+/// Makes a separate, equilateral chart of a triangle that is too small in its chart's layout. The new chart's sides are
 /// at least `side` long.
 FlatChart separate_triangle_chart(const ChartSurface& surface, ChartBorders& borders,
                                   std::uint32_t t, double side,
@@ -59,7 +58,7 @@ ChartSurface make_surface(const Mesh& mesh, const std::vector<std::uint8_t>& is_
   if (surface.triangles.empty()) {
     throw Error(ErrorCode::input,
                 "unwrap: mesh '" + mesh.name +
-                    "' has no triangle of positive area; check the file it is from");
+                    "' has no triangle of positive area; check the file it was read from");
   }
   for (std::uint32_t h = 0; h < surface.mate.size(); ++h) {
     if (is_separate[h / 3] == 0 || surface.mate[h] == kNoIndex) continue;
@@ -70,7 +69,7 @@ ChartSurface make_surface(const Mesh& mesh, const std::vector<std::uint8_t>& is_
   return surface;
 }
 
-/// Lays out each separated triangle as a chart of at least a texel.
+/// Makes each separated triangle a chart that is at least a texel long.
 void lay_out_separate_triangles(const ChartSurface& surface, const UnwrapOptions& options,
                                 const std::vector<std::uint8_t>& is_separate,
                                 ChosenCharts& chosen) {
@@ -90,11 +89,11 @@ struct PackedLayout {
 
 PackedLayout pack_with(std::span<const Outline> outlines, std::uint32_t size, double padding,
                        const PackState* from, int threads) {
-  // The minimum distance of borders is the padding plus the rounding of two borders to UV steps.
-  const double apart = padding + 4 * size / kUvSteps;
+  // The minimum distance between borders is the padding, plus the rounding of two borders to UV steps.
+  const double min_distance = padding + 4 * size / kUvSteps;
   const auto packed = [&] {
-    if (outlines.size() > kMaxBitmapCharts) return pack_boxes(outlines, size, apart);
-    return pack_outlines(outlines, size, apart, from, threads);
+    if (outlines.size() > kMaxBitmapCharts) return pack_boxes(outlines, size, min_distance);
+    return pack_outlines(outlines, size, min_distance, from, threads);
   };
   PackedLayout layout{packed(), padding};
   const double side = layout.packing.scale / size;
@@ -102,7 +101,7 @@ PackedLayout pack_with(std::span<const Outline> outlines, std::uint32_t size, do
   return layout;
 }
 
-/// Packs with the requested padding, or with less if charts then cover much more of the map.
+/// Packs charts with the requested padding, or with less if they then cover much more of the map.
 PackedLayout pack(const std::vector<FlatChart>& charts, const PackState* from,
                   const UnwrapOptions& options, int threads) {
   const std::vector<Outline> outlines = outlines_of(charts);
@@ -122,7 +121,7 @@ PackedLayout pack(const std::vector<FlatChart>& charts, const PackState* from,
   return best;
 }
 
-/// Price of a cut between different texel densities.
+/// Price of a cut that separates parts of different texel density.
 DensityPrice density_price(const ChartSurface& surface, const UnwrapOptions& options) {
   const double texel_side = std::sqrt(surface.total_area / kExpectedCoverage) / options.size;
   double length = 0;
@@ -134,9 +133,10 @@ DensityPrice density_price(const ChartSurface& surface, const UnwrapOptions& opt
           kMinPartShare * surface.total_area};
 }
 
-/// Scales charts to their detail, with or without cuts, if an improvement is expected.
+/// Scales charts by their detail. Compares layouts with and without additional cuts, and keeps the one with the lowest
+/// expected error, if that improves on uniform density.
 /// \param mesh    mesh of the surface
-/// \param layout  [in, out] layout of the charts at uniform density on entry, of the chosen charts on return
+/// \param layout  [in, out] on entry the packed charts at uniform density, on return those of the chosen layout
 void scale_by_detail(const ChartSurface& surface, const Mesh& mesh, const TexelDetail& detail,
                      const UnwrapOptions& options, ChosenCharts& made, PackedLayout& layout,
                      int threads) {
@@ -160,7 +160,7 @@ void scale_by_detail(const ChartSurface& surface, const Mesh& mesh, const TexelD
       if (next.charts.size() == before) break;
     }
     const std::vector<double> scales = texel_scales(chart_needs(next.charts, needs));
-    // Packing hardly improves the expected error, so candidates without an expected gain are not packed.
+    // Packing hardly lowers the expected error, so candidates that expect no gain before packing are skipped.
     if (error_of(next.charts, scales, layout) >= min_error) continue;
     std::vector<FlatChart> charts = next.charts;
     for (std::size_t i = 0; i < charts.size(); ++i) {
@@ -185,13 +185,14 @@ void place(FlatChart& chart, const OutlinePlace& at, double scale, std::uint32_t
   }
 }
 
-/// A chart rounded to UV steps; repairs triangles that rounding flattened, and borders that touch.
+/// Repairs a chart whose UVs were rounded to UV steps: triangles that rounding made degenerate, and border sides that
+/// touch.
 class RoundedChart {
  public:
   explicit RoundedChart(FlatChart& chart) : chart_(chart) {}
 
-  /// Moves vertices by a few UV steps.
-  /// \returns true if the chart is injective
+  /// Moves vertices by a few UV steps until the chart is injective.
+  /// \returns true if it is
   bool repair() {
     for (int attempt = 0; attempt < kMaxRepairs; ++attempt) {
       const std::vector<std::size_t> flat = flattened_triangles();
@@ -199,14 +200,14 @@ class RoundedChart {
           flat.empty() ? first_touching_sides(outline_of(chart_)) : std::nullopt;
       if (flat.empty() && !touching_pair) return true;
       for (const std::size_t i : flat) widen_triangle(chart_.triangles[i]);
-      if (touching_pair) part(touching_pair->first, touching_pair->second);
+      if (touching_pair) separate_sides(touching_pair->first, touching_pair->second);
     }
     return false;
   }
 
-  /// Sets the entries of `is_separate` for triangles without area; if there are none, those of the triangles at one
-  /// pair of touching border sides.
-  void mark(std::vector<std::uint8_t>& is_separate) const {
+  /// Marks the triangles to separate from the chart: those without area, or if there are none, those at one pair of
+  /// touching border sides.
+  void mark_separate_triangles(std::vector<std::uint8_t>& is_separate) const {
     const std::vector<std::size_t> flat = flattened_triangles();
     for (const std::size_t i : flat) is_separate[chart_.source[i]] = 1;
     if (!flat.empty()) return;
@@ -224,7 +225,7 @@ class RoundedChart {
   }
 
  private:
-  /// Limits of repairs, which together move a vertex by at most 0.19 texels of a map of 16384 x 16384.
+  /// Limits of repairs. Together, all repairs move a vertex by at most 0.19 texels of a map of 16384 x 16384.
   static constexpr int kMaxRepairs = 64;
   static constexpr double kRepairSteps = 3;
 
@@ -238,7 +239,7 @@ class RoundedChart {
     return result;
   }
 
-  /// Moves a vertex perpendicularly to a direction, to its left.
+  /// Moves a vertex to the left of a direction, perpendicularly to it.
   void move(std::uint32_t v, const Vec2d& along) {
     const double size = std::hypot(along.x, along.y);
     const Vec2d left =
@@ -247,7 +248,7 @@ class RoundedChart {
     p = {std::round(p.x + left.x), std::round(p.y + left.y)};
   }
 
-  /// Moves the corner opposite the longest side away from it.
+  /// Moves the corner opposite the longest side away from that side.
   void widen_triangle(const Triangle& t) {
     std::size_t longest = 0;
     Vec2d along{};
@@ -264,33 +265,33 @@ class RoundedChart {
     return chart_.points[chart_.boundary[i % chart_.boundary.size()]];
   }
 
-  /// Distance between a border side and a corner, and the corner's direction from the side.
-  struct Near {
+  /// The nearest border side and corner of two touching sides: squared distance, and indices on the border.
+  struct NearestPair {
     double squared = std::numeric_limits<double>::max();
     std::size_t side = 0, corner = 0;
   };
 
-  /// Separates two sides: moves one of them, and the nearest corner of the other, apart.
-  void part(std::size_t a, std::size_t b) {
-    Near near;
+  /// Separates two border sides: moves one of them, and the nearest corner of the other, away from each other.
+  void separate_sides(std::size_t a, std::size_t b) {
+    NearestPair nearest;
     for (const std::size_t end : {0, 1}) {
       for (const auto& [side, corner] : {std::pair{a, b + end}, std::pair{b, a + end}}) {
         const Vec2d along = border(side + 1) - border(side), to = border(corner) - border(side);
         const double at = std::clamp(dot(to, along) / std::max(dot(along, along), 1.0), 0.0, 1.0);
         const Vec2d off = to - along * at;
         if (corner % count() == side || corner % count() == (side + 1) % count()) continue;
-        if (dot(off, off) < near.squared) near = {dot(off, off), side, corner % count()};
+        if (dot(off, off) < nearest.squared) nearest = {dot(off, off), side, corner % count()};
       }
     }
-    if (near.squared == std::numeric_limits<double>::max()) return;
-    // The corner moves towards its neighbours, which mostly lie outside of the other side.
-    const Vec2d from = border(near.side), along = border(near.side + 1) - from;
-    const double inside = cross(along, border(near.corner + count() - 1) - from) +
-                          cross(along, border(near.corner + 1) - from);
+    if (nearest.squared == std::numeric_limits<double>::max()) return;
+    // The corner moves to the side on which its neighbours mostly lie.
+    const Vec2d from = border(nearest.side), along = border(nearest.side + 1) - from;
+    const double inside = cross(along, border(nearest.corner + count() - 1) - from) +
+                          cross(along, border(nearest.corner + 1) - from);
     const Vec2d push_direction = inside > 0 ? -along : along;
-    move(chart_.boundary[near.corner], -push_direction);
-    move(chart_.boundary[near.side], push_direction);
-    move(chart_.boundary[(near.side + 1) % count()], push_direction);
+    move(chart_.boundary[nearest.corner], -push_direction);
+    move(chart_.boundary[nearest.side], push_direction);
+    move(chart_.boundary[(nearest.side + 1) % count()], push_direction);
   }
 
   std::size_t count() const { return chart_.boundary.size(); }
@@ -318,7 +319,8 @@ Mesh write_uvs(const Mesh& mesh, const ChartSurface& surface,
   return result;
 }
 
-/// Width of a chart as a strip: its area over half the length of its border, as a share of the map's side.
+/// Width of a chart if it is seen as a strip: its area over half the length of its border, as a share of the map's
+/// side.
 double strip_width(const FlatChart& chart) {
   double doubled_area = 0, length = 0;
   for (std::size_t i = 0; i < chart.boundary.size(); ++i) {
@@ -359,16 +361,16 @@ void write_report(const ChartSurface& surface, const std::vector<FlatChart>& cha
                                std::to_string(report.charts) +
                                    " charts leave no room for a padding of " +
                                    std::to_string(options.border_texels) + " texels at a size of " +
-                                   std::to_string(options.size) + "; it was reduced to " + text +
-                                   " texels: use a larger size or fewer faces",
+                                   std::to_string(options.size) + "; the padding was reduced to " +
+                                   text + " texels. Use a larger size or fewer faces",
                                report.charts});
   }
   if (narrow > kMaxNarrowShare * weight) {
     report.warnings.push_back(
         {"narrow-charts",
-         counted(narrow_charts, "chart") + ", of " + percent(narrow / weight, 2) +
-             " of the surface, narrower than a texel at a size of " + std::to_string(options.size) +
-             ": maps blur there, and shading may be worse with than without them: use a larger "
+         "charts narrower than a texel at a size of " + std::to_string(options.size) + " cover " +
+             percent(narrow / weight, 2) + " of the surface (" + counted(narrow_charts, "chart") +
+             "). Maps blur there, and shading may be worse with maps than without. Use a larger "
              "size or fewer faces",
          narrow_charts});
   }
@@ -389,8 +391,8 @@ Mesh unwrap_charts(const Mesh& mesh, const UnwrapOptions& options, UnwrapReport*
   KnownCharts uncached_charts;
   KnownCharts::State& known = kept != nullptr ? kept->state() : uncached_charts.state();
   std::vector<std::uint8_t> is_separate(mesh.triangles.size(), 0);
-  // The loop terminates: each round separates at least one more triangle, and a separate triangle can always be
-  // placed.
+  // The loop terminates: each round separates at least one more triangle, and a triangle with a chart of its own can
+  // always be placed.
   for (;;) {
     if (!known.chosen)
       known.surface = std::make_unique<ChartSurface>(make_surface(mesh, is_separate));
@@ -407,7 +409,7 @@ Mesh unwrap_charts(const Mesh& mesh, const UnwrapOptions& options, UnwrapReport*
       place(charts[i], layout.packing.places[i], layout.packing.scale, options.size);
       RoundedChart rounded(charts[i]);
       if (rounded.repair()) continue;
-      rounded.mark(is_separate);
+      rounded.mark_separate_triangles(is_separate);
       any_chart_failed = true;
     }
     if (any_chart_failed) {

@@ -1,4 +1,4 @@
-// UV unwrapping by grown charts: see UnwrapMethod::charts in kiln/unwrap.h.
+// UV unwrapping that grows charts: see UnwrapMethod::charts in kiln/unwrap.h.
 #pragma once
 
 #include <memory>
@@ -8,8 +8,8 @@
 
 namespace kiln {
 
-/// Cache of one mesh's charts, reused for another map size if the charts do not depend on that size, as for very many
-/// charts.
+/// Cache of one mesh's charts. They are reused for another map size if they do not depend on the size, which is so for
+/// very many charts.
 class KnownCharts {
  public:
   KnownCharts();  ///< Creates an empty cache
@@ -24,10 +24,10 @@ class KnownCharts {
   std::unique_ptr<State> state_;
 };
 
-/// unwrap() for a high poly whose detail is precomputed: charts get more texels where the detail needs them.
+/// Variant of unwrap() with precomputed detail of the high poly: charts get more texels where the detail needs them.
 /// \param detail  if null, texels are distributed by area, or by UnwrapOptions::detail_of
 /// \param known   [in, out] charts of this mesh from a call with another size or padding; if null, nothing is cached.
-///     Never changes the result
+///   Never changes the result
 Mesh unwrap_for(const Mesh& mesh, const UnwrapOptions& options, const TexelDetail* detail,
                 UnwrapReport* report, KnownCharts* known = nullptr);
 

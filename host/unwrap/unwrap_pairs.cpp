@@ -15,23 +15,23 @@
 namespace kiln {
 namespace {
 
-/// Largest ratio of a patch's legs. Longer patches waste space and reduce shear only slightly.
-constexpr double kAspectLimit = 16;
-/// The padding is halved while triangles cover less of the map than this.
-constexpr double kWantedPairCoverage = 0.25;
+/// Largest ratio of a patch's legs. Longer patches would waste space and reduce the shear only slightly.
+constexpr double kMaxAspect = 16;
+/// The padding is halved while triangles cover less than this share of the map.
+constexpr double kMinPairCoverage = 0.25;
 
-/// A rectangle for one or two triangles. The first triangle has its right angle at the lower left corner, the second
-/// at the upper right one. They share the diagonal, or have padding along it.
+/// A rectangle for one or two right triangles. The first triangle has its right angle at the lower left corner of the
+/// rectangle, the second at the upper right. They share the diagonal, or have padding along it.
 struct Patch {
   double width = 0, height = 0;  ///< Legs of the triangles, as lengths on the surface
   std::array<std::uint32_t, 2> triangle{kNoIndex, kNoIndex};
-  std::array<std::uint8_t, 2> apex{};  ///< Corner of each triangle that gets the right angle
+  std::array<std::uint8_t, 2> apex{};  ///< For each triangle, the corner that gets the right angle
   bool has_two_triangles = false;
 };
 
-/// Sets the patch's sides in the ratio of its legs, with an area that suffices for two triangles.
+/// Sets the sides of a patch in the ratio `width` : `height`, with an area that suffices for two triangles.
 void set_sides(Patch& patch, double width, double height, double area) {
-  const double max_ratio = kAspectLimit;
+  const double max_ratio = kMaxAspect;
   double ratio = std::clamp(width / height, 1 / max_ratio, max_ratio);
   if (!(ratio > 0))
     ratio = 1;  // The ratio is NaN if both legs have length 0, or if their squares overflow
@@ -52,7 +52,7 @@ Patch single_patch(const TriangleShape& shape, std::uint32_t triangle) {
   return patch;
 }
 
-/// Lets single triangles of similar shape and size share rectangles.
+/// Lets pairs of single triangles of similar shape and size share a rectangle.
 void share_patches(std::vector<Patch>& singles, std::vector<Patch>& patches) {
   const auto key = [](const Patch& p) {
     return std::tuple(std::lround(2 * std::log2(p.width / p.height)), p.width * p.height,
@@ -77,7 +77,7 @@ void share_patches(std::vector<Patch>& singles, std::vector<Patch>& patches) {
   }
 }
 
-/// \param squares  true: all patches are squares, and each unpaired triangle has a separate square
+/// \param squares  true: all patches are squares, and each unpaired triangle gets a square of its own
 std::vector<Patch> make_patches(const Mesh& mesh, const std::vector<TriangleShape>& shapes,
                                 bool squares) {
   const Pairing pairing = pair_triangles(mesh.positions, mesh.triangles, shapes);
@@ -112,10 +112,10 @@ std::vector<Patch> make_patches(const Mesh& mesh, const std::vector<TriangleShap
   return patches;
 }
 
-/// Rules for rounding patches to cells of whole grid steps.
+/// Rules by which patches are rounded to cells of whole grid steps.
 struct GridRules {
   std::uint32_t side = 0;           ///< Number of steps along a side of the grid
-  std::uint32_t border = 1;         ///< Padding between charts in steps
+  std::uint32_t padding_steps = 1;  ///< Padding between charts in steps
   std::uint32_t min_leg_steps = 2;  ///< Shortest leg in steps
   bool squares = false;             ///< True if both legs have equal length
 };
@@ -150,8 +150,8 @@ Legs legs_of(const Patch& patch, double scale, const GridRules& rule) {
 }
 
 PackSize cell_of(const Patch& patch, const Legs& legs, const GridRules& rule) {
-  const bool apart = patch.triangle[1] != kNoIndex && !patch.has_two_triangles;
-  const std::uint32_t extra = rule.border + (apart ? rule.border : 0);
+  const bool has_padded_diagonal = patch.triangle[1] != kNoIndex && !patch.has_two_triangles;
+  const std::uint32_t extra = rule.padding_steps + (has_padded_diagonal ? rule.padding_steps : 0);
   return {legs.width + extra, legs.height + extra};
 }
 
@@ -167,13 +167,14 @@ class LayoutSearch {
   LayoutSearch(const std::vector<Patch>& patches, const GridRules& rule)
       : patches_(patches), grid_rules_(rule), sizes_(patches.size()) {}
 
-  /// The layout at the largest scale that fits, to about 0.1%; nullopt if not even the smallest cells fit.
+  /// The layout at the largest scale that can be packed, to about 0.1%; nullopt if not even the smallest cells can be
+  /// packed.
   std::optional<PairLayout> run() {
     const double side = grid_rules_.side;
     double area = 0;
     for (const Patch& patch : patches_) area += patch.width * patch.height;
-    // Upper bound: the scale without padding and waste. The scale falls from there until the cells' area fits, then
-    // until the cells can be packed.
+    // Upper bound of the scale: without padding or waste. The scale is lowered from there until the cells' area is at
+    // most the grid's, then until the cells can be packed.
     const double ceiling = side / std::sqrt(area);
     if (cells_area(0) > side * side) return std::nullopt;
     double low = 0, high = ceiling;
@@ -210,7 +211,7 @@ class LayoutSearch {
     return area;
   }
 
-  /// Packs at a scale; stores the layout if it fits.
+  /// Packs the patches at a scale. Stores the layout if they fit.
   bool pack(double scale) {
     double covered_area = 0;
     for (std::size_t i = 0; i < patches_.size(); ++i) {
@@ -236,10 +237,9 @@ class LayoutSearch {
 /// Tries the requested padding first, then less padding and shorter legs, then grid steps finer than a texel.
 PairLayout find_layout(const std::vector<Patch>& patches, const UnwrapOptions& options) {
   const bool squares = options.method == UnwrapMethod::squares;
-  for (std::uint32_t border = options.border_texels; border >= 1; border /= 2) {
-    auto layout = LayoutSearch(patches, {options.size, border, 2, squares}).run();
-    if (layout && (layout->coverage >= kWantedPairCoverage || border == 1))
-      return std::move(*layout);
+  for (std::uint32_t padding = options.border_texels; padding >= 1; padding /= 2) {
+    auto layout = LayoutSearch(patches, {options.size, padding, 2, squares}).run();
+    if (layout && (layout->coverage >= kMinPairCoverage || padding == 1)) return std::move(*layout);
   }
   for (std::uint32_t side = options.size; side <= std::uint32_t{1} << 22; side *= 2) {
     if (auto layout = LayoutSearch(patches, {side, 1, 1, squares}).run()) return std::move(*layout);
@@ -248,7 +248,7 @@ PairLayout find_layout(const std::vector<Patch>& patches, const UnwrapOptions& o
               "unwrap: the mesh has too many triangles for a texture; simplify it first");
 }
 
-/// Writes the UVs of one patch. Coordinates in the cell run along x and y before rotation.
+/// Writes the UVs of one patch. Coordinates within the cell are those before its rotation.
 class UvWriter {
  public:
   UvWriter(const PairLayout& layout, Mesh& mesh) : layout_(layout), mesh_(mesh) {}
@@ -256,11 +256,11 @@ class UvWriter {
   void write(const Patch& patch, const PackPlace& place) {
     const Legs legs = legs_of(patch, layout_.scale, layout_.rule);
     const PackSize cell = cell_of(patch, legs, layout_.rule);
-    const std::uint32_t margin = layout_.rule.border / 2;
-    const std::uint32_t end_x = cell.width - layout_.rule.border;
-    const std::uint32_t end_y = cell.height - layout_.rule.border;
+    const std::uint32_t margin = layout_.rule.padding_steps / 2;
+    const std::uint32_t end_x = cell.width - layout_.rule.padding_steps;
+    const std::uint32_t end_y = cell.height - layout_.rule.padding_steps;
     const auto add = [&](std::uint32_t x, std::uint32_t y) {
-      // A quarter turn counter-clockwise, never a reflection, so that no chart is mirrored.
+      // The rotation is a quarter turn counter-clockwise, never a reflection, so that no chart is mirrored.
       const std::uint32_t u = place.turned ? end_y - y : x;
       const std::uint32_t v = place.turned ? x : y;
       const double side = layout_.rule.side;
@@ -337,14 +337,15 @@ Mesh unwrap_pairs(const Mesh& mesh, const UnwrapOptions& options,
   }
   report->coverage = layout.coverage;
   report->density_spread = density_spread(patches, layout, shapes);
-  report->border_texels = static_cast<double>(layout.rule.border) * options.size / layout.rule.side;
+  report->border_texels =
+      static_cast<double>(layout.rule.padding_steps) * options.size / layout.rule.side;
   if (report->border_texels < options.border_texels) {
     report->warnings.push_back(
         {"border-shrunk",
          std::to_string(report->charts) + " charts leave no room for a padding of " +
              std::to_string(options.border_texels) + " texels at a size of " +
-             std::to_string(options.size) + "; it is " + decimal(report->border_texels) +
-             " texels: use a larger size or fewer faces",
+             std::to_string(options.size) + "; the padding was reduced to " +
+             decimal(report->border_texels) + " texels. Use a larger size or fewer faces",
          report->charts});
   }
   return result;

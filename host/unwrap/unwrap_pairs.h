@@ -1,4 +1,4 @@
-// UV unwrapping by pairs of triangles packed as rectangles: see unwrap().
+// UV unwrapping by pairs of triangles that are packed as rectangles: see unwrap().
 #pragma once
 
 #include <vector>

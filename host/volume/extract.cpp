@@ -142,12 +142,12 @@ void report_flaws(const IsosurfaceFlaws& flaws, const Volume& volume, ExtractRep
          left.count});
   };
   warn("folded-triangles", flaws.folded,
-       flaws.folded.count == 1 ? "faces away from the full contour and could not be mended"
-                               : "face away from the full contour and could not be mended",
+       flaws.folded.count == 1 ? "faces away from the full contour and could not be repaired"
+                               : "face away from the full contour and could not be repaired",
        ": ask for more faces.");
   warn("flat-triangles", flaws.flat,
-       flaws.flat.count == 1 ? "has no area and could not be mended"
-                             : "have no area and could not be mended",
+       flaws.flat.count == 1 ? "has no area and could not be repaired"
+                             : "have no area and could not be repaired",
        ": ask for more faces.");
   warn("repeated-triangles", flaws.repeated,
        flaws.repeated.count == 1 ? "has the corners of another one" : "have the corners of others",

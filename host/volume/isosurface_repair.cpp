@@ -272,7 +272,8 @@ void mend_patch(IsosurfacePatch& patch, IsosurfaceFlaws& flaws) {
     EdgeCollapser collapser(mesh, &constraint, snap);
     bool has_repaired = false;
     for (const auto* list : {&found.flat, &found.folded}) {
-      for (const std::uint32_t t : *list) has_repaired = collapser.mend(t, bad) || has_repaired;
+      for (const std::uint32_t t : *list)
+        has_repaired = collapser.repair_triangle(t, bad) || has_repaired;
     }
     if (!has_repaired) break;
     patch.seeds.clear();

@@ -27,8 +27,8 @@ struct IsosurfaceFlaws {
 
 /// Removes pairs of triangles back to back between which a gap closed; each edge keeps equal numbers of triangles in
 /// both directions. At folds and degenerate triangles, vertices are moved or edges collapsed by
-/// EdgeCollapser::mend(), which keeps the topology. Open borders do not move. Walls that became two triangles back to
-/// back are kept, since removing them would open a hole.
+/// EdgeCollapser::repair_triangle(), which keeps the topology. Open borders do not move. Walls that became two
+/// triangles back to back are kept, since removing them would open a hole.
 IsosurfaceFlaws repair_isosurface(const FineSurface& surface, const Volume& volume,
                                   SimplifiedIsosurface& low_poly);
 

@@ -509,8 +509,8 @@ TEST(Clean, ViewsOfSomeGroupsAreThoseOfAll) {
   for (const bool backs : {false, true}) {
     // Sides of whole tiles, and of a broken one at the end.
     const OutsideViews views{.count = 8, .pixels = backs ? 128U : 126U, .backs = backs};
-    const auto all = look_from_outside(crowd, group, asked.size(), views);
-    const auto some = look_from_outside(crowd, group, asked.size(), views, asked);
+    const auto all = count_seen_pixels(crowd, group, asked.size(), views);
+    const auto some = count_seen_pixels(crowd, group, asked.size(), views, asked);
     std::uint64_t hidden = 0;
     for (std::size_t g = 0; g < asked.size(); ++g) {
       if (asked[g] == 0) continue;
@@ -526,7 +526,7 @@ TEST(Clean, ViewsOfSomeGroupsAreThoseOfAll) {
       OutsideViews round = views;
       round.step = step;
       round.first = first;
-      const auto part = look_from_outside(crowd, group, asked.size(), round);
+      const auto part = count_seen_pixels(crowd, group, asked.size(), round);
       for (std::size_t g = 0; g < sum.size(); ++g) {
         sum[g].drawn += part[g].drawn;
         sum[g].front += part[g].front;
@@ -710,12 +710,12 @@ TEST(OutsideViews, RepeatedTrianglesCountAsTheFirstOfThemAlone) {
     group[t] = static_cast<std::uint32_t>(t / box.triangles.size());
   }
   for (std::size_t t = box.triangles.size(); t < 3 * box.triangles.size(); ++t) turn(copies, t);
-  const std::vector<SeenPixels> seen = look_from_outside(copies, group, kCopies, {});
+  const std::vector<SeenPixels> seen = count_seen_pixels(copies, group, kCopies, {});
   // Half of a box's area, 6, in a picture of twice its radius, sqrt(3) / 2: covered once by a box.
   OutsideViews views;
   views.pixels = static_cast<std::uint32_t>(views.pixels * std::sqrt(32.0 / kCopies));
   const SeenPixels alone =
-      look_from_outside(box, std::vector<std::uint32_t>(box.triangles.size()), 1, views)[0];
+      count_seen_pixels(box, std::vector<std::uint32_t>(box.triangles.size()), 1, views)[0];
   EXPECT_GT(alone.front, 10000);
   for (std::uint32_t copy = 0; copy < kCopies; ++copy) {
     EXPECT_EQ(seen[copy].drawn, alone.drawn) << copy;

@@ -126,7 +126,7 @@ TEST(CageCopy, PairsPartsWithoutNamesByTheirPlaces) {
     expect_moved(read(obj(many, 0, false), "low.obj"), cage(swapped), 0.5F);
     // If one is nearest to two parts, nothing says which is which.
     EXPECT_EQ(mismatch(low, cage({{"", 16, 0.5}, {"", 16.25, 0.5}, {"", 15.75, 0.5}})),
-              "in the order of their faces, its vertices do not lie where the low poly's do");
+              "with faces paired in order, its vertices lie far from those of the low poly");
   }
   // Names that say otherwise have the last word.
   const Mesh named = read(obj({{"a", 0}, {"b", 8}}), "low.obj");
@@ -146,7 +146,8 @@ TEST(CageCopy, SaysWhatDoesNotFit) {
   Mesh other = read(obj({{"a", 0, 0.5}, {"b", 8, 0.5}}), "cage.obj");
   std::swap(other.triangles[18], other.triangles[35]);
   EXPECT_EQ(mismatch(low, other),
-            "faces of its 'b' do not have the vertices of the low poly's 'b' in their order");
+            "the faces of its 'b' do not use the same vertices in the same order as those of the "
+            "low poly's 'b'");
   // A hull of its own is no copy, and nobody says so.
   EXPECT_EQ(mismatch(low, read(obj({{"hull", 0, 0.5, 7}}), "hull.obj")), "");
 }

@@ -26,7 +26,8 @@ namespace {
 using Point = std::array<double, 3>;
 using std::numbers::pi;
 
-/// Triangles with the exact normal of the surface at each corner. Corners at one place are one vertex, unless told else.
+/// Triangles with the exact normal of the surface at each corner. Corners at one place are one vertex, unless told
+/// else.
 struct Shape {
   Mesh mesh;
   std::vector<Point> exact;  ///< Three a triangle; empty: nothing is known
@@ -58,7 +59,8 @@ Point unit(Point p) {
 
 double rounded(double x) { return std::round(x * 1e9) / 1e9 + 0.0; }
 
-/// Of an outline in the plane of x and z, counter-clockwise seen from above (y), and the normals of its sides at both ends.
+/// Of an outline in the plane of x and z, counter-clockwise seen from above (y), and the normals of its sides at both
+/// ends.
 struct Outline {
   struct Side {
     double x, z;          ///< Where it begins
@@ -196,8 +198,8 @@ Shape cone(std::size_t n, double radius, double height) {
   return shape;
 }
 
-/// A surface turned around y, from a profile of radius, height, and the normal's angle above the horizon at either end of
-/// each step.
+/// A surface turned around y, from a profile of radius, height, and the normal's angle above the horizon at either end
+/// of each step.
 struct Turned {
   double radius, height;
   double before, after;  ///< Degrees, of the step that ends here and of the one that begins
@@ -412,7 +414,8 @@ Mesh voxels(std::size_t n, bool own, const std::function<bool(int, int, int)>& s
   return mesh;
 }
 
-/// The surface of a field by marching tetrahedra: six to a cell, vertices where the field is 0, or in the middle of edges.
+/// The surface of a field by marching tetrahedra: six to a cell, vertices where the field is 0, or in the middle of
+/// edges.
 Mesh marched(int n, bool labels, const std::function<double(double, double, double)>& field) {
   Mesh mesh;
   std::map<std::pair<int, int>, std::uint32_t> known;
@@ -883,7 +886,7 @@ TEST(ShadeHigh, NeedlesOfAScanAreNoEdges) {
   }
   const FaceEdges faces = FaceEdges::of(mesh);
   EXPECT_GT(std::count_if(faces.edges.begin(), faces.edges.end(),
-                          [](const FaceEdge& e) { return e.turn > 20; }),
+                          [](const FaceEdge& e) { return e.degrees > 20; }),
             100);
   EXPECT_EQ(shade_high(mesh).chosen, ShadingRule::smooth);
 }
@@ -1056,7 +1059,7 @@ TEST(ShadeHigh, HardEdgesAreLines) {
           const Triangle& t = mesh.triangles[side / 3];
           const bool turned =
               turns(mesh.positions[t[side % 3]], mesh.positions[t[(side + 1) % 3]], e);
-          faces.edges[e].turn = turned ? 60 : 5;
+          faces.edges[e].degrees = turned ? 60 : 5;
           strong += turned ? 1 : 0;
         }
         const Creases creases = find_creases(mesh, faces);

@@ -42,7 +42,7 @@ Work ring(std::uint32_t around, std::uint32_t across) {
   return work;
 }
 
-Work collapsed(const Work& dense, std::span<const Place> untouched = {}) {
+Work collapsed(const Work& dense, std::span<const Ball> untouched = {}) {
   return collapse_in_pieces(dense, to_floats(dense.points), 5000, untouched, {});
 }
 
@@ -94,7 +94,7 @@ TEST(CollapsePieces, LeaveBordersOfLabelsAndPlaces) {
   const Work dense = ring(400, 120);
   Work labelled = dense;
   for (const Triangle& t : dense.triangles) labelled.labels.push_back(t[0] < 400 * 120 / 2);
-  const Place place{{0.35, 0, 0.1}, 0.03};
+  const Ball place{{0.35, 0, 0.1}, 0.03};
   const auto inside = [&](const Vec3d& p) {
     const Vec3d way = p - place.center;
     return dot(way, way) < place.radius * place.radius;

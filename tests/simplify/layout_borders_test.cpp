@@ -74,7 +74,7 @@ TEST(LayoutBorders, FreeIsWhatItsDefinitionSaysWhileCornersGo) {
     for (int round = 0; round < 4000; ++round) {
       const std::uint32_t before = any(), gone = any(), after = any();
       const bool is_free = layout.is_free(left, before, gone, after);
-      EXPECT_EQ(borders.free(layout.uvs, before, gone, after), is_free)
+      EXPECT_EQ(borders.may_remove(layout.uvs, before, gone, after), is_free)
           << before << ", " << gone << ", " << after << " in round " << round;
       ++(is_free ? free : held);
       if (round % 16 != 0) continue;
@@ -96,15 +96,15 @@ TEST(LayoutBorders, ChartsThatOverlapFromTheStartDoNotHoldEachOther) {
   const LayoutCopies copies(uvs, corners);
   const LayoutBorders borders(uvs, corners, std::vector<std::uint32_t>{0, 1, 2},
                               std::vector<std::uint8_t>(uvs.size(), 1), copies);
-  EXPECT_TRUE(borders.free(uvs, 1, 0, 2));  // all lie in it, all overlap with it
+  EXPECT_TRUE(borders.may_remove(uvs, 1, 0, 2));  // all lie in it, all overlap with it
   // A chart that overlaps none of them is held by what lies in its way.
   const std::vector<Vec2> beside = {{0, 0}, {1, 0}, {0, 1}, {2, 0}, {3, 0}, {2, 1}};
   const std::vector<Triangle> two = {{0, 1, 2}, {3, 4, 5}};
   const LayoutCopies none(beside, two);
   const LayoutBorders parted(beside, two, std::vector<std::uint32_t>{0, 1},
                              std::vector<std::uint8_t>(beside.size(), 1), none);
-  EXPECT_FALSE(
-      parted.free(std::vector<Vec2>{{0, -1}, {9, 0}, {0, 9}, {2, 0}, {3, 0}, {2, 1}}, 1, 0, 2));
+  EXPECT_FALSE(parted.may_remove(std::vector<Vec2>{{0, -1}, {9, 0}, {0, 9}, {2, 0}, {3, 0}, {2, 1}},
+                                 1, 0, 2));
 }
 
 }  // namespace

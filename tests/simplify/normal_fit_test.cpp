@@ -392,23 +392,23 @@ TEST(NormalFans, AnEdgeWhoseUvsDifferAtOneEndIsASeam) {
     low.uv_triangles = uvs;
     return NormalFans(low, {});
   };
-  EXPECT_EQ(fans_of({{0, 1, 2}, {0, 2, 3}}).hard(), 0U);
+  EXPECT_EQ(fans_of({{0, 1, 2}, {0, 2, 3}}).count_split_edges(), 0U);
   for (const bool at_second : {true, false}) {
     SCOPED_TRACE(at_second);
     const std::vector<Triangle> uvs = at_second ? std::vector<Triangle>{{0, 1, 2}, {0, 4, 3}}
                                                 : std::vector<Triangle>{{0, 1, 2}, {4, 2, 3}};
     NormalFans fans = fans_of(uvs);
     const std::vector<std::uint32_t> slots = fans.normal_of_corner();
-    EXPECT_EQ(fans.hard(), 1U);
+    EXPECT_EQ(fans.count_split_edges(), 1U);
     EXPECT_EQ(fans.count(), 5U) << "they share the normal of the other end";
     EXPECT_EQ(slots[0] == slots[3], at_second);
     EXPECT_EQ(slots[2] == slots[4], !at_second);
     // It is a seam of UVs and no crease: creases' angle does not join it, that of seams does.
     constexpr double kNever = 2, kAlways = -2;
     fans.soften(same, slots, kNever, kAlways);
-    EXPECT_EQ(fans.hard(), 1U);
+    EXPECT_EQ(fans.count_split_edges(), 1U);
     fans.soften(same, slots, kAlways, kNever);
-    EXPECT_EQ(fans.hard(), 0U);
+    EXPECT_EQ(fans.count_split_edges(), 0U);
     fans.normal_of_corner();
     EXPECT_EQ(fans.count(), 4U);
     // Normals that part at the open end alone keep it.
@@ -416,7 +416,7 @@ TEST(NormalFans, AnEdgeWhoseUvsDifferAtOneEndIsASeam) {
     Normals parted = same;
     parted.row(slots[at_second ? 4 : 3]) *= -1;
     open.soften(parted, open.normal_of_corner(), 0.5, 0.5);
-    EXPECT_EQ(open.hard(), 1U);
+    EXPECT_EQ(open.count_split_edges(), 1U);
   }
 }
 

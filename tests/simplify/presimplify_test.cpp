@@ -182,13 +182,13 @@ TEST(Presimplify, IsLeftOutForFineTubes) {
 TEST(Presimplify, LeavesPlacesUntouched) {
   const Work dense = rough_sphere(0.01);
   Work work = dense;
-  const std::vector<Place> places{{{0.28, 0, 0}, 0.03}, {{0, -0.28, 0}, 0.02}};
+  const std::vector<Ball> places{{{0.28, 0, 0}, 0.03}, {{0, -0.28, 0}, 0.02}};
   presimplify(work, kGoal, 1, false, places);
   const std::set<Triangle> left(work.triangles.begin(), work.triangles.end());
   std::size_t inside = 0;
   for (const Triangle& t : dense.triangles) {
     bool in = false;
-    for (const Place& place : places) {
+    for (const Ball& place : places) {
       in = in || length(dense.points[t[0]] - place.center) < place.radius;
     }
     inside += in;
@@ -211,8 +211,8 @@ double deviation_after(const Mesh& high, std::size_t goal) {
   return one_sided_distance(points, high.triangles, surface, 1 << 18).largest;
 }
 
-/// From 1,000,000 triangles on, pieces are eight and not four, and along their borders lie as many triangles as the goal
-/// has: as on the way from 4.5 million to 50,000.
+/// From 1,000,000 triangles on, pieces are eight and not four, and along their borders lie as many triangles as the
+/// goal has: as on the way from 4.5 million to 50,000.
 TEST(Presimplify, KeepsReliefWherePiecesBecomeMore) {
   constexpr std::size_t kFew = 12'500;
   const double below = deviation_after(test::BumpySphere::dense(970'000), kFew);
@@ -224,7 +224,7 @@ TEST(Presimplify, KeepsReliefWherePiecesBecomeMore) {
 
 TEST(Presimplify, TakesPiecesThatItKnows) {
   const Work dense = rough_sphere(0.01);
-  const std::vector<Place> places{
+  const std::vector<Ball> places{
       {{0.163, 0.163, 0.163}, 0.03}};  // Halves along any axis meet elsewhere.
   PresimplifiedPieces known;
   Work first = dense;

@@ -239,7 +239,7 @@ TEST(DeviationBound, HoldsEverySample) {
   CollapseMesh close(points, dense.triangles);
   EdgeCollapser closer(close);
   DeviationBound narrow(close, samples, bound, true);
-  const Place place{{0.28, 0, 0}, 0.1};
+  const Ball place{{0.28, 0, 0}, 0.1};
   narrow.tighten_limits({&place, 1});
   closer.limit_deviation(&narrow, 0, bound);
   closer.run(0);

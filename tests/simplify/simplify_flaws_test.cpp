@@ -190,7 +190,8 @@ TEST(SimplifyFlaws, FoldsAreMended) {
     CollapseMesh mesh(scene.points, scene.light.triangles);
     EdgeCollapser collapser(mesh);
     for (const std::uint32_t t : flaws.folded) {
-      collapser.mend(t, [&](const TriangleCorners& corners) { return check.is_flaw(corners); });
+      collapser.repair_triangle(
+          t, [&](const TriangleCorners& corners) { return check.is_flaw(corners); });
     }
     std::vector<Vec3d> points;
     std::vector<Triangle> triangles;

@@ -214,7 +214,7 @@ TEST(FlatChart, EndsThatOverlapALittleArePulledApart) {
   const ChartSurface surface = ring_surface(366);
   FlatChart chart = overlapping_ring(366, surface);
   ASSERT_TRUE(untangle(chart, {20}, *rigid_system(chart)));
-  EXPECT_TRUE(is_injective(chart, chart.apart));
+  EXPECT_TRUE(is_injective(chart, chart.min_border_distance));
   const ChartLimits limits;
   EXPECT_LT(distortion(chart).energy, limits.energy);
   EXPECT_LT(distortion(chart).max_stretch, limits.max_stretch);
@@ -271,10 +271,10 @@ TEST(FlatChart, RoundsKeepTheBorderApart) {
     return Vec3d{(1 + y) * std::sin(x), (1 + y) * std::cos(x), 0.2 * std::sin(9 * x)};
   });
   FlatChart chart = sheet(surface);
-  chart.apart = 0.05;
+  chart.min_border_distance = 0.05;
   lay_on_circle(chart);
   injective_rounds(chart, 30);
-  EXPECT_TRUE(is_injective(chart, chart.apart));
+  EXPECT_TRUE(is_injective(chart, chart.min_border_distance));
 }
 
 TEST(FlatChart, BendsAreTheAngleThatIsMissing) {
