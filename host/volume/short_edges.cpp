@@ -76,7 +76,7 @@ class ZeroEdgeCollapser {
     };
     neighbours(a, at_a, near_a);
     neighbours(b, at_b, near_b);
-    // The vertex would have no polygons left.
+    // Merging the two would leave a vertex without polygons.
     if (near_a.empty() || near_b.empty()) return false;
     std::set_intersection(near_a.begin(), near_a.end(), near_b.begin(), near_b.end(),
                           std::back_inserter(common));
@@ -93,7 +93,7 @@ class ZeroEdgeCollapser {
       const bool was_quad = sides(p) == 4;
       std::rotate(std::find(p.begin(), p.end(), b), std::find(p.begin(), p.end(), b) + 1, p.end());
       if (was_quad) {
-        p[3] = kNoCorner;  // The polygon's corners in order, from the one after b
+        p[3] = kNoCorner;  // Now a triangle: the corners of the quad without b, in order
       } else {
         p = {kNoCorner, kNoCorner, kNoCorner, kNoCorner};
       }
@@ -163,7 +163,7 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> collapse_short_edges(
   }
   if (edges.empty()) return result;
   collapser.collect_polygons();
-  // The pass over the polygons is repeated, since one collapse may make another possible.
+  // Repeats the pass over all polygons, since one collapse may make another possible.
   for (bool changed = true; changed;) {
     changed = false;
     for (const auto& [first, second] : edges) {
