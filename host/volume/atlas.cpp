@@ -28,7 +28,8 @@ std::size_t find_longest_side(const SimplifiedIsosurface& low_poly, const Triang
 }
 
 /// Corners of each chart: of a quad, a pair of triangles, or a single triangle.
-std::vector<std::array<std::uint32_t, 4>> chart_corners(const SimplifiedIsosurface& low_poly) {
+std::vector<std::array<std::uint32_t, 4>> collect_chart_corners(
+    const SimplifiedIsosurface& low_poly) {
   std::vector<std::array<std::uint32_t, 4>> charts;
   std::vector<Triangle> triangles;
   for (const SimplifiedIsosurface::Polygon& polygon : low_poly.polygons) {
@@ -86,7 +87,7 @@ RectangleSize rectangle_size(const SimplifiedIsosurface& low_poly,
 }
 
 /// Distance between two corners of a rectangle in whole texels; at least 1.
-std::uint32_t texel_steps(double length, double density, std::uint32_t max_steps) {
+std::uint32_t count_texel_steps(double length, double density, std::uint32_t max_steps) {
   return static_cast<std::uint32_t>(
       std::clamp(std::round(length * density), 1.0, double(max_steps)));
 }
@@ -97,8 +98,8 @@ std::vector<PackSize> find_pack_sizes(const std::vector<RectangleSize>& rectangl
   std::vector<PackSize> result;
   result.reserve(rectangle_sizes.size());
   for (const RectangleSize& e : rectangle_sizes) {
-    result.push_back({texel_steps(e.width, density, max_steps) + 1 + 2 * border,
-                      texel_steps(e.height, density, max_steps) + 1 + 2 * border});
+    result.push_back({count_texel_steps(e.width, density, max_steps) + 1 + 2 * border,
+                      count_texel_steps(e.height, density, max_steps) + 1 + 2 * border});
   }
   return result;
 }
@@ -238,7 +239,7 @@ Mesh polygon_mesh(const SimplifiedIsosurface& low_poly, const Volume& volume) {
   mesh.origin = volume.origin;
   mesh.positions = low_poly.positions;
   mesh.normals = low_poly.normals;
-  for (const auto& c : chart_corners(low_poly)) {
+  for (const auto& c : collect_chart_corners(low_poly)) {
     mesh.triangles.push_back({c[0], c[1], c[2]});
     if (c[3] != kNoPolygon) mesh.triangles.push_back({c[0], c[2], c[3]});
   }
@@ -250,7 +251,7 @@ std::uint32_t find_atlas_size(const SimplifiedIsosurface& low_poly, double texel
                               std::uint32_t border) {
   constexpr std::uint32_t kAtlasSizeStep = 16, kMaxAtlasSize = 8192;
   const std::vector<RectangleSize> rectangle_sizes =
-      rectangle_sizes_of(low_poly, chart_corners(low_poly));
+      rectangle_sizes_of(low_poly, collect_chart_corners(low_poly));
   const std::vector<PackSize> sizes =
       find_pack_sizes(rectangle_sizes, texels_per_unit, kMaxAtlasSize, border);
   double area = 0;
@@ -271,7 +272,7 @@ std::uint32_t find_atlas_size(const SimplifiedIsosurface& low_poly, double texel
 
 Atlas make_atlas(const SimplifiedIsosurface& low_poly, const Volume& volume, std::uint32_t size,
                  std::uint32_t border) {
-  const auto corners = chart_corners(low_poly);
+  const auto corners = collect_chart_corners(low_poly);
   const std::vector<RectangleSize> rectangle_sizes = rectangle_sizes_of(low_poly, corners);
   Atlas atlas;
   std::vector<PackPlace> rectangle_places;

@@ -11,7 +11,7 @@ namespace kiln {
 /// \throws Error(usage) for an option out of its range
 void check_extract_options(const ExtractOptions& options);
 
-/// \param contour  report of the contour that `surface` was made by
+/// \param contour  report about the making of `surface`
 /// \param seconds_tree  time for building the tree, which is added to seconds_simplify and
 ///   seconds_total
 ExtractResult extract_from(cl::Context& context, const Volume& volume, const FineSurface& surface,

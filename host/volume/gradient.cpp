@@ -81,7 +81,7 @@ std::unique_ptr<CellGrid> find_outer_surface_cells(const DeviceVoxels& voxels, c
 template <typename T>
 class SurfaceFinder {
  public:
-  enum class LineResult { nothing, border, surface };
+  enum class LineResult { no_crossing, border, surface };
 
   SurfaceFinder(const VolumeField<T>& field, const CellGrid* cells, bool closed)
       : field_(field), cells_(cells), has_closed_border_(closed) {}
@@ -101,12 +101,12 @@ class SurfaceFinder {
       fore = next_fore;
       back = next_back;
       double best = 2;
-      LineResult line_result = LineResult::nothing;
+      LineResult line_result = LineResult::no_crossing;
       if (leaves_forward) refine_crossing(from, along, t, u, best, line_result, surface_point);
       if (leaves_backward) refine_crossing(from, along, -u, -t, best, line_result, surface_point);
-      if (line_result != LineResult::nothing) return line_result;
+      if (line_result != LineResult::no_crossing) return line_result;
     }
-    return LineResult::nothing;
+    return LineResult::no_crossing;
   }
 
  private:
@@ -213,7 +213,7 @@ struct LowPolyPoint {
   Vec3d position{}, shading{}, face{};
 };
 
-Vec3d unit(const Vec3d& v) {
+Vec3d normalize(const Vec3d& v) {
   const double l = length(v);
   return l > 0 && std::isfinite(l) ? v * (1 / l) : Vec3d();
 }
@@ -240,8 +240,8 @@ LowPolyPoint low_poly_point(const Mesh& low, std::uint32_t triangle, std::size_t
     point.position += p[k] * w[k];
     point.shading += n[k] * w[k];
   }
-  point.shading = unit(point.shading);
-  point.face = unit(cross(p[1] - p[0], p[2] - p[0]));
+  point.shading = normalize(point.shading);
+  point.face = normalize(cross(p[1] - p[0], p[2] - p[0]));
   return point;
 }
 
@@ -270,8 +270,8 @@ GradientReference::GradientReference(const Volume& volume, const ContourOptions&
   double lowest = 0, highest = 0;
   const DeviceVoxels voxels = convert_voxels(volume, contour, lowest, highest);
   const std::vector<std::uint32_t> triangles = rasterize(low, size_);
-  enum : std::uint8_t { kEmpty, kKept, kNoSurface, kCut, kNoGradient };
-  std::vector<std::uint8_t> status(triangles.size(), kEmpty);
+  enum : std::uint8_t { kUncovered, kMeasured, kNoSurface, kAtBorder, kNoGradient };
+  std::vector<std::uint8_t> status(triangles.size(), kUncovered);
   // Index of the first covered texel of each row
   std::vector<std::size_t> row_begins(size_ + 1, 0);
   for (std::size_t i = 0; i < triangles.size(); ++i) {
@@ -301,12 +301,12 @@ GradientReference::GradientReference(const Volume& volume, const ContourOptions&
           Vec3d outward_normal{};
           if (line_result == SurfaceFinder<T>::LineResult::surface) {
             outward_normal =
-                -unit(index_and_world.gradient_to_world(field.gradient(surface_point)));
+                -normalize(index_and_world.gradient_to_world(field.gradient(surface_point)));
           }
-          status[i] = line_result == SurfaceFinder<T>::LineResult::nothing  ? kNoSurface
-                      : line_result == SurfaceFinder<T>::LineResult::border ? kCut
-                      : dot(outward_normal, outward_normal) == 0            ? kNoGradient
-                                                                            : kKept;
+          status[i] = line_result == SurfaceFinder<T>::LineResult::no_crossing ? kNoSurface
+                      : line_result == SurfaceFinder<T>::LineResult::border    ? kAtBorder
+                      : dot(outward_normal, outward_normal) == 0               ? kNoGradient
+                                                                               : kMeasured;
           *texel++ = {static_cast<std::uint32_t>(i), to_float(outward_normal),
                       to_float(point.shading)};
         }
@@ -333,10 +333,10 @@ GradientReference::GradientReference(const Volume& volume, const ContourOptions&
   for (const Texel& texel : texels_) {
     const std::uint8_t s = status[texel.place];
     no_surface_ += s == kNoSurface ? 1 : 0;
-    cut_ += s == kCut ? 1 : 0;
+    cut_ += s == kAtBorder ? 1 : 0;
     no_gradient_ += s == kNoGradient ? 1 : 0;
   }
-  std::erase_if(texels_, [&](const Texel& texel) { return status[texel.place] != kKept; });
+  std::erase_if(texels_, [&](const Texel& texel) { return status[texel.place] != kMeasured; });
 }
 
 template <typename Normal>

@@ -191,7 +191,7 @@ IsosurfacePatch::IsosurfacePatch(const FineSurface& surface, const SimplifiedIso
     }
     triangles.push_back(t);
   }
-  find_fixed(is_free_in_patch);
+  find_fixed_vertices(is_free_in_patch);
   remove_duplicates();
   for (std::uint32_t t = 0; t < low_poly_triangles_.size(); ++t) {
     if (std::binary_search(seeds_in.begin(), seeds_in.end(), low_poly_triangles_[t]))
@@ -200,7 +200,7 @@ IsosurfacePatch::IsosurfacePatch(const FineSurface& surface, const SimplifiedIso
   collect_fine_quads(surface, low_poly, is_free_in_patch);
 }
 
-void IsosurfacePatch::find_fixed(std::span<const std::uint8_t> free) {
+void IsosurfacePatch::find_fixed_vertices(std::span<const std::uint8_t> free) {
   is_fixed.resize(points.size());
   for (std::size_t v = 0; v < is_fixed.size(); ++v) is_fixed[v] = free[v] == 0;
   SideLists(triangles, points.size())

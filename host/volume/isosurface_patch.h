@@ -74,7 +74,7 @@ class IsosurfacePatch {
   std::vector<Triangle> fine_triangles;
 
  private:
-  void find_fixed(std::span<const std::uint8_t> free);
+  void find_fixed_vertices(std::span<const std::uint8_t> free);
   void remove_duplicates();
   void collect_fine_quads(const FineSurface& surface, const SimplifiedIsosurface& low_poly,
                           std::span<const std::uint8_t> free);

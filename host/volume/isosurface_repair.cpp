@@ -126,13 +126,13 @@ void remove_closed_gaps(const FineSurface& surface, SimplifiedIsosurface& low_po
                         IsosurfaceFlaws& flaws) {
   const IsosurfaceFaces faces(low_poly);
   const RepairContext context{surface, low_poly};
-  struct Item {
+  struct SortedTriangle {
     Triangle sorted;
     std::uint32_t triangle;
     bool
         is_even_permutation;  ///< True if the corners are an even permutation of the sorted corners
   };
-  std::vector<Item> sorted_triangles(faces.triangles.size());
+  std::vector<SortedTriangle> sorted_triangles(faces.triangles.size());
   parallel_for(sorted_triangles.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       Triangle t = lowest_first(faces.triangles[i]);

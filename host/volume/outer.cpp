@@ -25,13 +25,13 @@ constexpr std::uint64_t kOuterDivisor = 20;
 constexpr std::uint64_t kMaxRuns = 0xFFFFFFFE;
 
 /// Consecutive outside voxels of a row, from `first` to `last`.
-struct Run {
+struct VoxelRun {
   std::uint32_t first, last;
 };
 
 /// Peak memory per run: the run, its parent, its border voxels, and whether it is open.
 constexpr std::uint64_t kBytesPerRun =
-    sizeof(Run) + sizeof(std::uint32_t) + sizeof(std::uint64_t) + sizeof(char);
+    sizeof(VoxelRun) + sizeof(std::uint32_t) + sizeof(std::uint64_t) + sizeof(char);
 
 /// One bit per padded voxel, in CellGrid's layout.
 class BitVolume {
@@ -114,7 +114,7 @@ class OutsideRegions {
   }
 
   std::size_t run_count() const { return outside_runs_.size(); }
-  const Run& run(std::size_t index) const { return outside_runs_[index]; }
+  const VoxelRun& run(std::size_t index) const { return outside_runs_[index]; }
   /// The runs of a row have the indices first_run(row) to first_run(row + 1) - 1.
   std::uint32_t first_run(std::size_t row) const { return first_runs_[row]; }
 
@@ -126,7 +126,7 @@ class OutsideRegions {
       const std::size_t y = row % ny, z = row / ny;
       const bool side = y == 0 || y + 1 == ny || z == 0 || z + 1 == nz;
       for (std::uint32_t i = first_runs_[row]; i < first_runs_[row + 1]; ++i) {
-        const Run& run = outside_runs_[i];
+        const VoxelRun& run = outside_runs_[i];
         const std::uint64_t count =
             side ? run.last - run.first + 1 : (run.first == 1 ? 1 : 0) + (run.last == nx ? 1 : 0);
         if (count != 0) border_voxels[region_sets_.find(i)] += count;
@@ -179,7 +179,7 @@ class OutsideRegions {
   }
 
   void write_runs(std::size_t y, std::size_t z) {
-    Run* out = outside_runs_.data() + first_runs_[(z - 1) * solid_.size()[1] + y - 1];
+    VoxelRun* out = outside_runs_.data() + first_runs_[(z - 1) * solid_.size()[1] + y - 1];
     const std::uint64_t* row = solid_.row(y, z);
     // Runs start and end where a bit differs from the previous one.
     std::uint32_t x = 1;
@@ -238,7 +238,7 @@ class OutsideRegions {
 
   const BitVolume& solid_;
   std::vector<std::uint32_t> first_runs_;
-  std::vector<Run> outside_runs_;
+  std::vector<VoxelRun> outside_runs_;
   /// Sets of touching runs; a set is a region, and the run with the lowest number represents it
   DisjointSets region_sets_{0};
 };

@@ -10,7 +10,7 @@ std::uint32_t corner(std::uint32_t axis, std::uint32_t along, std::uint32_t u, s
   return along << axis | u << ((axis + 1) % 3) | v << ((axis + 2) % 3);
 }
 
-struct EdgeSets {
+struct EdgePartition {
   std::array<std::uint8_t, 12> parent{};
   std::uint32_t find(std::uint32_t edge) const {
     while (parent[edge] != edge) edge = parent[edge];
@@ -43,8 +43,8 @@ bool is_ambiguous(const Face& face, std::uint32_t signs) {
   return inside(0) == inside(2) && inside(1) == inside(3) && inside(0) != inside(1);
 }
 
-EdgeSets trace_sheets(std::uint32_t signs, std::uint32_t flipped) {
-  EdgeSets sheets;
+EdgePartition trace_sheets(std::uint32_t signs, std::uint32_t flipped) {
+  EdgePartition sheets;
   for (std::uint32_t edge = 0; edge < 12; ++edge) {
     sheets.parent[edge] = static_cast<std::uint8_t>(edge);
   }
@@ -86,7 +86,7 @@ SheetTable::SheetTable() {
       }
     }
     for (std::uint32_t flipped = 0; flipped < kFlipChoices; ++flipped) {
-      const EdgeSets sheets = trace_sheets(signs, flipped);
+      const EdgePartition sheets = trace_sheets(signs, flipped);
       std::array<std::uint32_t, 12> number{};
       std::uint8_t count = 0;
       for (std::uint32_t edge = 0; edge < 12; ++edge) {

@@ -258,7 +258,8 @@ SimplifiedIsosurface::Pieces count_fine_pieces(const FineSurface& surface,
   return count_pieces(polygons, surface.keys.size(), at_border);
 }
 
-std::uint64_t quads_left(const FineSurface& surface, const std::vector<std::uint8_t>& small) {
+std::uint64_t count_remaining_quads(const FineSurface& surface,
+                                    const std::vector<std::uint8_t>& small) {
   if (small.empty()) return surface.quads;
   return static_cast<std::uint64_t>(std::count_if(
       surface.edges.begin(), surface.edges.end(),
@@ -295,7 +296,7 @@ SimplifiedIsosurface simplify_isosurface(const FineSurface& surface, const Verte
   const std::vector<float> limits = find_merge_limits(tree, options.keep_topology);
   low_poly.aimed_faces = options.faces;
   if (options.faces == 0 && options.share < 1) {
-    const double initial_faces = 2 * static_cast<double>(quads_left(surface, small));
+    const double initial_faces = 2 * static_cast<double>(count_remaining_quads(surface, small));
     low_poly.aimed_faces = static_cast<std::uint64_t>(std::ceil(initial_faces * options.share));
   }
   float limit = static_cast<float>(options.error);
