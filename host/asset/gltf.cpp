@@ -80,7 +80,7 @@ class MeshTransform {
 /// Vertices and triangles of a primitive in the file's coordinates, after morph targets were added.
 struct Primitive {
   GltfNumbers positions, normals, uvs, tangents, colors;
-  // other UV sets, parallel to GltfReader::other_sets_; empty: none
+  // UVs of the other sets, in the order of GltfReader::other_sets_; empty if there are none
   std::vector<GltfNumbers> other_uvs;
   std::vector<GltfNumbers> joints, weights;  // One element for each set of joints and weights
   std::string place;

@@ -182,7 +182,7 @@ GltfNumbers numbers_of(const draco::Mesh& mesh, const DracoAttribute& asked) {
   }
   double largest = 1;  // The integer that represents 1 in normalised accessors
   if (asked.accessor["normalized"].flag() && !attribute->normalized()) {
-    largest = GltfFile::largest_of(asked.accessor);
+    largest = GltfFile::integer_of_one(asked.accessor);
   }
   result.values.resize(std::size_t{mesh.num_points()} * result.width);
   float values[4];

@@ -29,7 +29,7 @@ struct DracoMesh {
 struct DracoAttribute {
   std::uint64_t id = 0;   ///< Id of the attribute in the extension
   GltfValue accessor;     ///< The accessor that describes the type of the attribute's numbers
-  std::size_t width = 0;  ///< Number of numbers per element, as for GltfFile::numbers()
+  std::size_t width = 0;  ///< Number of components per element, as for GltfFile::numbers()
   std::string name;       ///< Name of the attribute, for messages
 };
 

@@ -13,7 +13,7 @@ struct DracoStream {
   enum class Use { position, normal, uv, other };
 
   Use use = Use::other;
-  std::size_t width = 0;      ///< Number of numbers per vertex
+  std::size_t width = 0;      ///< Number of components per vertex
   std::vector<float> values;  ///< The numbers; empty if they are in `shares`
   /// The numbers as multiples of 1/65535, which are stored exactly; used if all lie in [0, 1]
   std::vector<std::uint16_t> shares;

@@ -426,7 +426,7 @@ std::string_view GltfFile::view(std::size_t index) const {
   return unpacked_.emplace(part, unpack(packed, part)).first->second;
 }
 
-double GltfFile::largest_of(const GltfValue& accessor) {
+double GltfFile::integer_of_one(const GltfValue& accessor) {
   const std::uint64_t type = accessor["componentType"].count(0);
   return type == kFloat ? 1 : component_of(accessor, type).largest;
 }

@@ -20,7 +20,7 @@ namespace kiln {
 
 /// The values of an accessor.
 struct GltfNumbers {
-  std::size_t width = 0;       ///< Number of numbers per element
+  std::size_t width = 0;       ///< Number of components per element
   std::vector<double> values;  ///< The numbers; normalised integers are converted to fractions
 
   std::size_t count() const { return width == 0 ? 0 : values.size() / width; }
@@ -43,14 +43,14 @@ class GltfFile {
   GltfValue list(std::string_view name) const { return root()[name]; }
 
   /// Reads the values of an accessor.
-  /// \param width  number of numbers per element; kColor: 3 or 4; kMatrix: a MAT4 in column-major
+  /// \param width  number of components per element; kColor: 3 or 4; kMatrix: a MAT4 in column-major
   ///   order
   GltfNumbers numbers(std::size_t accessor, std::size_t width) const;
   static constexpr std::size_t kColor = 34, kMatrix = 16;
   /// True if an accessor stores integers, normalised or not.
   bool holds_integers(std::size_t accessor) const;
   /// The integer that stands for 1 in a normalised accessor.
-  static double largest_of(const GltfValue& accessor);
+  static double integer_of_one(const GltfValue& accessor);
   /// Reads indices. Each must be less than `below`, which excludes the index for primitive restart,
   /// too.
   std::vector<std::uint32_t> indices(std::size_t accessor, std::size_t below) const;

@@ -126,7 +126,7 @@ class AoDenoiser {
   SurfaceTopology topology_;
   std::uint32_t width_, height_, tiles_across_, tiles_down_ = 0, count_ = 0;
   std::vector<std::uint32_t> place_;  // Position of each texel in the band
-  // [tiles + 1] Index in by_tile_ of each tile's first texel
+  // [tiles + 1] Index in texels_by_tile_ of each tile's first texel
   std::vector<std::uint32_t> tile_first_;
   std::vector<std::uint32_t> texels_by_tile_;  // Indices of the texels, grouped by tile
   cl::Array<std::uint32_t> neighbours_;        // Neighbours of each texel, with their weights

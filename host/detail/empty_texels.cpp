@@ -135,7 +135,7 @@ bool ChartTexels::add_rows(const Corners& uvs, const Wraps& wraps, double reach)
   }
   const double slack = reach + kCentreTolerance;
   if (!wraps && (most_frequent < -slack || least > width - 1 + slack)) return false;
-  // A triangle that spans many repetitions of the picture would need as many scans. Such a picture
+  // A triangle that spans many repetitions of the picture would be scanned as often. Such a picture
   // tiles and has no charts, so all of its texels count as covered.
   constexpr double kMaxRepetitions = 4;
   const bool is_clamped = !wraps || (*wraps)[1] == TextureWrap::clamp;

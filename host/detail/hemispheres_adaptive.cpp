@@ -273,7 +273,7 @@ void Hemispheres::cast_unsure(const Estimates& of, AoDenoiser::Result& result) {
   plain_ray_counts[0].open.resize(of.band.sample_count);
   std::vector<std::uint32_t> samples;
   std::array<std::vector<std::uint32_t>, 3>
-      blurred_by_reach;  // indexed by AoDenoiser::blur_reach()
+      blurred_by_reach;  // Indexed by the result of blur_reach()
   while (!texels.empty()) {
     samples.clear();
     for (std::vector<std::uint32_t>& list : blurred_by_reach) list.clear();

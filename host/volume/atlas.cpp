@@ -79,7 +79,7 @@ RectangleSize rectangle_size(const SimplifiedIsosurface& low_poly,
     return length(to_double(low_poly.positions[c[a]]) - to_double(low_poly.positions[c[b]]));
   };
   if (c[3] == kNoPolygon) {
-    // A square, whose diagonal passes through texel centres.
+    // The rectangle is a square, since its diagonal has to pass through texel centres.
     const double longer = std::max(side(0, 1), side(1, 2));
     return {longer, longer};
   }

@@ -37,7 +37,7 @@ class ZeroEdgeCollapser {
       }
     }
   }
-  std::uint32_t find(std::uint32_t vertex) const {
+  std::uint32_t find_representative(std::uint32_t vertex) const {
     for (auto at = merged_into_.find(vertex); at != merged_into_.end();
          at = merged_into_.find(vertex)) {
       vertex = at->second;
@@ -167,14 +167,15 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> collapse_short_edges(
   for (bool changed = true; changed;) {
     changed = false;
     for (const auto& [first, second] : edges) {
-      const auto [a, b] = std::minmax({collapser.find(first), collapser.find(second)});
+      const auto [a, b] = std::minmax(
+          {collapser.find_representative(first), collapser.find_representative(second)});
       if (a != b && collapser.collapse(a, b)) changed = true;
     }
   }
   std::erase_if(polygons, [](const PolygonCorners& p) { return p[0] == kNoCorner; });
   for (const auto& [first, second] : edges) {
     for (const std::uint32_t vertex : {first, second}) {
-      const std::uint32_t stands = collapser.find(vertex);
+      const std::uint32_t stands = collapser.find_representative(vertex);
       if (stands != vertex) result.emplace_back(vertex, stands);
     }
   }

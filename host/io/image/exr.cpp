@@ -59,8 +59,8 @@ constexpr std::array<std::array<const char*, 4>, 5> kNames = {
 
 // Makes a slice in which pixel (x, y) lies at base + (y * width + x) * stride.
 template <typename T>
-Imf::Slice slice(Imf::PixelType type, T* base, std::int64_t x0, std::int64_t y0, std::size_t stride,
-                 std::size_t row) {
+Imf::Slice make_slice(Imf::PixelType type, T* base, std::int64_t x0, std::int64_t y0,
+                      std::size_t stride, std::size_t row) {
   const auto origin =
       reinterpret_cast<std::intptr_t>(base) -
       static_cast<std::intptr_t>(sizeof(T)) *
@@ -149,8 +149,9 @@ Image read_exr(const ByteSource& source, const std::string& name, const FailWith
   image.pixels.resize(count);
   Imf::FrameBuffer buffer;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    buffer.insert(names[i], slice(Imf::FLOAT, image.pixels.data() + i, window.min.x, window.min.y,
-                                  image.channels, std::size_t{image.width} * image.channels));
+    buffer.insert(names[i],
+                  make_slice(Imf::FLOAT, image.pixels.data() + i, window.min.x, window.min.y,
+                             image.channels, std::size_t{image.width} * image.channels));
   }
   file.setFrameBuffer(buffer);
   file.readPixels(data.min.y, data.max.y);
@@ -168,9 +169,9 @@ void for_each_band(const Image& image, Imf::PixelType type, int threads, const W
     convert_rows(image, first, count, band, threads);
     Imf::FrameBuffer buffer;
     for (std::size_t i = 0; i < image.channels; ++i) {
-      buffer.insert(
-          kNames[image.channels][i],
-          slice(type, band.data() + i, 0, static_cast<std::int64_t>(first), image.channels, row));
+      buffer.insert(kNames[image.channels][i],
+                    make_slice(type, band.data() + i, 0, static_cast<std::int64_t>(first),
+                               image.channels, row));
     }
     write(buffer, static_cast<int>(first), static_cast<int>(count));
   }

@@ -28,7 +28,7 @@ namespace kiln {
 void save_exr(const Image& image, const std::filesystem::path& path,
               const SaveImageOptions& options);
 
-/// Encodes the file that save_exr() writes in memory.
+/// Encodes in memory the file that save_exr() would write.
 std::vector<std::byte> encode_exr(const Image& image, const SaveImageOptions& options);
 
 /// Writes the levels of a mip-map as tiles: each level has half the size of the previous one, rounded down, and the

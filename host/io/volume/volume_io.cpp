@@ -22,7 +22,7 @@ struct Name {
   std::string stem, extension;
 };
 
-Name split(const std::filesystem::path& path) {
+Name split_name(const std::filesystem::path& path) {
   Name name{path.stem().string(), lower_extension(path)};
   if (name.extension == ".gz") {
     const std::filesystem::path inner = name.stem;
@@ -126,7 +126,7 @@ Volume parse_volume(const VolumeInput& input, VolumeFormat format) {
 }
 
 bool is_volume_name(const std::filesystem::path& path) {
-  const Name name = split(path);
+  const Name name = split_name(path);
   return format_of(name.extension).has_value() || name.extension == ".vdb";
 }
 
@@ -135,7 +135,7 @@ namespace {
 Volume load(VolumeInput input, const std::filesystem::path& path) {
   const auto source = open_file(path, input.fail_with());
   input.source = source.get();
-  const Name name = split(path);
+  const Name name = split_name(path);
   const auto format = format_of(name.extension);
   Volume volume;
   if (format) {

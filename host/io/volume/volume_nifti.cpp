@@ -20,7 +20,7 @@ constexpr const char* kExportAgain = "Export the volume again as one NIfTI file 
 constexpr const char* kExportAgainBoth = "Copy or export both files again.";
 
 constexpr std::size_t kNifti1HeaderBytes = 348,
-                      kNifti2HeaderBytes = 540;  // Header bytes of both versions
+                      kNifti2HeaderBytes = 540;  // Sizes of the headers of both versions
 
 /// Codes of the header field `datatype`.
 enum : std::int64_t {
