@@ -11,7 +11,8 @@
 namespace kiln {
 namespace {
 
-/// Scales emission into [0, 1]. \returns the emission that 1 represents; 0: no emission
+/// Scales emission to [0, 1].
+/// \returns the emission that the value 1 stands for; 0 if there is no emission
 float scale_emission(Image& image) {
   float strength = 0;
   for (const float value : image.pixels) {
@@ -22,7 +23,7 @@ float scale_emission(Image& image) {
   return strength;
 }
 
-/// Expands a grey picture to three channels.
+/// Repeats the channel of a grey picture, so that it has three.
 void expand_grey(Image& image) {
   if (image.channels != 1) return;
   std::vector<float> pixels(3 * image.pixels.size());
@@ -31,8 +32,8 @@ void expand_grey(Image& image) {
   image.channels = 3;
 }
 
-/// Combines ambient occlusion with HIGH's own occlusion picture by the minimum, since both describe the same
-/// folds.
+/// Combines baked ambient occlusion with the occlusion picture of the high poly. The smaller value
+/// is used, since both darken the same folds.
 void combine_occlusion(Image& ao, const Image& picture) {
   const std::size_t texels = std::size_t{ao.width} * ao.height;
   for (std::size_t i = 0; i < texels; ++i) {
@@ -52,7 +53,7 @@ AssetMaps asset_maps(std::span<BakedMap> maps,
     const std::string name = std::string(map.kind.name);
     if (name == "emission") {
       places.emission_strength = scale_emission(map.image);
-      // A texture set that does not emit gets no emission map
+      // A texture set without any emission gets no emission map
       if (places.emission_strength == 0) continue;
     }
     if (before) before(map, name);
@@ -63,7 +64,8 @@ AssetMaps asset_maps(std::span<BakedMap> maps,
       continue;
     }
     if (name == "ao") ao = &map.image;
-    // Later maps replace earlier ones, since HIGH's normal maps include more detail than the normals of its geometry.
+    // If several maps fit a slot, the last one is used: the normal maps of the high poly contain
+    // more detail than the normals of its geometry.
     if (const Image** const slot = slot_of(places, name); slot != nullptr) {
       *slot = &map.image;
     } else if (left != nullptr) {

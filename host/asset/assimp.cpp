@@ -48,7 +48,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Refuses to open files: the input is in memory, and names in it must not give access to other files.
+/// Refuses to open files. The input is in memory, and names that it contains must not give access
+/// to other files.
 class RejectFileAccess : public Assimp::IOSystem {
  public:
   bool Exists(const char* /*file*/) const override { return false; }
@@ -69,21 +70,21 @@ class SceneReader {
 
   Asset read() {
     LoadMeshOptions options = input_.options;
-    if (is_x() && options.override_up) options.up = up_of_x(options.up);
+    if (is_x() && options.override_up) options.up = convert_x_up_axis(options.up);
     const WorldFrame world = world_frame(options, kIdentityMap, metres());
     AffineMap to_world = world.map.value_or(kIdentityMap);
     remove_unit(to_world);
     if (is_3ds() && options.override_up && options.up != UpAxis::as_given) {
-      // Undoes the rotation by which Assimp has converted Z up to Y up
+      // Undoes the rotation by which Assimp converted Z up to Y up
       to_world = product(to_world, rotation_to_y_up(UpAxis::minus_z));
     }
-    nodes(to_world);
+    add_nodes(to_world);
     if (is_3ds()) find_smooth_pieces();
     number_uv_sets();
     for (const PlacedMesh& placed_mesh : placed_meshes_) {
       builder_.set_object(placed_mesh.object);
       for (unsigned i = 0; i < placed_mesh.node->mNumMeshes; ++i) {
-        mesh(placed_mesh.node->mMeshes[i], placed_mesh.world);
+        add_mesh(placed_mesh.node->mMeshes[i], placed_mesh.world);
       }
     }
     if (lost_groups_ != 0) {
@@ -116,8 +117,8 @@ class SceneReader {
     input_.fail(place, problem, "Export the mesh again, or as OBJ or glTF.");
   }
 
-  /// Adds the nodes in the file's order, parents before children.
-  void nodes(const AffineMap& to_world) {
+  /// Adds the nodes in the order of the file, parents before children.
+  void add_nodes(const AffineMap& to_world) {
     struct Visit {
       const aiNode* node;
       std::uint32_t parent;
@@ -150,10 +151,13 @@ class SceneReader {
     }
   }
 
-  /// Linear blend skinning: each vertex is transformed by its weighted joints, regardless of its mesh's node. A joint's
-  /// offset is its inverse bind times the bind shape. Vertices without weights use the node's transform. Returns
-  /// nothing if the mesh has no bones, or if no joint exists for them.
-  std::vector<AffineMap> poses(const aiMesh& mesh, const AffineMap& world) {
+  /// Computes linear blend skinning. The transform of a vertex is the weighted mean of those of its
+  /// joints, regardless of the node of its mesh; a joint's own transform is multiplied by its
+  /// offset, which is the inverse bind matrix times the bind shape. Vertices without weights use
+  /// the transform of the node.
+  /// \returns a transform per vertex; empty if the mesh has no bones, or if one of their joints
+  ///   does not exist
+  std::vector<AffineMap> pose_vertices(const aiMesh& mesh, const AffineMap& world) {
     if (mesh.mNumBones == 0) return {};
     std::vector<AffineMap> maps(mesh.mNumVertices, AffineMap{});
     std::vector<double> weight_totals(mesh.mNumVertices);
@@ -180,10 +184,11 @@ class SceneReader {
     return maps;
   }
 
-  /// Merges corners with equal position and colour into one vertex, since Assimp gives each corner a vertex of its own.
-  /// \param poses  a map per vertex; empty: the node's map for all
-  std::vector<std::uint32_t> vertices(const aiMesh& mesh, const AffineMap& of_node,
-                                      const std::vector<AffineMap>& poses) {
+  /// Merges corners with equal position and colour into one vertex, since Assimp gives each corner
+  /// its own vertex.
+  /// \param poses  a transform per vertex; empty: that of the node for all
+  std::vector<std::uint32_t> add_vertices(const aiMesh& mesh, const AffineMap& of_node,
+                                          const std::vector<AffineMap>& poses) {
     using Key = std::array<std::uint64_t, 4>;
     std::map<Key, std::uint32_t> vertex_of_key;
     std::vector<std::uint32_t> merged_vertex(mesh.mNumVertices);
@@ -194,7 +199,7 @@ class SceneReader {
       Key key{};
       for (std::size_t i = 0; i < 3; ++i) {
         place[i] = world[i] * p.x + world[4 + i] * p.y + world[8 + i] * p.z + world[12 + i];
-        key[i] = std::bit_cast<std::uint64_t>(place[i] + 0.0);  // adding 0 turns -0 into 0
+        key[i] = std::bit_cast<std::uint64_t>(place[i] + 0.0);  // Adding 0 turns -0 into 0
       }
       std::array<std::uint8_t, 4> color{};
       if (mesh.HasVertexColors(0)) {
@@ -215,16 +220,16 @@ class SceneReader {
     return merged_vertex;
   }
 
-  /// Finds the smooth pieces of a 3DS by the file's smoothing groups. Assimp converts them to area-weighted normals,
-  /// and smooths everywhere without groups. A mesh without groups has no normals here. Vertices at one position count
-  /// as one.
+  /// Finds the smooth pieces of a 3DS by the smoothing groups in the file. Assimp would turn these
+  /// into area-weighted normals, and would smooth everything in a file without groups. Here, a mesh
+  /// without groups has no normals. Vertices at the same position count as one.
   void find_smooth_pieces() {
     pieces_.resize(scene_.mNumMeshes);
     const std::vector<Smoothing3ds> meshes = read_smoothing_3ds(input_.bytes);
-    // Assimp's meshes, one per material, for each mesh of the file
+    // For each mesh of the file, Assimp's meshes, of which there is one per material
     std::vector<std::vector<unsigned> > parts(meshes.size());
     for (unsigned m = 0; m < scene_.mNumMeshes; ++m) {
-      // Assimp's name of a 3DS mesh is its index in the file.
+      // The name that Assimp gives to a 3DS mesh is its index in the file.
       const auto number = to_integer(scene_.mMeshes[m]->mName.C_Str());
       if (!number || *number < 0 || static_cast<std::uint64_t>(*number) >= meshes.size()) continue;
       pieces_[m].mesh = static_cast<std::uint32_t>(*number);
@@ -248,14 +253,15 @@ class SceneReader {
     }
   }
 
-  /// Joins the corners of one mesh of the file to smooth pieces. \param parts  Assimp's meshes that form the mesh
-  /// \param masks  for each part, the smoothing mask of each face
+  /// Joins the corners of a mesh of the file to smooth pieces.
+  /// \param parts  Assimp's meshes that together form the mesh
+  /// \param masks  for each of them, the smoothing mask of each face
   void join_smooth_pieces(const std::vector<unsigned>& parts,
                           const std::vector<std::vector<std::uint32_t> >& masks) {
     using Place = std::array<std::uint64_t, 3>;
     std::map<Place, std::uint32_t> places;
     std::vector<std::array<std::uint32_t, 2> > corners;  // Pairs of vertex and corner
-    std::vector<std::uint32_t> corner_masks;             // smoothing mask per corner
+    std::vector<std::uint32_t> corner_masks;             // Smoothing mask of each corner's face
     std::vector<std::uint32_t> first;                    // Index of the first corner of each part
     for (std::size_t p = 0; p < parts.size(); ++p) {
       const aiMesh& part = *scene_.mMeshes[parts[p]];
@@ -265,11 +271,11 @@ class SceneReader {
         const aiFace& face = part.mFaces[f];
         for (unsigned k = 0; k < face.mNumIndices; ++k) {
           const unsigned v = face.mIndices[k];
-          if (v >= part.mNumVertices) continue;  // mesh() rejects the invalid index
+          if (v >= part.mNumVertices) continue;  // add_mesh() reports the invalid index
           const aiVector3D& at = part.mVertices[v];
           Place place{};
           for (unsigned i = 0; i < 3; ++i) {
-            place[i] = std::bit_cast<std::uint64_t>(at[i] + 0.0);  // adding 0 turns -0 into 0
+            place[i] = std::bit_cast<std::uint64_t>(at[i] + 0.0);  // Adding 0 turns -0 into 0
           }
           const std::uint32_t corner = first[p] + v;
           corner_masks[corner] = masks[p][f];
@@ -289,11 +295,12 @@ class SceneReader {
     }
   }
 
-  /// Index of the builder's normal at each corner of a mesh, from smoothing groups; empty if it has none.
+  /// Index of the builder's normal at each corner of a mesh, from smoothing groups; empty if the
+  /// mesh has no groups.
   std::vector<std::uint32_t> smooth_normals(unsigned index) {
     if (pieces_.empty() || pieces_[index].of_vertex.empty()) return {};
     SmoothPieces& pieces = pieces_[index];
-    // Parts of a mesh have the same transform, and share normals where they touch.
+    // The parts of a mesh have the same transform, so they share normals where they touch.
     std::map<std::uint32_t, std::uint32_t>& normal_of_piece =
         piece_normals_[{pieces.mesh, pieces.times_placed++}];
     std::vector<std::uint32_t> normals;
@@ -305,13 +312,13 @@ class SceneReader {
     return normals;
   }
 
-  void mesh(unsigned index, const AffineMap& world) {
+  void add_mesh(unsigned index, const AffineMap& world) {
     const aiMesh& mesh = *scene_.mMeshes[index];
     if (mesh.mNumFaces == 0 || mesh.mVertices == nullptr) return;
     const std::optional<unsigned> uv_set = uv_set_of(mesh);
     builder_.set_material(material_name(mesh.mMaterialIndex));
-    const std::vector<AffineMap> posed = poses(mesh, world);
-    const std::vector<std::uint32_t> vertex_of = vertices(mesh, world, posed);
+    const std::vector<AffineMap> posed = pose_vertices(mesh, world);
+    const std::vector<std::uint32_t> vertex_of = add_vertices(mesh, world, posed);
     const auto first_uv = static_cast<std::uint32_t>(builder_.uvs.size());
     const auto first_normal = static_cast<std::uint32_t>(builder_.normals.size());
     const NormalTransform of_node(world);
@@ -373,7 +380,8 @@ class SceneReader {
     return names;
   }
 
-  /// Assigns numbers to the UV sets of pictures, except the set that is read.
+  /// Assigns numbers to the UV sets that pictures use, except for the set with which the mesh is
+  /// read.
   void number_uv_sets() {
     std::set<unsigned> other_sets;
     std::optional<unsigned> read;
@@ -382,7 +390,7 @@ class SceneReader {
         const aiMesh& mesh = *scene_.mMeshes[placed_mesh.node->mMeshes[i]];
         const std::optional<unsigned> chosen_set = uv_sets_.find(uv_set_names(mesh));
         if (!read) read = chosen_set;
-        // mesh() rejects the invalid index
+        // add_mesh() reports the invalid index
         if (mesh.mMaterialIndex >= scene_.mNumMaterials) continue;
         const aiMaterial& material = *scene_.mMaterials[mesh.mMaterialIndex];
         for (int kind = aiTextureType_DIFFUSE; kind <= AI_TEXTURE_TYPE_MAX; ++kind) {
@@ -400,7 +408,7 @@ class SceneReader {
     for (const unsigned set : other_sets) builder_.other_uvs.push_back({set, {}});
   }
 
-  /// The channel of the requested UV set, if a mesh has it.
+  /// The channel of UVs that is the requested set, if the mesh has that set.
   std::optional<unsigned> uv_set_of(const aiMesh& mesh) {
     return uv_sets_.choose(uv_set_names(mesh));
   }
@@ -428,8 +436,8 @@ class SceneReader {
       if (source_material.Get(AI_MATKEY_OPACITY, material.opacity) != AI_SUCCESS)
         material.opacity = 1;
       if (source_material.Get(AI_MATKEY_ROUGHNESS_FACTOR, material.roughness) == AI_SUCCESS) {
-        // Assimp converts a Phong shininess to roughness: 1 - sqrt(shininess) / 10, as Blender does, but without
-        // limits.
+        // Assimp converts the shininess of Phong's model to roughness as Blender does, 1 -
+        // sqrt(shininess) / 10, but without limits.
         float shininess = 0;
         const bool has_shininess =
             source_material.Get(AI_MATKEY_SHININESS, shininess) == AI_SUCCESS;
@@ -492,7 +500,8 @@ class SceneReader {
       std::string name = path.C_Str();
       std::replace(name.begin(), name.end(), '\\', '/');
       const aiTexture* const embedded = scene_.GetEmbeddedTexture(path.C_Str());
-      // If the height is 0, the bytes are an encoded file, and the width is its size; otherwise they are raw texels.
+      // If the height is 0, the bytes are an encoded file of `width` bytes; otherwise they are raw
+      // texels.
       if (embedded != nullptr && embedded->mHeight == 0) {
         const auto* const bytes = reinterpret_cast<const std::byte*>(embedded->pcData);
         std::shared_ptr<const std::vector<std::byte> >& shared = embedded_[embedded];
@@ -525,12 +534,13 @@ class SceneReader {
   bool is_3ds() const { return lower_extension(input_.file) == ".3ds"; }
   bool is_x() const { return lower_extension(input_.file) == ".x"; }
 
-  /// X files are left-handed. Assimp mirrors them along Z, so the file's Z is -Z of the resulting positions.
-  static UpAxis up_of_x(UpAxis up) {
+  /// X files are left-handed. Assimp mirrors them along Z, so the file's Z axis is -Z in the
+  /// resulting positions.
+  static UpAxis convert_x_up_axis(UpAxis up) {
     return up == UpAxis::z ? UpAxis::minus_z : up == UpAxis::minus_z ? UpAxis::z : up;
   }
 
-  /// Removes Collada's unit from the root transform, if an option overrides it.
+  /// Removes Collada's unit from a root node's transform, if an option overrides the unit.
   void remove_unit(AffineMap& map) const {
     if (!is_collada() || !input_.options.override_unit || !(input_.options.metres > 0)) return;
     const aiMatrix4x4& root = scene_.mRootNode->mTransformation;
@@ -538,7 +548,7 @@ class SceneReader {
     for (std::size_t i = 0; i < 12 && unit > 0; ++i) map[i] /= unit;
   }
 
-  /// Metres per unit of Assimp's positions; 0: unknown.
+  /// Metres per unit of the positions that Assimp returns; 0: unknown.
   double metres() const { return is_collada() ? 1 : 0; }  // Assimp converts Collada to metres
 
   const MeshInput& input_;
@@ -552,13 +562,13 @@ class SceneReader {
     std::string object;
     AffineMap world;
   };
-  std::vector<PlacedMesh> placed_meshes_;  // nodes with meshes, in the file's order
+  std::vector<PlacedMesh> placed_meshes_;  // Nodes that have meshes, in the order of the file
   // transforms of nodes by name; nullopt if the name is ambiguous
   std::map<std::string, std::optional<AffineMap> > joints_;
   struct SmoothPieces {
     std::uint32_t mesh = 0;  // index of the mesh in the file
     std::uint32_t times_placed = 0;
-    // For each vertex, the index of its normal; empty if the mesh has no groups
+    // For each vertex, the index of its normal; empty if the mesh has no smoothing groups
     std::vector<std::uint32_t> of_vertex;
   };
   // For each mesh of Assimp, its smooth pieces; empty if the file is no 3DS
@@ -571,7 +581,9 @@ class SceneReader {
   std::map<const aiTexture*, std::shared_ptr<const std::vector<std::byte> > > embedded_;
 };
 
-/// Reads Assimp's scene, which the importer owns; null on failure. \param said  receives the reason
+/// Reads the scene by Assimp. The importer owns it.
+/// \param said  [out] the reason of a failure
+/// \returns null on failure
 const aiScene* read_scene(const MeshInput& input, Assimp::Importer& importer, std::string& reason) {
   std::string hint = fs::path(input.file).extension().string();
   if (!hint.empty()) hint.erase(0, 1);
@@ -590,7 +602,7 @@ const aiScene* read_scene(const MeshInput& input, Assimp::Importer& importer, st
     reason = error.what();
   }
   while (!reason.empty() && (reason.back() == '.' || reason.back() == '\n')) reason.pop_back();
-  // The message quotes the file, which may contain control characters.
+  // The message quotes the file, so it may contain control characters.
   std::replace_if(
       reason.begin(), reason.end(), [](unsigned char c) { return c < 32 || c > 126; }, '?');
   reason.resize(std::min<std::size_t>(reason.size(), 300));
@@ -598,11 +610,12 @@ const aiScene* read_scene(const MeshInput& input, Assimp::Importer& importer, st
   return scene;
 }
 
-/// Reads the file in a child process first, since Assimp may crash on damaged files or exhaust memory. If the child
-/// fails, an error is thrown. This doubles the time of reading. If no child can be created, the check is skipped.
+/// Reads the file in a child process first, since a damaged file may crash Assimp or exhaust
+/// memory. Throws an error if the child fails. This doubles the time of reading. If no child
+/// process can be created, the check is skipped.
 void check_in_child(const MeshInput& input, const Message& remedy) {
   const std::uint64_t bytes = input.bytes.size();
-  // The child's limits of time and memory are ten times what real files need.
+  // The child gets ten times the time and memory that real files need.
   const ChildLimits limits = {.seconds = 30 + 2 * (bytes >> 20U),
                               .bytes = (std::uint64_t{1} << 30U) + 200 * bytes};
   std::string reason;

@@ -3,7 +3,8 @@
 namespace kiln {
 
 AffineMap rotation_to_y_up(UpAxis up) {
-  // The columns of each matrix are the images of X, Y and Z. All matrices are rotations; Z up is rotated as in Blender.
+  // Column k of a matrix is the image of axis k. All matrices are rotations; Z up is rotated as
+  // Blender does.
   switch (up) {
     case UpAxis::as_given:
     case UpAxis::y:

@@ -48,7 +48,7 @@ const std::string kRemedy = "Export the mesh again, or as OBJ or glTF.";
 
 std::string text_of(const ufbx_string& text) { return {text.data, text.length}; }
 
-/// Makes a message of ufbx printable, since it may quote the file.
+/// Makes a message of ufbx printable, since it may quote bytes of the file.
 std::string printable_text(const ufbx_string& text) {
   std::string result = text_of(text);
   std::replace_if(
@@ -61,13 +61,14 @@ struct FreeScene {
 };
 using LoadedScene = std::unique_ptr<ufbx_scene, FreeScene>;
 
-/// Uses the program's operator new, so that its memory limit applies.
+/// Allocates by the program's operator new, so that its memory limit applies.
 void* allocate(void* /*user*/, std::size_t size) { return ::operator new(size, std::nothrow); }
 void free_block(void* /*user*/, void* block, std::size_t /*size*/) { ::operator delete(block); }
 
 /// Loads the scene by ufbx. \throws Error(input), std::bad_alloc
 LoadedScene load(const MeshInput& input) {
-  // A limit on memory: deflate expands by at most a factor of a thousand, and real files stay below a hundred.
+  // Limit on ufbx's memory. Deflate expands by at most a factor of a thousand, and real files by
+  // less than a hundred.
   const std::uint64_t max_bytes = std::min<std::uint64_t>(
       memory_left(), (std::uint64_t{1} << 30U) + 200 * std::uint64_t{input.bytes.size()});
   ufbx_load_opts options = {};
@@ -82,7 +83,7 @@ LoadedScene load(const MeshInput& input) {
   options.use_blender_pbr_material = true;
   options.file_format = UFBX_FILE_FORMAT_FBX;
   options.index_error_handling = UFBX_INDEX_ERROR_HANDLING_NO_INDEX;
-  // Faces without triangles are kept, so that they are reported as short faces, and because smoothing groups are
+  // Faces without triangles are kept, so that they are reported, and since smoothing groups are
   // indexed by face
   options.allow_empty_faces = true;
   ufbx_error error = {};
@@ -113,7 +114,7 @@ class FbxReader {
     warn_of_repairs();
     const WorldFrame world = world_frame(input_.options, axis_rotation(), metres());
     to_world_ = world.map.value_or(kIdentityMap);
-    nodes();
+    add_nodes();
     check_memory();
     number_uv_sets();
     for (const Placed& placed : placed_) add(placed);
@@ -135,7 +136,7 @@ class FbxReader {
     std::string object;
   };
 
-  /// The rotation from the file's axes to X, Y and Z; the file's "front" points at the viewer.
+  /// The rotation from the file's axes to X, Y and Z. The "front" axis of FBX points at the viewer.
   AffineMap axis_rotation() const {
     constexpr const char* kAxisProperties[] = {"CoordAxis", "UpAxis", "FrontAxis"};
     const ufbx_props& settings = scene_.settings.props;
@@ -167,8 +168,8 @@ class FbxReader {
     return centimetres > 0 && std::isfinite(centimetres) ? centimetres / 100 : 0;
   }
 
-  /// Adds the nodes in the file's order, parents before children.
-  void nodes() {
+  /// Adds the nodes in the order of the file, parents before children.
+  void add_nodes() {
     struct Visit {
       const ufbx_node* node;
       std::uint32_t parent;
@@ -190,8 +191,8 @@ class FbxReader {
     }
   }
 
-  /// The transform of a node to its parent, such that products along the hierarchy give the node's world transform in
-  /// each mode of scale inheritance.
+  /// The transform of a node to its parent. It is computed such that the product of these along the
+  /// hierarchy is the node's world transform in every mode of scale inheritance.
   AffineMap to_parent(const ufbx_node& node) const {
     if (node.parent == nullptr) return product(to_world_, fbx_map(node.node_to_world));
     if (node.inherit_mode == UFBX_INHERIT_MODE_NORMAL) return fbx_map(node.node_to_parent);
@@ -223,7 +224,7 @@ class FbxReader {
     if (mesh.skin_deformers.count > 1 || mesh.cache_deformers.count != 0) {
       deformed_.add(text_of(node.name));
     }
-    if (!node.visible) hidden_.add(text_of(node.name));
+    if (!node.visible) hidden_meshes_.add(text_of(node.name));
     if (mesh.subdivision_display_mode != UFBX_SUBDIVISION_DISPLAY_DISABLED &&
         std::max(mesh.subdivision_preview_levels, mesh.subdivision_render_levels) != 0) {
       subdivided_.add(text_of(node.name));
@@ -233,7 +234,8 @@ class FbxReader {
     asset_.object_nodes.push_back(index);
   }
 
-  /// Checks the memory for all instances, since any number of nodes may refer to one mesh.
+  /// Checks that memory suffices for all instances, since any number of nodes may refer to one
+  /// mesh.
   void check_memory() const {
     constexpr std::uint64_t kVertexBytes = 72, kCornerBytes = 64;
     std::uint64_t vertices = 0, corners = 0;
@@ -256,13 +258,13 @@ class FbxReader {
     const MeshUvs& uvs = uvs_of(mesh, uv_sets_.choose(names));
     const FbxPose pose(*placed.node, mesh, to_world_);
     const std::vector<std::uint32_t> normal_of = normals(mesh, pose);
-    // index of the builder's vertex for each pair of vertex and colour
+    // Index of the builder's vertex for each pair of vertex and colour
     std::unordered_map<std::uint64_t, std::uint32_t> vertex_of;
     std::vector<std::uint32_t> corners, corner_uvs, corner_normals;
     for (std::size_t f = 0; f < mesh.faces.count; ++f) {
       const ufbx_face face = mesh.faces.data[f];
       if (f < mesh.face_hole.count && mesh.face_hole.data[f]) {
-        ++holes_;
+        ++hole_faces_;
         continue;
       }
       builder_.set_material(material_name(placed, f));
@@ -290,13 +292,13 @@ class FbxReader {
     }
   }
 
-  /// Indices of the builder's UVs for the corners of a mesh; instances of the mesh share them.
+  /// Indices of the builder's UVs at the corners of a mesh; all instances of the mesh share them.
   struct MeshUvs {
     bool is_there = false;
-    std::uint32_t first = 0;  // index of the set's first UV in the builder
-    // The UVs of the chosen set, used if all pictures refer to it
+    std::uint32_t first = 0;  // Index in the builder of the first UV of the set
+    // The UVs of the chosen set; used if all pictures refer to it
     const ufbx_vertex_vec2* own = nullptr;
-    // The UVs of several sets, used if a picture refers to another set than the chosen one
+    // UVs of several sets; used if a picture refers to a set other than the chosen one
     std::vector<std::uint32_t> of_corner;
 
     std::uint32_t at(std::size_t corner) const {
@@ -312,7 +314,8 @@ class FbxReader {
     return names;
   }
 
-  /// Index of the set that a picture names in a mesh; the first set if the mesh has none with the name.
+  /// Index in a mesh of the UV set that a picture names; that of the first set if the mesh has none
+  /// of this name.
   static std::uint32_t uv_set_named(const ufbx_mesh& mesh, const std::string& name) {
     const std::vector<std::string> names = uv_set_names(mesh);
     const auto found = std::find(names.begin(), names.end(), name);
@@ -324,9 +327,10 @@ class FbxReader {
     return texture->file_textures.data[0];
   }
 
-  /// Assigns numbers to the UV sets of pictures, except the set that is read. FBX names its sets, and one name may have
-  /// different indices in different meshes. A set's number is its index in the first mesh that has it, or an unused
-  /// number if that is taken.
+  /// Assigns numbers to the UV sets that pictures use, except for the set with which the mesh is
+  /// read. FBX names its sets, and a name may have different indices in different meshes. The
+  /// number of a set is its index in the first mesh that has it, or an unused number if that one is
+  /// taken.
   void number_uv_sets() {
     std::uint32_t next_free_number = 0;
     std::optional<std::uint32_t> read;
@@ -376,7 +380,8 @@ class FbxReader {
     }
   }
 
-  /// True if pictures of the material, on the named set, use another set than the one that is read, in any mesh.
+  /// True if some mesh has pictures of this material on a UV set (with this name) that is not the
+  /// one with which the mesh is read.
   bool uses_other_set(const ufbx_material& material, const std::string& name) const {
     const auto meshes = meshes_of_.find(&material);
     return meshes != meshes_of_.end() &&
@@ -400,7 +405,8 @@ class FbxReader {
       }
       return uvs;
     }
-    // The UV sets of a mesh; each combination of their values at a corner is one UV of the builder.
+    // The UV sets of a mesh. Each combination of their values at a corner becomes one UV of the
+    // builder.
     std::vector<const ufbx_vertex_vec2*> sets;
     sets.push_back(set ? &mesh.uv_sets.data[*set].vertex_uv : nullptr);
     for (const std::string& name : other_sets_) {
@@ -432,7 +438,7 @@ class FbxReader {
     return uvs;
   }
 
-  /// Index of the builder's vertex of a corner. There is one for each pair of vertex and colour.
+  /// Index of the builder's vertex at a corner. There is one for each pair of vertex and colour.
   std::uint32_t place(const ufbx_mesh& mesh, const FbxPose& pose, std::uint32_t corner,
                       std::uint32_t vertex,
                       std::unordered_map<std::uint64_t, std::uint32_t>& vertex_of) {
@@ -460,14 +466,14 @@ class FbxReader {
     return entry->second;
   }
 
-  /// Index of the builder's normal at each corner: from the file, transformed by the pose, or from smoothing groups.
-  /// Empty if the mesh has neither.
+  /// Index of the builder's normal at each corner. Normals are those of the file, transformed by
+  /// the pose, or computed from smoothing groups. Empty if the mesh has neither.
   std::vector<std::uint32_t> normals(const ufbx_mesh& mesh, const FbxPose& pose) {
     std::vector<std::uint32_t> result;
     if (mesh.vertex_normal.exists) {
       result.resize(mesh.num_indices, MeshBuilder::kNone);
       const std::vector<ufbx_vec3> morphed = morphed_normals(mesh, pose);
-      // The key contains the vertex if each vertex has a transform of its own.
+      // If each vertex has its own transform, the vertex is part of the key.
       std::unordered_map<std::uint64_t, std::uint32_t> normal_of_key;
       for (std::size_t corner = 0; corner < mesh.num_indices; ++corner) {
         const std::uint32_t vertex = mesh.vertex_indices.data[corner];
@@ -500,14 +506,14 @@ class FbxReader {
     return result;
   }
 
-  /// Smoothing groups of the faces of a mesh, as masks; empty if it has none. They are read from the file itself, since
-  /// ufbx only keeps whether a face has any group.
+  /// Smoothing groups of the faces of a mesh, as masks; empty if it has none. They are read from
+  /// the file itself, since ufbx only stores whether a face has any group.
   std::vector<std::uint32_t> groups_of(const ufbx_mesh& mesh) {
     if (mesh.face_smoothing.count < mesh.num_faces) return {};
     if (!smoothing_groups_) smoothing_groups_ = fbx_smoothing_groups(input_.bytes);
     std::vector<std::uint32_t> masks(mesh.num_faces);
     for (std::size_t f = 0; f < masks.size(); ++f) masks[f] = mesh.face_smoothing.data[f] ? 1 : 0;
-    // ufbx's list of meshes and the list of groups both have the file's order.
+    // Both lists, of ufbx's meshes and of smoothing groups, are in the order of the file.
     if (smoothing_groups_->size() == scene_.meshes.count) {
       const std::vector<std::uint32_t>& found = (*smoothing_groups_)[mesh.typed_id];
       if (found.size() == masks.size()) return found;
@@ -570,7 +576,8 @@ class FbxReader {
                                   narrow(map.value_vec3.z * factor_value)};
     };
     const ufbx_material_pbr_maps& pbr = from.pbr;
-    // Exporters write the properties of the old material model beside those of a renderer, which take precedence.
+    // Besides the properties of a renderer, exporters write those of the old material model. The
+    // former take precedence.
     if (pbr.base_color.has_value || from.fbx.diffuse_color.has_value) {
       material.color = pbr.base_color.has_value
                            ? color(pbr.base_color, pbr.base_factor)
@@ -595,8 +602,8 @@ class FbxReader {
     material.opacity = std::clamp(narrow(opacity(from)), 0.0F, 1.0F);
   }
 
-  /// "Opacity" has the same meaning in all programs. The factor of the transparent colour is not used: it is 1 in all
-  /// of Maya's files.
+  /// "Opacity" means the same in all programs. The factor of the transparent colour is not used,
+  /// since it is 1 in all files of Maya.
   static double opacity(const ufbx_material& from) {
     double opacity_value = 1;
     if (from.pbr.opacity.has_value) return from.pbr.opacity.value_real;
@@ -621,7 +628,7 @@ class FbxReader {
       const ufbx_texture_list& files = map->texture->file_textures;
       if (files.count == 0) continue;
       if (map->texture->type == UFBX_TEXTURE_LAYERED && map->texture->layers.count > 1) {
-        layered_.add(text_of(map->texture->name));
+        layered_textures_.add(text_of(map->texture->name));
       }
       return picture(*files.data[0]);
     }
@@ -663,7 +670,7 @@ class FbxReader {
       const ufbx_transform& uv_transform = texture.uv_transform;
       const bool is_rotated = uv_transform.rotation.x != 0 || uv_transform.rotation.y != 0 ||
                               uv_transform.rotation.z != 0;
-      // Only the scale of the transform is used, since all programs multiply UVs by it.
+      // Only the scale in the transform is used, since all programs multiply UVs by it.
       pictures_.place(
           picture, uv_transform.scale.x, uv_transform.scale.y,
           is_rotated || uv_transform.translation.x != 0 || uv_transform.translation.y != 0, true);
@@ -671,8 +678,8 @@ class FbxReader {
     return picture;
   }
 
-  /// Number of the named UV set: its index in the first of the material's meshes in which that set is not the first
-  /// one; otherwise 0.
+  /// Number of the UV set with this name: its index in the first mesh of the material in which it
+  /// is not the first set; 0 if there is no such mesh.
   std::uint32_t uv_set_of(const ufbx_material& material, const std::string& name) const {
     const auto meshes = meshes_of_.find(&material);
     if (meshes == meshes_of_.end()) return 0;
@@ -682,7 +689,7 @@ class FbxReader {
     return 0;
   }
 
-  /// Warns of faults in the file that ufbx repaired.
+  /// Warns of defects of the file that ufbx repaired.
   void warn_of_repairs() const {
     for (const ufbx_warning& warning : scene_.metadata.warnings) {
       if (warning.type == UFBX_WARNING_BAD_UNICODE) continue;
@@ -712,7 +719,7 @@ class FbxReader {
     add_warning(ignored_, "ignored-primitives",
                 " of its nodes have curves or NURBS, which are left out: convert these to meshes");
     add_warning(
-        hidden_, "hidden-meshes",
+        hidden_meshes_, "hidden-meshes",
         " of its meshes are hidden in the file, and are read all the same: delete what is not "
         "wanted");
     add_warning(
@@ -723,7 +730,7 @@ class FbxReader {
         subdivided_, "subdivision",
         " of its meshes have subdivision, but their control cages are read. Subdivide them before "
         "the export");
-    add_warning(layered_, "layered-textures",
+    add_warning(layered_textures_, "layered-textures",
                 " of its textures have layers: only the lowest one is read");
     add_warning(
         merged_groups_, "smoothing-groups",
@@ -732,8 +739,9 @@ class FbxReader {
         deformed_, "skinned",
         " of its meshes have several skins, of which only the first is applied, or a vertex cache, "
         "which is ignored");
-    if (holes_ != 0) {
-      input_.warn("hole-faces", counted(holes_, "face") + " marked as holes are left out.", holes_);
+    if (hole_faces_ != 0) {
+      input_.warn("hole-faces", counted(hole_faces_, "face") + " marked as holes are left out.",
+                  hole_faces_);
     }
   }
 
@@ -756,8 +764,9 @@ class FbxReader {
   std::map<const void*, std::shared_ptr<const std::vector<std::byte> > > embedded_;
   // For each geometry, the smoothing masks of its faces
   std::optional<std::vector<std::vector<std::uint32_t> > > smoothing_groups_;
-  NamedElement ignored_, hidden_, lods_, subdivided_, layered_, merged_groups_, deformed_;
-  std::uint64_t holes_ = 0;
+  NamedElement ignored_, hidden_meshes_, lods_, subdivided_, layered_textures_, merged_groups_,
+      deformed_;
+  std::uint64_t hole_faces_ = 0;
 };
 
 }  // namespace

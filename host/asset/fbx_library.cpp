@@ -1,10 +1,10 @@
 #ifdef KILN_HAS_UFBX
-// ufbx's functions have internal linkage here. Its constants cannot have that in C++, so they are weak symbols, which a
-// program's own definitions replace. With MinGW they are not weak, since its references to weak constants point beside
-// them.
+// With this macro, ufbx's functions have internal linkage. Its constants cannot have that in C++,
+// so they are weak symbols, which a program's own definitions replace. With MinGW they are not
+// weak, since its linker resolves references to weak constants to wrong addresses.
 #define ufbx_abi static
-#define ufbx_abi_data_definition  // the header expects this macro, and otherwise undefines the next \
-                                  // one
+// The header expects this macro; otherwise it undefines the next one.
+#define ufbx_abi_data_definition
 #ifdef _WIN32
 #define ufbx_abi_data_def extern __attribute__((selectany))
 #else

@@ -8,13 +8,14 @@
 
 namespace kiln {
 
-// Functions of ufbx.h under private names; the structs are those of ufbx.h.
+// Functions of ufbx.h under private names. Their structs are those of ufbx.h.
 ufbx_scene* fbx_load_memory(const void* data, std::size_t size, const ufbx_load_opts& options,
                             ufbx_error& error);
 void fbx_free_scene(ufbx_scene* scene);
 std::int64_t fbx_find_int(const ufbx_props& properties, const char* name, std::int64_t missing);
 double fbx_find_real(const ufbx_props& properties, const char* name, double missing);
-/// Reads a property that the object itself has; templates are ignored. \returns false if it has none
+/// Reads a property of the object itself, not of its template.
+/// \returns false if the object does not have it
 bool fbx_own_real(const ufbx_props& properties, const char* name, double& value);
 ufbx_matrix fbx_skin_vertex_matrix(const ufbx_skin_deformer& skin, std::size_t vertex,
                                    const ufbx_matrix& fallback);

@@ -12,7 +12,7 @@ namespace {
 
 Vec3d vector_of(const ufbx_vec3& v) { return {v.x, v.y, v.z}; }
 
-/// Rotates a vector by the shortest rotation from one unit vector to another.
+/// Rotates a vector by the shortest rotation that turns one unit vector into another.
 Vec3d rotate_by(const Vec3d& v, const Vec3d& from, const Vec3d& to) {
   const Vec3d axis = cross(from, to);
   const double cosine = dot(from, to);

@@ -17,7 +17,7 @@
 namespace kiln {
 namespace {
 
-/// A side of a face: its vertices in ascending order, and the corners at them.
+/// A side of a face: its two vertices in ascending order, and the face's corners at them.
 struct Side {
   std::array<std::uint32_t, 2> vertices, corners;
 };
@@ -72,13 +72,14 @@ void join_faces_by_groups(const ufbx_mesh& mesh, const std::vector<std::uint32_t
 
 const std::string_view kGroups = "LayerElementSmoothing";
 
-/// Edge flags and smoothing groups of a geometry, or of a model in old files.
+/// Edge flags and smoothing groups of a geometry; in old files, of a model.
 struct Geometry {
   bool is_mesh = false, by_polygon = false, has_groups = false;
   std::vector<std::uint32_t> groups;
 };
 
-/// Parses binary FBX: records with their end offset, properties and nested records.
+/// Parses a binary FBX, which consists of records with an end offset, properties and nested
+/// records.
 class BinaryGroups {
  public:
   BinaryGroups(std::string_view bytes, std::vector<std::vector<std::uint32_t>>& result)
@@ -153,7 +154,8 @@ class BinaryGroups {
     if (found.is_mesh) result_.push_back(std::move(found.groups));
   }
 
-  /// The numbers of a record: one array, possibly compressed; or, in old files, one property for each number.
+  /// The numbers in a record: one array, which may be compressed; in old files, one property per
+  /// number.
   std::vector<std::uint32_t> numbers(const Record& record) const {
     std::vector<std::uint32_t> values;
     std::uint64_t offset = record.properties;
@@ -193,7 +195,8 @@ class BinaryGroups {
   bool has_64_bit_offsets_ = false;
 };
 
-/// Parses text FBX, `Key: value, value { Key: ... }`. Strings and comments may contain any characters.
+/// Parses a text FBX, which consists of `Key: value, value { Key: ... }`. Strings and comments may
+/// contain any characters.
 class TextGroups {
  public:
   TextGroups(std::string_view text, std::vector<std::vector<std::uint32_t>>& result)
@@ -249,7 +252,7 @@ class TextGroups {
         current_geometry_.is_mesh = true;
       return;
     }
-    // The number after '*' is the list's length, not one of its values.
+    // A number after '*' is the length of the list, not one of its values.
     if (!in_groups() || (begin != 0 && fbx_text_[begin - 1] == '*')) return;
     const bool is_value =
         (open_record_keys_.size() == 3 && key_ == "Smoothing") ||
@@ -299,7 +302,7 @@ std::vector<std::uint32_t> smooth_pieces(const ufbx_mesh& mesh,
   const bool has_edges = mesh.edge_smoothing.count != 0 && mesh.edges.count != 0 &&
                          mesh.edge_smoothing.count >= mesh.edges.count;
   if (!has_edges && groups.empty()) return {};
-  DisjointSets pieces(mesh.num_indices);  // Sets of corners that belong to the same smooth piece
+  DisjointSets pieces(mesh.num_indices);  // Sets of corners; each set is a smooth piece
   if (has_edges) {
     join_along_edges(mesh, pieces);
   } else {

@@ -24,7 +24,7 @@ std::vector<std::string> parts_of(const fs::path& path) {
   return parts;
 }
 
-/// Number of folder and file names, counted from the end, that two paths have in common.
+/// Number of names, counted from the end, that two paths have in common.
 std::size_t count_shared_parts(const std::vector<std::string>& a,
                                const std::vector<std::string>& b) {
   const auto [end, other] = std::mismatch(a.rbegin(), a.rend(), b.rbegin(), b.rend());
@@ -37,7 +37,7 @@ bool lies_within(const fs::path& folder, const fs::path& file) {
   std::error_code error;
   const auto resolved = [&](const fs::path& path) {
     const fs::path found = os::canonical(path.empty() ? fs::path(".") : path, error);
-    // For a missing "folder/", the last part of the result is empty.
+    // If the path ends in "/" and does not exist, the resolved path ends in an empty file name.
     return found.has_filename() ? found : found.parent_path();
   };
   const fs::path resolved_folder = os::name_key(resolved(folder));
@@ -48,7 +48,8 @@ bool lies_within(const fs::path& folder, const fs::path& file) {
              .first == resolved_folder.end();
 }
 
-/// A folder with more entries than the limit is not searched at all, since the order of entries is arbitrary.
+/// Lists the files in the folder. If it has more entries than the limit, none is listed, since the
+/// order of entries is arbitrary.
 void FileFinder::list() {
   is_folder_listed_ = true;
   std::error_code error;
@@ -91,7 +92,7 @@ fs::path FileFinder::find(const fs::path& path, const std::string& named_by) {
   if (note_whether_file(path) || fs::exists(path, ignored)) return path;
   if (const auto tiles = TileName::by_token(path)) {
     if (!tiles->files().empty()) return path;
-    // A UDIM set is located by its first picture.
+    // A UDIM set is found by the first of its pictures that exists.
     constexpr std::uint32_t kFirstTileNumber = 1001, kLastTileNumber = 1100;
     for (std::uint32_t tile = kFirstTileNumber; tile <= kLastTileNumber; ++tile) {
       const fs::path file = tiles->file_of(tile), found = find(file, named_by);

@@ -1,4 +1,4 @@
-// Reads meshes and hierarchy of glTF.
+// Reads the meshes and the hierarchy of glTF.
 #include "asset/gltf.h"
 
 #include <algorithm>
@@ -25,7 +25,7 @@
 namespace kiln {
 namespace {
 
-// Values of `mode` of primitives: 0 to 3 are points and lines, 5 is TRIANGLE_STRIP.
+// Values of a primitive's `mode`: 0 to 3 are points and lines, 5 is TRIANGLE_STRIP.
 constexpr std::uint64_t kTriangles = 4, kTriangleFan = 6;
 
 /// Transforms positions, normals and tangents by a matrix.
@@ -36,8 +36,8 @@ class MeshTransform {
     const Vec3d yz = cross(y, z), zx = cross(z, x), xy = cross(x, y);
     const double determinant = dot(x, yz);
     is_mirroring_ = determinant < 0;
-    // The normal matrix is the transposed inverse up to a positive factor; a division by its largest entry keeps floats
-    // in range.
+    // The normal matrix is the transposed inverse, up to a positive factor. It is divided by its
+    // largest entry, so that floats stay in range.
     double largest = 0;
     for (const Vec3d& v : {yz, zx, xy}) {
       largest = std::max({largest, std::abs(v.x), std::abs(v.y), std::abs(v.z)});
@@ -55,7 +55,8 @@ class MeshTransform {
     return result;
   }
   Vec3 normal(const Vec3d& n) const { return unit(n_[0] * n.x + n_[1] * n.y + n_[2] * n.z); }
-  /// A tangent in world space with its length from the file, so that non-unit tangents are reported.
+  /// A tangent in world space. It keeps its length from the file, so that non-unit tangents are
+  /// reported.
   Vec3 tangent(const double* t) const {
     const Vec3d file_tangent(t[0], t[1], t[2]);
     const Vec3d world_tangent(m_[0] * t[0] + m_[4] * t[1] + m_[8] * t[2],
@@ -76,10 +77,10 @@ class MeshTransform {
   std::array<Vec3d, 3> n_{};
 };
 
-/// Vertices and triangles of a primitive in the file's coordinates, with morph targets added.
+/// Vertices and triangles of a primitive in the file's coordinates, after morph targets were added.
 struct Primitive {
   GltfNumbers positions, normals, uvs, tangents, colors;
-  // other UV sets, parallel to GltfReader::other_sets_; empty: none
+  // UVs of the other sets, in the order of GltfReader::other_sets_; empty if there are none
   std::vector<GltfNumbers> other_uvs;
   std::vector<GltfNumbers> joints, weights;  // One element for each set of joints and weights
   std::string place;
@@ -89,7 +90,7 @@ struct Primitive {
 
 const std::string kUvSet = "TEXCOORD_";
 
-constexpr std::uint64_t kMaxVertices = 0x7FFFFFFF;  // so that indices have 31 bits
+constexpr std::uint64_t kMaxVertices = 0x7FFFFFFF;  // So that indices have 31 bits
 
 class GltfReader {
  public:
@@ -101,10 +102,10 @@ class GltfReader {
     asset.extras = file_.root()["asset"]["extras"].dump();
     asset.copyright = file_.root()["asset"]["copyright"].text();
     asset.scene = scene_of_file();
-    const auto parent = parents();
+    const auto parent = find_parents();
     worlds_.emplace(file_, parent, world_.map);
     visit_nodes(asset, parent);
-    prescan();
+    scan_meshes();
     choose_uv_set();
     for (const std::uint32_t set : gltf_uv_sets(file_)) {
       if (set == uv_set_ || set >= uv_sets_) continue;
@@ -113,10 +114,11 @@ class GltfReader {
     }
     require_memory_of_meshes();
     uv_maps_ = gltf_uv_maps(file_, uv_set_, input_.warnings != nullptr);
-    for (const Placed& placed : placed_) add(placed, asset);
+    for (const PlacedMesh& placed : placed_meshes_) add(placed, asset);
     warn();
     if (builder_.faces() == 0) fail_empty();
-    // check_tangents() takes pools of equal size as parallel, so an unused normal is added to make the sizes differ.
+    // check_tangents() takes equal sizes of the lists of tangents and normals to mean that they
+    // belong together. One unused normal makes the sizes differ.
     if (flat_triangles_ != 0 && builder_.normals.size() == builder_.positions.size()) {
       builder_.normals.push_back({});
     }
@@ -136,18 +138,19 @@ class GltfReader {
   }
 
  private:
-  /// An instance of a mesh by a node.
-  struct Placed {
+  /// A mesh that a node places.
+  struct PlacedMesh {
     std::size_t mesh;
-    std::uint32_t node;  // index of the node in Asset::nodes
+    std::uint32_t node;  // Index of the node in Asset::nodes
     AffineMap matrix;
     std::string name;
     std::optional<std::size_t> skin;
-    std::vector<double> weights;  // The weights of the mesh's morph targets at this node
+    std::vector<double> weights;  // Weights of the mesh's morph targets at this node
   };
 
-  /// Checks that nodes have at most one parent, and no cycles.
-  std::vector<std::optional<std::size_t>> parents() const {
+  /// Finds the parent of each node. Checks that nodes have at most one parent, and that there are
+  /// no cycles.
+  std::vector<std::optional<std::size_t>> find_parents() const {
     const GltfValue nodes = file_.list("nodes");
     std::vector<std::optional<std::size_t>> parent(nodes.size());
     for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -161,7 +164,8 @@ class GltfReader {
         parent[child] = i;
       }
     }
-    // The nodes in topological order from the roots; nodes that are never reached belong to a cycle, or lie below one.
+    // All nodes, parents before children. Nodes that are not reached from a root belong to a cycle
+    // or lie below one.
     std::vector<std::size_t> ordered_nodes;
     for (std::size_t i = 0; i < parent.size(); ++i) {
       if (!parent[i]) ordered_nodes.push_back(i);
@@ -181,9 +185,10 @@ class GltfReader {
     return parent;
   }
 
-  /// Roots of the default scene; without one, of all scenes; without any scene, all nodes without parents. If a scene
-  /// lists both a node and its ancestor, the node is used once, below its ancestor.
-  std::vector<std::size_t> roots(const std::vector<std::optional<std::size_t>>& parent) {
+  /// The root nodes of the default scene; if there is none, of all scenes; if there are no scenes,
+  /// all nodes without a parent. If a scene lists both a node and its ancestor, the node is used
+  /// once, below its ancestor.
+  std::vector<std::size_t> find_roots(const std::vector<std::optional<std::size_t>>& parent) {
     const GltfValue nodes = file_.list("nodes"), scenes = file_.list("scenes");
     std::vector<std::size_t> result;
     std::vector<bool> is_root_used(nodes.size());
@@ -235,7 +240,7 @@ class GltfReader {
       std::uint32_t parent;
     };
     std::vector<Step> open_steps;
-    const std::vector<std::size_t> first = roots(parent);
+    const std::vector<std::size_t> first = find_roots(parent);
     for (auto root = first.rbegin(); root != first.rend(); ++root) {
       open_steps.push_back({*root, AssetNode::kNone});
     }
@@ -266,16 +271,16 @@ class GltfReader {
         const GltfValue node_weights = node["weights"];
         const std::vector<double> weights =
             numbers_of(node_weights.exists() ? node_weights : meshes.at(*mesh)["weights"]);
-        // Joints place a skinned mesh, so instances would coincide.
+        // A skinned mesh is placed by its joints, so all instances would coincide.
         const std::vector<AffineMap> instances =
             skin ? std::vector<AffineMap>{kIdentityMap} : instances_of(file_, node);
-        require_memory("its instances", capped_product(instances.size(), sizeof(Placed)),
+        require_memory("its instances", capped_product(instances.size(), sizeof(PlacedMesh)),
                        memory_failure(fail_, ""));
         for (const AffineMap& instance : instances) {
           const AffineMap map = instances.size() == 1 && instance == kIdentityMap
                                     ? worlds.back()
                                     : product(worlds.back(), instance);
-          placed_.push_back({*mesh, index, map, unique_names.add(name), skin, weights});
+          placed_meshes_.push_back({*mesh, index, map, unique_names.add(name), skin, weights});
         }
       }
       const GltfValue children = node["children"];
@@ -291,7 +296,7 @@ class GltfReader {
     return result;
   }
 
-  /// The size of a primitive, found before its data is read or decompressed.
+  /// Sizes of a primitive, which are found before its data is read or decompressed.
   struct PrimitiveSize {
     GltfValue primitive;
     std::uint64_t vertices = 0, corners = 0, triangles = 0;
@@ -301,11 +306,11 @@ class GltfReader {
   /// A mesh that nodes place.
   struct ScannedMesh {
     std::vector<PrimitiveSize> sizes;
-    std::uint64_t uses = 0;  ///< Number of nodes and instances that place it
+    std::uint64_t placement_count = 0;  ///< Number of nodes and instances that place it
   };
 
-  /// Finds the sizes of a mesh's primitives of triangles, and the attributes that they have. For data that Draco has
-  /// compressed, sizes come from its headers.
+  /// Finds the sizes of those primitives of a mesh that are triangles, and which attributes they
+  /// have. Sizes of data compressed by Draco come from its headers.
   std::vector<PrimitiveSize> scan_mesh(const GltfValue& primitives) {
     std::vector<PrimitiveSize> sizes;
     for (std::size_t i = 0; i < primitives.size(); ++i) {
@@ -318,7 +323,7 @@ class GltfReader {
       const GltfValue packed = primitive["extensions"][kDraco];
       PrimitiveSize size{primitive};
       if (is_packed(packed, *position)) {
-        // The accessors of compressed data are not reliable.
+        // The accessors of compressed data may contradict the data.
         const DracoCounts draco_counts = count_draco(file_, packed);
         size.vertices = std::clamp(file_.list("accessors").at(*position)["count"].count(0),
                                    draco_counts.vertices,
@@ -347,33 +352,35 @@ class GltfReader {
            (kReadsDraco || !file_.list("accessors").at(position)["bufferView"].exists());
   }
 
-  /// Finds sizes and attributes of all meshes that nodes place.
-  void prescan() {
-    for (const Placed& placed : placed_) {
+  /// Finds the sizes and attributes of all meshes that nodes place.
+  void scan_meshes() {
+    for (const PlacedMesh& placed : placed_meshes_) {
       ScannedMesh& mesh = scanned_[placed.mesh];
-      if (mesh.uses++ == 0) {
+      if (mesh.placement_count++ == 0) {
         mesh.sizes = scan_mesh(file_.list("meshes").at(placed.mesh)["primitives"]);
       }
     }
   }
 
-  /// Sizes of a mesh, and its memory in bytes.
+  /// Sizes of a mesh, and the memory that it needs in bytes.
   struct MeshMemory {
     std::uint64_t vertices = 0, triangles = 0, normals = 0;
-    std::uint64_t placed = 0;         ///< For each node that places it, in the result
-    std::uint64_t read = 0;           ///< While its primitives are kept for further nodes
-    std::uint64_t one_primitive = 0;  ///< While its largest primitive is read
+    std::uint64_t placed = 0;         ///< In the result, for each node that places the mesh
+    std::uint64_t read = 0;           ///< While its primitives are kept for the next nodes
+    std::uint64_t one_primitive = 0;  ///< While the largest of its primitives is read
   };
 
-  MeshMemory memory_of(const ScannedMesh& mesh, const Placed& placed, bool has_uvs) const {
-    // Sizes of what MeshBuilder and the Mesh hold at once: positions in both precisions, UVs, colours and tangents of
-    // vertices; triangles, those of UVs and of normals, numbers of object and material, tangents of corners.
+  MeshMemory memory_of(const ScannedMesh& mesh, const PlacedMesh& placed, bool has_uvs) const {
+    // What MeshBuilder and the Mesh hold at the same time. Per vertex: positions in both
+    // precisions, UVs, colours, tangents. Per triangle: three lists of triangles (vertices, UVs,
+    // normals), the numbers of object and material, and tangents of corners.
     const std::uint64_t bytes_per_vertex = 36 + (has_uvs ? 8 * (1 + other_sets_.size()) : 0) +
                                            (has_colors_ ? 4 : 0) +
                                            (has_tangents_ ? sizeof(Tangent) : 0);
     const std::uint64_t bytes_per_triangle =
         32 + (has_uvs ? 12 : 0) + (has_uvs && has_tangents_ ? 3 * sizeof(Tangent) : 0);
-    // Of one primitive: its indices as numbers and as integers, a morph target's numbers, transforms by joints.
+    // What reading one primitive needs: its indices as numbers and as integers, the numbers of a
+    // morph target, and the transforms by joints.
     constexpr std::uint64_t kIndexBytes = 12, kTargetBytes = 32,
                             kSkinnedBytes = sizeof(MeshTransform);
     MeshMemory memory;
@@ -408,8 +415,8 @@ class GltfReader {
     return memory;
   }
 
-  /// Checks the memory of all instances before any is read, since any number of primitives and nodes may refer to the
-  /// same data, and compressed data is small. Then reserves it.
+  /// Checks that memory suffices for all instances before any is read: any number of primitives and
+  /// nodes may refer to the same data, and compressed data may be small. Then reserves the memory.
   void require_memory_of_meshes() {
     const auto names_uvs = [&](const PrimitiveSize& size) {
       const GltfValue attributes = size.primitive["attributes"];
@@ -423,15 +430,15 @@ class GltfReader {
     });
     std::map<std::pair<std::size_t, bool>, MeshMemory> memory_of_mesh;
     std::uint64_t total = 0, reading = 0, vertices = 0, triangles = 0, normals = 0, primitives = 0;
-    for (const Placed& placed : placed_) {
+    for (const PlacedMesh& placed : placed_meshes_) {
       const ScannedMesh& mesh = scanned_[placed.mesh];
       const auto [entry, added] =
           memory_of_mesh.try_emplace({placed.mesh, placed.skin.has_value()});
       if (added) entry->second = memory_of(mesh, placed, has_uvs);
       const MeshMemory& memory = entry->second;
       total = capped_sum(total, memory.placed);
-      reading =
-          std::max(reading, capped_sum(mesh.uses == 1 ? 0 : memory.read, memory.one_primitive));
+      reading = std::max(
+          reading, capped_sum(mesh.placement_count == 1 ? 0 : memory.read, memory.one_primitive));
       primitives += mesh.sizes.size();
       vertices = capped_sum(vertices, memory.vertices);
       triangles = capped_sum(triangles, memory.triangles);
@@ -484,7 +491,7 @@ class GltfReader {
     return file_.numbers(*accessor, width);
   }
 
-  std::optional<Primitive> read_primitive(const GltfValue& from, const Placed& placed) {
+  std::optional<Primitive> read_primitive(const GltfValue& from, const PlacedMesh& placed) {
     const std::uint64_t mode = from["mode"].count(kTriangles);
     if (mode > kTriangleFan)
       from["mode"].fail("it is " + std::to_string(mode) + ", which is invalid in glTF");
@@ -511,20 +518,20 @@ class GltfReader {
       order.resize(count);
       for (std::size_t i = 0; i < count; ++i) order[i] = static_cast<std::uint32_t>(i);
     }
-    cut(mode, order, from, result.triangles);
+    add_mode_triangles(mode, order, from, result.triangles);
     return result;
   }
 
-  /// An attribute to read, and the list that receives it.
+  /// An attribute to read, and the list to which it is read.
   struct RequestedAttribute {
     std::string name;
     std::size_t width;
     GltfNumbers* to;
   };
 
-  /// All attributes to read except positions.
+  /// All attributes to read, except positions.
   std::vector<RequestedAttribute> requested_attributes(const GltfValue& attributes,
-                                                       const Placed& placed,
+                                                       const PlacedMesh& placed,
                                                        Primitive& result) const {
     std::vector<RequestedAttribute> wanted = {{"NORMAL", 3, &result.normals},
                                               {kUvSet + std::to_string(uv_set_), 2, &result.uvs},
@@ -551,8 +558,8 @@ class GltfReader {
     return wanted;
   }
 
-  void finish_primitive(const GltfValue& from, const Placed& placed, Primitive& result) {
-    // By the specification of glTF, tangents of a primitive without normals are ignored.
+  void finish_primitive(const GltfValue& from, const PlacedMesh& placed, Primitive& result) {
+    // glTF requires that tangents of a primitive without normals are ignored.
     if (result.normals.values.empty()) result.tangents = {};
     result.place = from.place();
     add_targets(from["targets"], placed.weights, result);
@@ -560,14 +567,15 @@ class GltfReader {
     result.material = material.value_or(material_names_.size() - 1);
   }
 
-  /// Adds morph targets, multiplied by their weights.
+  /// Adds the morph targets, multiplied by their weights.
   void add_targets(const GltfValue& targets, const std::vector<double>& weights,
                    Primitive& result) {
     if (targets.size() == 0) return;
     ++morphed_primitives_;
     const RequestedAttribute changed[] = {{"POSITION", 3, &result.positions},
                                           {"NORMAL", 3, &result.normals},
-                                          // Tangents of morph targets have no sign of the bitangent
+                                          // In a morph target, tangents have no fourth number for
+                                          // the sign of the bitangent
                                           {"TANGENT", 3, &result.tangents},
                                           {kUvSet + std::to_string(uv_set_), 2, &result.uvs},
                                           {"COLOR_0", GltfFile::kColor, &result.colors}};
@@ -596,7 +604,7 @@ class GltfReader {
     }
   }
 
-  Primitive read_packed(const GltfValue& from, const GltfValue& packed, const Placed& placed) {
+  Primitive read_packed(const GltfValue& from, const GltfValue& packed, const PlacedMesh& placed) {
     Primitive result;
     const GltfValue plain_attributes = from["attributes"], ids = packed["attributes"];
     std::vector<RequestedAttribute> wanted = requested_attributes(plain_attributes, placed, result);
@@ -615,7 +623,7 @@ class GltfReader {
     }
     const std::shared_ptr<const DracoMesh> mesh = unpack(packed, attributes);
     for (std::size_t i = 0; i < destinations.size(); ++i) *destinations[i] = mesh->attributes[i];
-    // Attributes that are not compressed are stored in accessors.
+    // Attributes that are not compressed are read from accessors.
     for (const RequestedAttribute& attribute : wanted) {
       if (!ids[attribute.name].exists()) {
         *attribute.to =
@@ -623,11 +631,11 @@ class GltfReader {
       }
     }
     finish_primitive(from, placed, result);
-    cut(kTriangles, mesh->indices, from, result.triangles);
+    add_mode_triangles(kTriangles, mesh->indices, from, result.triangles);
     return result;
   }
 
-  /// Decompresses a primitive. Results that several primitives use are cached.
+  /// Decompresses a primitive. The result is cached if several primitives use it.
   std::shared_ptr<const DracoMesh> unpack(const GltfValue& packed,
                                           const std::vector<DracoAttribute>& attributes) {
     std::string key = packed["bufferView"].dump();
@@ -641,8 +649,8 @@ class GltfReader {
     return mesh;
   }
 
-  void cut(std::uint64_t mode, const std::vector<std::uint32_t>& order, const GltfValue& from,
-           std::vector<Triangle>& triangles) {
+  void add_mode_triangles(std::uint64_t mode, const std::vector<std::uint32_t>& order,
+                          const GltfValue& from, std::vector<Triangle>& triangles) {
     const std::size_t n = order.size();
     if (mode == kTriangles) {
       if (n % 3 != 0 && incomplete_primitives_++ == 0) first_incomplete_ = from.place();
@@ -654,14 +662,14 @@ class GltfReader {
       const Triangle t = mode == kTriangleFan ? Triangle{order[i + 1], order[i + 2], order[0]}
                          : i % 2 == 0         ? Triangle{order[i], order[i + 1], order[i + 2]}
                                               : Triangle{order[i], order[i + 2], order[i + 1]};
-      // Degenerate triangles of a strip only serve to change its direction.
+      // A strip may contain degenerate triangles, which only serve to change its direction.
       if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) triangles.push_back(t);
     }
   }
 
-  /// Primitives of a mesh as a node instantiates it. Those of the last mesh are cached, for consecutive nodes with the
-  /// same mesh.
-  const std::vector<Primitive>& primitives_of(const Placed& placed) {
+  /// The primitives of a mesh, for a node that places it. They are cached for the next nodes with
+  /// the same mesh.
+  const std::vector<Primitive>& primitives_of(const PlacedMesh& placed) {
     const bool skinned = placed.skin.has_value();
     if (last_instance_ && last_instance_->mesh == placed.mesh &&
         last_instance_->skinned == skinned && last_instance_->weights == placed.weights) {
@@ -678,7 +686,7 @@ class GltfReader {
     return last_instance_->primitives;
   }
 
-  void add(const Placed& placed, Asset& asset) {
+  void add(const PlacedMesh& placed, Asset& asset) {
     bool named = false;
     const auto add_primitive = [&](const Primitive& primitive) {
       if (!named) {
@@ -689,7 +697,7 @@ class GltfReader {
       builder_.set_material(material_names_[primitive.material]);
       add(primitive, placed);
     };
-    if (scanned_[placed.mesh].uses > 1) {
+    if (scanned_[placed.mesh].placement_count > 1) {
       for (const Primitive& primitive : primitives_of(placed)) add_primitive(primitive);
       return;
     }
@@ -700,19 +708,19 @@ class GltfReader {
     }
   }
 
-  /// Transforms of a primitive's vertices to world space: a single one for all vertices, or one for each vertex.
+  /// Transforms of a primitive's vertices to world space: the same one for all, or one for each.
   struct VertexTransforms {
     MeshTransform node;
     std::vector<MeshTransform> own;  // One transform for each vertex if the mesh is skinned
 
     const MeshTransform& of(std::size_t vertex) const { return own.empty() ? node : own[vertex]; }
-    /// True if a triangle is mirrored, as decided by the majority of its corners.
-    bool mirror(const Triangle& t) const {
+    /// True if a triangle is mirrored, which the majority of its corners decides.
+    bool mirrors(const Triangle& t) const {
       return int{of(t[0]).mirrors()} + int{of(t[1]).mirrors()} + int{of(t[2]).mirrors()} >= 2;
     }
   };
 
-  VertexTransforms vertex_transforms_of(const Primitive& p, const Placed& placed) {
+  VertexTransforms vertex_transforms_of(const Primitive& p, const PlacedMesh& placed) {
     VertexTransforms vertex_transforms{MeshTransform(placed.matrix), {}};
     if (!placed.skin || p.joints.empty()) return vertex_transforms;
     ++skinned_primitives_;
@@ -736,7 +744,7 @@ class GltfReader {
     return {narrow(uvs.at(vertex)[0]), narrow(1 - uvs.at(vertex)[1])};
   }
 
-  void add(const Primitive& p, const Placed& placed) {
+  void add(const Primitive& p, const PlacedMesh& placed) {
     const std::size_t count = p.positions.count();
     if (builder_.positions.size() + count > kMaxVertices) {
       input_.fail("", "its instances have more than 2147483647 vertices",
@@ -775,7 +783,7 @@ class GltfReader {
     }
     constexpr std::span<const std::uint32_t> no_indices;
     for (Triangle t : p.triangles) {
-      if (vertex_transforms.mirror(t)) std::swap(t[1], t[2]);
+      if (vertex_transforms.mirrors(t)) std::swap(t[1], t[2]);
       Triangle corners{}, uv{}, normal{};
       for (std::size_t k = 0; k < 3; ++k) {
         corners[k] = first + t[k];
@@ -787,7 +795,7 @@ class GltfReader {
     }
   }
 
-  /// By the specification, triangles without normals are flat-shaded.
+  /// glTF requires that triangles without normals are flat-shaded.
   std::uint32_t add_flat_normal(const Triangle& corners) {
     const auto at = [&](std::size_t k) {
       const MeshBuilder::Position& p = builder_.positions[corners[k]];
@@ -800,7 +808,7 @@ class GltfReader {
     return static_cast<std::uint32_t>(builder_.normals.size() - 1);
   }
 
-  /// Colours are linear in glTF, but sRGB bytes in Mesh.
+  /// Colours of vertices are linear in glTF, but sRGB in Mesh.
   void add_color(const GltfNumbers& colors, std::size_t vertex) {
     std::array<std::uint8_t, 4> bytes{255, 255, 255, 255};
     if (!colors.values.empty()) {
@@ -862,7 +870,7 @@ class GltfReader {
 
   [[noreturn]] void fail_empty() const {
     const std::size_t meshes = file_.list("meshes").size();
-    if (placed_.empty() && meshes != 0) {
+    if (placed_meshes_.empty() && meshes != 0) {
       input_.fail("scenes",
                   "no node of its scene uses any of its " + counted(meshes, "mesh", "meshes"),
                   "Put the mesh into the scene, and export it again.");
@@ -881,10 +889,10 @@ class GltfReader {
   std::optional<GltfWorlds> worlds_;
   std::vector<std::optional<UvMap>> uv_maps_;  // UV transform of each material
   std::vector<std::uint32_t> other_sets_;      // UV sets that materials use besides the chosen one
-  // number of primitives that use each compressed buffer view
+  // Number of primitives that use each compressed buffer view
   std::map<std::size_t, std::uint64_t> packed_uses_;
   std::map<std::string, std::shared_ptr<const DracoMesh>> unpacked_;
-  // Primitives of the instance that was read last.
+  // Primitives of the last instance that was read.
   struct CachedPrimitives {
     std::size_t mesh = 0;
     bool skinned = false;
@@ -892,7 +900,7 @@ class GltfReader {
     std::vector<Primitive> primitives;
   };
   std::optional<CachedPrimitives> last_instance_;
-  std::vector<Placed> placed_;
+  std::vector<PlacedMesh> placed_meshes_;
   std::map<std::size_t, ScannedMesh> scanned_;
   std::uint32_t uv_sets_ = 0, uv_set_ = 0;  // number of UV sets, and the chosen one
   bool has_colors_ = false, has_tangents_ = false;

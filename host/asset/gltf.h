@@ -15,13 +15,15 @@ namespace kiln {
 
 /// Reads a whole .glb or .gltf; parse_mesh() returns only its mesh. External files are read if input.folder is set.
 /// Memory is linear in the file and its buffers, except for meshes with several instances. \throws Error(input)
-/// \param materials  true: materials are read as well
+/// \param materials  true: materials are read, too
 Asset read_gltf(const MeshInput& input, bool materials);
 
-/// Reads the materials, with unique names and in the file's order, followed by "default" for primitives without one.
-/// Missing picture files give a warning "picture-missing", and only the factor is used.
+/// Reads the materials in the order of the file, with unique names, followed by "default" for
+/// primitives without a material. If a picture is missing, a warning "picture-missing" says so, and
+/// only the factor is used.
 std::vector<Material> read_gltf_materials(const MeshInput& input);
-/// Reads the materials of a parsed file. \param uv_set  the set with which the mesh is read
+/// Reads the materials of a parsed file.
+/// \param uv_set  the set with which the mesh is read
 std::vector<Material> read_gltf_materials(const GltfFile& file, std::uint32_t uv_set);
 
 /// An affine map of UVs, with v pointing down as in glTF.
@@ -34,19 +36,22 @@ struct UvMap {
   bool operator==(const UvMap&) const = default;
 };
 
-/// Returns, per material, the transform (KHR_texture_transform) from integer UVs to its pictures; nullopt if it needs
-/// none. Programs that quantise (gltfpack) store UVs as integers, and each picture's transform undoes the scaling:
-/// without it a layout would fill 1/256 of a map. Transforms of float UVs place pictures, and do not belong to the
-/// layout. If a material's pictures have several such transforms, the one that brings its UVs into the unit square is
-/// used; among several of these, the one with the largest result.
-/// \param warns  true: report this ("uv-transforms")
+/// For each material, the transform (KHR_texture_transform) by which the UVs of the mesh become
+/// those of its pictures; nullopt if none is needed. It is only needed if UVs are integers:
+/// programs that quantise (gltfpack) store them so, and the transform of each picture undoes the
+/// scaling. Without it, the layout would fill 1/256 of a map. Transforms of float UVs place a
+/// picture, and are no part of the layout. If the pictures of a material have several such
+/// transforms, the one is used that moves the UVs into the unit square; if several do, the one that
+/// makes the layout largest.
+/// \param warns  true: adds a warning "uv-transforms" in this case
 std::vector<std::optional<UvMap>> gltf_uv_maps(const GltfFile& file, std::uint32_t uv_set,
                                                bool warns);
 
-/// The UV sets that the file's pictures use, in ascending order.
+/// UV sets that the file's pictures use, in ascending order.
 std::set<std::uint32_t> gltf_uv_sets(const GltfFile& file);
 
-/// Unique names of a file's materials, as in the mesh; the last one is for primitives without a material.
+/// Unique names of the materials, as in the mesh; the last name is for primitives without a
+/// material.
 std::vector<std::string> gltf_material_names(const GltfFile& file);
 
 }  // namespace kiln

@@ -33,13 +33,14 @@ DracoMesh unpack_draco(const GltfFile& /*file*/, const GltfValue& extension,
 namespace kiln {
 namespace {
 
-/// DecodeLimits the allocations of a decoder, since Draco trusts the numbers in a file.
+/// Limits the memory that a decoder may allocate, since Draco trusts the numbers in a file.
 class DecodeLimits {
  public:
   DecodeLimits(const GltfValue& place, std::size_t bytes) : place_(place), bytes_(bytes) {}
 
   /// Checks the numbers of triangles and vertices before Draco allocates memory for them.
-  /// \returns the numbers in the order of the method: triangles first (sequential), or vertices first (edgebreaker)
+  /// \returns both numbers in the order of the file: triangles first in the sequential method,
+  ///   vertices first in edgebreaker
   std::array<std::uint32_t, 2> check_connectivity(draco::DecoderBuffer ahead) const {
     std::array<std::uint32_t, 2> counts{};
     for (std::uint32_t& count : counts) {
@@ -59,11 +60,11 @@ class DecodeLimits {
   void check_attributes(const draco::PointCloud& points) const {
     std::uint64_t bytes = 0;
     for (std::int32_t i = 0; i < points.num_attributes(); ++i) {
-      // Memory for a value: the value itself, a copy of it as an integer, and an index.
+      // Each value takes memory for itself, for a copy as an integer, and for an index.
       bytes +=
           std::uint64_t{8} * static_cast<std::uint64_t>(points.attribute(i)->num_components()) + 8;
     }
-    // An upper bound; real files need fewer bytes per point
+    // An upper bound; points of real files need fewer bytes
     constexpr std::uint64_t kMaxBytesPerPoint = 1024;
     if (bytes > kMaxBytesPerPoint) {
       place_.fail("it has more attributes than a mesh can use");
@@ -86,7 +87,7 @@ class DecodeLimits {
   std::size_t bytes_;
 };
 
-/// A decoder that checks sizes before it allocates.
+/// A decoder that checks sizes before it allocates memory for them.
 template <typename Decoder>
 class BoundedDecoder : public Decoder {
  public:
@@ -106,7 +107,7 @@ class BoundedDecoder : public Decoder {
   const DecodeLimits& limits_;
 };
 
-/// A decoder that reads only the header, and then fails.
+/// A decoder that reads the header alone, and then stops with a failure.
 template <typename Decoder>
 class HeaderReader : public Decoder {
  public:
@@ -123,8 +124,9 @@ class HeaderReader : public Decoder {
   const DecodeLimits& limits_;
 };
 
-/// Reads the header. \returns the compression method
-/// \throws Error(input) if it is not a Draco header as glTF requires
+/// Reads the header.
+/// \returns the compression method
+/// \throws Error(input) if it is no Draco header that glTF allows
 int method_of(draco::DecoderBuffer ahead, const DecodeLimits& limits) {
   draco::DracoHeader header;
   if (!draco::PointCloudDecoder::DecodeHeader(&ahead, &header).ok() ||
@@ -180,7 +182,7 @@ GltfNumbers numbers_of(const draco::Mesh& mesh, const DracoAttribute& asked) {
   }
   double largest = 1;  // The integer that represents 1 in normalised accessors
   if (asked.accessor["normalized"].flag() && !attribute->normalized()) {
-    largest = GltfFile::largest_of(asked.accessor);
+    largest = GltfFile::integer_of_one(asked.accessor);
   }
   result.values.resize(std::size_t{mesh.num_points()} * result.width);
   float values[4];

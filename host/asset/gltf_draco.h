@@ -21,28 +21,30 @@ inline constexpr const char* kDraco = "KHR_draco_mesh_compression";
 struct DracoMesh {
   std::vector<std::uint32_t> indices;  ///< Three indices per triangle, each below `points`
   std::size_t points = 0;
-  std::vector<GltfNumbers> attributes;  ///< The requested attributes, with one element per point
+  /// The attributes that were requested, with one element per point
+  std::vector<GltfNumbers> attributes;
 };
 
 /// An attribute of compressed data.
 struct DracoAttribute {
   std::uint64_t id = 0;   ///< Id of the attribute in the extension
-  GltfValue accessor;     ///< The accessor that describes the attribute's numbers
-  std::size_t width = 0;  ///< Numbers per element, as for GltfFile::numbers()
-  std::string name;       ///< The attribute's name, for messages
+  GltfValue accessor;     ///< The accessor that describes the type of the attribute's numbers
+  std::size_t width = 0;  ///< Number of components per element, as for GltfFile::numbers()
+  std::string name;       ///< Name of the attribute, for messages
 };
 
-/// Numbers that the header of compressed data states.
+/// The counts in the header of compressed data.
 struct DracoCounts {
   std::uint64_t triangles = 0;
-  std::uint64_t vertices = 0;  ///< Number of vertices before any are split at seams
+  std::uint64_t vertices = 0;  ///< Number of vertices before some are split at seams
 };
 
-/// Reads the header of a primitive's compressed data, without decompression. All counts are 0 in builds without Draco.
-/// \throws Error(input) if the counts exceed the data's size
+/// Reads the header of a primitive's compressed data, without decompressing it. In builds without
+/// Draco all counts are 0.
+/// \throws Error(input) if the data is too small for the counts
 DracoCounts count_draco(const GltfFile& file, const GltfValue& extension);
 
-/// Decompresses a primitive. Allocations are limited by its size: 512 triangles per byte.
+/// Decompresses a primitive. Its size limits the memory that is allocated: 512 triangles per byte.
 /// \throws Error(input), also in builds without Draco
 DracoMesh unpack_draco(const GltfFile& file, const GltfValue& extension,
                        const std::vector<DracoAttribute>& attributes);

@@ -78,11 +78,11 @@ DracoPrimitive pack_draco(std::span<const std::uint32_t> indices, std::size_t ve
     attributes.push_back(id);
     result.ids.push_back(mesh.attribute(id)->unique_id());
   }
-  // Vertices that are split at seams have equal positions; merging these makes the triangles on both sides neighbours
-  // for Draco.
+  // Vertices that are split at seams have equal positions. Merging these values tells Draco that
+  // the triangles on both sides are neighbours.
   mesh.DeduplicateAttributeValues();
   draco::ExpertEncoder encoder(mesh);
-  // speed from 0 to 10, the fastest; a speed of 0 would save less than 1%
+  // Speed from 0 to 10, the fastest. A speed of 0 would make files less than 1% smaller
   constexpr int kEncoderSpeed = 3;
   encoder.SetSpeedOptions(kEncoderSpeed, kEncoderSpeed);
   encoder.SetTrackEncodedProperties(true);

@@ -49,8 +49,8 @@ constexpr ComponentType component_type() {
 
 constexpr std::uint64_t kFloat = 5126;
 constexpr const char* kMeshopt = "EXT_meshopt_compression";
-// Upper bounds of meshopt's compression ratio: vertices keep at least 1/64 of their size, since each 16 bytes take at
-// least 2 bits.
+// Upper bounds of the compression ratio of meshopt. Vertices keep at least 1/64 of their size,
+// since each 16 bytes take at least 2 bits.
 constexpr std::uint64_t kMaxUnpackedRatio = 64, kUncheckedBytes = 65536;
 
 ComponentType component_of(const GltfValue& place, std::uint64_t type) {
@@ -82,7 +82,7 @@ std::size_t width_of(const std::string& type) {
   return 0;
 }
 
-/// Decodes percent escapes of a URI. Invalid escapes are kept.
+/// Decodes the percent-encoded bytes of a URI. Invalid escapes stay as they are.
 std::string decode_percent(std::string_view text) {
   const auto digit = [](char c) {
     return c >= '0' && c <= '9'   ? c - '0'
@@ -103,7 +103,8 @@ std::string decode_percent(std::string_view text) {
   return result;
 }
 
-/// Decodes base64. \returns false for invalid characters
+/// Decodes base64.
+/// \returns false if there are invalid characters
 bool decode_base64(std::string_view text, std::string& bytes) {
   while (text.ends_with('=')) text.remove_suffix(1);
   bytes.clear();
@@ -136,9 +137,10 @@ bool decode_base64(std::string_view text, std::string& bytes) {
 }
 
 bool is_supported(const std::string& extension) {
-  // By the specification, a reader must reject files with unknown extensionsRequired. But each KHR_materials_* keeps
-  // the core material beside its own effects (clearcoat, sheen...), for which there is no map: geometry, UVs and maps
-  // are valid, and a warning names the ignored extension. Lights and metadata do not affect surfaces.
+  // The specification says that a reader must reject files that require an unknown extension.
+  // However, each extension KHR_materials_* only adds effects, such as clearcoat or sheen, to the
+  // core material, and Kiln has no map for these. Geometry, UVs and maps remain valid, so a warning
+  // names the ignored extension. Lights and metadata do not affect surfaces.
   for (const char* start : {"KHR_materials_", "KHR_lights_", "KHR_xmp", "KHR_animation_"}) {
     if (extension.starts_with(start)) return true;
   }
@@ -201,7 +203,8 @@ GltfFile::GltfFile(const MeshInput& input) : input_(input) {
   }
   const FailWith fail = [&input](const std::string& place, const std::string& problem,
                                  const Message& remedy) { input.fail(place, problem, remedy); };
-  // The worst case is a list of empty lists: each takes two characters of text, but 16 bytes and a vector in memory.
+  // The worst case is a list of empty lists: each is two characters of text, but takes 16 bytes and
+  // a vector in memory.
   require_memory("its JSON", capped_product(24, text.size()), memory_failure(fail, ""));
   if (is_nested_too_deep(text)) {
     input.fail("", "its JSON is nested more than " + std::to_string(kMaxJsonDepth) + " levels deep",
@@ -309,7 +312,7 @@ std::string_view GltfFile::buffer(std::size_t index) const {
   return bytes.substr(0, length);
 }
 
-/// The contents of a buffer's file, which is read once for all buffers that refer to it.
+/// The contents of a buffer's file. It is read once, even if several buffers refer to it.
 std::shared_ptr<const std::string> GltfFile::read_buffer(const GltfValue& uri) const {
   const std::filesystem::path path = path_of(uri);
   std::shared_ptr<const std::string>& cached_file = files_[path.lexically_normal()];
@@ -323,7 +326,7 @@ std::shared_ptr<const std::string> GltfFile::read_buffer(const GltfValue& uri) c
   return cached_file;
 }
 
-/// The bytes of a buffer that a view refers to, compressed or not.
+/// The bytes of a buffer that a view refers to, whether compressed or not.
 std::string_view GltfFile::part_of_buffer(const GltfValue& view) const {
   const auto buffer_index = view["buffer"].index_into(list("buffers"));
   if (!buffer_index) view.fail("it names no buffer");
@@ -349,8 +352,8 @@ GltfFile::CompressedView GltfFile::compressed_view_of(const GltfValue& packed) c
           packed["filter"].text()};
 }
 
-/// Rejects compressed views whose total size exceeds what their bytes can hold, before any is decompressed. Each may be
-/// valid by itself while thousands of them overlap.
+/// Rejects compressed views that together unpack to more than their bytes can hold, before any of
+/// them is decompressed: each may be valid by itself, while thousands of them overlap.
 void GltfFile::check_packed() const {
   if (are_compressed_views_checked_) return;
   const GltfValue views = list("bufferViews");
@@ -418,17 +421,17 @@ std::string_view GltfFile::view(std::size_t index) const {
   const GltfValue packed = view["extensions"][kMeshopt];
   if (!packed.exists()) return part_of_buffer(view);
   const CompressedView part = compressed_view_of(packed);
-  view_size(index);  // rejects views of a wrong size
+  view_size(index);  // Rejects views of a wrong size
   if (const auto known = unpacked_.find(part); known != unpacked_.end()) return known->second;
   return unpacked_.emplace(part, unpack(packed, part)).first->second;
 }
 
-double GltfFile::largest_of(const GltfValue& accessor) {
+double GltfFile::integer_of_one(const GltfValue& accessor) {
   const std::uint64_t type = accessor["componentType"].count(0);
   return type == kFloat ? 1 : component_of(accessor, type).largest;
 }
 
-/// Size of a buffer view. Compressed ones are not decompressed for it.
+/// Size of a buffer view in bytes, once it is decompressed. Nothing is decompressed to find it.
 std::size_t GltfFile::view_size(std::size_t index) const {
   const GltfValue view = list("bufferViews").at(index);
   const GltfValue packed = view["extensions"][kMeshopt];
@@ -442,7 +445,7 @@ std::size_t GltfFile::view_size(std::size_t index) const {
   return size;
 }
 
-/// The position of an accessor's elements in a buffer view.
+/// Where the elements of an accessor lie in a buffer view.
 struct GltfFile::Elements {
   std::size_t view = 0, count = 0, offset = 0, step = 0;
 };
@@ -456,7 +459,7 @@ GltfFile::Elements GltfFile::check_elements(const GltfValue& accessor,
   const std::size_t size = component_of(accessor, component_type).bytes * width;
   const std::size_t step = std::max<std::size_t>(row_step != 0 ? row_step : size, 1);
   const std::size_t bytes = view_size(*view_index);
-  // The check cannot overflow, since counts in JSON are at most 2^53 and the division comes first.
+  // This cannot overflow: counts in JSON are at most 2^53, and the division comes first.
   const bool fits = count == 0 || (offset <= bytes && bytes - offset >= size &&
                                    (count - 1) <= (bytes - offset - size) / step);
   if (!fits) {
@@ -467,12 +470,13 @@ GltfFile::Elements GltfFile::check_elements(const GltfValue& accessor,
   return {*view_index, count, offset, step};
 }
 
-/// The first of elements that have been checked; null if there are none.
+/// Address of the first of some elements, whose place was checked; null if there are none.
 const char* GltfFile::first_of(const Elements& elements) const {
   return elements.count == 0 ? nullptr : view(elements.view).data() + elements.offset;
 }
 
-/// Finds the position of an accessor's elements, without sparse ones; nothing if all elements are zero.
+/// Finds where the elements of an accessor lie, except for sparse ones. Returns nothing if all
+/// elements are zero.
 std::optional<GltfFile::Elements> GltfFile::check_elements(const GltfValue& accessor) const {
   const std::uint64_t count = accessor["count"].count(0);
   const GltfValue view = accessor["bufferView"];

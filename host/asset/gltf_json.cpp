@@ -59,9 +59,9 @@ double GltfValue::number(double otherwise) const {
 
 std::uint64_t GltfValue::count(std::uint64_t otherwise) const {
   if (!exists()) return otherwise;
-  // Largest number up to which doubles represent every integer
+  // Up to this number, doubles represent every integer
   constexpr double kMaxExactInteger = 9007199254740992;
-  const double value = number(0);  // Some exporters write an integer as 3.0
+  const double value = number(0);  // Some exporters write integers as 3.0
   if (!(value >= 0 && value <= kMaxExactInteger) || value != std::floor(value)) {
     fail("it is not a non-negative integer");
   }
@@ -79,7 +79,7 @@ std::optional<std::size_t> GltfValue::index_into(const GltfValue& list) const {
 }
 
 std::string GltfValue::dump() const {
-  // The error handler replaces invalid UTF-8, which would throw otherwise.
+  // With this error handler, invalid UTF-8 is replaced instead of an exception being thrown.
   return exists() ? value_->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)
                   : std::string();
 }

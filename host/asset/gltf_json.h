@@ -1,4 +1,4 @@
-// Gives checked access to the JSON of a glTF file, with errors that name the element.
+// Checked access to the JSON of a glTF file. Errors name the element.
 #pragma once
 
 #include <array>
@@ -13,8 +13,8 @@
 
 namespace kiln {
 
-/// A value of a glTF file, possibly missing, and its path: "accessors[3].count". Each function throws
-/// Error(input) for a value of another type.
+/// A value in a glTF file, which may be missing, and its path, such as "accessors[3].count". Each
+/// function throws Error(input) if the value has another type.
 class GltfValue {
  public:
   GltfValue(const MeshInput& input, const nlohmann::json* value, std::string place)
@@ -22,23 +22,23 @@ class GltfValue {
 
   bool exists() const { return value_ != nullptr; }
   const std::string& place() const { return place_; }
-  /// The member of this object with a key; missing if the object or the member is.
+  /// The member of this object that has a key; missing if the object or the member is missing.
   GltfValue operator[](std::string_view key) const;
-  /// The entry of this list at an index, which must be less than size().
+  /// The element of this list at an index, which must be less than size().
   GltfValue at(std::size_t index) const;
   /// Number of elements of this list; 0 if it is missing.
   std::size_t size() const;
 
-  /// Names of this object's members; none if it is missing.
+  /// Names of the members of this object; empty if it is missing.
   std::vector<std::string> names() const;
 
   std::string text() const;  ///< The string; empty if missing
   bool flag() const;         ///< The boolean; false if missing
   double number(double otherwise) const;
   std::uint64_t count(std::uint64_t otherwise) const;
-  /// An index into a list of the file; nullopt if missing.
+  /// An index into a list of the file; nullopt if it is missing.
   std::optional<std::size_t> index_into(const GltfValue& list) const;
-  /// A list of N numbers; `otherwise` if missing.
+  /// A list of N numbers; `otherwise` if it is missing.
   template <std::size_t N>
   std::array<double, N> numbers(const std::array<double, N>& otherwise) const {
     if (!exists()) return otherwise;
@@ -48,7 +48,7 @@ class GltfValue {
     for (std::size_t k = 0; k < N; ++k) result[k] = at(k).number(0);
     return result;
   }
-  /// Serialises the value as JSON; empty if missing.
+  /// This value as JSON text; empty if it is missing.
   std::string dump() const;
 
   [[noreturn]] void fail(const std::string& problem,

@@ -1,4 +1,4 @@
-// Reads materials of glTF.
+// Reads the materials of glTF.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -38,18 +38,19 @@ constexpr bool kReadsWebp = true;
 constexpr bool kReadsWebp = false;
 #endif
 
-/// The UV map of a picture's KHR_texture_transform.
+/// The UV map that a KHR_texture_transform describes.
 UvMap uv_map_of(const GltfValue& texture_info) {
   const GltfValue transform = texture_info["extensions"]["KHR_texture_transform"];
   const std::array<double, 2> offset = transform["offset"].numbers<2>({0, 0});
   const std::array<double, 2> scale = transform["scale"].numbers<2>({1, 1});
   const double angle = transform["rotation"].number(0);
-  // The rotation is counter-clockwise as the picture is seen, with v pointing down.
+  // As the picture is seen, with v pointing down, the rotation is counter-clockwise.
   return {{std::cos(angle) * scale[0], std::sin(angle) * scale[1], offset[0],
            -std::sin(angle) * scale[0], std::cos(angle) * scale[1], offset[1]}};
 }
 
-/// Converts a map of glTF's UVs, whose origin is at the upper left, to one of Kiln's UVs: v = 1 - v' before and after.
+/// Converts a map of glTF's UVs to one of Kiln's UVs. The origin of glTF's UVs is the upper left
+/// corner, so v is replaced by 1 - v before and after the map.
 std::array<float, 6> uv_transform_of(const UvMap& map) {
   const auto& [a, b, x, c, d, y] = map.m;
   return {static_cast<float>(a),  static_cast<float>(-b), static_cast<float>(b + x),
@@ -58,7 +59,8 @@ std::array<float, 6> uv_transform_of(const UvMap& map) {
 
 double determinant(const UvMap& map) { return map.m[0] * map.m[4] - map.m[1] * map.m[3]; }
 
-/// Composes the inverse of `first` with `map`. \param first  must have a non-zero determinant
+/// Returns the map that first applies the inverse of `first`, then `map`.
+/// \param first  must have a non-zero determinant
 UvMap compose_after(const UvMap& map, const UvMap& first) {
   if (map == first) return {};
   const auto& [a, b, x, c, d, y] = first.m;
@@ -71,7 +73,7 @@ UvMap compose_after(const UvMap& map, const UvMap& first) {
            m[3] * n[0] + m[4] * n[3], m[3] * n[1] + m[4] * n[4], m[3] * n[2] + m[4] * n[5] + m[5]}};
 }
 
-/// The UV set of a picture. The one in KHR_texture_transform takes precedence.
+/// The UV set that a picture uses. The one in KHR_texture_transform takes precedence.
 std::uint32_t uv_set_of(const GltfValue& texture_info) {
   const GltfValue transform = texture_info["extensions"]["KHR_texture_transform"];
   return static_cast<std::uint32_t>(std::min<std::uint64_t>(
@@ -80,7 +82,7 @@ std::uint32_t uv_set_of(const GltfValue& texture_info) {
 
 const char* const kGlossiness = "KHR_materials_pbrSpecularGlossiness";
 
-/// The texture references of all slots of a material.
+/// The references to textures in all slots of a material.
 std::vector<GltfValue> texture_infos(const GltfValue& material) {
   const GltfValue surface = material["pbrMetallicRoughness"];
   const GltfValue specular_glossiness = material["extensions"][kGlossiness];
@@ -94,13 +96,14 @@ std::vector<GltfValue> texture_infos(const GltfValue& material) {
   return texture_infos_of_slots;
 }
 
-/// The UVs of one set that the primitives of a material use.
+/// The UVs that the primitives of a material use in one set.
 struct UsedUvs {
   bool are_integers = false;
   std::vector<std::size_t> accessors;
 };
 
-/// Chooses the transform that turns quantised UVs into a layout, among those of a material's pictures.
+/// Chooses one of the transforms of a material's pictures: the one that turns quantised UVs into a
+/// layout.
 UvMap choose_map(const GltfFile& file, const std::vector<UvMap>& maps, const UsedUvs& used) {
   double min_uv[2] = {HUGE_VAL, HUGE_VAL}, max_uv[2] = {-HUGE_VAL, -HUGE_VAL};
   for (const std::size_t accessor : used.accessors) {
@@ -110,8 +113,8 @@ UvMap choose_map(const GltfFile& file, const std::vector<UvMap>& maps, const Use
       max_uv[i % 2] = std::max(max_uv[i % 2], uvs.values[i]);
     }
   }
-  // Of the transforms whose result lies in the unit square, that with the largest result ranks first. If none does, it
-  // is the transform with the smallest result.
+  // Transforms whose result lies in the unit square come first, and among these the one with the
+  // largest result. If there is none, the transform with the smallest result is chosen.
   const auto rank = [&](const UvMap& map) {
     constexpr double kRounding = 1e-3;
     bool is_in_unit_square = true;
@@ -144,14 +147,15 @@ class MaterialReader {
  public:
   MaterialReader(const GltfFile& file, std::uint32_t uv_set) : file_(file), uv_set_(uv_set) {}
 
-  /// Reads a material. \param uv_map  transform applied to the mesh's UVs, if any
+  /// Reads a material.
+  /// \param uv_map  transform that is applied to the UVs of the mesh, if any
   Material read(const GltfValue& from, const std::optional<UvMap>& uv_map) {
     Material material;
     uv_map_ = uv_map;
     material.multiplies = true;
     material.alpha_mode = AlphaMode::opaque;
-    // A mesh without a material has no colour. glTF's default material would be metallic, which exporters of plain
-    // meshes do not intend.
+    // A mesh without a material gets no colour. The default material of glTF would be metallic,
+    // which is not what exporters of plain meshes mean.
     if (!from.exists()) return material;
     material.color_from = material.roughness_from = material.metallic_from = MaterialNumber::given;
     material.place = file_.input().file + ": " + from.place();
@@ -173,7 +177,7 @@ class MaterialReader {
       material.roughness_map = picture(specular_glossiness["specularGlossinessTexture"]);
       material.roughness_map.channel = 3;
       material.roughness_map.inverted = true;
-      ++glossy_;
+      ++glossy_materials_;
     } else {
       material.metallic = static_cast<float>(surface["metallicFactor"].number(1));
       material.roughness = static_cast<float>(surface["roughnessFactor"].number(1));
@@ -200,13 +204,13 @@ class MaterialReader {
   }
 
   void warn() const {
-    if (glossy_ != 0) {
+    if (glossy_materials_ != 0) {
       file_.input().warn(
           "glossiness-converted",
-          counted(glossy_, "material") + " of " + kGlossiness +
+          counted(glossy_materials_, "material") + " of " + kGlossiness +
               ": converted to colour = diffuse, roughness = 1 - glossiness. The specular "
               "colour is ignored, so metals look too dark.",
-          glossy_);
+          glossy_materials_);
     }
     if (!ignored_extensions_.empty()) {
       std::uint64_t count = 0;
@@ -222,13 +226,13 @@ class MaterialReader {
                              names + ".",
                          count);
     }
-    if (nearest_ != 0) {
+    if (nearest_filtered_ != 0) {
       file_.input().warn(
           "nearest-filter",
-          counted(nearest_, "picture") + " of its materials (" + first_nearest_ +
+          counted(nearest_filtered_, "picture") + " of its materials (" + first_nearest_ +
               " for one) with nearest filtering (magFilter NEAREST), but Kiln filters "
               "linearly: enlarge them to keep hard texels.",
-          nearest_);
+          nearest_filtered_);
     }
     if (undecoded_ != 0) {
       file_.input().warn("picture-missing",
@@ -245,13 +249,13 @@ class MaterialReader {
                              " for one) are missing; only the material's factor is used.",
                          missing_picture_count_);
     }
-    if (unread_ != 0) {
+    if (unread_pictures_ != 0) {
       file_.input().warn("picture-missing",
-                         counted(unread_, "picture") + " of its materials (" + first_unread_ +
-                             (unread_ == 1 ? ") is" : " for one) are") +
+                         counted(unread_pictures_, "picture") + " of its materials (" +
+                             first_unread_ + (unread_pictures_ == 1 ? ") is" : " for one) are") +
                              " in a format of an extension that Kiln does not read; only the "
                              "material's factor is used. Export the file with PNG or JPEG.",
-                         unread_);
+                         unread_pictures_);
     }
   }
 
@@ -277,7 +281,7 @@ class MaterialReader {
       material.emission[k] = static_cast<float>(emission[k] * strength);
     }
     if (factor.exists()) material.emission_from = MaterialNumber::given;
-    // A factor of 0, the default, disables the emission picture.
+    // With the default factor of 0, the emission picture has no effect.
     if (emission != std::array<double, 3>{})
       material.emission_map = picture(from["emissiveTexture"]);
   }
@@ -296,13 +300,13 @@ class MaterialReader {
       const GltfValue sampler = file_.list("samplers").at(*index);
       result.wrap = {wrap_of(sampler, "wrapS"), wrap_of(sampler, "wrapT")};
       constexpr std::uint64_t kNearest = 9728;
-      if (sampler["magFilter"].count(0) == kNearest && nearest_++ == 0) {
+      if (sampler["magFilter"].count(0) == kNearest && nearest_filtered_++ == 0) {
         first_nearest_ = texture_info.place();
       }
     }
     const GltfValue webp = texture["extensions"]["EXT_texture_webp"]["source"];
     const bool takes_webp = webp.exists() && (kReadsWebp || !texture["source"].exists());
-    // GPU-compressed pictures have a lower quality than plain ones, so plain ones are preferred.
+    // A picture without GPU compression has a higher quality, so it is preferred if both exist.
     const GltfValue basis = texture["extensions"]["KHR_texture_basisu"]["source"];
     const GltfValue dds = texture["extensions"]["MSFT_texture_dds"]["source"];
     const GltfValue source = takes_webp                   ? webp
@@ -314,7 +318,7 @@ class MaterialReader {
       const std::vector<std::string> names = texture["extensions"].names();
       if (names.empty()) {
         count_missing_picture(texture);
-      } else if (unread_++ == 0) {
+      } else if (unread_pictures_++ == 0) {
         first_unread_ = texture.place() + ": " + printable(names[0]);
       }
       return {};
@@ -336,7 +340,7 @@ class MaterialReader {
     } else {
       const auto view = image["bufferView"].index_into(file_.list("bufferViews"));
       if (!uri.exists() && !view) image.fail("it has neither a URI nor a bufferView");
-      // Images with the same view share its bytes, so that they are read once.
+      // Images that refer to the same view share its bytes, so that the view is read once.
       CachedBytes image_bytes;
       CachedBytes& shared = uri.exists() ? image_bytes : views_[*view];
       if (shared == nullptr) {
@@ -352,14 +356,15 @@ class MaterialReader {
     return result;
   }
 
-  /// False for a KTX 2 file that cannot be decoded, such as Basis Universal. Such files are counted.
+  /// False for a KTX 2 file that Kiln cannot decode, such as Basis Universal. These files are
+  /// counted for a warning.
   bool can_decode(const MaterialPicture& picture, const GltfValue& texture) {
     std::string bytes;
     std::span<const std::byte> encoded;
     if (picture.bytes != nullptr) {
       encoded = *picture.bytes;
     } else {
-      // Number of a file's first bytes that contain the header and the format description
+      // The first bytes of a file, which contain the header and the description of the format
       constexpr std::size_t kKtxHeaderBytes = 1024;
       bytes.resize(kKtxHeaderBytes);
       note_whether_file(picture.file);
@@ -370,7 +375,7 @@ class MaterialReader {
     }
     const std::string reason =
         is_ktx2({reinterpret_cast<const char*>(encoded.data()), encoded.size()})
-            ? why_not_ktx2(encoded)
+            ? explain_unreadable_ktx2(encoded)
             : "";
     if (reason.empty()) return true;
     if (undecoded_++ == 0) first_undecoded_ = texture.place() + ": " + reason;
@@ -385,15 +390,17 @@ class MaterialReader {
 
   const GltfFile& file_;
   using CachedBytes = std::shared_ptr<const std::vector<std::byte>>;
-  std::map<std::size_t, MaterialPicture> pictures_;  // cached pictures by the index of their image
-  // cached bytes by the index of their image
+  // Pictures that were read, by the index of their image
+  std::map<std::size_t, MaterialPicture> pictures_;
+  // Bytes that were read, by the index of their image
   std::map<std::size_t, CachedBytes> views_;
-  std::uint64_t missing_picture_count_ = 0, glossy_ = 0, nearest_ = 0, unread_ = 0, undecoded_ = 0;
+  std::uint64_t missing_picture_count_ = 0, glossy_materials_ = 0, nearest_filtered_ = 0,
+                unread_pictures_ = 0, undecoded_ = 0;
   std::uint32_t uv_set_;
   std::optional<UvMap> uv_map_;  // UV map of the current material
   std::string first_missing_, first_unread_, first_ignored_extension_, first_nearest_,
       first_undecoded_;
-  // ignored extensions, with the number of materials that use them
+  // Number of materials that use each ignored extension
   std::map<std::string, std::uint64_t> ignored_extensions_;
 };
 
@@ -432,7 +439,7 @@ std::vector<std::optional<UvMap>> gltf_uv_maps(const GltfFile& file, std::uint32
   std::string first;
   for (std::size_t i = 0; i < uvs_of_material.size(); ++i) {
     if (!uvs_of_material[i].are_integers) continue;
-    std::vector<UvMap> maps;  // The distinct UV transforms
+    std::vector<UvMap> maps;  // The different UV transforms
     for (const GltfValue& info : texture_infos(materials.at(i))) {
       const UvMap map = uv_map_of(info);
       if (uv_set_of(info) != uv_set || determinant(map) == 0) continue;

@@ -1,4 +1,4 @@
-// Combines the pictures of a glTF material from maps, before they are encoded.
+// Combines maps to the pictures of a glTF material, before these are encoded.
 #pragma once
 
 #include <cstddef>
@@ -9,20 +9,22 @@
 
 namespace kiln {
 
-/// The textures of a written material.
+/// The textures of a material that is written.
 enum class PictureSlot { normal, color, surface, emission };
 
-/// The name of a slot in reports: normal, color, surface (occlusion, roughness and metalness), or emission.
+/// Name of a slot in reports: normal, color, surface (occlusion, roughness and metalness) or
+/// emission.
 std::string_view name_of(PictureSlot picture);
-/// The encoded file of a slot.
+/// The member that holds the encoded file of a slot.
 std::vector<std::byte>& file_of(AssetPictures& pictures, PictureSlot picture);
 
-/// Combines the base colour with opacity as alpha; empty if both are missing. \throws Error(usage) if their sizes
-/// differ
+/// Combines the base colour with opacity as alpha. Empty if both maps are missing.
+/// \throws Error(usage) if their sizes differ
 Image color_picture(const AssetMaps& maps);
-/// Combines occlusion, roughness and metalness; empty if all are missing. \throws Error(usage) if their sizes differ
+/// Combines occlusion, roughness and metalness. Empty if all maps are missing.
+/// \throws Error(usage) if their sizes differ
 Image surface_picture(const AssetMaps& maps);
-/// Returns AssetPictures without files, which only describe what the pictures hold.
+/// AssetPictures without encoded files: they only say what the pictures would hold.
 AssetPictures described_pictures(const AssetMaps& maps);
 
 }  // namespace kiln

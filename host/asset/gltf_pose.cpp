@@ -53,7 +53,7 @@ GltfWorlds::GltfWorlds(const GltfFile& file, std::vector<std::optional<std::size
     : file_(file), parents_(std::move(parents)), frame_(frame) {}
 
 const AffineMap& GltfWorlds::of(std::size_t node) {
-  // The node, and those of its ancestors whose transforms are not computed yet
+  // The node, and all of its ancestors whose transforms are not known yet
   std::vector<std::size_t> pending_nodes;
   for (std::optional<std::size_t> at = node; at && !world_transforms_.contains(*at);
        at = parents_[*at]) {
@@ -77,7 +77,7 @@ const GltfJoints& GltfWorlds::joints(std::size_t skin) {
   const GltfValue list = skin_value["joints"];
   if (list.size() == 0) skin_value.fail("it has no joints");
   const GltfValue inverse_binds = skin_value["inverseBindMatrices"];
-  GltfNumbers bind_matrices;  // inverse bind matrices; empty: all are the identity
+  GltfNumbers bind_matrices;  // Inverse bind matrices; empty: all are the identity
   if (const auto accessor = inverse_binds.index_into(file_.list("accessors"))) {
     bind_matrices = file_.numbers(*accessor, GltfFile::kMatrix);
     if (bind_matrices.count() < list.size()) {
@@ -89,7 +89,7 @@ const GltfJoints& GltfWorlds::joints(std::size_t skin) {
     AffineMap bind = kIdentityMap;
     if (!bind_matrices.values.empty()) {
       std::copy_n(bind_matrices.at(k), bind.size(), bind.begin());
-      // Tolerance for exporters that invert matrices in single precision.
+      // Tolerance for the rounding of exporters that invert matrices in single precision.
       constexpr double kBindRounding = 1e-4;
       if (std::abs(bind[3]) > kBindRounding || std::abs(bind[7]) > kBindRounding ||
           std::abs(bind[11]) > kBindRounding || !(std::abs(bind[15] - 1) <= kBindRounding)) {
@@ -163,7 +163,7 @@ GltfInfluences influences_of(const GltfValue& attributes, const std::vector<Gltf
       result.weights[v * result.width + i] = weight;
       sum += weight;
     }
-    // The sum of quantised weights is only approximately 1.
+    // Quantised weights only have a sum of about 1, so they are divided by it.
     for (std::size_t i = 0; i < result.width && sum > 0; ++i) {
       result.weights[v * result.width + i] /= sum;
     }

@@ -1,4 +1,4 @@
-// Writes glTF 2.0: one binary file, or JSON with an external buffer and pictures.
+// Writes glTF 2.0: one binary file, or JSON with a separate buffer and pictures.
 #include <meshoptimizer.h>
 
 #include <algorithm>
@@ -64,10 +64,10 @@ Json parse_extras(const std::string& text, const char* of) {
   return json;
 }
 
-/// A vertex of the output file. Vertices with equal bits are merged.
+/// A vertex of the output. Vertices whose bits are equal are merged.
 struct Vertex {
-  std::array<float, 12> values;       // position, normal, tangent with its sign, and UV
-  std::array<std::uint8_t, 4> color;  // sRGB, as in Mesh
+  std::array<float, 12> values;  // Position, normal, tangent with the sign of the bitangent, UV
+  std::array<std::uint8_t, 4> color;  // In sRGB, as in Mesh
 
   bool operator==(const Vertex& other) const {
     return std::memcmp(values.data(), other.values.data(), sizeof values) == 0 &&
@@ -96,19 +96,19 @@ struct Part {
   }
 };
 
-/// The transform from the world to the space of an object, which is not mirrored.
+/// The transform from the world to an object's space. It does not mirror.
 struct WorldToObject {
-  std::array<double, 3> origin{};  // origin of the mesh's positions in the world
-  // rows of the inverse transform
+  std::array<double, 3> origin{};  // Origin of the mesh's positions in the world
+  // Rows of the inverse transform
   std::array<Vec3d, 3> rows{Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1)};
-  Vec3d moved{};                        // translation of the transform
-  std::array<Vec3d, 3> columns = rows;  // columns of the transform
+  Vec3d translation{};                  // Translation of the transform
+  std::array<Vec3d, 3> columns = rows;  // Columns of the transform
 
   Vec3 place(const Vec3& p) const {
-    const Vec3d relative = to_double(p) + Vec3d(origin[0], origin[1], origin[2]) - moved;
+    const Vec3d relative = to_double(p) + Vec3d(origin[0], origin[1], origin[2]) - translation;
     return to_float({dot(rows[0], relative), dot(rows[1], relative), dot(rows[2], relative)});
   }
-  /// Transforms a normal by the transposed transform.
+  /// Normals are multiplied by the transposed transform.
   Vec3 normal(const Vec3& n) const {
     const Vec3d world_normal = to_double(n);
     return unit({dot(columns[0], world_normal), dot(columns[1], world_normal),
@@ -126,7 +126,8 @@ double determinant(const AffineMap& m) {
   return dot(Vec3d(m[0], m[1], m[2]), cross(Vec3d(m[4], m[5], m[6]), Vec3d(m[8], m[9], m[10])));
 }
 
-/// Inverts a transform without mirroring. \returns false if it is singular, or exceeds the range of floats
+/// Inverts a transform that does not mirror.
+/// \returns false if it is singular, or if values exceed the range of floats
 bool invert(const AffineMap& m, double reach, WorldToObject& local) {
   constexpr double kMinVolumeRatio = 1e-9;
   const Vec3d x(m[0], m[1], m[2]), y(m[4], m[5], m[6]), z(m[8], m[9], m[10]);
@@ -134,14 +135,15 @@ bool invert(const AffineMap& m, double reach, WorldToObject& local) {
   if (!(size > kMinVolumeRatio * length(x) * length(y) * length(z))) return false;
   local.columns = {x, y, z};
   local.rows = {cross(y, z) * (1 / size), cross(z, x) * (1 / size), cross(x, y) * (1 / size)};
-  local.moved = {m[12], m[13], m[14]};
+  local.translation = {m[12], m[13], m[14]};
   return std::all_of(local.rows.begin(), local.rows.end(), [&](const Vec3d& row) {
     const double largest = std::abs(row.x) + std::abs(row.y) + std::abs(row.z);
-    return largest * (reach + length(local.moved)) < double{std::numeric_limits<float>::max()};
+    return largest * (reach + length(local.translation)) <
+           double{std::numeric_limits<float>::max()};
   });
 }
 
-/// The largest coordinate of the mesh, by magnitude.
+/// The largest absolute value of the mesh's coordinates.
 double max_coordinate_of(const Mesh& mesh) {
   double reach = 0;
   for (const Vec3& p : mesh.positions) {
@@ -152,7 +154,8 @@ double max_coordinate_of(const Mesh& mesh) {
   return reach;
 }
 
-/// The grid on which an object's positions are quantised. It is a cube, so that normals need no other scale.
+/// The grid to which the positions of an object are quantised. Its cells are cubes, so that normals
+/// need no other scale.
 struct Grid {
   static constexpr double kMaxQuantized = 65535;
   std::array<double, 3> origin{};
@@ -181,8 +184,8 @@ struct Grid {
   }
 };
 
-/// Identifies a primitive by object and material. Triangles without UVs in a mesh with UVs form primitives of their
-/// own.
+/// The triangles of each object and material form a primitive. In a mesh with UVs, those without
+/// UVs form separate ones.
 struct PrimitiveKey {
   std::size_t object = 0, material = 0;
   bool lacks_uvs = false;
@@ -190,21 +193,22 @@ struct PrimitiveKey {
 };
 using Primitives = std::map<PrimitiveKey, Part>;
 
-/// The attributes of a primitive, beside positions and normals.
+/// The attributes of a primitive, besides positions and normals.
 struct Attributes {
   bool has_uvs = false, has_tangents = false;
-  const char* color_name = nullptr;  ///< Name of the vertex colours; null: none
+  const char* color_name = nullptr;  ///< Name of the attribute of vertex colours; null: none
 };
 
-/// True if primitives with a material have tangents: these serve normal maps. A mesh without any picture keeps its
-/// tangents, since it may be read again for a bake.
+/// True if primitives with this material need tangents, that is, if it has a normal map. A mesh
+/// without any picture keeps its tangents, since it may be read again for a bake.
 bool needs_tangents(const AssetMaterial& material) {
   const AssetPictures* const pictures = material.pictures.get();
   return pictures == nullptr || !pictures->normal.empty() ||
          (pictures->color.empty() && pictures->surface.empty() && pictures->emission.empty());
 }
 
-/// Splits a mesh into primitives. \param locals  transform to local coordinates, per object
+/// Splits a mesh into primitives.
+/// \param locals  for each object, the transform to its space
 /// \param materials  one for each material of the mesh, one for all, or none
 Primitives primitives_of(const Mesh& low, const std::vector<WorldToObject>& locals,
                          std::span<const AssetMaterial> materials) {
@@ -212,7 +216,7 @@ Primitives primitives_of(const Mesh& low, const std::vector<WorldToObject>& loca
   std::vector<bool> tangents;
   for (const AssetMaterial& material : materials) tangents.push_back(needs_tangents(material));
   const bool has_layout = !low.uvs.empty();
-  Mesh flat;  // a substitute mesh for triangles without UVs, whose UVs and tangents are not written
+  Mesh flat;  // Replaces a mesh without UVs; its UVs and tangents are not written
   if (!has_layout) {
     flat = low;
     flat.uvs = {{0, 0}, {1, 0}, {0, 1}};
@@ -231,7 +235,8 @@ Primitives primitives_of(const Mesh& low, const std::vector<WorldToObject>& loca
       const std::uint32_t vertex = low.triangles[t][k];
       const Vec3 p = local.place(low.positions[vertex]), normal = local.normal(corner.normal),
                  tangent = local.tangent(corner.tangent);
-      // In glTF, v = 0 is at the top of the picture. Bitangents still point up, to +Y of the normal map.
+      // In glTF, v is 0 at the top of a picture. The bitangent still points up, along +Y of the
+      // normal map.
       corners[k].values = {p.x + 0.0F, p.y + 0.0F,  p.z + 0.0F,         normal.x,
                            normal.y,   normal.z,    tangent.x,          tangent.y,
                            tangent.z,  corner.sign, corner.uv.x + 0.0F, 1 - corner.uv.y};
@@ -241,7 +246,7 @@ Primitives primitives_of(const Mesh& low, const std::vector<WorldToObject>& loca
     if (!has_uvs || !has_layout) {
       for (Vertex& corner : corners) std::fill_n(&corner.values[6], 6, 0.0F);
     } else if (!tangents.empty() && !tangents[material]) {
-      // Vertices that differ in tangents alone are merged.
+      // Without tangents, vertices that differ in nothing else are merged.
       for (Vertex& corner : corners) std::fill_n(&corner.values[6], 4, 0.0F);
     }
     Part& part = primitives[{object, material, !has_uvs}];
@@ -267,7 +272,8 @@ std::string encode_uri(const std::string& name) {
   return uri;
 }
 
-/// An output file that is being built: its JSON and buffer, and pictures if these are separate files.
+/// A file that is being built: its JSON and its buffer, and its pictures if they are separate
+/// files.
 class GltfOutput {
  public:
   explicit GltfOutput(const fs::path& path)
@@ -289,13 +295,15 @@ class GltfOutput {
   }
   static constexpr std::size_t kRoot = std::numeric_limits<std::size_t>::max();
 
-  /// Adds a node that neither a scene nor a node lists. \returns its index
+  /// Adds a node that is listed neither by a scene nor by another node.
+  /// \returns its index
   std::size_t add_detached_node(Json node) {
     json_["nodes"].push_back(std::move(node));
     return json_["nodes"].size() - 1;
   }
 
-  /// Adds an uncompressed primitive. \param material  kRoot: none
+  /// Adds a primitive without compression.
+  /// \param material  index of its material; kRoot: none
   Json add_primitive(const Part& part, std::size_t material, const Attributes& written) {
     Json attributes = {{"POSITION", add_values(part.vertices, 0, 3, "VEC3", true)},
                        {"NORMAL", add_values(part.vertices, 3, 3, "VEC3", false)}};
@@ -312,7 +320,8 @@ class GltfOutput {
     return primitive;
   }
 
-  /// Adds a primitive compressed by meshopt. \param grid  quantisation of its positions
+  /// Adds a primitive that meshopt compresses.
+  /// \param grid  grid to which its positions are quantised
   Json add_meshopt_primitive(const Part& part, const Grid& grid, std::size_t material,
                              const Attributes& written) {
     use_extension(kMeshopt, true);
@@ -325,7 +334,8 @@ class GltfOutput {
     for (std::size_t i = 0; i < count; ++i) vertices[remap[i]] = &part.vertices[i];
     for (std::uint32_t& index : indices) index = remap[index];
 
-    constexpr std::size_t kPaddedValues = 4;  // strides must be multiples of 4 bytes
+    // The stride of an attribute must be a multiple of 4 bytes
+    constexpr std::size_t kPaddedValues = 4;
     std::vector<std::uint16_t> places(kPaddedValues * count, 0);
     std::array<std::uint16_t, 3> low{0xFFFF, 0xFFFF, 0xFFFF}, high{};
     for (std::size_t i = 0; i < count; ++i) {
@@ -371,7 +381,7 @@ class GltfOutput {
     return primitive;
   }
 
-  /// Adds a primitive compressed by Draco.
+  /// Adds a primitive that Draco compresses.
   Json add_draco_primitive(const Part& part, std::size_t material, const Attributes& written) {
     use_extension(kDracoExtension, true);
     std::vector<const Vertex*> vertices;
@@ -445,8 +455,9 @@ class GltfOutput {
     return primitive;
   }
 
-  /// Adds a picture, or finds it if it was added before. \returns a reference to its texture
-  /// \param fallback  version for programs without WebP; empty: none
+  /// Adds a picture, unless it was added before.
+  /// \param fallback  the same picture for programs without WebP; empty: none
+  /// \returns a reference to its texture
   Json add_picture(const std::vector<std::byte>& bytes, const std::vector<std::byte>* fallback,
                    const std::string& name) {
     const auto [entry, added] = textures_.emplace(&bytes, json_["textures"].size());
@@ -476,7 +487,7 @@ class GltfOutput {
     }
   }
 
-  /// Assembles the contents of a GLB in memory.
+  /// Returns the contents of a GLB file.
   std::string encode() {
     finish_buffer();
     return binary();
@@ -536,7 +547,8 @@ class GltfOutput {
     return json_["images"].size() - 1;
   }
 
-  /// Adds a buffer view with a copy of the data. \returns its index
+  /// Copies data to the buffer, and adds a view of it.
+  /// \returns the index of the view
   std::size_t add_view(const void* data, std::size_t size, int target) {
     bytes_.resize((bytes_.size() + 3) / 4 * 4);
     Json view = {{"buffer", 0}, {"byteOffset", bytes_.size()}, {"byteLength", size}};
@@ -546,7 +558,8 @@ class GltfOutput {
     return json_["bufferViews"].size() - 1;
   }
 
-  /// Adds an attribute of all vertices. \param first  index of its first number in Vertex::values
+  /// Adds an attribute of all vertices.
+  /// \param first  index in Vertex::values of the attribute's first number
   /// \returns the index of its accessor
   std::size_t add_values(const std::vector<Vertex>& vertices, std::size_t first, std::size_t count,
                          const char* type, bool bounded) {
@@ -573,7 +586,8 @@ class GltfOutput {
     return add_accessor(std::move(accessor));
   }
 
-  /// Adds a view with bytes compressed by meshopt. Its decompressed view refers to a placeholder buffer without data.
+  /// Adds a view of bytes that meshopt has compressed. The decompressed data is declared as part of
+  /// a placeholder buffer without bytes.
   std::size_t add_packed_view(const std::string& packed, std::size_t count, std::size_t step,
                               const char* mode, const char* filter, int target) {
     bytes_.resize((bytes_.size() + 3) / 4 * 4);
@@ -596,7 +610,8 @@ class GltfOutput {
     return json_["bufferViews"].size() - 1;
   }
 
-  /// Compresses an attribute by meshopt. \param step  bytes per vertex, a multiple of 4
+  /// Compresses an attribute by meshopt, and adds a view of it.
+  /// \param step  bytes per vertex, a multiple of 4
   template <typename T>
   std::size_t add_packed(const std::vector<T>& values, std::size_t step, const char* filter) {
     const std::size_t count = values.size() * sizeof(T) / step;
@@ -606,7 +621,8 @@ class GltfOutput {
     return add_packed_view(packed, count, step, "ATTRIBUTES", filter, kVertices);
   }
 
-  /// Adds unit vectors in octahedral encoding; the fourth number is a sign. \returns the index of their accessor
+  /// Adds unit vectors in octahedral encoding. The fourth number is a sign.
+  /// \returns the index of their accessor
   std::size_t add_directions(const std::vector<const Vertex*>& vertices, std::size_t first,
                              std::size_t width) {
     constexpr int kOctahedralBits = 13;
@@ -625,7 +641,7 @@ class GltfOutput {
                          {"type", width == 4 ? "VEC4" : "VEC3"}});
   }
 
-  /// Adds UVs, in steps of 1/65535 if all lie in [0, 1], else as floats.
+  /// Adds UVs: as multiples of 1/65535 if all lie in [0, 1], otherwise as floats.
   std::size_t add_packed_uvs(const std::vector<const Vertex*>& vertices) {
     std::vector<float> values;
     std::vector<std::uint16_t> shares;
@@ -648,7 +664,7 @@ class GltfOutput {
     return add_accessor(std::move(accessor));
   }
 
-  /// 16 bits of linear light suffice to preserve 8 bits of sRGB.
+  /// In linear light, 16 bits suffice to preserve 8 bits of sRGB.
   static std::vector<std::uint16_t> colors_of(const std::vector<const Vertex*>& vertices) {
     std::vector<std::uint16_t> values;
     values.reserve(4 * vertices.size());
@@ -674,7 +690,8 @@ class GltfOutput {
          {"type", "VEC4"}});
   }
 
-  /// Adds indices, in 16 bits where they fit. Those of 8 bits are not written, since GPUs convert them.
+  /// Adds indices, with 16 bits if these suffice. Indices of 8 bits are not written, since GPUs
+  /// convert them.
   std::size_t add_indices(const std::vector<std::uint32_t>& indices, std::size_t vertices) {
     const bool is_short = fits_16_bit_indices(vertices);
     const std::vector<std::uint16_t> shorts(indices.begin(),
@@ -725,7 +742,8 @@ class GltfOutput {
   bool is_text_;
   Json json_;
   std::string bytes_;
-  std::size_t unpacked_bytes_ = 0;  ///< size after decompression of all views compressed by meshopt
+  /// Size of all views compressed by meshopt after their decompression
+  std::size_t unpacked_bytes_ = 0;
   std::map<const std::vector<std::byte>*, std::size_t> textures_;
   UniqueNames unique_;
   std::vector<std::pair<std::string, const std::vector<std::byte>*>> files_;
@@ -737,8 +755,8 @@ void check_map(const Image* map, std::uint32_t least_channels, const char* name)
                                     std::to_string(map->channels) + " channels.");
 }
 
-/// Combines single maps to one picture: the first channel of each becomes one of its channels; `plain` replaces missing
-/// maps.
+/// Combines maps of one channel to a picture. The first channel of each becomes a channel of the
+/// picture; `plain` gives the values of missing maps.
 Image combine_channels(const std::vector<std::pair<const Image*, float>>& channels,
                        const Image* first) {
   Image image;
@@ -811,7 +829,8 @@ Json material_of(GltfOutput& file, const AssetMaterial& from) {
   return material;
 }
 
-/// Checks the nodes of a mesh's objects. \param name  the member that holds them, for messages
+/// Checks the nodes of a mesh's objects.
+/// \param name  name of the member that holds them, for messages
 void check_object_nodes(const Mesh& mesh, const std::vector<std::uint32_t>& object_nodes,
                         const SaveAssetOptions& options, const std::string& name) {
   const std::size_t objects = mesh.objects.empty() ? 1 : mesh.object_names.size();
@@ -861,16 +880,17 @@ void check_nodes(const Mesh& low, const SaveAssetOptions& options) {
   }
 }
 
-/// The nodes of all objects, and the transforms to their spaces.
-struct Places {
+/// For each object, its node and the transform to its space.
+struct ObjectPlaces {
   std::vector<std::size_t> nodes;
   std::vector<WorldToObject> locals;
 };
 
-/// The hierarchy of nodes of one level, from the input file; it may get further nodes for objects.
+/// The hierarchy of nodes of one level. It is that of the input file, to which nodes for objects
+/// may be added.
 class Hierarchy {
  public:
-  /// \param is_detached  true for coarser levels, which MSFT_lod lists instead of a scene
+  /// \param is_detached  true for levels after the first, which MSFT_lod lists instead of a scene
   Hierarchy(GltfOutput& file, const Mesh& low, const SaveAssetOptions& options, bool is_detached)
       : file_(file), name_(low.name.empty() ? "mesh" : low.name) {
     const double metres = options.metres > 0 ? options.metres : 1;
@@ -895,15 +915,16 @@ class Hierarchy {
       world_transforms_.push_back(
           is_root ? node.transform : product(world_transforms_[node.parent], node.transform));
     }
-    taken_.resize(nodes_.size());
+    has_mesh_.resize(nodes_.size());
   }
 
-  /// The node above all others; GltfOutput::kRoot if there is none.
+  /// The node above all others; GltfOutput::kRoot if there is no such node.
   std::size_t root() const { return root_; }
 
-  /// Assigns nodes to objects. \param of_objects  the node of each object; empty for a flat hierarchy
-  Places place(const Mesh& mesh, const std::vector<std::uint32_t>& of_objects) {
-    Places places;
+  /// Assigns a node to each object.
+  /// \param of_objects  the node that each object had in the input; empty if there is no hierarchy
+  ObjectPlaces place(const Mesh& mesh, const std::vector<std::uint32_t>& of_objects) {
+    ObjectPlaces places;
     if (is_flat_) {
       places.locals.resize(mesh.objects.empty() ? 1 : mesh.object_names.size());
       for (std::size_t i = 0; i < places.locals.size(); ++i) {
@@ -929,12 +950,12 @@ class Hierarchy {
         Json new_node = {{"name", object}};
         if (mesh.origin != std::array<double, 3>{}) new_node["translation"] = mesh.origin;
         places.nodes.push_back(file_.add_node(std::move(new_node), root_));
-      } else if (mirrors || taken_[node_index]) {
+      } else if (mirrors || has_mesh_[node_index]) {
         Json new_node = {{"name", object}};
         if (mirrors) new_node["scale"] = Json::array({-1, 1, 1});
         places.nodes.push_back(file_.add_node(std::move(new_node), nodes_[node_index]));
       } else {
-        taken_[node_index] = true;
+        has_mesh_[node_index] = true;
         places.nodes.push_back(nodes_[node_index]);
       }
     }
@@ -948,10 +969,10 @@ class Hierarchy {
   std::size_t root_ = GltfOutput::kRoot;
   std::vector<std::size_t> nodes_;
   std::vector<AffineMap> world_transforms_;
-  std::vector<bool> taken_;  ///< true for nodes that have a mesh already
+  std::vector<bool> has_mesh_;  ///< For each node, true if it has a mesh already
 };
 
-/// Compresses the primitives of one object, and completes its node.
+/// Compresses the primitives of one object, and adds them to its node.
 class PackedObject {
  public:
   PackedObject() = default;
@@ -984,14 +1005,14 @@ class PackedObject {
   Grid grid_;
 };
 
-/// Writes collision hulls, one mesh for each.
+/// Writes each collision hull as a mesh.
 void add_hulls(GltfOutput& file, Hierarchy& hierarchy, const SaveAssetOptions& options) {
   Mesh hulls = *options.hulls;
   hulls.uvs = {};
   hulls.uv_triangles = {};
   hulls.tangents = {};
   hulls.colors = {};
-  const Places places = hierarchy.place(hulls, options.hull_nodes);
+  const ObjectPlaces places = hierarchy.place(hulls, options.hull_nodes);
   Json& json = file.json();
   for (const auto& [of, part] : primitives_of(hulls, places.locals, {})) {
     const PackedObject object(file, options.compression, {&part}, places.nodes[of.object]);
@@ -1024,7 +1045,8 @@ const Image** slot_of(AssetMaps& maps, std::string_view name) {
 
 namespace {
 
-/// The lowest quality of lossy compression that keeps the mean error of normals within a bound; 0 if none does.
+/// The lowest quality of lossy compression at which the mean error of normals stays below a bound;
+/// 0 if there is none.
 std::uint32_t normal_quality(const Image& normal, PictureEncoding encoding, double most,
                              std::span<const std::uint8_t> coverage) {
   constexpr std::uint32_t kMinQuality = 30, kMaxQuality = 100;
@@ -1033,7 +1055,7 @@ std::uint32_t normal_quality(const Image& normal, PictureEncoding encoding, doub
     return picture_error(normal, encoding, coverage).mean <= most;
   };
   if (!is_within(kMaxQuality)) return 0;
-  // invariant: the quality `high` keeps the bound
+  // Invariant: at quality `high`, the error is below the bound
   std::uint32_t low = kMinQuality, high = kMaxQuality;
   while (low < high) {
     const std::uint32_t middle_quality = (low + high) / 2;
@@ -1151,7 +1173,7 @@ AssetPictures encode_maps(const AssetMaps& maps, const EncodeMapsOptions& option
   note("color", maps.color, 3, of_color);
   note("emission", maps.emission, 3, of_emission);
 
-  // Pictures are encoded sequentially, since most encoders use all threads.
+  // Pictures are encoded one after the other, since most encoders use all threads.
   if (const Image color = color_picture(maps); !color.pixels.empty()) {
     pictures.color = encode_picture(color, of_color);
   }
@@ -1180,7 +1202,8 @@ AssetPictures encode_maps(const AssetMaps& maps, ImageFormat format) {
 
 namespace {
 
-/// \throws Error(usage) for a wrong number of materials, Error(input) for pictures without UVs
+/// \throws Error(usage) for a wrong number of materials; Error(input) if a mesh with pictures has
+///   no UVs
 void check_materials(const Mesh& low, std::span<const AssetMaterial> materials) {
   const bool one_material = materials.size() == 1;
   if (!one_material && (low.materials.empty() || materials.size() != low.material_names.size())) {
@@ -1197,7 +1220,7 @@ void check_materials(const Mesh& low, std::span<const AssetMaterial> materials) 
   }
 }
 
-/// Adds what an asset states beside its meshes.
+/// Adds the asset's properties that belong to no mesh.
 void add_extras(GltfOutput& file, const SaveAssetOptions& options) {
   Json& json = file.json();
   if (!options.extras.empty()) {
@@ -1217,34 +1240,36 @@ void add_extras(GltfOutput& file, const SaveAssetOptions& options) {
   }
 }
 
-/// Adds a mesh with its materials. \param hierarchy  of the mesh's level
-/// \param is_coarser  reuses equal materials of finer levels
+/// Adds a mesh with its materials.
+/// \param hierarchy  hierarchy of the mesh's level
+/// \param is_coarser  true for levels after the first, which reuse equal materials of earlier
+///   levels
 void add_mesh(GltfOutput& file, Hierarchy& hierarchy, const Mesh& low,
               std::span<const AssetMaterial> materials,
               const std::vector<std::uint32_t>& object_nodes, const SaveAssetOptions& options,
               bool is_coarser) {
   Json& json = file.json();
-  const Places places = hierarchy.place(low, object_nodes);
+  const ObjectPlaces places = hierarchy.place(low, object_nodes);
   const Primitives primitives = primitives_of(low, places.locals, materials);
   if (primitives.empty()) {
     throw Error(ErrorCode::input,
                 "Mesh '" + low.name +
                     "' has no triangle with both an area and UVs, so there is nothing to write.");
   }
-  // index of each material in the file, for primitives with UVs and without
+  // For each material, its indices in the file: for primitives with UVs, and for those without
   std::vector<std::array<std::size_t, 2>> numbers(materials.size(),
                                                   {GltfOutput::kRoot, GltfOutput::kRoot});
   std::size_t object = GltfOutput::kRoot;
   PackedObject packed;
   for (const auto& [of, part] : primitives) {
     AssetMaterial material = materials[of.material];
-    // without UVs, a picture would show a single texel
+    // Without UVs, only one texel of a picture would be visible
     if (of.lacks_uvs) material.pictures = nullptr;
     std::size_t& number = numbers[of.material][of.lacks_uvs ? 1 : 0];
     if (number == GltfOutput::kRoot) {
       Json material_json = material_of(file, material);
       Json& all = json["materials"];
-      // Coarser levels share equal materials with the levels before them.
+      // Levels after the first use materials of earlier levels if these are equal.
       number = is_coarser ? 0 : all.size();
       while (number < all.size() && all[number] != material_json) ++number;
       if (number == all.size()) all.push_back(std::move(material_json));
@@ -1266,7 +1291,8 @@ void add_mesh(GltfOutput& file, Hierarchy& hierarchy, const Mesh& low,
       }
     }
     const bool painted = material.pictures && material.pictures->has_color;
-    // The primitive is created first, since adding keys to the file's JSON moves its members.
+    // The primitive is made first: adding keys to the file's JSON moves its members, which would
+    // invalidate references.
     Attributes written;
     written.has_uvs = !low.uvs.empty() && !of.lacks_uvs;
     written.has_tangents = written.has_uvs && needs_tangents(material);
@@ -1276,7 +1302,7 @@ void add_mesh(GltfOutput& file, Hierarchy& hierarchy, const Mesh& low,
   }
 }
 
-/// Adds a low poly with its materials and its coarser levels to an unsaved file.
+/// Adds a low poly with its materials and its coarser levels to a file that is being built.
 void add_asset(GltfOutput& file, const Mesh& low, std::span<const AssetMaterial> materials,
                const SaveAssetOptions& options) {
   check_materials(low, materials);
@@ -1295,7 +1321,7 @@ void add_asset(GltfOutput& file, const Mesh& low, std::span<const AssetMaterial>
     ids.push_back(own.root());
     coverages.push_back(level.coverage);
   }
-  coverages.push_back(0);  // the coarsest level is shown at any distance
+  coverages.push_back(0);  // The coarsest level is visible at any distance
   Json& root = file.json()["nodes"][hierarchy.root()];
   root["extensions"][kLevels]["ids"] = std::move(ids);
   root["extras"][kCoverages] = std::move(coverages);

@@ -1,4 +1,4 @@
-// Helpers for readers of formats with a hierarchy of nodes.
+// Shared by the readers of formats with a hierarchy of nodes.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@ namespace kiln {
 using AffineMap = std::array<double, 16>;
 inline constexpr AffineMap kIdentityMap{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
 
-/// The product of two maps, which applies `b` first.
+/// The product of two maps. The result applies `b` first.
 inline AffineMap product(const AffineMap& a, const AffineMap& b) {
   AffineMap result{};
   for (std::size_t column = 0; column < 4; ++column) {
@@ -27,7 +27,7 @@ inline AffineMap product(const AffineMap& a, const AffineMap& b) {
   return result;
 }
 
-/// Makes names unique by numbers, as Blender does: "arm", "arm.001".
+/// Makes names unique by adding numbers, as Blender does: "arm", "arm.001".
 class UniqueNames {
  public:
   std::string add(const std::string& name) {
@@ -41,7 +41,7 @@ class UniqueNames {
   }
 
  private:
-  // Names that are in use, and how often each was requested
+  // Names in use, with the number of requests for each
   std::map<std::string, std::uint32_t> taken_;
 };
 

@@ -1,4 +1,4 @@
-// Reads materials of all formats, and their pictures as textures.
+// Reads the materials of all formats, and their pictures as textures.
 #include "asset/materials.h"
 
 #include <algorithm>
@@ -33,14 +33,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The members of Material that describe a slot, and the slot's names.
+/// Describes a slot: the members of Material that it uses, and its names.
 struct SlotRow {
   MaterialPicture Material::*picture;
-  MaterialNumber Material::*number;  ///< Null if the source is always `fixed_source`
-  /// Source of slots without a number in Material: normals have none; opacity and occlusion default to 1 in all formats
+  MaterialNumber Material::*number;  ///< Null if the source of the number is always `fixed_source`
+  /// Where the number comes from, for slots without a member for that: normals have no number;
+  /// opacity and occlusion default to 1 in all formats
   MaterialNumber fixed_source;
   const char* name;
-  const char* statements;  ///< Names of the slot's MTL statements, for messages
+  const char* statements;  ///< MTL statements that set the slot, for messages
 };
 const SlotRow& row_of(MaterialSlot slot) {
   constexpr MaterialNumber kNoNumber = MaterialNumber::none, kGivenNumber = MaterialNumber::given;
@@ -61,7 +62,7 @@ const MaterialPicture& picture_of(const Material& material, MaterialSlot slot) {
   return material.*row_of(slot).picture;
 }
 
-/// The value of a slot without a picture.
+/// The value of a slot that has no picture.
 std::array<float, 4> default_value_of(const Material& material, MaterialSlot slot) {
   const auto equal_channels = [](float value) {
     return std::array<float, 4>{value, value, value, value};
@@ -91,13 +92,13 @@ MaterialNumber number_source(const Material& material, MaterialSlot slot) {
   return row.number == nullptr ? row.fixed_source : material.*row.number;
 }
 
-/// Describes a material for messages: its name, and the file and line that define it.
+/// A material in messages: its name, and the file and line that define it.
 std::string describe_material(const Material& material) {
   return "\"" + printable(material.name) + "\" (" +
          (material.place.empty() ? "defined in no file" : material.place) + ")";
 }
 
-/// Collects materials with the same problem for one warning.
+/// Collects the materials that have the same problem, for a single warning.
 class MaterialFinding {
  public:
   void add(const Material& material) {
@@ -105,8 +106,9 @@ class MaterialFinding {
   }
   std::uint64_t count() const { return count_; }
   const Material& first() const { return *first_; }
-  /// Adds the warning, if materials were collected. \param text  text after the list of materials, such as "3
-  /// materials, "M" (a.mtl: line 1) first, "
+  /// Adds the warning, if any materials were collected.
+  /// \param text  follows the materials, which are named like '3 materials, "M" (a.mtl: line 1)
+  ///   first, '
   void warn(std::vector<Warning>* warnings, const char* code, const std::string& text) const {
     if (count_ == 0 || warnings == nullptr) return;
     warnings->push_back({code,
@@ -120,7 +122,7 @@ class MaterialFinding {
   std::uint64_t count_ = 0;
 };
 
-/// Rejects slots that no material describes, and warns of numbers that were converted between conventions.
+/// Rejects slots that no material describes. Warns of numbers that come from older conventions.
 void check_values(const std::vector<Material>& materials, MaterialSlot slot,
                   std::vector<Warning>* warnings) {
   MaterialFinding without, converted;
@@ -145,7 +147,7 @@ void check_values(const std::vector<Material>& materials, MaterialSlot slot,
                     (without.count() > 1 ? " is the first without one" : " has none") +
                     ". Add it to the material, or give a texture file." + ignored);
   }
-  // A material without a normal map is smooth, as it should be, so there is no warning.
+  // A material without a normal map has no normal detail, as intended, so there is no warning.
   if (slot != MaterialSlot::normal) {
     const float stand_in = default_value_of({}, slot)[0];
     without.warn(warnings, "material-value",
@@ -168,15 +170,15 @@ void check_values(const std::vector<Material>& materials, MaterialSlot slot,
   }
 }
 
-/// True if a slot holds one number per point, so that a transfer bakes one channel.
+/// True if a slot has a single number per point, so that a transfer bakes one channel.
 bool holds_number(MaterialSlot slot) {
   return slot == MaterialSlot::roughness || slot == MaterialSlot::metallic ||
          slot == MaterialSlot::occlusion;
 }
 
-/// Index of the picture's channel to use; -1: all channels.
-/// \param in_alpha     true: the texture already consists of the alpha channel
-/// \param among_gltf   true: other materials are from glTF, in which each map is one channel of a picture
+/// Index of the picture's channel that a slot uses; -1: all channels.
+/// \param in_alpha     true: the texture consists of the alpha channel already
+/// \param among_gltf   true: some materials come from glTF, where a map is one channel of a picture
 int channel_of(const Material& material, MaterialSlot slot, const MaterialPicture& picture,
                bool in_alpha, bool among_gltf) {
   if (slot == MaterialSlot::color || slot == MaterialSlot::normal ||
@@ -188,13 +190,13 @@ int channel_of(const Material& material, MaterialSlot slot, const MaterialPictur
   return uses_alpha ? 3 : picture.channel;
 }
 
-/// The factor of a picture: for colours in linear light, for normals of x and y.
+/// The factor of a picture. For colours it applies to linear light, for normals to x and y.
 Texture::Factor factor_of(const Material& material, MaterialSlot slot,
                           const MaterialPicture& picture) {
   Texture::Factor factor;
   if (!material.multiplies) return factor;
   factor.times = default_value_of(material, slot);
-  factor.times[3] = 1;  // opacity is a slot of its own, so alpha is not multiplied here
+  factor.times[3] = 1;  // Alpha is not multiplied here, since opacity is a slot of its own
   if (slot == MaterialSlot::normal) {
     factor.times = {material.normal_scale, material.normal_scale, 1, 1};
   }
@@ -203,14 +205,14 @@ Texture::Factor factor_of(const Material& material, MaterialSlot slot,
     factor.times = {strength, strength, strength, 1};
     factor.plus = 1 - strength;
   }
-  if (picture.inverted) {  // roughness is 1 minus the product of glossiness and its factor
+  if (picture.inverted) {  // Roughness is 1 - (glossiness of the picture) * factor
     for (std::size_t k = 0; k < 3; ++k) factor.times[k] -= 1;
     factor.plus = 1;
   }
   return factor;
 }
 
-/// Extracts one channel of a picture. A grey picture has equal values in the first three channels.
+/// Makes a picture from one channel of another. In a grey picture, channels 0 to 2 are the same.
 std::shared_ptr<const Image> extract_channel(const Image& image, std::uint32_t channel) {
   auto result = std::make_shared<Image>();
   result->width = image.width;
@@ -227,7 +229,7 @@ std::shared_ptr<const Image> extract_channel(const Image& image, std::uint32_t c
   return result;
 }
 
-/// The UV sets of a mesh: the one with which it was read, and the others.
+/// The UV sets of a mesh: its own, with which it was read, and the others.
 struct KnownSets {
   std::uint32_t own = 0;
   std::span<const UvSet> others;
@@ -248,7 +250,8 @@ struct KnownSets {
                   "file with a single UV set, or give a texture file.");
 }
 
-/// With factors above a million, floats could not resolve the picture's texels, and colours would be noise.
+/// With a factor above a million, floats could not distinguish the texels of the picture, and the
+/// colours would be noise.
 void check_transform(const Material& material, const std::array<float, 6>& transform) {
   constexpr float kMaxUvOffset = 1e6F;
   if (std::all_of(transform.begin(), transform.end(),
@@ -260,10 +263,10 @@ void check_transform(const Material& material, const std::array<float, 6>& trans
                                     "UV space. Export the file again.");
 }
 
-/// Cached comparisons of files: pairs, and whether their bytes are equal.
+/// Whether the bytes of two files are equal, for pairs that were compared.
 using ComparedFiles = std::map<std::pair<fs::path, fs::path>, bool>;
 
-/// True if two pictures are the same file, or copies of each other.
+/// True if two pictures are the same file, or equal copies of it.
 bool are_equivalent(const MaterialPicture& a, const MaterialPicture& b,
                     ComparedFiles& compared_files) {
   if (a.empty() || b.empty()) return a.empty() && b.empty();
@@ -284,7 +287,7 @@ bool are_equivalent(const MaterialPicture& a, const MaterialPicture& b,
   return known->second = one && other && std::equal(Byte(one), Byte(), Byte(other), Byte());
 }
 
-/// True if two materials have the same appearance.
+/// True if two materials look the same.
 bool are_equivalent(const Material& a, const Material& b, ComparedFiles& compared_files) {
   for (const MaterialSlot slot :
        {MaterialSlot::color, MaterialSlot::opacity, MaterialSlot::normal, MaterialSlot::roughness,
@@ -296,7 +299,7 @@ bool are_equivalent(const Material& a, const Material& b, ComparedFiles& compare
          a.occlusion_strength == b.occlusion_strength;
 }
 
-/// Reads the first bytes of a PLY, which contain its header. The rest of a scan may be gigabytes.
+/// Reads the first bytes of a PLY, which contain its header. A scan may have gigabytes after it.
 std::string ply_head(const ByteSource& source) {
   constexpr std::size_t kFirstReadBytes = std::size_t{1} << 16, kLineEnd = 2;
   constexpr std::string_view kEnd = "end_header";
@@ -312,7 +315,8 @@ std::string ply_head(const ByteSource& source) {
 
 namespace {
 
-/// Drops missing material files with a warning if another one exists, as programs that read OBJ do.
+/// Removes material files that do not exist, with a warning, if another one exists; this is what
+/// programs that read OBJ do.
 void drop_missing_libraries(std::vector<fs::path>& paths, const fs::path& mesh_file,
                             std::vector<Warning>* warnings) {
   std::vector<fs::path> existing, missing;
@@ -360,7 +364,7 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
     input.options.outside = outside;
     input.options.uv_set = mesh.uv_set;
     if (is_fbx_name(path) || is_assimp_name(path))
-      input.warnings = nullptr;  // Discarded, since load_mesh() has reported these warnings already
+      input.warnings = nullptr;  // load_mesh() has reported these warnings already
     for (Material& material :
          is_gltf_name(path)     ? read_gltf_materials(input)
          : is_ply_name(path)    ? read_ply_materials(input, path.parent_path(), &finder)
@@ -370,7 +374,8 @@ std::vector<Material> load_materials(const Mesh& mesh, const fs::path& mesh_file
       read.push_back(std::move(material));
     }
   }
-  std::map<std::string_view, const Material*> by_name;  // The first material of each name
+  // For each name, the first material that has it
+  std::map<std::string_view, const Material*> by_name;
   MaterialFinding differing_materials;
   std::string other;
   ComparedFiles compared_files;
@@ -425,20 +430,21 @@ std::vector<Material> materials_by_name(const std::vector<Material>& materials,
 
 namespace {
 
-/// True if the alpha of a material's colour picture is its opacity, which weights the colours.
+/// True if the alpha channel of a material's colour picture is its opacity, so that it weights the
+/// colours.
 bool is_alpha_opacity(const Material& material) {
   const MaterialPicture &color = material.color_map, &opacity = material.opacity_map;
-  // alpha of an opaque material is ignored
+  // The alpha of an opaque material is ignored
   if (material.alpha_mode == AlphaMode::opaque) return false;
   if (opacity.empty()) return !material.multiplies;
   return opacity.file == color.file && opacity.bytes == color.bytes &&
          opacity.uv_transform == color.uv_transform;
 }
 
-/// The pictures of a texture. Each is read once for all materials and paths that refer to it.
+/// The pictures of a texture. Each is read once, even if several materials or paths refer to it.
 class Pictures {
  public:
-  /// \param kind  of the texture: pictures in linear light are converted for sRGB
+  /// \param kind  kind of the texture; pictures in linear light are converted if it is sRGB
   explicit Pictures(TextureKind kind) : kind_(kind) {}
 
   std::shared_ptr<const Image> read(const MaterialPicture& picture, const fs::path& file) {
@@ -452,7 +458,7 @@ class Pictures {
     return entry->second;
   }
 
-  /// True if colours are read from a GPU texture of two channels, such as BC5.
+  /// True if a picture of colours is a GPU texture of two channels, such as BC5.
   bool lacks_color(const MaterialPicture& picture, const fs::path& file, const Image& image) const {
     if (kind_ != TextureKind::srgb || image.channels != 2) return false;
     const std::string name = picture.file.string();
@@ -463,8 +469,9 @@ class Pictures {
     return is_two_channel_texture(*bytes_in_memory({text, picture.bytes->size()}), name);
   }
 
-  /// Adds a picture, or one of its channels (-1: all). \returns its index in the texture
+  /// Adds a picture, or one of its channels (-1: all of them).
   /// \param weighted  true: its alpha weights the colours
+  /// \returns its index in the texture
   std::uint32_t add(const std::shared_ptr<const Image>& image, int channel, bool weighted,
                     Texture& texture) {
     const auto [place, is_new] = picture_indices_.try_emplace(
@@ -493,7 +500,7 @@ class Pictures {
     return image;
   }
 
-  /// Encodes colours in linear light as sRGB, as those of most pictures are; alpha stays.
+  /// Encodes colours in linear light as sRGB, since most pictures are sRGB. Alpha is unchanged.
   static void encode_colors(Image& image) {
     const std::size_t colors = image.channels - (image.channels % 2 == 0 ? 1 : 0);
     for (std::size_t i = 0; i < image.pixels.size(); i += image.channels) {
@@ -508,7 +515,7 @@ class Pictures {
   std::map<std::tuple<const Image*, int, bool>, std::uint32_t> picture_indices_;
 };
 
-/// Drops per-material lists that only hold defaults.
+/// Clears each list of one value per material if all of its values are the default.
 void drop_default_lists(Texture& texture, std::uint32_t own_set) {
   const auto clear_if_all = [](auto& list, const auto& usual) {
     if (std::all_of(list.begin(), list.end(), [&](const auto& value) { return value == usual; })) {
@@ -531,7 +538,8 @@ void warn_of_tiles(const std::string& note, std::vector<Warning>* warnings) {
   if (!is_reported) warnings->push_back({"udim-siblings", note, 1});
 }
 
-/// Makes the texture of a slot from all materials. \param mesh  null: unknown
+/// Makes the texture of a slot from all materials.
+/// \param mesh  null if it is not known
 Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
                      std::vector<Warning>* warnings, const KnownSets& known_sets, const Mesh* mesh,
                      NormalTextureFormat normals) {
@@ -559,7 +567,7 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
   Pictures pictures(texture.kind);
   MaterialFinding heights, missing, two_channel;
   std::string first_missing;
-  // Numbers of triangles in each UV tile; computed only if a file name may belong to a UDIM set
+  // Number of triangles on each UV tile; only computed if a file name may belong to a UDIM set
   std::vector<TileCounts> counts;
   std::map<std::tuple<fs::path, int, bool, TileCounts>, std::uint32_t> sets;
   for (std::size_t m = 0; m < materials.size(); ++m) {
@@ -610,7 +618,8 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
       warn_of_tiles(tiles.note, warnings);
     }
     const int channel = channel_of(material, slot, picture, in_alpha, among_gltf);
-    // JPEG compression may make the channels of a grey picture slightly different, so only one channel is read.
+    // Only one channel of a grey picture is read: JPEG compression may make its channels slightly
+    // different.
     const auto channel_in = [&](const Image& image) {
       return channel < 0 && holds_number(slot) && image.channels >= 3 &&
                      is_grey(image, kLossyRounding)
@@ -634,7 +643,8 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
     for (const auto& [tile, file] : is_new ? tiles.tiles : decltype(tiles.tiles)()) {
       const std::shared_ptr<const Image> image = pictures.read(picture, file);
       if (slot == MaterialSlot::normal && holds_heights(*image, normals)) continue;
-      // A UDIM set is stored under its first picture, which another material may use as a single picture.
+      // A UDIM set is stored under the index of its first picture; another material may use that
+      // picture alone.
       if (set->second == Texture::kNone) {
         set->second = static_cast<std::uint32_t>(texture.images.size());
         const int image_channel = channel_in(*image);

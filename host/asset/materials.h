@@ -1,4 +1,4 @@
-// Parses materials in memory: Wavefront MTL, and pictures that a PLY names.
+// Parses materials in memory: Wavefront MTL, and the pictures that a PLY names.
 #pragma once
 
 #include <filesystem>
@@ -11,15 +11,16 @@
 
 namespace kiln {
 
-/// Parses an MTL. It never reads outside the bytes; memory and time are linear in their number.
-/// \param folder  base of relative paths of pictures
-/// \param finder  finds missing pictures; may be null
+/// Parses an MTL. It does not read outside of the bytes; memory and time are linear in their
+/// number.
+/// \param folder  folder at which relative paths of pictures start
+/// \param finder  searches for missing pictures; may be null
 /// \throws Error(input)
 std::vector<Material> read_materials(const MeshInput& input, const std::filesystem::path& folder,
                                      FileFinder* finder = nullptr);
 
-/// Reads the pictures that the header of a PLY names by "comment TextureFile NAME", and returns one material for each,
-/// with a colour picture.
+/// Makes a material with a colour picture for each line "comment TextureFile NAME" in the header of
+/// a PLY.
 /// \param input   the file; its header suffices
 /// \param folder  base of relative paths of pictures
 /// \param finder  finds missing pictures; may be null
@@ -28,11 +29,12 @@ std::vector<Material> read_ply_materials(const MeshInput& input,
                                          const std::filesystem::path& folder,
                                          FileFinder* finder = nullptr);
 
-/// One material for each name, in the order of the names: the first of that name, or a default one.
+/// For each of the names, the first material that has it, or a default one if there is none.
 std::vector<Material> materials_by_name(const std::vector<Material>& materials,
                                         const std::vector<std::string>& names);
 
-/// Sets Material::vertex_opacity from the mesh's colours. \param materials  one for each of the mesh's material names
+/// Sets Material::vertex_opacity by the colours of the mesh.
+/// \param materials  one for each material name of the mesh
 void set_vertex_opacity(const Mesh& mesh, std::vector<Material>& materials);
 
 }  // namespace kiln

@@ -21,7 +21,8 @@
 namespace kiln {
 namespace {
 
-/// Largest number of elements: indices have 32 bits, and must leave room for `none` and for OpenCL's signed sizes.
+/// Maximum number of elements: indices have 32 bits, and values must remain for `kNone` and for
+/// OpenCL's signed sizes.
 constexpr std::uint64_t kMaxCount = 0x7FFFFFFFu;
 
 Vec3d vector_of(const MeshBuilder::Position& p) { return {p[0], p[1], p[2]}; }
@@ -30,10 +31,10 @@ std::string coordinates(const Vec3d& p) { return place_text(p.x, p.y, p.z); }
 
 constexpr std::array<std::uint8_t, 4> kWhite{255, 255, 255, 255};
 
-// Number of faces up to which memory is not checked
+// Up to this number of faces, memory is not checked
 constexpr std::uint64_t kUncheckedFaces = std::uint64_t{1} << 17;
 
-// Number of elements that a thread processes at a time
+// Number of elements in one task of a parallel loop
 constexpr std::size_t kItemsPerPiece = std::size_t{1} << 16;
 
 }  // namespace
@@ -42,14 +43,15 @@ Vec3 unit_normal(const Vec3& n) {
   const double x = n.x, y = n.y, z = n.z;
   const double length = std::sqrt(x * x + y * y + z * z);
   if (!(length > 0) || !std::isfinite(length)) return {};
-  // A vector of unit length within float precision is kept, so that repeated reading and writing does not accumulate
-  // changes.
+  // A vector of unit length, within the precision of floats, is not changed, so that repeated
+  // reading and writing does not accumulate errors.
   if (std::abs(length - 1) < 1.5e-7) return n;
   return {static_cast<float>(x / length), static_cast<float>(y / length),
           static_cast<float>(z / length)};
 }
 
-/// Checks memory before the lists grow, since a text file may hold more faces than it declares.
+/// Checks that memory suffices before the lists grow: a text file may contain more faces than it
+/// declares.
 void MeshBuilder::check_growth() const {
   const auto bytes = [](const auto& list) {
     return std::uint64_t{list.capacity()} * sizeof(list[0]);
@@ -84,7 +86,7 @@ void MeshBuilder::add_face(std::span<const std::uint32_t> vertex, std::span<cons
   if (n > 3) {
     polygons_.push_back({static_cast<std::uint32_t>(triangles_.size()),
                          static_cast<std::uint32_t>(n), polygon_vertex_.size(), mirrored});
-    // The three pools are parallel, so that one offset serves all of them.
+    // The three pools have the same layout, so one offset serves all of them.
     const auto append = [n](std::vector<std::uint32_t>& pool,
                             std::span<const std::uint32_t> values) {
       if (values.empty()) {
@@ -102,7 +104,7 @@ void MeshBuilder::add_face(std::span<const std::uint32_t> vertex, std::span<cons
                     : Triangle{values[0], values[i], values[i + 1]};
   };
   const auto grow = [&](std::vector<Triangle>& list, std::span<const std::uint32_t> values) {
-    // There is nothing to fill, since the attribute has not occurred yet
+    // The attribute has not occurred yet, so there is nothing to fill
     if (values.empty() && list.empty()) return;
     list.resize(triangles_.size(), Triangle{kNone, kNone, kNone});
     for (std::size_t i = 1; i + 1 < n; ++i) {
@@ -147,7 +149,7 @@ void MeshBuilder::reserve_triangles(std::uint64_t count, bool has_uvs) {
 void MeshBuilder::Names::set(std::string_view name, std::size_t triangles) {
   if (name.empty()) name = "default";
   if (names_.empty() && triangles != 0) {
-    // Faces before the first name belong to the name "default".
+    // Faces before the first name get the name "default".
     ids_.emplace("default", 0);
     names_.emplace_back("default");
     name_of_triangle_.resize(triangles, 0);
@@ -182,11 +184,12 @@ void MeshBuilder::Colors::set_bytes(std::size_t i, const std::array<std::uint8_t
   ++count_;
 }
 
-/// Decides whether colours are fractions or bytes, for formats that allow both. Returns them as bytes.
+/// Decides whether the colours of a file are fractions or bytes, if the format allows both. Returns
+/// bytes.
 std::vector<std::array<std::uint8_t, 4>> MeshBuilder::Colors::finish(std::size_t size,
                                                                      const MeshInput& input) {
   for (auto* list : {&bytes_, &fractions_}) list->resize(size, kWhite);
-  // Converted fractions may slightly exceed 1, such as 1.0000001.
+  // Fractions that were converted may be slightly above 1, such as 1.0000001.
   constexpr double kMaxFraction = 1.001, kMaxDarkByte = 16;
   if (largest_ <= kMaxFraction) return std::move(fractions_);
   if (largest_ < kMaxDarkByte) {
@@ -227,10 +230,10 @@ void MeshBuilder::add_face_color(std::size_t triangles) {
   next_color_bytes_.reset();
 }
 
-/// Converts colours of faces to colours of vertices. The first colour at a vertex stays with it; for each further
-/// colour, a copy of the vertex is appended, so that indices in messages stay valid. Colours of vertices take
-/// precedence, unless they are uniform while those of faces vary, or all are white, since programs such as MeshLab
-/// always write vertex colours.
+/// Converts colours of faces to colours of vertices. A vertex gets the first colour of its faces;
+/// for each further colour, a copy of the vertex is appended, so that indices in messages stay
+/// valid. Colours of vertices take precedence, unless they are uniform while those of faces vary,
+/// or all are white, since programs such as MeshLab always write vertex colours.
 void MeshBuilder::convert_face_colors(Mesh& mesh) {
   if (triangle_colors_.empty()) return;
   const std::uint64_t colored = triangle_colors_.count();
@@ -259,7 +262,7 @@ void MeshBuilder::convert_face_colors(Mesh& mesh) {
   }
   mesh.colors.assign(mesh.positions.size(), kWhite);
   std::vector<bool> has_color(mesh.positions.size());
-  // Index of the copied vertex for each pair of vertex and colour
+  // Index of the copied vertex for each pair of original vertex and colour
   std::unordered_map<std::uint64_t, std::uint32_t> vertex_copies;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const std::array<std::uint8_t, 4>& color = of_triangles[t];
@@ -333,7 +336,7 @@ void MeshBuilder::number_polygons(Mesh& mesh) const {
   }
 }
 
-/// Counts vertices that are not finite.
+/// Warns of vertices that are not finite.
 void MeshBuilder::check_finite() const {
   const auto is_bad = [](const Position& p) {
     return !std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2]);
@@ -353,13 +356,13 @@ void MeshBuilder::check_finite() const {
               bad_count);
 }
 
-/// True if a triangle has an area in double precision, as stored in the file.
+/// True if a triangle has an area in double precision, which is that of the file.
 bool MeshBuilder::has_area_in_file(std::size_t triangle) const {
   const auto [a, b, c] = triangles_[triangle];
   return has_area(vector_of(positions[a]), vector_of(positions[b]), vector_of(positions[c]));
 }
 
-/// Bounding box of the triangles with an area; if there are none, of all finite vertices.
+/// Bounding box of the triangles that have an area; if there are none, of all finite vertices.
 Box<Vec3d> MeshBuilder::box() const {
   Box<Vec3d> total_box;
   std::mutex mutex;
@@ -398,7 +401,7 @@ void MeshBuilder::place(Mesh& mesh) {
           : 0;
   mesh.origin = local_origin(box_center, diagonal);
   constexpr double kMaxFloat = std::numeric_limits<float>::max();
-  // Below this diagonal, floats are denormal and resolve less than 24 bits of it.
+  // If the diagonal is smaller, floats are denormal and divide it into fewer than 2^24 steps.
   constexpr double kMinDiagonal = 0x1p-125;
   double reach = 0;
   for (int k = 0; k < 3; ++k) {
@@ -428,7 +431,8 @@ void MeshBuilder::place(Mesh& mesh) {
   collapse_flat_triangles(mesh, used_box);
 }
 
-/// Warns if the edges are so short that the file's decimals, or single precision, do not resolve them.
+/// Warns if edges are so short that the decimals in the file, or single precision, cannot represent
+/// them well.
 void MeshBuilder::check_steps(const Mesh& mesh) {
   const auto position = [&](std::uint32_t v) { return vector_of(positions[v]); };
   const FloatGrid grid(triangles_, position);
@@ -447,7 +451,8 @@ void MeshBuilder::check_steps(const Mesh& mesh) {
   coarse_coordinates_ = coarse_steps({triangles_, counts, position, stored}, "stored");
   if (coarse_coordinates_.empty())
     coarse_coordinates_ = coarse_steps({triangles_, counts, position, rounded}, "rounded");
-  // A single distant corner would otherwise enlarge the box so much that all other corners coincide.
+  // Checks whether a distant corner makes the bounding box so large that the other corners
+  // coincide.
   const auto has_corners = [&](std::size_t t) {
     const Vec3d a = position(triangles_[t][0]), b = position(triangles_[t][1]),
                 c = position(triangles_[t][2]);
@@ -458,13 +463,14 @@ void MeshBuilder::check_steps(const Mesh& mesh) {
   if (!coarse_coordinates_.empty()) input_.warn("coarse-coordinates", coarse_coordinates_, 1);
 }
 
-/// Moves the corners of a distant triangle without area to one point, since rounding could give it a large area.
+/// Moves the corners of a distant triangle without area to the same point; otherwise, rounding
+/// might give it a large area.
 void MeshBuilder::collapse_flat_triangles(const Mesh& mesh, const Box<Vec3d>& used) {
   if (std::all_of(positions.begin(), positions.end(),
                   [&](const Position& p) { return used.contains(vector_of(p)); })) {
     return;
   }
-  // relative error of floats that were written with nine digits
+  // Relative error of floats that were written with nine digits
   constexpr double kNineDigitError = 1e-8;
   const auto is_rounded = [&](std::uint32_t v) {
     const Vec3& p = mesh.positions[v];
@@ -501,10 +507,10 @@ void MeshBuilder::complete_attributes(Mesh& mesh) {
     }
     return incomplete_count;
   };
-  std::uint64_t missing = 0;  // The placeholder does not count as one of the file's UVs
+  std::uint64_t missing = 0;  // Without the placeholder, which is no UV of the file
   if (const std::uint64_t missing_count =
           fill(uv_triangles_, static_cast<std::uint32_t>(uvs.size()))) {
-    // The placeholder is NaN, since a finite UV could lie within a chart and be baked there.
+    // The placeholder is NaN: a finite UV might lie in a chart, and would be baked there.
     constexpr float kMissingUv = std::numeric_limits<float>::quiet_NaN();
     uvs.push_back({kMissingUv, kMissingUv});
     for (UvSet& set : other_uvs) set.uvs.push_back({kMissingUv, kMissingUv});
@@ -561,7 +567,8 @@ void MeshBuilder::count_degenerate(const Mesh& mesh) {
     }
   };
   TriangleCause degenerate, rounded;
-  // All threads search for triangles without area, which are few; their causes are determined afterwards, in order.
+  // All threads search for triangles without area. These are few, so their causes are determined
+  // afterwards, in order.
   std::vector<std::vector<std::uint32_t>> flat(mesh.triangles.size() / kItemsPerPiece + 1);
   parallel_for(mesh.triangles.size(), kItemsPerPiece, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -621,8 +628,8 @@ void MeshBuilder::count_degenerate(const Mesh& mesh) {
   }
 }
 
-/// Computes normals from smoothing groups. Groups that are the same everywhere are ignored, since some exporters write
-/// "s off" into every file.
+/// Requests normals that are computed from smoothing groups, unless the groups are the same
+/// everywhere: some exporters write "s off" into every file.
 void MeshBuilder::compute_group_normals(Mesh& mesh) {
   std::vector<std::uint32_t> groups;
   std::vector<std::string> names;
@@ -641,8 +648,9 @@ void MeshBuilder::compute_group_normals(Mesh& mesh) {
   mesh.normal_triangles = std::move(computed.triangles);
 }
 
-/// Computes the normals that readers requested. All corners with the same computed normal share one vertex, so normals
-/// take the place of vertices here.
+/// Computes the normals that were requested by add_computed_normal(). All corners with the same
+/// normal belong to one vertex of the surface, so in this computation normals take the place of
+/// vertices.
 void MeshBuilder::compute_normals(Mesh& mesh) const {
   if (computed_normals_.empty()) return;
   std::vector<Vec3> places(mesh.normals.size());
@@ -657,7 +665,8 @@ void MeshBuilder::compute_normals(Mesh& mesh) const {
     mesh.normals[normal] = computed_normals[normal];
 }
 
-/// Converts positions to metres with Y up, if the file states its axes and unit. \returns Mesh::metres
+/// Converts positions to metres with Y up, if the file gives its axes and unit.
+/// \returns Mesh::metres
 double MeshBuilder::move_to_world() {
   const WorldFrame world = world_frame(input_.options, {}, 0);
   if (!world.map) return world.metres;
@@ -666,7 +675,7 @@ double MeshBuilder::move_to_world() {
     for (std::size_t k = 0; k < 3; ++k) result[k] = m[k] * x + m[4 + k] * y + m[8 + k] * z;
     return result;
   };
-  AffineMap turn = *world.map;  // The axes' rotation, without the scale of the unit
+  AffineMap turn = *world.map;  // The rotation of the axes, without the scale of the unit
   const double unit = std::abs(turn[0]) + std::abs(turn[1]) + std::abs(turn[2]);
   for (double& value : turn) value /= unit;
   const auto rotated = [&](const Vec3& v) {

@@ -1,4 +1,4 @@
-// Builds meshes for all readers, by rules that all formats share.
+// Builds the meshes of all readers, so that the same rules apply to all formats.
 #pragma once
 
 #include <algorithm>
@@ -19,8 +19,8 @@
 
 namespace kiln {
 
-/// Converts to single precision. Beyond its range the result is infinite, whereas a plain conversion would be
-/// undefined.
+/// Converts to single precision. A number beyond its range becomes infinite, whereas the behaviour
+/// of a plain conversion would be undefined.
 inline float narrow(double value) {
   constexpr double kMaxFloat = std::numeric_limits<float>::max();
   if (std::abs(value) > kMaxFloat) {
@@ -30,13 +30,14 @@ inline float narrow(double value) {
   return static_cast<float>(value);
 }
 
-/// A file's normal as readers keep it: of unit length, or zero if that is impossible.
+/// A normal of a file with unit length, or zero if it cannot be normalized.
 Vec3 unit_normal(const Vec3& n);
 
-/// Collects a mesh in double precision and ends in a kiln::Mesh.
+/// Collects a mesh in double precision, then makes a kiln::Mesh of it.
 ///
-/// Readers append to the pools directly. They check the indices for add_face() themselves, since
-/// only they know the position in the file. `none` stands for a corner without UV or normal.
+/// Readers append directly to the public lists. They have to check the indices that they pass to
+/// add_face(), since only they know the position in the file. kNone stands for a corner without a
+/// UV or a normal.
 class MeshBuilder {
  public:
   static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
@@ -46,57 +47,67 @@ class MeshBuilder {
 
   std::vector<Position> positions;
   std::vector<Vec2> uvs;
-  std::vector<UvSet> other_uvs;  ///< Further UV sets, parallel to `uvs`
-  /// Normals of any length; finish() normalises them, or sets them to zero if that is impossible
+  std::vector<UvSet> other_uvs;  ///< Further UV sets, with as many UVs as `uvs`
+  /// Normals of any length. finish() normalises them; those for which that is impossible become
+  /// zero
   std::vector<Vec3> normals;
-  std::vector<std::array<std::uint8_t, 4>> colors;  ///< Empty, or one per position in order
-  std::vector<Tangent> tangents;                    ///< Empty, or one per position, of any length
-  /// True if the file states the signs of bitangents; otherwise they follow from the UVs
+  /// Empty, or one per position in the same order
+  std::vector<std::array<std::uint8_t, 4>> colors;
+  std::vector<Tangent> tangents;  ///< Empty, or one per position; of any length
+  /// True if the file gives the signs of bitangents; otherwise the UVs determine them
   bool tangent_signs = false;
 
-  /// Sets the colour of a vertex in a format that allows fractions and bytes; finish() decides by the largest value in
-  /// the file. Vertices must be in ascending order; omitted ones are white. kFullAlpha means opaque in either unit.
+  /// Sets the colour of a vertex, for formats in which colours may be fractions or bytes. finish()
+  /// decides by the largest value in the file. Must be called in ascending order of vertices;
+  /// omitted ones are white. kFullAlpha means opaque in both cases.
   void set_color(std::size_t vertex, const std::array<double, 4>& rgba) {
     vertex_colors_.set(vertex, rgba);
   }
-  /// Sets the colour of a vertex as bytes; unlike set_color(), its unit does not depend on the file's other colours.
+  /// Sets the colour of a vertex as bytes. Unlike with set_color(), the meaning does not depend on
+  /// the file's other colours.
   void set_color_bytes(std::size_t vertex, const std::array<std::uint8_t, 4>& rgba) {
     vertex_colors_.set_bytes(vertex, rgba);
   }
   static constexpr double kFullAlpha = std::numeric_limits<double>::infinity();
 
-  /// Sets the colour of the next face only, in the same two forms. finish() converts such colours to colours of
-  /// vertices: a vertex between faces of several colours is duplicated.
+  /// Sets the colour of the next face only, as a number of either kind or as bytes. finish()
+  /// converts colours of faces to colours of vertices: it duplicates vertices between faces of
+  /// different colours.
   void set_face_color(const std::array<double, 4>& rgba) { next_color_ = rgba; }
   void set_face_color_bytes(const std::array<std::uint8_t, 4>& rgba) { next_color_bytes_ = rgba; }
 
-  /// Adds a polygon with the file's order of corners. `uv` and `normal` are empty or as long as `vertex`. Polygons with
-  /// fewer than three corners are counted, and reported as a warning.
-  /// \param mirrored  true if its transform mirrors: the polygon is triangulated in the file's order, then its
-  /// triangles are reversed, so that they face outwards
+  /// Adds a polygon, with its corners in the order of the file. `uv` and `normal` are empty, or as
+  /// long as `vertex`. Polygons with fewer than three corners are only counted, and reported in a
+  /// warning.
+  /// \param mirrored  true if the polygon's transform mirrors. It is triangulated in the order of
+  ///   the file, then its triangles are reversed, so that they face outwards
   void add_face(std::span<const std::uint32_t> vertex, std::span<const std::uint32_t> uv = {},
                 std::span<const std::uint32_t> normal = {}, bool mirrored = false);
 
-  /// Adds the first faces of a file, all of which are triangles without a colour.
-  /// \param has_uvs, has_normals  true: each corner uses the UV or the normal with its vertex's index
-  /// \param fill  writes the triangles; returns false if one is invalid: then none is added
-  /// \returns the result of `fill`; false also if faces were added before
+  /// Adds the first faces of a file, which must all be triangles without a colour.
+  /// \param has_uvs, has_normals  true: each corner uses the UV or the normal with the same index
+  ///   as its vertex
+  /// \param fill  writes the triangles. If one is invalid, it returns false, and no triangle is
+  ///   added
+  /// \returns the result of `fill`; also false if faces were added before
   bool add_triangles(std::uint64_t count, bool has_uvs, bool has_normals,
                      const std::function<bool(std::span<Triangle>)>& fill);
 
-  /// Reserves memory for triangles whose number is known, and checked against the memory limit, before they are added.
-  /// All of them have normals.
+  /// Reserves memory for triangles that will be added. Their number must be known, and checked
+  /// against the memory limit. All of them must have normals.
   void reserve_triangles(std::uint64_t count, bool has_uvs);
 
-  /// Sets the group, object or material of the faces that follow. If it is never called, the mesh has none.
+  /// Sets the group, object or material of the faces that follow. If a function is never called,
+  /// the mesh has none of these.
   void set_group(std::string_view name) { groups_.set(name, triangles_.size()); }
   void set_object(std::string_view name) { objects_.set(name, triangles_.size()); }
   void set_material(std::string_view name) { materials_.set(name, triangles_.size()); }
-  /// Sets the smoothing group of the faces that follow; "off" and "0": none. If groups differ and the file has no
-  /// normals, finish() computes normals from the groups.
+  /// Sets the smoothing group of the faces that follow; "off" and "0" mean none. If a file has
+  /// several groups but no normals, finish() computes normals from the groups.
   void set_smoothing(std::string_view name) { smoothing_.set(name, triangles_.size()); }
-  /// Adds a normal that finish() computes from the polygons whose corners use it, weighted by angles. It serves one
-  /// smooth piece of the surface around a vertex.
+  /// Adds a normal that finish() computes: the mean of the normals of polygons whose corners use
+  /// it, weighted by the corners' angles. It serves one smooth piece of the surface around a
+  /// vertex.
   /// \returns its index in `normals`
   std::uint32_t add_computed_normal() {
     computed_normals_.push_back(static_cast<std::uint32_t>(normals.size()));
@@ -104,25 +115,27 @@ class MeshBuilder {
     return computed_normals_.back();
   }
   std::vector<std::string> material_files;
-  /// True if positions are already in metres with Y up, as the file stated
+  /// True if positions are in metres with Y up already, as the file says
   bool is_placed = false;
 
   std::uint64_t faces() const { return faces_; }
 
-  /// Names a triangle's face in messages, such as "face 17"; readers of line-based formats name the line.
+  /// Describes the face of a triangle in messages, such as "face 17". Readers of line-based formats
+  /// give the line.
   std::function<std::string(std::uint32_t triangle)> describe_face;
 
   /// Triangulates the polygons, chooses the origin, converts to floats, and validates the mesh.
-  /// \throws Error(input) if there is no face, no usable face or no finite vertex, or if the mesh exceeds float's range
+  /// \throws Error(input) if there is no face, no usable face or no finite vertex, or if the mesh
+  ///   exceeds the range of float
   Mesh finish();
 
  private:
-  /// Names of triangles of one kind: groups, objects or materials.
+  /// The names that triangles have, of one kind: groups, objects or materials.
   class Names {
    public:
     /// Sets the name of the triangles that follow. \param triangles  number of triangles so far
     void set(std::string_view name, std::size_t triangles);
-    /// Extends the list to a number of triangles; new ones get the last name.
+    /// Extends the list to a number of triangles. New triangles get the current name.
     void extend_to(std::size_t triangles) {
       if (!names_.empty()) name_of_triangle_.resize(triangles, current_name_);
     }
@@ -142,7 +155,8 @@ class MeshBuilder {
     std::uint32_t current_name_ = 0;
   };
 
-  /// Colours of vertices or triangles, stored both as bytes and as fractions until finish() decides.
+  /// Colours of vertices or triangles. They are stored both as bytes and as fractions until
+  /// finish() decides what they are.
   class Colors {
    public:
     bool empty() const { return bytes_.empty(); }
@@ -151,7 +165,7 @@ class MeshBuilder {
     /// Number of colours that were set.
     std::uint64_t count() const { return count_; }
     std::uint64_t memory() const { return 2 * std::uint64_t{bytes_.capacity()} * sizeof bytes_[0]; }
-    /// Decides between bytes and fractions; elements without a colour become white.
+    /// Decides between bytes and fractions. Elements without a colour become white.
     std::vector<std::array<std::uint8_t, 4>> finish(std::size_t size, const MeshInput& input);
 
    private:
@@ -162,8 +176,8 @@ class MeshBuilder {
 
   struct Polygon {
     std::uint32_t first_triangle, corners;
-    std::uint64_t offset;  ///< Position of the first corner in the polygon_ pools
-    bool mirrored;         ///< True if the polygon's triangles are reversed
+    std::uint64_t offset;  ///< Index of the first corner in the lists polygon_*
+    bool mirrored;         ///< True if the triangles of the polygon are reversed
   };
 
   double move_to_world();
@@ -197,7 +211,7 @@ class MeshBuilder {
   Names groups_, objects_, materials_, smoothing_;
   // Indices of the normals from add_computed_normal(), ascending
   std::vector<std::uint32_t> computed_normals_;
-  // the message about coordinates that are too coarse, with its remedy
+  // The warning that coordinates are too coarse, with its remedy
   std::string coarse_coordinates_;
   std::uint64_t faces_ = 0, reserved_faces_ = 0, short_faces_ = 0, first_short_face_ = 0;
 };

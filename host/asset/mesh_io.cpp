@@ -1,4 +1,4 @@
-// Reads a mesh: selects the reader by the file's name and first bytes.
+// Reads a mesh: chooses the reader by the file's name and its first bytes.
 #include <algorithm>
 #include <cstring>
 #include <memory>
@@ -43,10 +43,10 @@ std::optional<MeshFormat> format_of(const std::filesystem::path& path) {
   return std::nullopt;
 }
 
-/// A format that was guessed from a file's first bytes.
+/// The format that a file's first bytes suggest.
 struct GuessedFormat {
   std::optional<MeshFormat> format;
-  std::string name;  ///< Name of the format for messages; empty: unknown
+  std::string name;  ///< Name of the format in messages; empty if it is not known
 };
 
 GuessedFormat guess_format(std::string_view bytes) {
@@ -91,7 +91,7 @@ std::string read_file(const MeshInput& input, const std::filesystem::path& path)
   const FailWith fail = [&input](const std::string& place, const std::string& problem,
                                  const Message& remedy) { input.fail(place, problem, remedy); };
   const std::unique_ptr<ByteSource> source = open_file(path, fail);
-  // Lengths in a GLB have 32 bits, so larger files overflow them.
+  // The lengths in a GLB have 32 bits, so a larger file cannot be one.
   constexpr std::uint64_t kMaxGlbBytes = 0xFFFFFFFF;
   if (source->size() > kMaxGlbBytes && source->head(4) == "glTF") {
     input.fail("",
@@ -173,7 +173,7 @@ Mesh parse_mesh(const MeshInput& given, MeshFormat format, Asset* whole) {
     case MeshFormat::saved:
     case MeshFormat::fbx:
     case MeshFormat::assimp:
-      break;  // Unreachable: they are handled before the switch
+      break;  // Unreachable: these formats are handled before the switch
   }
   throw Error(ErrorCode::internal, "parse_mesh: unknown format");
 }
@@ -194,7 +194,7 @@ std::vector<std::string> mesh_formats() {
 
 namespace {
 
-/// Parses the mesh in `input.bytes` by the reader for the name's extension.
+/// Parses the mesh in `input.bytes` with the reader for the file's extension.
 Mesh parse_named(const MeshInput& input, const std::filesystem::path& path,
                  Asset* whole = nullptr) {
   const auto format = format_of(path);
@@ -221,7 +221,7 @@ Mesh load_mesh_file(const std::filesystem::path& path, const LoadMeshOptions& op
     const std::string bytes = read_file(input, path);
     input.bytes = bytes;
     Mesh mesh = parse_named(input, path, whole);
-    // MTL files count as inputs of the mesh, whether they are read or not.
+    // MTL files count as inputs of the mesh, even if they are not read.
     for (const std::filesystem::path& file : material_file_paths(mesh, path.parent_path())) {
       OutputSet::protect(file);
     }
@@ -244,7 +244,8 @@ Mesh load_mesh(const std::filesystem::path& path, const LoadMeshOptions& options
 
 namespace {
 
-/// Parses a mesh in memory. \param whole  receives the whole asset of a glTF or FBX; may be null
+/// Parses a mesh in memory.
+/// \param whole  [out] the whole asset, for glTF or FBX; may be null
 Mesh parse_bytes(std::span<const std::byte> bytes, std::string_view name,
                  const LoadMeshOptions& options, std::vector<Warning>* warnings, Asset* whole) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());

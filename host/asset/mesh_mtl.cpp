@@ -1,4 +1,4 @@
-// Parses Wavefront MTL: numeric properties of materials, and file names of their pictures.
+// Parses Wavefront MTL: the numbers of materials, and the file names of their pictures.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,7 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Number of words that follow an option of a picture: numbers, or names such as "on". nullopt: the word is no option.
+/// How many words follow an option of a picture, and whether they are numbers or names such as
+/// "on". nullopt if a word is no option.
 struct OptionWords {
   int least, most;
 };
@@ -31,7 +32,8 @@ std::optional<OptionWords> option_words(std::string_view option) {
   return found == word_counts.end() ? std::nullopt : std::optional(found->second);
 }
 
-/// True if an option has no effect with these values, such as "-bm 1.0", which exporters always write.
+/// True if an option with these values has no effect, such as "-bm 1.0", which some exporters
+/// always write.
 bool has_no_effect(std::string_view option, std::span<const std::string_view> words) {
   const auto all_equal = [&](double value) {
     return std::all_of(words.begin(), words.end(),
@@ -45,7 +47,8 @@ bool has_no_effect(std::string_view option, std::span<const std::string_view> wo
   return false;
 }
 
-/// Parses the first two numbers of an option; the second may be missing. \returns false for an invalid number
+/// Parses the first two numbers of an option, of which the second may be missing.
+/// \returns false if one is invalid
 bool parse_numbers(std::span<const std::string_view> words, std::array<float, 2>& to) {
   for (std::size_t k = 0; k < words.size(); ++k) {
     const auto value = to_double(words[k]);
@@ -55,7 +58,7 @@ bool parse_numbers(std::span<const std::string_view> words, std::array<float, 2>
   return true;
 }
 
-/// True for statements of pictures that Kiln ignores.
+/// True for picture statements that Kiln ignores.
 bool is_other_picture(std::string_view keyword) {
   static constexpr std::string_view kIgnoredStatements[] = {
       "map_ka",  "map_ks", "map_refl", "map_ps",    "map_pc",    "map_pcr",
@@ -89,23 +92,23 @@ class MtlReader {
                   what.count);
     };
     warn("texture-options", placed_,
-         "pictures (this is the first) have options that Kiln does not support: these were "
+         "pictures (this is the first) have options that Kiln does not support; the options were "
          "ignored.");
     warn("ignored-pictures", ignored_,
          "statements of pictures (this is the first) are not supported, and were ignored; see the "
          "manual for those that are.");
-    warn("transparency-of-one", invisible_,
-         "times (this is the first) a material has Tr 1 and no d, which means invisible: it is "
-         "read as "
-         "opaque, since OpenMVS and mvs-texturing write this. Write d 0 for invisible materials.");
-    warn("blender-pictures", stand_ins_,
+    warn(
+        "transparency-of-one", invisible_materials_,
+        "materials (this is the first) have Tr 1 and no d, which means invisible. They are read as "
+        "opaque, since OpenMVS and mvs-texturing write this. Write d 0 for invisible materials.");
+    warn("blender-pictures", blender_pictures_,
          "pictures (this is the first) are read as roughness (map_Ns) and metalness (map_refl), as "
          "Blender writes them.");
     return std::move(materials_);
   }
 
  private:
-  /// Number of statements of one kind, and the position of the first one.
+  /// Number of statements of one kind, and where the first one is.
   struct StatementCount {
     std::uint64_t count = 0;
     std::string example;
@@ -133,7 +136,8 @@ class MtlReader {
       material.opacity = number();
       has_opacity_ = true;
     } else if (keyword == "tr") {
-      // Some exporters write Tr with the meaning of d, or write both; the meaning of d is unambiguous.
+      // Some exporters write Tr in the meaning of d, or write both. The meaning of d is
+      // unambiguous, so d is preferred.
       const std::string place = scan_.place();
       transparency_ = number();
       if (!has_opacity_) material.opacity = 1 - transparency_;
@@ -173,9 +177,9 @@ class MtlReader {
     return nullptr;
   }
 
-  /// Derives roughness and metalness from older statements if `Pr` and `Pm` are missing. Blender's exporter encodes
-  /// them there: Ns = 1000 (1 - roughness)^2; a metal has an `illum` that reflects (3, or 6 if it is transparent), and
-  /// `Ka` is its metalness.
+  /// If `Pr` and `Pm` are missing, derives roughness and metalness from older statements, in which
+  /// Blender's exporter encodes them: Ns = 1000 (1 - roughness)^2; a metal has an `illum` with
+  /// reflections (3, or 6 if it is transparent), and `Ka` is its metalness.
   void finish_material() {
     if (materials_.empty()) return;
     Material& material = materials_.back();
@@ -188,19 +192,20 @@ class MtlReader {
       if (is_metal) material.metallic = (ambient_[0] + ambient_[1] + ambient_[2]) / 3;
       material.metallic_from = MaterialNumber::converted;
     }
-    // With Tr = 1 the material would be invisible, so Tr must mean d.
+    // With Tr = 1, the material would be invisible, so Tr has the meaning of d here.
     constexpr float kMinInvisibleTr = 1 - 1e-3F;
     if (!has_opacity_ && transparency_ > kMinInvisibleTr) {
       material.opacity = 1;
-      if (invisible_.count++ == 0) {
-        invisible_.example = transparency_place_ + ": " + material.name;
+      if (invisible_materials_.count++ == 0) {
+        invisible_materials_.example = transparency_place_ + ": " + material.name;
       }
     }
     const auto use_fallback_map = [&](MaterialPicture& own, MaterialPicture& other,
                                       const char* keyword) {
       if (own.empty() && !other.empty()) {
         own = other;
-        if (stand_ins_.count++ == 0) stand_ins_.example = material.name + ": " + keyword;
+        if (blender_pictures_.count++ == 0)
+          blender_pictures_.example = material.name + ": " + keyword;
       }
       other = {};
     };
@@ -213,7 +218,7 @@ class MtlReader {
     has_normals_ = has_opacity_ = false;
   }
 
-  /// Skips the option -halo of "d -halo 0.5".
+  /// Skips the option "-halo", as in "d -halo 0.5".
   void skip_halo_option() {
     const TextScanner before_halo = scan_;
     if (scan_.token_in_line() != "-halo") scan_ = before_halo;
@@ -232,14 +237,14 @@ class MtlReader {
   void color(std::array<float, 3>& to, MaterialNumber* from = nullptr) {
     const TextScanner start_of_color = scan_;
     const std::string_view first = scan_.token_in_line();
-    // spectral and CIE XYZ colours are not supported, so the colour stays white
+    // Spectral and CIE XYZ colours are not supported; the colour stays white
     if (first == "spectral" || first == "xyz") return;
     scan_ = start_of_color;
     for (float& value : to) value = number();
     if (from != nullptr) *from = MaterialNumber::given;
   }
 
-  /// Parses the picture that a line names after its options. The name may contain blanks.
+  /// Parses a picture: options, then a file name, which may contain blanks.
   MaterialPicture picture(std::string_view keyword) {
     MaterialPicture result;
     std::array<float, 2> scale{1, 1}, offset{0, 0};
@@ -303,9 +308,9 @@ class MtlReader {
   FileFinder* finder_;
   TextScanner scan_;
   std::vector<Material> materials_;
-  StatementCount placed_, ignored_, stand_ins_, invisible_;
+  StatementCount placed_, ignored_, blender_pictures_, invisible_materials_;
   bool by_blender_ = false;
-  // Values that statements gave for the current material
+  // Values from statements of the current material
   std::array<float, 3> ambient_{};
   float shininess_ = -1;    ///< Value of Ns; below 0 if it was not given
   float transparency_ = 0;  ///< Value of Tr
@@ -313,7 +318,7 @@ class MtlReader {
   std::string_view illumination_;
   MaterialPicture exponents_, reflections_;
   bool has_opacity_ = false;  ///< True if the statement d was given
-  /// True if a statement was given that always names normals, never heights
+  /// True if a statement named a picture that is always of normals, never of heights
   bool has_normals_ = false;
 };
 

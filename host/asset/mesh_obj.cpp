@@ -21,9 +21,9 @@ class ObjReader {
   Mesh read() {
     do {
       const std::string_view comment = scan_.comment();
-      if (comment.starts_with("#MRGB ")) polypaint(comment.substr(6));
+      if (comment.starts_with("#MRGB ")) parse_polypaint(comment.substr(6));
       const std::string_view keyword = scan_.token_in_line();
-      if (!keyword.empty()) statement(keyword);
+      if (!keyword.empty()) parse_statement(keyword);
     } while (scan_.next_line());
     finish_polypaint();
     check_forward_references();
@@ -58,23 +58,23 @@ class ObjReader {
     std::uint32_t triangle;
     std::uint64_t line;
   };
-  /// The largest index so far into a list of vertices, UVs or normals, and its position in the file. It can only be
-  /// checked at the end, since the list's elements may follow the face.
+  /// The largest index into a list of vertices, UVs or normals so far, and where it is in the file.
+  /// It can only be checked at the end, since elements of the list may follow the face.
   struct LargestIndex {
     std::uint64_t index = 0, line = 0;
   };
 
-  void statement(std::string_view keyword) {
+  void parse_statement(std::string_view keyword) {
     if (keyword == "v") {
-      vertex();
+      parse_vertex();
     } else if (keyword == "vt") {
-      texture_coordinate();
+      parse_texture_coordinate();
     } else if (keyword == "vn") {
       double n[3];
       for (double& value : n) value = number("a normal has three numbers");
       builder_.normals.push_back({narrow(n[0]), narrow(n[1]), narrow(n[2])});
     } else if (keyword == "f") {
-      face();
+      parse_face();
     } else if (keyword == "g" || keyword == "o") {
       const std::string_view name = scan_.rest_of_line();
       builder_.set_group(name);
@@ -82,7 +82,7 @@ class ObjReader {
     } else if (keyword == "usemtl") {
       builder_.set_material(scan_.rest_of_line());
     } else if (keyword == "mtllib") {
-      material_files(scan_.rest_of_line());
+      parse_material_files(scan_.rest_of_line());
     } else if (keyword == "s") {
       builder_.set_smoothing(scan_.token_in_line());
     } else {
@@ -90,8 +90,9 @@ class ObjReader {
     }
   }
 
-  /// Parses mtllib: one name, which may contain blanks as exporters write it, or several that end in ".mtl".
-  void material_files(std::string_view names) {
+  /// Parses "mtllib": one name, which may contain blanks as some exporters write it, or several
+  /// names that end in ".mtl".
+  void parse_material_files(std::string_view names) {
     const auto add = [this](std::string_view name) {
       while (name.starts_with(' ') || name.starts_with('\t')) name.remove_prefix(1);
       if (name.size() > 1 && name.starts_with('"') && name.ends_with('"')) {
@@ -115,8 +116,9 @@ class ObjReader {
     add(names);
   }
 
-  /// Parses ZBrush's colours: MMRRGGBB in hexadecimal digits for each preceding vertex, where MM is a mask.
-  void polypaint(std::string_view digits) {
+  /// Parses the colours that ZBrush writes: MMRRGGBB in hexadecimal digits for each vertex before,
+  /// where MM is a mask.
+  void parse_polypaint(std::string_view digits) {
     while (digits.starts_with(' ')) digits.remove_prefix(1);
     for (; digits.size() >= 8; digits.remove_prefix(8)) {
       std::uint32_t value = 0;
@@ -127,7 +129,8 @@ class ObjReader {
     if (!digits.empty() && bad_polypaint_++ == 0) bad_polypaint_example_ = scan_.place();
   }
 
-  /// Assigns ZBrush's colours. Their blocks follow the vertices, once per object.
+  /// Assigns the colours that ZBrush wrote. There is a block of them after the vertices of each
+  /// object.
   void finish_polypaint() {
     if (polypaint_.size() > builder_.positions.size()) {
       bad_polypaint_ += polypaint_.size() - builder_.positions.size();
@@ -151,7 +154,7 @@ class ObjReader {
                 "Correct the line or export the mesh again.");
   }
 
-  void vertex() {
+  void parse_vertex() {
     if (!polypaint_.empty()) finish_polypaint();
     MeshBuilder::Position p;
     for (double& value : p) value = number("a vertex has x, y and z");
@@ -174,7 +177,7 @@ class ObjReader {
     builder_.positions.push_back(p);
   }
 
-  void texture_coordinate() {
+  void parse_texture_coordinate() {
     const double u = number("a texture coordinate has u and v");
     double v = 0;
     if (const std::string_view token = scan_.token_in_line(); !token.empty()) {
@@ -188,7 +191,7 @@ class ObjReader {
     builder_.uvs.push_back({narrow(u), narrow(v)});
   }
 
-  /// Converts a 1-based or negative index of the file to a 0-based one.
+  /// Converts an index in the file, which is 1-based or negative, to a 0-based one.
   std::uint32_t resolve_index(std::string_view text, std::size_t pool, LargestIndex& reach,
                               const char* what) {
     const auto index = to_integer(text);
@@ -210,12 +213,13 @@ class ObjReader {
     return static_cast<std::uint32_t>(*index - 1);
   }
 
-  /// The number of corners whose index of a UV or a normal is 0.
+  /// Counts corners whose index of a UV or a normal is 0.
   struct ZeroIndices {
     std::uint64_t count = 0;
     std::string first;
   };
-  /// True if a corner has an index of a UV or a normal. Some programs, such as Cinema 4D, write 0 for a missing one.
+  /// True if a corner has an index of a UV or a normal. Cinema 4D and other programs write 0 if
+  /// there is none.
   bool has_index(std::string_view text, ZeroIndices& zeros) const {
     if (text.empty()) return false;
     if (to_integer(text) != 0) return true;
@@ -228,7 +232,7 @@ class ObjReader {
                 zeros.first + ": " + counted(zeros.count, "corner") +
                     (zeros.count == 1 ? "" : " (this is the first)") +
                     (zeros.count == 1 ? " has" : " have") + " 0 for the index of a " + what +
-                    ", which counts from 1: without one there.",
+                    ", which counts from 1: these corners get none.",
                 zeros.count);
   }
 
@@ -238,7 +242,7 @@ class ObjReader {
            ", but there are " + std::to_string(pool);
   }
 
-  void face() {
+  void parse_face() {
     vertex_.clear();
     uv_.clear();
     normal_.clear();
@@ -252,15 +256,18 @@ class ObjReader {
         if (slash == std::string_view::npos) break;
         token.remove_prefix(slash + 1);
       }
-      vertex_.push_back(resolve_index(part[0], builder_.positions.size(), vertex_reach_, "vertex"));
+      vertex_.push_back(
+          resolve_index(part[0], builder_.positions.size(), largest_vertex_index_, "vertex"));
       uv_.push_back(MeshBuilder::kNone);
       normal_.push_back(MeshBuilder::kNone);
       if (has_index(part[1], zero_uvs_)) {
-        uv_.back() = resolve_index(part[1], builder_.uvs.size(), uv_reach_, "texture coordinate");
+        uv_.back() =
+            resolve_index(part[1], builder_.uvs.size(), largest_uv_index_, "texture coordinate");
         has_any_uv = true;
       }
       if (has_index(part[2], zero_normals_)) {
-        normal_.back() = resolve_index(part[2], builder_.normals.size(), normal_reach_, "normal");
+        normal_.back() =
+            resolve_index(part[2], builder_.normals.size(), largest_normal_index_, "normal");
         has_any_normal = true;
       }
     }
@@ -281,9 +288,9 @@ class ObjReader {
                       ", but there are " + std::to_string(pool),
                   "The file may be cut off; export the mesh again.");
     };
-    check(vertex_reach_, builder_.positions.size(), "vertex");
-    check(uv_reach_, builder_.uvs.size(), "texture coordinate");
-    check(normal_reach_, builder_.normals.size(), "normal");
+    check(largest_vertex_index_, builder_.positions.size(), "vertex");
+    check(largest_uv_index_, builder_.uvs.size(), "texture coordinate");
+    check(largest_normal_index_, builder_.normals.size(), "normal");
   }
 
   const MeshInput& input_;
@@ -291,7 +298,7 @@ class ObjReader {
   MeshBuilder builder_;
   std::vector<std::uint32_t> vertex_, uv_, normal_;
   std::vector<FaceLine> face_lines_;
-  LargestIndex vertex_reach_, uv_reach_, normal_reach_;
+  LargestIndex largest_vertex_index_, largest_uv_index_, largest_normal_index_;
   ZeroIndices zero_uvs_, zero_normals_;
   std::uint32_t triangles_ = 0;
   std::vector<std::uint32_t> polypaint_;

@@ -20,8 +20,8 @@ class OffReader {
   Mesh read() {
     header();
     if (colors_ && normals_ && has_negative_colors()) colors_first_ = !colors_first_;
-    for (std::uint64_t i = 0; i < vertices_; ++i) vertex(i);
-    for (std::uint64_t i = 0; i < faces_; ++i) face(i);
+    for (std::uint64_t i = 0; i < vertices_; ++i) parse_vertex(i);
+    for (std::uint64_t i = 0; i < faces_; ++i) parse_face(i);
     if (by_index_ != 0) {
       input_.warn("color-indices",
                   counted(by_index_, "face") + (by_index_ == 1 ? " has" : " have") +
@@ -38,8 +38,8 @@ class OffReader {
     input_.fail(scan_.place(), problem, "Correct the line or export the mesh again.");
   }
 
-  /// Parses the keyword "OFF" with prefix letters for vertex attributes, in any order.
-  void keyword(std::string_view word) {
+  /// Parses the keyword "OFF", which prefix letters for vertex attributes may precede in any order.
+  void parse_keyword(std::string_view word) {
     std::string_view attribute_letters = word;
     if (attribute_letters.ends_with("OFF") || attribute_letters == "off") {
       attribute_letters.remove_suffix(3);
@@ -57,7 +57,7 @@ class OffReader {
       if (has == nullptr || *has) {
         fail("\"" + printable(word) + "\" is not the keyword of an OFF file");
       }
-      // Geomview writes normals before colours, with "CN" for both; MeshLab writes them in reverse.
+      // With "CN", Geomview writes normals before colours, and MeshLab colours before normals.
       if (has == &colors_) colors_first_ = normals_;
       *has = true;
       attribute_letters.remove_prefix(length);
@@ -66,9 +66,9 @@ class OffReader {
 
   void header() {
     std::string_view word = scan_.token();
-    // The keyword is optional: if the first word is a number, the counts start there
+    // The keyword is optional. If the first word is a number, it is the number of vertices
     if (!to_integer(word)) {
-      keyword(word);
+      parse_keyword(word);
       word = scan_.token();
       if (word == "BINARY") {
         input_.fail(scan_.place(), "it is a binary OFF file",
@@ -89,7 +89,8 @@ class OffReader {
     vertices_ = static_cast<std::uint64_t>(*vertices);
     faces_ = static_cast<std::uint64_t>(*faces);
     scan_.next_line();
-    // A vertex takes at least "0 0 0\n", a face "0\n". The last line end may be missing, so one byte is added.
+    // A vertex takes at least "0 0 0\n", and a face "0\n". The last line end may be missing, so one
+    // byte is added.
     const std::uint64_t bytes_left = scan_.remaining() + 1;
     if (vertices_ > bytes_left / 6 || faces_ > bytes_left / 2) {
       fail("the header promises " + std::to_string(vertices_) + " vertices and " +
@@ -109,8 +110,8 @@ class OffReader {
          "\" where a number belongs");
   }
 
-  /// Reads the numbers of a vertex line into `values_`.
-  void numbers(std::uint64_t i) {
+  /// Reads the numbers in the line of a vertex to `values_`.
+  void read_numbers(std::uint64_t i) {
     values_.clear();
     std::string_view token = scan_.token();
     do {
@@ -131,13 +132,13 @@ class OffReader {
     return !colors_ || color_channels < 3 ? 0 : std::min<std::size_t>(color_channels, 4);
   }
 
-  /// True if a colour would be negative in the order of colours and normals that the keyword implies: then the order is
-  /// reversed.
+  /// True if some colour would be negative in the order of colours and normals that the keyword
+  /// implies, so that the other order is used.
   bool has_negative_colors() {
     const TextScanner line_start = scan_;
     bool is_negative = false;
     for (std::uint64_t i = 0; i < vertices_ && !is_negative; ++i) {
-      numbers(i);
+      read_numbers(i);
       const auto color =
           values_.begin() + static_cast<std::ptrdiff_t>(corner_numbers() + (colors_first_ ? 0 : 3));
       is_negative = std::any_of(color, color + static_cast<std::ptrdiff_t>(channels()),
@@ -147,8 +148,8 @@ class OffReader {
     return is_negative;
   }
 
-  void vertex(std::uint64_t i) {
-    numbers(i);
+  void parse_vertex(std::uint64_t i) {
+    read_numbers(i);
     const double* at = values_.data();
     const double w = homogeneous_ ? at[3] : 1;
     builder_.positions.push_back({at[0] / w, at[1] / w, at[2] / w});
@@ -169,7 +170,7 @@ class OffReader {
     }
   }
 
-  void face(std::uint64_t i) {
+  void parse_face(std::uint64_t i) {
     const std::string name = "face " + std::to_string(i);
     const std::string_view token = scan_.token();
     if (token.empty())
@@ -199,8 +200,8 @@ class OffReader {
                       normals_ ? Indices(corners_) : Indices());
   }
 
-  /// Parses the rest of a face line: nothing, an index into a colour map, or three or four channels. It ends at the
-  /// first word that is no number.
+  /// Parses the colour at the end of a face's line: nothing, an index into a colour map, or three
+  /// or four channels. It ends at the first word that is not a number.
   void face_color(std::uint64_t i) {
     values_.clear();
     for (std::string_view token = scan_.token_in_line(); !token.empty() && values_.size() < 4;
@@ -220,14 +221,14 @@ class OffReader {
   const MeshInput& input_;
   TextScanner scan_;
   MeshBuilder builder_;
-  /// Number of faces with a colour index, and the first such face
+  /// Number of faces whose colour is an index, and the first of them
   std::uint64_t by_index_ = 0, first_by_index_ = 0;
   bool textured_ = false, colors_ = false, normals_ = false;
-  bool homogeneous_ = false;       ///< true: positions are x y z w
-  bool of_any_dimension_ = false;  ///< true: a line states the number of coordinates per vertex
-  bool colors_first_ = false;      ///< true: colours precede normals
+  bool homogeneous_ = false;       ///< True: positions are x y z w
+  bool of_any_dimension_ = false;  ///< True: a line gives the number of coordinates per vertex
+  bool colors_first_ = false;      ///< True: colours precede normals
   std::uint64_t vertices_ = 0, faces_ = 0;
-  std::vector<double> values_;  ///< numbers of a vertex line
+  std::vector<double> values_;  ///< The numbers in the line of a vertex
   std::vector<std::uint32_t> corners_;
 };
 

@@ -1,7 +1,7 @@
-// Reads PLY. Every count and index is checked. A general loop reads files of any layout, value by value. A faster path
-// reads binary vertices without lists, and binary faces that are all triangles, on all threads and in place, since they
-// have a constant stride. If such a face is invalid, the general loop reads the faces again and reports the first error
-// with its position.
+// Reads PLY. Every count and index is checked. A general loop reads files of any layout value by
+// value. A faster path reads vertices of constant size, and faces that are all triangles, in binary
+// files: in place, and on all threads. If it finds an invalid face, the general loop reads the
+// faces again, and reports the first error with its position.
 #include "asset/mesh_ply.h"
 
 #include <algorithm>
@@ -33,7 +33,7 @@ T load(const char* at, bool swap) {
   return std::bit_cast<T>(bytes);
 }
 
-/// Reads values of a binary body. Callers check has() before each read.
+/// Reads values of a binary body. has() must be called before each value is read.
 class BinarySource {
  public:
   BinarySource(const MeshInput& input, const Header& header)
@@ -75,7 +75,7 @@ class BinarySource {
     return 0;
   }
   void skip(Type type, std::uint64_t count) { at_ += size_of(type) * count; }
-  /// Address of the first byte that was not read.
+  /// Address of the next byte to read.
   const char* here() const { return at_; }
   std::uint32_t index_at(const char* at) const { return load<std::uint32_t>(at, is_byte_swapped_); }
 
@@ -86,7 +86,7 @@ class BinarySource {
   bool is_byte_swapped_;
 };
 
-/// Reads values of an ASCII body, separated by blanks or line ends.
+/// Reads values of an ASCII body, which are separated by blanks or line ends.
 class AsciiSource {
  public:
   AsciiSource(const MeshInput& input, const Header& header)
@@ -94,7 +94,8 @@ class AsciiSource {
 
   bool has(std::uint64_t bytes) const { return bytes <= remaining(); }
   std::uint64_t remaining() const { return scan_.remaining() + 1; }
-  /// A value takes a digit and a separator; the last separator may be missing, which the constructor accounts for.
+  /// A value takes at least a digit and a separator. The constructor accounts for a missing last
+  /// separator.
   std::uint64_t least_bytes(Type) const { return 2; }
   std::string place() const { return "line " + std::to_string(first_line_ + scan_.line() - 1); }
 
@@ -131,10 +132,10 @@ class BodyReader {
   BodyReader(const MeshInput& input, const Header& header)
       : input_(input), header_(header), source_(input, header) {}
 
-  /// Reads the whole body into the builder.
+  /// Reads the whole body of the file into the builder.
   void read(MeshBuilder& builder) {
     textures_ = texture_names(header_);
-    // All elements are read in the file's order, since faces may precede the vertices.
+    // Elements are read in the order of the file, since faces may precede the vertices.
     for (const Element& element : header_.elements) {
       if (element.name != "vertex") continue;
       vertices_ = element.count;
@@ -144,7 +145,7 @@ class BodyReader {
     std::ptrdiff_t useful = std::count_if(header_.elements.begin(), header_.elements.end(),
                                           [](const Element& e) { return is_useful(e); });
     for (const Element& element : header_.elements) {
-      if (useful == 0) break;  // the remaining elements are ignored
+      if (useful == 0) break;  // The remaining elements are not needed
       if (is_useful(element)) --useful;
       check_size(element);
       if (element.name == "vertex") {
@@ -177,7 +178,8 @@ class BodyReader {
                 "Copy or export it again.");
   }
 
-  /// Checks that the rest of the file can hold the declared number of elements, before memory is allocated.
+  /// Checks that the rest of the file can hold the number of elements that the header declares,
+  /// before memory is allocated for them.
   void check_size(const Element& element) {
     std::uint64_t min_bytes = 0;
     for (const Property& property : element.properties) {
@@ -192,7 +194,7 @@ class BodyReader {
     }
   }
 
-  /// The values of one vertex or face, by their roles.
+  /// The values of one vertex or face, by their role.
   class ElementValues {
    public:
     explicit ElementValues(const Element& element) : has_color(has(element, Role::red)) {
@@ -223,9 +225,9 @@ class BodyReader {
     double color_scale_ = 1;
   };
 
-  /// Reads vertices on all threads if their size is constant, and they have only coordinates, normals, UVs and 8-bit
-  /// colours.
-  /// \returns false for other vertices; then nothing is read
+  /// Reads vertices on all threads, if they have a constant size, and only coordinates, normals,
+  /// UVs and 8-bit colours.
+  /// \returns false for other vertices; in this case nothing is read
   bool read_even_vertices(const Element& element, MeshBuilder& builder) {
     if constexpr (!std::is_same_v<Source, BinarySource>) {
       return false;
@@ -294,8 +296,8 @@ class BodyReader {
     }
   }
 
-  /// Reads faces on all threads if they are all triangles and have only indices.
-  /// \returns false for other faces, or if an index is invalid; then nothing is read
+  /// Reads faces on all threads, if all are triangles that have only indices.
+  /// \returns false for other faces, or if an index is invalid; in this case nothing is read
   bool read_triangles(const Element& element, MeshBuilder& builder) {
     if constexpr (!std::is_same_v<Source, BinarySource>) {
       return false;
@@ -308,7 +310,7 @@ class BodyReader {
                                       (list.type == Type::int32 || list.type == Type::uint32);
       if (!has_only_triangles || element.count > source_.remaining() / kTriangleBytes) return false;
       const char* const first = source_.here();
-      if (*first != 3) return false;  // Checks the first face before memory is allocated
+      if (*first != 3) return false;  // Checks the first face before memory is allocated for all
       const auto read_all = [&](std::span<Triangle> triangles) {
         std::atomic<bool> is_valid = true;
         parallel_for(triangles.size(), kElementsAtOnce, [&](std::size_t begin, std::size_t end) {
@@ -378,7 +380,7 @@ class BodyReader {
                       decimal(length),
                   "Export the mesh again.");
     }
-    // A double represents all lengths that can pass this check exactly; larger ones fail it.
+    // All lengths that can pass this check are exact in double precision; larger ones fail it.
     if (length * static_cast<double>(source_.least_bytes(property.type)) >
         static_cast<double>(source_.remaining())) {
       truncated(element, index);
@@ -397,7 +399,7 @@ class BodyReader {
                has_wedges = has(element, Role::wedge_uvs);
     if (!check_only) name_first_texture(builder, numbered);
     if (!check_only && vertex_uvs_ && has_wedges && builder.uvs.empty()) {
-      // The vertices may come later in the file, but their UVs have the same indices.
+      // The vertices may come later in the file, but their UVs have the same indices as they.
       for (const Element& other : header_.elements) {
         if (other.name == "vertex") check_size(other);
       }
@@ -431,7 +433,8 @@ class BodyReader {
       if (check_only) continue;
       Indices uvs;
       if (vertex_uvs_) uvs = corners_;
-      // UVs of corners, u and v alternating, take precedence over those of vertices, which cannot express seams.
+      // UVs of corners (u and v alternating) take precedence over those of vertices, which cannot
+      // represent seams.
       if (!corners_.empty() && wedge_uvs_.size() == 2 * corners_.size()) {
         uv.clear();
         for (std::size_t k = 0; k < corners_.size(); ++k) {
@@ -452,7 +455,7 @@ class BodyReader {
     }
   }
 
-  /// Assigns the first picture to faces without a picture number.
+  /// Assigns the first picture to faces that have no number of a picture.
   void name_first_texture(MeshBuilder& builder, bool numbered) {
     if (textures_.empty() || numbered) return;
     builder.set_material(textures_[0]);
@@ -475,7 +478,8 @@ class BodyReader {
     builder.set_material(name);
   }
 
-  /// Drops the pictures of a mesh without UVs, and warns once about invalid UVs and picture numbers.
+  /// Removes the pictures of a mesh without UVs. Warns once about invalid UVs, and once about
+  /// invalid numbers of pictures.
   void finish_textures(MeshBuilder& builder) {
     const auto warn = [&](const char* code, const FaceCount& what, const std::string& text) {
       if (what.count == 0) return;
@@ -522,11 +526,11 @@ class BodyReader {
     corners_.push_back(static_cast<std::uint32_t>(index));
   }
 
-  /// Reads triangle strips, as in scan archives: lists of vertices in which -1 ends a strip.
+  /// Reads triangle strips, which scan archives use: lists of vertices in which -1 ends a strip.
   void read_strips(const Element& element, MeshBuilder& builder) {
     std::uint64_t strip_index = 0;
     name_first_texture(builder, false);
-    corners_.clear();  // Discards the corners of the face before
+    corners_.clear();  // Discards the corners of the previous face
     for (std::uint64_t i = 0; i < element.count; ++i) {
       for (const Property& property : element.properties) {
         if (!property.list) {
@@ -550,15 +554,15 @@ class BodyReader {
     }
   }
 
-  /// Adds the triangles of a strip. Every second one is reversed. Degenerate ones only serve to change the strip's
-  /// direction.
+  /// Adds the triangles of a strip. Every second one is reversed. Degenerate triangles only serve
+  /// to change the direction of the strip, and are left out.
   void add_strip(MeshBuilder& builder) {
     const auto add = [&](std::span<const std::uint32_t> corners) {
       using Indices = std::span<const std::uint32_t>;
       builder.add_face(corners, vertex_uvs_ ? corners : Indices(),
                        vertex_normals_ ? corners : Indices());
     };
-    // a strip that is too short is counted as a short face
+    // A strip that is too short is counted as a face with too few corners
     if (!corners_.empty() && corners_.size() < 3) add(corners_);
     for (std::size_t k = 2; k < corners_.size(); ++k) {
       std::array<std::uint32_t, 3> t{corners_[k - 2], corners_[k - 1], corners_[k]};
@@ -583,10 +587,11 @@ class BodyReader {
   bool vertex_normals_ = false, vertex_uvs_ = false;
   std::vector<std::uint32_t> corners_;
   std::vector<float> wedge_uvs_;
-  std::vector<std::string> textures_;     ///< Names of the materials
-  const std::string* texture_ = nullptr;  ///< Number of the last face's picture
+  std::vector<std::string> textures_;  ///< Names of the materials
+  /// Name of the material of the last face; null if there is none
+  const std::string* texture_ = nullptr;
   const std::string untextured_ = kUntextured;
-  /// Faces that one warning will report.
+  /// Faces that a warning reports together.
   struct FaceCount {
     std::uint64_t count = 0, first = 0;
     void add(std::uint64_t face) {
@@ -596,7 +601,8 @@ class BodyReader {
   FaceCount bad_wedges_, bad_numbers_;
 };
 
-/// Rejects headers without vertices, and faces or strips without an index list. \throws Error(input)
+/// Rejects headers without vertices, and faces or strips without a list of indices.
+/// \throws Error(input)
 void check_elements(const MeshInput& input, const Header& header) {
   const auto find = [&header](std::string_view name) {
     return std::find_if(header.elements.begin(), header.elements.end(),
@@ -625,7 +631,7 @@ std::vector<Material> read_ply_materials(const MeshInput& given,
   MeshInput input = given;
   std::string converted;
   input.bytes = as_utf8(input.bytes, converted);
-  input.warnings = nullptr;  // Discarded, since load_mesh() has reported these warnings already
+  input.warnings = nullptr;  // load_mesh() has reported these warnings already
   const Header header = parse_header(input);
   const std::vector<std::string> names = texture_names(header);
   std::vector<Material> materials;

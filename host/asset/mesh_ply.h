@@ -13,7 +13,7 @@ namespace kiln::ply {
 enum class Encoding { ascii, little_endian, big_endian };
 enum class Type { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
 
-/// The meaning of a property.
+/// What a property means.
 enum class Role {
   unused,
   x,
@@ -56,20 +56,21 @@ struct Header {
   std::vector<Element> elements;
   /// Names from lines "comment TextureFile NAME", in order
   std::vector<std::string> texture_files;
-  std::size_t body = 0;         ///< Offset in bytes of the body, after the header
-  std::uint64_t body_line = 0;  ///< Line at which the body starts, counted from 1
+  std::size_t body = 0;         ///< Offset of the body in bytes
+  std::uint64_t body_line = 0;  ///< Number of the line at which the body starts, counted from 1
 };
 
-/// Names the materials of a file's pictures, one per picture: the picture's name without extension, or with it if two
-/// would be equal.
+/// Names of the materials that are made for a file's pictures, one for each: the name of the
+/// picture without its extension, or with it if two names would be equal.
 std::vector<std::string> texture_names(const Header& header);
-/// Name of the material for faces whose `texnumber` has no picture.
+/// Name of the material of faces whose `texnumber` refers to no picture.
 inline constexpr const char* kUntextured = "untextured";
 
 std::size_t size_of(Type type);
 bool integral(Type type);
 
-/// Parses the header. \throws Error(input) with the line
+/// Parses the header.
+/// \throws Error(input) that names the line
 Header parse_header(const MeshInput& input);
 
 }  // namespace kiln::ply

@@ -16,8 +16,9 @@
 namespace kiln {
 namespace {
 
-/// Merges corners with exactly equal positions (-0 equals 0; NaN equals the same NaN) into one vertex, in the order of
-/// first appearance. A hash table with open addressing and linear probing, at most half full.
+/// Merges corners with exactly equal positions into one vertex, in the order of their first
+/// appearance. -0 equals 0, and a NaN equals the same NaN. It is a hash table with open addressing
+/// and linear probing, at most half full.
 class Welder {
  public:
   Welder(std::vector<MeshBuilder::Position>& positions, std::size_t expected)
@@ -25,7 +26,7 @@ class Welder {
 
   std::uint32_t add(MeshBuilder::Position p) {
     if (2 * positions_.size() >= slots_.size()) grow();
-    for (double& value : p) value += 0.0;  // adding 0 turns -0 into 0
+    for (double& value : p) value += 0.0;  // Adding 0 turns -0 into 0
     std::size_t slot = hash(p);
     while (slots_[slot] != MeshBuilder::kNone) {
       if (std::memcmp(&positions_[slots_[slot]], &p, sizeof p) == 0) return slots_[slot];
@@ -69,12 +70,13 @@ std::uint32_t little_endian(const char* bytes) {
   return value;
 }
 
-/// Decodes colours in the two bytes after each triangle of a binary STL, 5 bits per channel. Two conventions exist.
-/// VisCAM and SolidView set bit 15 of triangles with a colour, with blue in the lowest bits. Materialise Magics writes
-/// "COLOR=" and a default colour into the header, and clears bit 15 of triangles with their own colour, with red in the
-/// lowest bits. MeshLab writes Magics' header and order, but sets bit 15 of all triangles. For Magics this means that
-/// no triangle has a colour of its own. So if the bit is set everywhere, the triangles' colours are used only if they
-/// differ.
+/// Decodes the colours that some programs store in the two bytes after each triangle of a binary
+/// STL, with 5 bits per channel. There are two conventions. VisCAM and SolidView set bit 15 of
+/// triangles that have a colour; blue is in the lowest bits. Materialise Magics writes "COLOR=" and
+/// a default colour to the header, and clears bit 15 of triangles that have their own colour; red
+/// is in the lowest bits. MeshLab writes the header and the order of Magics, but sets bit 15 of all
+/// triangles, which for Magics means that no triangle has a colour of its own. So if bit 15 is set
+/// everywhere, the colours of triangles are used only if they differ.
 class StlColors {
  public:
   explicit StlColors(const MeshInput& input) : bytes_(input.bytes) {
@@ -85,12 +87,13 @@ class StlColors {
     std::array<std::uint8_t, 4> color;
     std::memcpy(color.data(), header.data() + at + kMagicsPrefix.size(), 4);
     default_color_ = color;
-    // Programs that only write a default colour leave the bytes 0, which would otherwise mean black triangles.
+    // Programs that write only a default colour leave these bytes 0, which would otherwise mean
+    // black triangles.
     const Bits bits = scan_bits();
     by_triangle_ = !bits.are_alike || bits.first != 0;
     mark_counts_ = !bits.are_all_marked;
     if (mark_counts_ || !by_triangle_) return;
-    // After the colour in the header, MeshLab writes a blank where Magics writes alpha.
+    // After the colour in the header, MeshLab writes a blank, and Magics an alpha value.
     const bool is_meshlabs = header.substr(at + kMagicsPrefix.size() + 3).starts_with(" MATERIAL=");
     if (!bits.are_alike || is_meshlabs) return;
     mark_counts_ = true;
@@ -102,7 +105,7 @@ class StlColors {
                                    [](std::uint8_t a, std::uint8_t b) {
                                      return std::abs(int{a} - int{b}) <= kMaxRoundingError;
                                    });
-    // Programs that only write a default colour set bit 15 of all triangles, or of none.
+    // Programs that write only a default colour set bit 15 of all triangles, or of none.
     if (agrees || color_bits == 0 || color_bits == kDefaultColorBit - 1) return;
     input.warn(
         "stl-colors",
@@ -148,7 +151,7 @@ class StlColors {
     }
     return bits;
   }
-  /// The three channels of a colour, the one in the lowest bits first.
+  /// The three channels of a colour, starting with the one in the lowest bits.
   static std::array<std::uint8_t, 3> channels_of(std::uint32_t bits) {
     return {expand_to_8_bits(bits), expand_to_8_bits(bits >> 5U), expand_to_8_bits(bits >> 10U)};
   }
@@ -158,7 +161,7 @@ class StlColors {
   }
 
   std::string_view bytes_;
-  /// the default colour in Magics' header
+  /// The default colour in a header of Magics
   std::optional<std::array<std::uint8_t, 4>> default_color_;
   bool by_triangle_ = true, mark_counts_ = true;
 };
@@ -188,7 +191,7 @@ Mesh read_binary(const MeshInput& input) {
   Welder welder(builder.positions, count / 2);
   const StlColors colors(input);
   for (std::uint64_t t = 0; t < count; ++t) {
-    // Address of the triangle's vertices, which follow its normal
+    // Address of the triangle's vertices, which come after its normal
     const char* at = bytes.data() + kHeaderBytes + t * kTriangleBytes + 12;
     std::uint32_t corner[3];
     for (std::uint32_t& vertex : corner) {
@@ -205,12 +208,12 @@ Mesh read_binary(const MeshInput& input) {
   return builder.finish();
 }
 
-/// True if a token is a keyword, which is given in lower case; case is ignored.
+/// True if a token is this keyword, in upper or lower case. The keyword is given in lower case.
 bool is_word(std::string_view token, std::string_view keyword) {
   return token.size() == keyword.size() && lower_case(token) == keyword;
 }
 
-/// Reads the keyword at the start of a statement. "end loop" is read as "endloop".
+/// Reads the keyword of a statement. "end loop" becomes "endloop".
 std::string keyword_at(TextScanner& scan) {
   const std::string word = lower_case(scan.token());
   if (word != "end") return word;
@@ -280,7 +283,7 @@ Mesh read_ascii(const MeshInput& input) {
 
 Mesh read_stl(const MeshInput& input) {
   const std::string_view bytes = input.bytes;
-  // Some programs start the header of a binary file with "solid", so the file's size decides first.
+  // A binary file's header may start with "solid", too, so its size decides first.
   const bool sized =
       bytes.size() >= kHeaderBytes &&
       bytes.size() ==

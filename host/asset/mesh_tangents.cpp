@@ -1,4 +1,4 @@
-// Checks tangents of vertices in a file, and converts them to tangents of corners.
+// Checks the tangents of vertices in a file, and converts them to tangents of corners.
 #include <cmath>
 
 #include "asset/mesh_builder.h"
@@ -8,14 +8,15 @@ namespace kiln {
 namespace {
 
 constexpr double kMaxLengthError =
-    0.01;  // deviation of a tangent's length from 1 above which it is reported
-constexpr double kMinNormalSine = 0.01;  // smallest sine of the angle between tangent and normal
+    0.01;  // Maximum difference of a tangent's length from 1 that is not reported
+constexpr double kMinNormalSine = 0.01;  // Minimum sine of the angle between tangent and normal
 
 double length_of(const Vec3& v) {
   return std::sqrt(double{v.x} * v.x + double{v.y} * v.y + double{v.z} * v.z);
 }
 
-/// Sine of the angle between two vectors. \param product  product of their lengths
+/// Sine of the angle between two vectors.
+/// \param product  product of the lengths of the vectors
 double sine(const Vec3& a, const Vec3& b, double product) {
   const double x = double{a.y} * b.z - double{a.z} * b.y;
   const double y = double{a.z} * b.x - double{a.x} * b.z;
@@ -30,7 +31,7 @@ bool mirrored(const Mesh& mesh, std::size_t t) {
   return (double{q.x} - p.x) * (double{r.y} - p.y) - (double{r.x} - p.x) * (double{q.y} - p.y) < 0;
 }
 
-/// Number of vertices with the same problem, and the first of them.
+/// Number of vertices that have the same problem, and the first of them.
 struct TangentFault {
   std::uint64_t count = 0, first = 0;
   double value = 0;
@@ -49,10 +50,10 @@ struct TangentFault {
 
 }  // namespace
 
-/// Clears tangents that form no valid frame with their normals, and warns of them.
+/// Clears tangents that do not form a valid frame with their normals, and warns of them.
 void MeshBuilder::check_tangents(const Mesh& mesh) {
   const bool has_normals = mesh.normals.size() == positions.size();
-  TangentFault none_at, longer, signs;
+  TangentFault unusable, non_unit, signs;
   for (std::size_t i = 0; i < tangents.size(); ++i) {
     Tangent& tangent = tangents[i];
     const double size = length_of(tangent.direction);
@@ -61,24 +62,25 @@ void MeshBuilder::check_tangents(const Mesh& mesh) {
                               : 1;
     if (!(size > 0) || !std::isfinite(size) || !(across > kMinNormalSine)) {
       tangent.direction = {};
-      none_at.add(i, size);
+      unusable.add(i, size);
       continue;
     }
-    if (std::abs(size - 1) > kMaxLengthError) longer.add(i, size);
+    if (std::abs(size - 1) > kMaxLengthError) non_unit.add(i, size);
     if (tangent_signs && std::abs(tangent.sign) != 1) signs.add(i, double{tangent.sign});
   }
-  if (none_at.count != 0) {
+  if (unusable.count != 0) {
     input_.warn("bad-tangents",
-                std::to_string(none_at.count) +
+                std::to_string(unusable.count) +
                     " vertices have a tangent that is NaN, infinite, zero or along the normal (" +
-                    none_at.vertex() + " for example): these are replaced by MikkTSpace's.",
-                none_at.count);
+                    unusable.vertex() + " for example): these are replaced by MikkTSpace's.",
+                unusable.count);
   }
-  if (longer.count != 0) {
+  if (non_unit.count != 0) {
     input_.warn("long-tangents",
-                std::to_string(longer.count) + " vertices have a tangent whose length is not 1 (" +
-                    longer.text() + "): these were normalised.",
-                longer.count);
+                std::to_string(non_unit.count) +
+                    " vertices have a tangent whose length is not 1 (" + non_unit.text() +
+                    "): these were normalised.",
+                non_unit.count);
   }
   if (signs.count != 0) {
     input_.warn("tangent-signs",
@@ -89,7 +91,7 @@ void MeshBuilder::check_tangents(const Mesh& mesh) {
   }
 }
 
-/// Copies tangents of vertices to corners. Without UVs, tangents are dropped.
+/// Copies tangents of vertices to their corners. Without UVs, tangents are dropped.
 void MeshBuilder::copy_tangents(Mesh& mesh) {
   if (tangents.empty() || mesh.uv_triangles.empty()) return;
   check_tangents(mesh);

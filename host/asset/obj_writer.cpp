@@ -15,7 +15,7 @@
 namespace kiln {
 namespace {
 
-/// Buffers text, and writes it to the file in large pieces.
+/// Collects text, and writes it to the file in large pieces.
 class Writer {
  public:
   explicit Writer(AtomicFile& file) : file_(file) { buffer_.reserve(kCapacity); }
@@ -24,7 +24,7 @@ class Writer {
     if (buffer_.size() + value.size() > kCapacity) flush();
     buffer_ += value;
   }
-  void single(float value) { number(value, std::chars_format::general, 9); }
+  void write_float(float value) { number(value, std::chars_format::general, 9); }
   void exact_number(double value) { number(value, std::chars_format::general, 17); }
   void index(std::uint32_t zero_based) {
     char digits[16];
@@ -54,8 +54,9 @@ class Writer {
   std::string buffer_;
 };
 
-/// Replaces characters that OBJ does not allow in names: control characters would end the line, and a final backslash
-/// would join the next line. '#' is kept, since it starts no comment within a name.
+/// Replaces characters that OBJ does not allow in names: control characters would end the line, and
+/// a final backslash would join it with the next one. '#' is kept, since within a name it does not
+/// begin a comment.
 std::string safe_name(const std::string& name) {
   std::string safe = name.empty() ? "default" : name;
   for (char& c : safe) {
@@ -111,36 +112,40 @@ void check(const Mesh& mesh) {
   }
 }
 
-/// Writes a name before the first triangle of each sequence with that name.
+/// Writes names: each before the first of consecutive triangles that have it.
 class Names {
  public:
   Names(const char* keyword, const std::vector<std::uint32_t>& of,
         const std::vector<std::string>& names)
-      : keyword_(keyword), of_(of), names_(names) {}
+      : keyword_(keyword), name_of_triangle_(of), names_(names) {}
 
-  /// Writes all names first, so that readers number them in this order.
+  /// Writes all names at the start, so that readers number them in this order.
   void write_all_names(Writer& out) const {
-    for (const std::string& name : of_.empty() ? std::vector<std::string>() : names_) {
+    for (const std::string& name :
+         name_of_triangle_.empty() ? std::vector<std::string>() : names_) {
       out.text(keyword_ + safe_name(name) + "\n");
     }
   }
-  /// True if readers would number the names in this order anyway, because all are used, in order.
+  /// True if readers would number the names in this order anyway, since all are used, in this
+  /// order.
   bool is_in_order() const {
     std::uint32_t next = 0;
-    for (const std::uint32_t name : of_) {
+    for (const std::uint32_t name : name_of_triangle_) {
       if (name > next) return false;
       if (name == next) ++next;
     }
     return next == names_.size();
   }
-  /// Writes the name of a triangle if it differs from the last one. \returns true if it was written
+  /// Writes the name of a triangle if it differs from the last name.
+  /// \returns true if it was written
   bool write_if_changed(std::size_t triangle, Writer& out) {
-    if (of_.empty() || of_[triangle] == last_written_) return false;
-    last_written_ = of_[triangle];
+    if (name_of_triangle_.empty() || name_of_triangle_[triangle] == last_written_) return false;
+    last_written_ = name_of_triangle_[triangle];
     out.text(keyword_ + safe_name(names_[last_written_]) + "\n");
     return true;
   }
-  /// Some readers use an object's name as the group's name, too; this keeps track of that name.
+  /// Some readers use the name of an object as that of the group, too. This records that name as
+  /// the last one.
   void copy_names(const Names& object) {
     last_written_ = kNone;
     const auto same_name =
@@ -151,13 +156,14 @@ class Names {
 
  private:
   std::string keyword_;
-  const std::vector<std::uint32_t>& of_;  // For each triangle, the index of its name
+  const std::vector<std::uint32_t>& name_of_triangle_;  // For each triangle, the index of its name
   const std::vector<std::string>& names_;
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
   std::uint32_t last_written_ = kNone;
 };
 
-/// True if all three corners have a finite UV, since OBJ cannot mix corners with and without UVs in a face.
+/// True if all three corners have a finite UV. In OBJ, either all corners of a face have a UV, or
+/// none.
 bool has_uvs(const Mesh& mesh, std::size_t triangle) {
   if (mesh.uv_triangles.empty()) return false;
   const Triangle& t = mesh.uv_triangles[triangle];
@@ -182,7 +188,7 @@ void save_obj(const Mesh& mesh, const std::filesystem::path& path) {
   Writer out(file);
   out.text("# Kiln\n");
   for (const std::string& name : mesh.material_files) {
-    if (has_own_materials(name)) continue;  // A file that lacks this suffix is no MTL
+    if (has_own_materials(name)) continue;  // This is the mesh's own file, not an MTL
     if (!name.empty()) out.text("mtllib " + safe_path(name) + "\n");
   }
   const bool placed = mesh.origin != std::array<double, 3>{};
@@ -194,12 +200,12 @@ void save_obj(const Mesh& mesh, const std::filesystem::path& path) {
       out.exact_number(mesh.origin[1] + double{p.y});
       out.exact_number(mesh.origin[2] + double{p.z});
     } else {
-      out.single(p.x);
-      out.single(p.y);
-      out.single(p.z);
+      out.write_float(p.x);
+      out.write_float(p.y);
+      out.write_float(p.z);
     }
     if (!mesh.colors.empty()) {
-      for (int k = 0; k < 3; ++k) out.single(static_cast<float>(mesh.colors[i][k]) / 255.0f);
+      for (int k = 0; k < 3; ++k) out.write_float(static_cast<float>(mesh.colors[i][k]) / 255.0f);
     }
     out.text("\n");
   }
@@ -212,24 +218,24 @@ void save_obj(const Mesh& mesh, const std::filesystem::path& path) {
       if (!is_finite(uv)) continue;
       uv_number[i] = next++;
       out.text("vt");
-      out.single(uv.x);
-      out.single(uv.y);
+      out.write_float(uv.x);
+      out.write_float(uv.y);
       out.text("\n");
     }
   }
   if (normals) {
     for (const Vec3& n : mesh.normals) {
       out.text("vn");
-      out.single(n.x);
-      out.single(n.y);
-      out.single(n.z);
+      out.write_float(n.x);
+      out.write_float(n.y);
+      out.write_float(n.z);
       out.text("\n");
     }
   }
   Names groups("g ", mesh.groups, mesh.group_names);
   Names materials("usemtl ", mesh.materials, mesh.material_names);
   Names objects("o ", mesh.objects, mesh.object_names);
-  // Other programs create an object for each such line, so it is only written if needed.
+  // Other programs make a new object for each such line, so it is only written if it is needed.
   if (mesh.objects.empty() || !groups.is_in_order()) groups.write_all_names(out);
   if (!objects.is_in_order()) objects.write_all_names(out);
   materials.write_all_names(out);

@@ -96,8 +96,8 @@ Role vertex_role(std::string_view name) {
   return Role::unused;
 }
 
-/// Splits the header into lines, separated by LF, CR LF or CR as after the first line. In a binary file, the byte after
-/// "end_header" may have any value.
+/// Splits the header into lines. They end with LF, CR LF or CR, as the first line does. In a binary
+/// file, the byte after "end_header" may have any value.
 class HeaderLines {
  public:
   explicit HeaderLines(std::string_view text) : text_(text) {
@@ -125,7 +125,8 @@ class HeaderLines {
   std::uint64_t number_ = 0;
 };
 
-/// Drops roles of properties that occur twice, or whose set is incomplete.
+/// Removes the roles of properties that occur twice, or that lack other properties of their set,
+/// such as y of x, y, z.
 class RoleCheck {
  public:
   explicit RoleCheck(Element& element) : element_(element) {
@@ -135,7 +136,7 @@ class RoleCheck {
       const bool is_repeated =
           std::any_of(properties.begin(), property,
                       [&](const Property& other) { return other.role == property->role; });
-      if (is_repeated) drop(*property);
+      if (is_repeated) drop_role(*property);
     }
   }
 
@@ -144,12 +145,13 @@ class RoleCheck {
       return;
     for (Property& property : element_.properties) {
       if (std::find(set.begin(), set.end(), property.role) != set.end() || property.role == more) {
-        drop(property);
+        drop_role(property);
       }
     }
   }
 
-  /// Warns of dropped properties. \param owners  "vertices" or "faces"
+  /// Warns of the properties that are ignored.
+  /// \param owners  "vertices" or "faces"
   void warn(const MeshInput& input, const char* owners) const {
     if (unused_properties_ == 0) return;
     input.warn("unused-properties",
@@ -165,7 +167,7 @@ class RoleCheck {
   }
 
  private:
-  void drop(Property& property) {
+  void drop_role(Property& property) {
     property.role = Role::unused;
     if (unused_properties_++ == 0) example_ = printable(property.name);
   }
@@ -175,7 +177,7 @@ class RoleCheck {
   std::string example_;
 };
 
-/// Checks roles that come in sets: an incomplete set is dropped, and the first of several sets counts.
+/// Checks roles that come in sets. An incomplete set is ignored; of several sets, the first counts.
 void check_vertex_roles(const MeshInput& input, Element& vertex) {
   for (const Role role : {Role::x, Role::y, Role::z}) {
     const std::ptrdiff_t count = RoleCheck::count(vertex, role);
@@ -200,7 +202,7 @@ void check_face_roles(const MeshInput& input, Element& face) {
   check.warn(input, "faces");
 }
 
-/// The role of a face's scalar property by its name.
+/// The role of a scalar property of faces, by its name.
 Role face_role(std::string_view name) {
   if (name == "texnumber") return Role::texture_number;
   const Role role = vertex_role(name);
@@ -209,8 +211,8 @@ Role face_role(std::string_view name) {
   return color ? role : Role::unused;
 }
 
-/// The picture that a comment names, in the convention of VCGLib and most photogrammetry programs; empty if it names
-/// none.
+/// The picture that a comment names, by the convention of VCGLib and most photogrammetry programs;
+/// empty if it names none.
 std::string_view texture_file(TextScanner& scan) {
   if (lower_case(scan.token_in_line()) != "texturefile") return {};
   std::string_view name = scan.rest_of_line();

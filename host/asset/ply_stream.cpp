@@ -23,7 +23,7 @@ constexpr std::size_t kMaxHeaderBytes = std::size_t{1} << 18;
 constexpr std::size_t kTriangleFaceBytes = 13;  // Size of a triangle: a count and three indices
 constexpr std::size_t kStreamedAtOnce = std::size_t{1} << 20;
 
-/// Where the values of a vertex or a face stand.
+/// Where the values of vertices and faces lie in the file.
 struct StreamLayout {
   std::uint64_t vertices = 0, triangles = 0;
   std::size_t vertex_bytes = 0;
@@ -39,7 +39,8 @@ FailWith stream_failure(const MeshInput& input) {
   };
 }
 
-/// Finds the layout; returns why there is none, or an empty text.
+/// Finds the layout. If the file cannot be read in pieces, returns the reason; otherwise an empty
+/// text.
 std::string find_stream_layout(const Header& header, StreamLayout& layout) {
   if (header.encoding != Encoding::little_endian || std::endian::native != std::endian::little) {
     return "is not a binary, little-endian PLY";
@@ -164,23 +165,24 @@ class PlyStream : public MeshStream {
   }
 
   void read_triangles(std::size_t first, std::span<Triangle> to) const override {
-    each(layout_.first_face, kTriangleFaceBytes, first, to.size(),
-         [&](std::size_t i, const char* at) {
-           if (*at != 3) {
-             input_.fail("face " + std::to_string(first + i),
-                         "it has " + std::to_string(static_cast<unsigned char>(*at)) + " corners",
-                         "Larger than memory, a high poly must consist of triangles alone: "
-                         "triangulate it.");
-           }
-           std::memcpy(to[i].data(), at + 1, sizeof to[i]);
-           for (const std::uint32_t v : to[i]) {
-             if (v < layout_.vertices) continue;
-             input_.fail("face " + std::to_string(first + i),
-                         "vertex " + std::to_string(v) + " is none of its " +
-                             std::to_string(layout_.vertices),
-                         "Export the mesh again.");
-           }
-         });
+    for_each_element(
+        layout_.first_face, kTriangleFaceBytes, first, to.size(),
+        [&](std::size_t i, const char* at) {
+          if (*at != 3) {
+            input_.fail("face " + std::to_string(first + i),
+                        "it has " + std::to_string(static_cast<unsigned char>(*at)) + " corners",
+                        "A high poly that is larger than memory must consist of triangles "
+                        "only: triangulate it.");
+          }
+          std::memcpy(to[i].data(), at + 1, sizeof to[i]);
+          for (const std::uint32_t v : to[i]) {
+            if (v < layout_.vertices) continue;
+            input_.fail("face " + std::to_string(first + i),
+                        "it refers to vertex " + std::to_string(v) + ", but the file has " +
+                            std::to_string(layout_.vertices),
+                        "Export the mesh again.");
+          }
+        });
   }
 
  private:
@@ -194,13 +196,13 @@ class PlyStream : public MeshStream {
 
   template <typename Take>
   void each_vertex(std::size_t first, std::size_t count, const Take& take) const {
-    each(layout_.first_vertex, layout_.vertex_bytes, first, count, take);
+    for_each_element(layout_.first_vertex, layout_.vertex_bytes, first, count, take);
   }
 
-  /// Calls take(i, bytes) for elements [first, first + count), which are read in pieces.
+  /// Calls take(i, bytes) for elements `first` to `first` + `count` - 1, which are read in pieces.
   template <typename Take>
-  void each(std::uint64_t start, std::size_t bytes, std::size_t first, std::size_t count,
-            const Take& take) const {
+  void for_each_element(std::uint64_t start, std::size_t bytes, std::size_t first,
+                        std::size_t count, const Take& take) const {
     const std::size_t most = std::max<std::size_t>(1, kStreamedAtOnce / bytes);
     std::vector<char> piece(std::min(count, most) * bytes);
     for (std::size_t done = 0; done < count; done += most) {

@@ -1,4 +1,4 @@
-// PLY files that are read piece by piece.
+// Reads PLY files in pieces.
 #pragma once
 
 #include <cstdint>
@@ -10,18 +10,21 @@
 
 namespace kiln {
 
-/// A binary PLY whose elements have constant sizes: vertices without lists, then triangles without further properties.
+/// A binary PLY whose elements have constant sizes: vertices without lists, then faces that are
+/// triangles and have no other properties.
 struct PlyLayout {
   std::uint64_t triangles = 0;
   bool has_uvs = false, has_normals = false;
-  /// Why the file cannot be read piece by piece, as the end of a sentence about it; empty: it can.
+  /// Why the file cannot be read in pieces, as the end of a sentence about it; empty if it can
   std::string obstacle;
 };
 
-/// Reads a PLY's header. \throws Error(input) as load_mesh()
+/// Reads the header of a PLY.
+/// \throws Error(input) as load_mesh()
 PlyLayout ply_layout(const std::filesystem::path& path);
 
-/// Opens a PLY whose layout has no obstacle. \throws Error(input)
+/// Opens a PLY that can be read in pieces (PlyLayout::obstacle is empty).
+/// \throws Error(input)
 std::shared_ptr<const MeshStream> stream_ply(const std::filesystem::path& path);
 
 }  // namespace kiln

@@ -21,21 +21,22 @@ namespace {
 
 constexpr char kSavedMeshMagic[8] = {'k', 'i', 'l', 'n', 's', 'r', 'c', '1'};
 constexpr std::uint32_t kSavedMeshByteOrder = 0x01020304;
-// Deviation of a unit normal's squared length that readers may leave
+// Maximum difference from 1 of the squared length of normals that readers return
 constexpr double kMaxSavedNormalDeviation = 2e-6;
 
 struct SavedMeshHead {
   char magic[8] = {};
   std::uint32_t byte_order = 0;
   std::uint32_t unused = 0;
-  std::uint64_t bytes = 0;  ///< Length of the mesh's arrays
-  std::uint64_t hash = 0;   ///< Hash of the mesh's arrays
+  std::uint64_t bytes = 0;  ///< Number of bytes in the arrays of the mesh
+  std::uint64_t hash = 0;   ///< Hash of the arrays of the mesh
 };
 static_assert(sizeof(SavedMeshHead) == 32);
 
 Message remedy_of_saved_mesh() { return "Save it again with " + option("save_source") + "."; }
 
-/// Visits all members that are stored, in their order in the file. Tangents are those of low polys.
+/// Visits all members of Mesh that are stored, in the order of the file. Tangents are not, since
+/// only low polys have them.
 template <typename AnyMesh, typename Visit>
 void visit_saved_members(AnyMesh& mesh, const Visit& visit) {
   visit(mesh.origin);
@@ -58,7 +59,7 @@ void visit_saved_members(AnyMesh& mesh, const Visit& visit) {
   visit(mesh.other_uvs);
 }
 
-/// Passes the bytes of a mesh's members to `put(data, size)`, piece by piece, so that none is copied.
+/// Calls `put(data, size)` for consecutive pieces of a mesh's bytes, without copying them.
 template <typename Put>
 class SavedMeshWriter {
  public:
@@ -109,7 +110,7 @@ class SavedMeshReader {
   template <typename T>
   void take(std::vector<T>& values) {
     constexpr bool is_flat = std::is_trivially_copyable_v<T>;
-    // An element that is not flat takes 8 bytes at least: its own number of elements.
+    // An element that is itself a list takes at least 8 bytes, for its number of elements.
     const std::size_t count = take_count(is_flat ? sizeof(T) : sizeof(std::uint64_t));
     values.resize(count);
     if constexpr (is_flat) {
@@ -147,7 +148,8 @@ class SavedMeshReader {
   std::string_view left_;
 };
 
-/// Checks the head of a file. \param size  number of bytes in the file
+/// Checks the head of a file.
+/// \param size  number of bytes in the file
 SavedMeshHead check_saved_mesh_head(std::string_view bytes, std::uint64_t size,
                                     const MeshInput& input) {
   SavedMeshHead head;
@@ -164,7 +166,7 @@ SavedMeshHead check_saved_mesh_head(std::string_view bytes, std::uint64_t size,
   return head;
 }
 
-/// Checks what validate() does not: that a reader returned the mesh.
+/// Checks conditions that validate() does not check: that a reader could have returned the mesh.
 void check_saved_mesh(const Mesh& mesh, const MeshInput& input) {
   const auto are_named = [&](const std::vector<std::uint32_t>& of, std::size_t names) {
     return (of.empty() || of.size() == mesh.triangles.size()) &&

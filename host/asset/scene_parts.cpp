@@ -26,7 +26,8 @@ Vec3 NormalTransform::operator()(double x, double y, double z) const {
   for (std::size_t i = 0; i < 3; ++i) {
     transformed[i] = columns_[0][i] * x + columns_[1][i] * y + columns_[2][i] * z;
   }
-  // The length is computed in double precision, since cofactors of small scales underflow in floats.
+  // The length is computed in double precision, since cofactors of small scales would underflow in
+  // floats.
   const double length =
       std::hypot(transformed[0], transformed[1], transformed[2]) * (mirrors_ ? -1 : 1);
   if (!std::isnormal(length)) return {};
@@ -108,12 +109,12 @@ bool ScenePictures::is_outside(const std::filesystem::path& plain) const {
 std::filesystem::path ScenePictures::find(const std::string& name) {
   const std::filesystem::path normal_path = std::filesystem::path(name).lexically_normal();
   const bool allowed = !is_outside(normal_path) || input_.options.outside;
-  // A file outside the folder may have a copy beside the mesh.
+  // For a file outside of the folder, there may be a copy beside the mesh.
   std::filesystem::path file =
       finder_.find(folder_ / (allowed ? normal_path : normal_path.filename()), input_.file);
   std::error_code error;
   if (!is_picture_file(file)) return {};
-  // A symbolic link beside the file may lead out of the folder.
+  // The file beside the mesh may be a symbolic link that leads out of the folder.
   return input_.options.outside || lies_within(folder_, file) ? file : std::filesystem::path();
 }
 
@@ -156,7 +157,8 @@ void ScenePictures::warn() const {
                 counted(placed_.count, "picture") + " of materials, such as '" +
                     printable(placed_.first) +
                     "', would be moved, turned or scaled in a way that programs read "
-                    "differently: that is left out. Export glTF, or apply it to the UVs.",
+                    "differently: their transforms were ignored. Export glTF, or apply the "
+                    "transforms to the UVs.",
                 placed_.count);
   }
 }

@@ -1,4 +1,5 @@
-// Helpers for readers that use a library: normals under affine maps, UV sets by name, pictures of materials.
+// Shared by the readers that use a library: normals under affine maps, UV sets by name, pictures of
+// materials.
 #pragma once
 
 #include <array>
@@ -17,8 +18,8 @@
 
 namespace kiln {
 
-/// The transform of normals that belongs to an affine map: its cofactor matrix, which is valid for any scaling. Results
-/// have unit length, or are zero if that is impossible.
+/// Transforms normals for an affine map, by its cofactor matrix, which is valid for any scaling.
+/// Results have unit length, or are zero if they cannot be normalized.
 class NormalTransform {
  public:
   explicit NormalTransform(const AffineMap& map);
@@ -30,53 +31,56 @@ class NormalTransform {
   bool mirrors_ = false;
 };
 
-/// Joins the corners at each vertex whose faces have a common smoothing group, directly or transitively, as in 3ds Max.
-/// Corners of faces without a group stay separate.
+/// Joins those corners at a vertex whose faces have a smoothing group in common, directly or by way
+/// of other faces, as in 3ds Max. Corners of faces without a group stay separate.
 /// \param corners  pairs of vertex and corner, in any order
-/// \param masks    mask of each corner's face, one bit per group
+/// \param masks    for each corner, the groups of its face, with one bit per group
 void join_by_groups(std::vector<std::array<std::uint32_t, 2>> corners,
                     const std::vector<std::uint32_t>& masks, DisjointSets& pieces);
 
-/// Chooses the UV set of each mesh by LoadMeshOptions, in files whose meshes have sets of their own.
+/// Chooses the UV set of each mesh by LoadMeshOptions, for files whose meshes have different sets.
 class UvSetChoice {
  public:
   explicit UvSetChoice(const MeshInput& input) : input_(input) {}
 
-  /// The requested set, if a mesh has it; counts meshes without it. \param names  names of the mesh's sets; empty if
-  /// they have none
+  /// The requested set if the mesh has it; otherwise counts the mesh for check().
+  /// \param names  names of the mesh's sets; empty if they have none
   std::optional<std::uint32_t> choose(const std::vector<std::string>& names);
-  /// choose() without counting.
+  /// As choose(), without counting.
   std::optional<std::uint32_t> find(const std::vector<std::string>& names) const;
-  /// Rejects a requested set that no mesh has, and warns of meshes without it. Call it after all meshes.
+  /// Rejects a requested set that no mesh has, and warns of meshes without it. To be called after
+  /// all meshes.
   void check() const;
   std::uint32_t chosen() const { return first_chosen_set_.value_or(0); }
 
  private:
   const MeshInput& input_;
   std::optional<std::uint32_t> first_chosen_set_;
-  // Descriptions of the UV sets that exist, for the error message
+  // The UV sets that exist, as described in the error message
   std::set<std::string> known_pictures_;
   std::uint64_t meshes_with_several_sets_ = 0;  // Number of meshes with more than one UV set
 };
 
-/// Finds the pictures that materials of a scene name, within the folder of its file, and warns of missing ones.
+/// Finds the pictures that materials of a scene name, within the folder of the scene's file, and
+/// warns of missing ones.
 class ScenePictures {
  public:
   explicit ScenePictures(const MeshInput& input);
 
-  /// The file of a picture; empty if it does not exist or must not be read.
+  /// Path of a picture's file; empty if it does not exist or must not be read.
   std::filesystem::path find(const std::string& name);
   /// Counts a picture that find() did not find, for the warning.
   void count_missing(const std::string& name);
-  /// Sets the placement of a picture. A pure scaling multiplies UVs in all programs; other transforms are counted and
-  /// ignored, since programs disagree: with a translation, Blender computes S (u - T), Unreal and three.js S u + T; a
-  /// rotation is in degrees or, as Blender writes it, in radians; other formats are as ambiguous.
-  /// \param agreed  false if programs also disagree on the scaling
+  /// Sets the transform of a picture. If it only scales UVs, all programs agree on it. Other
+  /// transforms are counted and ignored, since programs disagree: for a translation T, Blender
+  /// computes S (u - T), but Unreal and three.js compute S u + T; a rotation is in degrees or, if
+  /// Blender wrote it, in radians; other formats are as ambiguous.
+  /// \param agreed  false if programs disagree even on the scaling
   void place(MaterialPicture& picture, double scale_u, double scale_v, bool moved, bool agreed);
   void warn() const;
 
  private:
-  struct Found {
+  struct FindingCount {
     std::uint64_t count = 0;
     std::string first;
     void add(const std::string& name) {
@@ -88,7 +92,7 @@ class ScenePictures {
   const MeshInput& input_;
   std::filesystem::path folder_;
   FileFinder finder_;
-  Found missing_pictures_, outside_, placed_;
+  FindingCount missing_pictures_, outside_, placed_;
 };
 
 }  // namespace kiln

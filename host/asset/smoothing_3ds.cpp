@@ -8,15 +8,15 @@
 namespace kiln {
 namespace {
 
-// ids of the nested 3DS chunks that are read
+// Ids of the 3DS chunks that are read, from the outermost to the innermost
 constexpr std::uint32_t kMain = 0x4D4D, kEditor = 0x3D3D, kObject = 0x4000, kMesh = 0x4100,
                         kFaces = 0x4120, kFaceMaterial = 0x4130, kSmoothing = 0x4150;
 constexpr std::size_t kChunkHeaderBytes = 6, kFaceBytes = 8;
 
-/// the mask that MeshLab writes into every face
+/// The mask that MeshLab writes for every face
 constexpr std::uint32_t kMeshLabMask = 10;
 
-/// Removes and returns a number from the start of the bytes; 0 if they are too short.
+/// Reads a number at the start of the bytes, and removes it; 0 if there are too few bytes.
 std::uint32_t read_number(std::string_view& bytes, std::size_t size) {
   if (bytes.size() < size) {
     bytes = {};
@@ -30,7 +30,7 @@ std::uint32_t read_number(std::string_view& bytes, std::size_t size) {
   return value;
 }
 
-/// Removes and returns a zero-terminated text from the start of the bytes.
+/// Reads a zero-terminated text at the start of the bytes, and removes it.
 std::string_view read_text(std::string_view& bytes) {
   const std::size_t end = std::min(bytes.find('\0'), bytes.size());
   const std::string_view text = bytes.substr(0, end);
@@ -94,7 +94,7 @@ std::vector<Smoothing3ds> read_smoothing_3ds(std::string_view bytes) {
       if (editor != kEditor) return;
       for_each_chunk(objects, [&](std::uint32_t object, std::string_view content) {
         if (object != kObject) return;
-        read_text(content);  // skips the chunk's name
+        read_text(content);  // Skips the name of the chunk
         for_each_chunk(content, read_object);
       });
     });
@@ -112,7 +112,7 @@ std::vector<Smoothing3ds> read_smoothing_3ds(std::string_view bytes) {
 std::optional<std::vector<std::vector<std::uint32_t>>> masks_of_parts(
     const Smoothing3ds& mesh, std::span<const Part3ds> parts) {
   constexpr std::size_t kNone = ~std::size_t{0};
-  // index of the part of each material
+  // For each material, the index of its part
   std::vector<std::size_t> part_of(mesh.material_names.size(), kNone);
   for (std::size_t i = 1; i < part_of.size(); ++i) {
     for (std::size_t p = parts.size(); p-- > 0;) {
@@ -125,7 +125,7 @@ std::optional<std::vector<std::vector<std::uint32_t>>> masks_of_parts(
     const std::size_t part = part_of[material];
     ++(part == kNone ? unassigned : counts[part]);
   }
-  // The part that gets the faces without a material of their own.
+  // The part to which faces without a material belong.
   std::size_t default_part = kNone;
   for (std::size_t p = 0; p < parts.size(); ++p) {
     if (counts[p] == parts[p].faces) continue;

@@ -10,28 +10,30 @@
 
 namespace kiln {
 
-/// Smoothing groups and materials of the faces of a 3DS mesh, in file order.
+/// Smoothing groups and materials of the faces of a 3DS mesh, in the order of the file.
 struct Smoothing3ds {
-  std::vector<std::uint32_t> masks;  ///< Mask of each face, one bit per smoothing group; 0: flat
-  std::vector<std::uint32_t> materials;  ///< Index into `material_names` for each face
-  /// Names in lower case; the first is for faces without a material
+  /// For each face, one bit per smoothing group; 0: the face is flat
+  std::vector<std::uint32_t> masks;
+  /// For each face, the index of its material in `material_names`
+  std::vector<std::uint32_t> materials;
+  /// In lower case; the first name is for faces without a material
   std::vector<std::string> material_names;
 };
 
-/// Reads the smoothing groups of all meshes, in the file's order. Masks are all 0 if the file has no information about
-/// edges: without groups, or from MeshLab, which writes one mask into every face. Damaged files are read up to the
-/// damage.
+/// Reads the smoothing groups of all meshes, in the order of the file. All masks are 0 if the file
+/// says nothing about edges: if it has no groups, or comes from MeshLab, which writes the same mask
+/// for every face. A damaged file is read up to the damage.
 std::vector<Smoothing3ds> read_smoothing_3ds(std::string_view bytes);
 
-/// A part of a mesh. Assimp splits meshes by material, and keeps the faces in file order.
+/// A part of a mesh. Assimp splits meshes by material, and keeps the order of faces.
 struct Part3ds {
   std::string material;  ///< Name of the part's material; case is ignored
   std::size_t faces = 0;
 };
 
-/// Distributes the masks of a mesh's faces to its parts. Faces without a material, or with a material that no part has,
-/// belong to one of the parts.
-/// \returns the masks of each part's faces; nullopt if parts and mesh do not match
+/// Distributes the masks of a mesh's faces to its parts. Faces whose material is missing, or is
+/// that of no part, belong to one of the parts.
+/// \returns for each part, the masks of its faces; nullopt if parts and mesh do not match
 std::optional<std::vector<std::vector<std::uint32_t>>> masks_of_parts(
     const Smoothing3ds& mesh, std::span<const Part3ds> parts);
 

@@ -15,15 +15,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Largest tile number in names without a token. Larger numbers are probably years or sizes.
+// Largest tile number in names without a token. Larger numbers probably are years or sizes.
 constexpr std::uint32_t kMaxNumberedTile = 1999;
-constexpr std::uint32_t kMaxTileRows = 100;  // Number of rows of tiles whose files are searched for
+constexpr std::uint32_t kMaxTileRows = 100;  // Number of rows of tiles for which files are searched
 
 bool is_file(const fs::path& path) { return note_whether_file(path); }
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_word(char c) { return is_digit(c) || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 
-/// The number at a position of a text. \param end  receives the position after it
+/// The number at a position in a text.
+/// \param end  [out] position after the number
 std::uint32_t number_at(const std::string& text, std::size_t at, std::size_t& end) {
   std::uint32_t value = 0;
   const char* const first = text.data() + at;
@@ -32,8 +33,9 @@ std::uint32_t number_at(const std::string& text, std::size_t at, std::size_t& en
   return value;
 }
 
-/// The tile number of a "u1_v1" at a position; 0 if there is none. \param end  receives the position after it
-std::uint32_t columns_at(const std::string& name, std::size_t at, std::size_t& end) {
+/// The tile that is written as "u1_v1" at a position in a text; 0 if there is none.
+/// \param end  [out] position after it
+std::uint32_t parse_columns_at(const std::string& name, std::size_t at, std::size_t& end) {
   const std::string text = lower_case(name);
   if (text[at] != 'u' || (at > 0 && is_word(text[at - 1]))) return 0;
   std::size_t tile_separator = 0;
@@ -62,9 +64,9 @@ std::optional<TileName> TileName::by_token(const fs::path& path) {
     const std::size_t length = std::char_traits<char>::length(token.text);
     TileName result;
     result.folder_ = path.parent_path();
-    result.before_ = name.substr(0, at);
+    result.prefix_ = name.substr(0, at);
     result.token_ = name.substr(at, length);
-    result.after_ = name.substr(at + length);
+    result.suffix_ = name.substr(at + length);
     result.by_columns_ = token.by_columns;
     return result;
   }
@@ -76,7 +78,7 @@ std::optional<TileName> TileName::by_number(const fs::path& path) {
   TileName result;
   std::size_t end = 0;
   for (std::size_t at = name.size(); at-- > 0;) {
-    std::uint32_t tile = columns_at(name, at, end);
+    std::uint32_t tile = parse_columns_at(name, at, end);
     const bool by_columns = tile != 0;
     if (tile == 0 && is_digit(name[at]) && (at == 0 || !is_digit(name[at - 1]))) {
       const std::uint32_t number = number_at(name, at, end);
@@ -84,8 +86,8 @@ std::optional<TileName> TileName::by_number(const fs::path& path) {
     }
     if (tile == 0) continue;
     result.folder_ = path.parent_path();
-    result.before_ = name.substr(0, at);
-    result.after_ = name.substr(end);
+    result.prefix_ = name.substr(0, at);
+    result.suffix_ = name.substr(end);
     result.token_ = by_columns ? "<UVTILE>" : "<UDIM>";
     result.by_columns_ = by_columns;
     result.number_ = tile;
@@ -99,10 +101,10 @@ fs::path TileName::file_of(std::uint32_t tile) const {
   const std::string number = by_columns_ ? "u" + std::to_string(place % kUdimColumns + 1) + "_v" +
                                                std::to_string(place / kUdimColumns + 1)
                                          : std::to_string(tile);
-  return folder_ / fs::path(before_ + number + after_);
+  return folder_ / fs::path(prefix_ + number + suffix_);
 }
 
-fs::path TileName::token_path() const { return folder_ / fs::path(before_ + token_ + after_); }
+fs::path TileName::token_path() const { return folder_ / fs::path(prefix_ + token_ + suffix_); }
 
 std::vector<std::uint32_t> TileName::files() const {
   std::vector<std::uint32_t> tiles;
@@ -113,7 +115,8 @@ std::vector<std::uint32_t> TileName::files() const {
     tiles.push_back(kFirstUdim + place);
     found_tiles += std::to_string(tiles.back()) + " ";
   }
-  // The input log gets one record for the whole set, since a thousand names are tested and few exist.
+  // The input log gets one record for the whole set: a thousand names are tested, of which few
+  // exist.
   note_answer(token_path(), kTilesAnswerKey, found_tiles);
   return tiles;
 }
@@ -141,7 +144,7 @@ std::uint32_t tile_of(const Mesh& mesh, std::size_t triangle, const PicturePlace
   const std::array<float, 6>& m = place.uv_transform;
   double u = 0, v = 0;
   for (const std::uint32_t corner : mesh.uv_triangles[triangle]) {
-    // The index is invalid, which the check of the mesh reports
+    // This index is invalid, which the check of the mesh reports
     if (corner >= uvs.size()) return 0;
     u += double{uvs[corner].x} / 3;
     v += double{uvs[corner].y} / 3;
@@ -200,7 +203,7 @@ TileFiles find_tiles(const fs::path& picture, const TileCounts* counts,
     found += (found.empty() ? "" : ", ") + std::to_string(tile);
     named_by_others = named_by_others || (is_others && is_others(file));
   }
-  if (outside_first_tile == 0 || found.empty()) {  // The picture is a single one, which may repeat
+  if (outside_first_tile == 0 || found.empty()) {  // A single picture, which may repeat
     result.tiles.clear();
     return result;
   }

@@ -18,45 +18,52 @@ constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
 double square(double value) { return value * value; }
 
-/// Bounds beyond which a texel is cast with plain rays instead of being smoothed. Smoothing blurs in several ways,
-/// each with a bound of its own. Let a and b be the two estimates, whose noise is independent, and r_a and r_b their
-/// smoothed versions. Then the product (a - r_a) (b - r_b) is the squared blur plus noise of mean 0. Averaged over n
-/// texels, the standard deviation of that noise is the variance of one estimate divided by sqrt(n).
-struct Guard {
-  /// Maximum squared error of the best level in a tile, as a share of the squared error of plain rays. At 0 nothing
-  /// is smoothed.
+/// Smoothing is accepted where it loses no detail; elsewhere a texel is recomputed from
+/// OcclusionOptions::rays rays of its own, without smoothing (called plain rays below). Smoothing
+/// blurs in several ways, and each has a bound of its own here. Let a and b be the two estimates,
+/// whose noise is independent, and r_a and r_b their smoothed versions. Then the product (a - r_a)
+/// (b - r_b) is the squared blur plus noise of mean 0. Averaged over n texels, the standard
+/// deviation of that noise is the variance of one estimate divided by sqrt(n).
+struct BlurBounds {
+  /// Maximum squared error of a tile's best level of smoothing, as a share of the squared error of
+  /// plain rays. At 0, nothing is smoothed.
   static constexpr double kMaxErrorShare = 0.8;
-  /// Number of tiles to each side whose sums decide about a tile: 5 x 5 tiles, 80 x 80 texels. With 1 instead of 2,
-  /// the noise of the measured blur exceeds the error of plain rays in half of the flat tiles.
+  /// Number of tiles on each side that are summed to decide about a tile: 5 x 5 tiles, 80 x 80
+  /// texels. With 1 instead of 2, the noise of the measured blur exceeds the error of plain rays in
+  /// half of the flat tiles.
   static constexpr std::int64_t kTileReach = 2;
-  /// Number of standard deviations that are added to a tile's measured blur. With 0, half of the flat tiles would
-  /// pass by chance where few texels are averaged.
+  /// Number of standard deviations that are added to a tile's measured blur. With 0, half of the
+  /// flat tiles would be accepted by chance where few texels are averaged.
   static constexpr double kBlurDeviations = 0.5;
-  /// Bounds on the measured blur of one texel, in variances of an estimate; and of the 17 texels within 2 steps and
-  /// the 67 within 8 steps, in standard deviations of their mean. With higher bounds thin lines are smoothed away.
-  /// With lower ones noise is mistaken for blur, and plain rays are cast needlessly.
+  /// Bounds on the measured blur: of one texel, in units of an estimate's variance; and of the 17
+  /// texels within 2 steps and the 67 texels within 8 steps, in standard deviations of their mean.
+  /// With higher bounds, thin lines are smoothed away. With lower ones, noise is mistaken for blur,
+  /// and plain rays are cast needlessly.
   static constexpr double kMaxBlurAtTexel = 3, kMaxBlurNear = 2, kMaxBlurFar = 2;
   static constexpr double kSqrtTexelsNear = 4, kSqrtTexelsFar = 8;
-  /// Bound on the blur of the steps beyond two, which is measured with little noise: in squared errors of
-  /// plain rays.
+  /// Bound on the blur that smoothing steps after the second add, as a multiple of the squared
+  /// error of plain rays. This blur is measured with little noise.
   static constexpr double kMaxBlurBeyondTwoSteps = 3;
-  /// Squared distance in texels from a texel to the centre of its smoothing weights, averaged over 8 steps. At
-  /// charts' open borders and at creases all neighbours lie on one side, so the slope of the shares shifts the mean.
-  /// A straight border has 0.25, or 0.09 when averaged. With a lower bound flat surfaces are cast with plain rays,
-  /// too.
+  /// Maximum squared distance in texels from a texel to the centroid of its smoothing weights,
+  /// averaged over 8 steps. At open borders of charts and at creases, all neighbours lie on one
+  /// side, so the gradient of the occlusion shifts the mean. At a straight border the squared
+  /// distance is 0.25, or 0.09 after averaging. With a lower bound, flat surfaces would get plain
+  /// rays, too.
   static constexpr double kMaxLean = 0.01;
   /// Squared errors below this are not visible in 8 bits.
   static constexpr double kRounding = 1.0 / 255 / 255;
-  /// Differences between plain rays and the smoothed share, in standard deviations of plain rays, from which texels
-  /// one and two steps away are cast, too. With higher values, gaps in a thin line are not closed. With lower ones,
-  /// texels marked by chance spread over whole charts; with these values each texel marks 0.16 others by chance on
-  /// average.
+  /// Differences between the results of plain rays and of smoothing, in standard deviations of
+  /// plain rays, above which texels one step and two steps away are recomputed, too. With higher
+  /// values, gaps in a thin line are not closed. With lower ones, texels that are marked by chance
+  /// mark_nearby over whole charts. With these values each texel marks 0.16 others by chance on average.
   static constexpr double kBlurOneStepAway = 2.5, kBlurTwoStepsAway = 3;
-  /// Minimum variance of plain rays: the estimate of the variance is 0 where both estimates agree by chance.
+  /// Minimum variance of plain rays. The measured variance is 0 where both estimates agree by
+  /// chance.
   static constexpr double kMinPlainVariance = 4 * kRounding;
 };
 
-/// Sum of the squared differences of each smoothed estimate from the other, unsmoothed one.
+/// Sum of two squared differences: between smoothed a and unsmoothed b, and between smoothed b and
+/// unsmoothed a.
 double cross_error(std::span<const float> raw, std::span<const float> level, std::size_t a) {
   const std::size_t b = a + 1;
   return square(static_cast<double>(raw[a]) - level[b]) +
@@ -80,9 +87,9 @@ void AoDenoiser::sort_into_tiles(const Texels& texels) {
   tile_first_.assign(std::size_t{tiles_across_} * tiles_down_ + 1, 0U);
   for (const std::uint32_t place : place_) ++tile_first_[tile_of(place) + 1];
   for (std::size_t t = 1; t < tile_first_.size(); ++t) tile_first_[t] += tile_first_[t - 1];
-  by_tile_.resize(count_);
+  texels_by_tile_.resize(count_);
   std::vector<std::uint32_t> next(tile_first_.begin(), tile_first_.end() - 1);
-  for (std::uint32_t i = 0; i < count_; ++i) by_tile_[next[tile_of(place_[i])]++] = i;
+  for (std::uint32_t i = 0; i < count_; ++i) texels_by_tile_[next[tile_of(place_[i])]++] = i;
 }
 
 void AoDenoiser::prepare(const Texels& texels) {
@@ -137,8 +144,8 @@ void AoDenoiser::prepare(const Texels& texels) {
                  });
   });
   const kiln_share_params params{count_, texels.points_plane};
-  make_room(context_, from_, std::size_t{2} * count_);
-  make_room(context_, to_, std::size_t{2} * count_);
+  make_room(context_, smoothing_input_, std::size_t{2} * count_);
+  make_room(context_, smoothing_output_, std::size_t{2} * count_);
   context_.launch(context_.kernel("ao_denoiser", "kiln_share_weights"), count_, kLocal, params,
                   neighbours_, texels.points);
 }
@@ -147,27 +154,28 @@ void AoDenoiser::launch_steps(std::uint32_t steps) {
   const cl::Kernel smooth = context_.kernel("ao_denoiser", "kiln_share_smooth");
   const kiln_share_params params{count_, 0};
   for (std::uint32_t step = 0; step < steps; ++step) {
-    context_.launch(smooth, count_, kLocal, params, neighbours_, from_, to_);
-    std::swap(from_, to_);
+    context_.launch(smooth, count_, kLocal, params, neighbours_, smoothing_input_,
+                    smoothing_output_);
+    std::swap(smoothing_input_, smoothing_output_);
   }
 }
 
 void AoDenoiser::smooth(std::uint32_t steps, std::span<float> pairs) {
-  from_.write(context_, std::span<const float>(pairs));
+  smoothing_input_.write(context_, std::span<const float>(pairs));
   launch_steps(steps);
-  from_.read(context_, pairs);
+  smoothing_input_.read(context_, pairs);
 }
 
-AoDenoiser::Levels AoDenoiser::smoothed(std::span<const float> estimates) {
+AoDenoiser::Levels AoDenoiser::make_levels(std::span<const float> estimates) {
   Levels levels;
-  levels.of[0] = estimates;
-  from_.write(context_, estimates);
-  for (std::size_t k = 1; k < levels.of.size(); ++k) {
+  levels.estimates[0] = estimates;
+  smoothing_input_.write(context_, estimates);
+  for (std::size_t k = 1; k < levels.estimates.size(); ++k) {
     launch_steps(kSteps[k] - kSteps[k - 1]);
     levels.memory[k] = std::make_unique_for_overwrite<float[]>(estimates.size());
     const std::span<float> level(levels.memory[k].get(), estimates.size());
-    from_.read(context_, level);
-    levels.of[k] = level;
+    smoothing_input_.read(context_, level);
+    levels.estimates[k] = level;
   }
   return levels;
 }
@@ -181,16 +189,16 @@ void AoDenoiser::Tile::add(const Tile& other) {
   }
 }
 
-AoDenoiser::Tile AoDenoiser::errors_of(const Levels& levels, std::size_t tile) const {
-  const std::span<const float> raw = levels.of[0], once = levels.of[1];
+AoDenoiser::Tile AoDenoiser::measure_errors(const Levels& levels, std::size_t tile) const {
+  const std::span<const float> raw = levels.estimates[0], once = levels.estimates[1];
   Tile sum;
   sum.count = tile_first_[tile + 1] - tile_first_[tile];
   for (std::size_t n = tile_first_[tile]; n < tile_first_[tile + 1]; ++n) {
-    const std::size_t a = std::size_t{2} * by_tile_[n], b = a + 1;
-    for (std::size_t k = 0; k < levels.of.size(); ++k) {
-      const std::span<const float> level = levels.of[k];
-      // The mean of both estimates has half of their variance. The squared difference of the estimates is twice their
-      // variance, hence 1/4.
+    const std::size_t a = std::size_t{2} * texels_by_tile_[n], b = a + 1;
+    for (std::size_t k = 0; k < levels.estimates.size(); ++k) {
+      const std::span<const float> level = levels.estimates[k];
+      // The noise of the mean of both estimates is half of the variance of one. The expected
+      // squared difference of the estimates is twice that variance; hence the division by 4.
       const double noise = square(static_cast<double>(level[a]) - level[b]) / 4;
       sum.noise[k] += noise;
       if (k <= 1) {
@@ -206,13 +214,13 @@ AoDenoiser::Tile AoDenoiser::errors_of(const Levels& levels, std::size_t tile) c
   return sum;
 }
 
-std::vector<AoDenoiser::Choice> AoDenoiser::choose(const Levels& levels,
-                                                   double plain_variance) const {
+std::vector<AoDenoiser::LevelChoice> AoDenoiser::choose_levels(const Levels& levels,
+                                                               double plain_variance) const {
   std::vector<Tile> tiles(tile_first_.size() - 1);
   parallel_for(tiles.size(), 16, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t t = begin; t < end; ++t) tiles[t] = errors_of(levels, t);
+    for (std::size_t t = begin; t < end; ++t) tiles[t] = measure_errors(levels, t);
   });
-  std::vector<Choice> choices(tiles.size());
+  std::vector<LevelChoice> choices(tiles.size());
   const auto across = static_cast<std::int64_t>(tiles_across_);
   const auto down = static_cast<std::int64_t>(tiles_down_);
   parallel_for(tiles.size(), 16, [&](std::size_t begin, std::size_t end) {
@@ -232,10 +240,11 @@ std::vector<AoDenoiser::Choice> AoDenoiser::choose(const Levels& levels,
         return sum;
       };
       const Tile around = sum_within(1);
-      // The blur of the first step is measured from noisy single texels, so two standard deviations are subtracted
-      // from it. The blur of further steps has less noise.
-      const double doubt = 8 * around.noise[0] / std::sqrt(around.count);
-      const double blur = std::max(0.0, around.blur - doubt);
+      // The blur of the first smoothing step is measured from single texels, which are noisy, so
+      // two standard deviations of that noise are subtracted. The blur of further steps is measured
+      // with less noise.
+      const double noise_allowance = 8 * around.noise[0] / std::sqrt(around.count);
+      const double blur = std::max(0.0, around.blur - noise_allowance);
       double min_blur = 0;
       for (std::size_t k = 0; k < kSteps.size(); ++k) {
         const double squared_error =
@@ -246,11 +255,11 @@ std::vector<AoDenoiser::Choice> AoDenoiser::choose(const Levels& levels,
                         static_cast<float>(std::sqrt(squared_error / around.count))};
       }
       if (plain_variance == 0) continue;
-      // Levels below two steps leave more noise than plain rays. Against so little noise, blur has to be averaged over
-      // more texels.
-      const Tile wide = sum_within(Guard::kTileReach);
+      // Fewer than two smoothing steps leave more noise than plain rays have. As plain rays have so
+      // little noise, the blur to compare it with has to be averaged over more texels.
+      const Tile wide = sum_within(BlurBounds::kTileReach);
       const double lost_blur = std::max(
-          0.0, wide.blur + Guard::kBlurDeviations * 2 * wide.noise[0] / std::sqrt(wide.count));
+          0.0, wide.blur + BlurBounds::kBlurDeviations * 2 * wide.noise[0] / std::sqrt(wide.count));
       double best = HUGE_VAL;
       for (std::size_t k = 2; k < kSteps.size(); ++k) {
         const double squared_error = std::max(wide.error[k], wide.noise[k]) + lost_blur;
@@ -259,18 +268,19 @@ std::vector<AoDenoiser::Choice> AoDenoiser::choose(const Levels& levels,
         choices[own].level = static_cast<std::int32_t>(k);
       }
       choices[own].error = static_cast<float>(std::sqrt(best / wide.count));
-      choices[own].is_unsure = best > Guard::kMaxErrorShare * plain_variance * wide.noise[0] +
-                                          Guard::kRounding / 4 * wide.count;
+      choices[own].is_unsure = best > BlurBounds::kMaxErrorShare * plain_variance * wide.noise[0] +
+                                          BlurBounds::kRounding / 4 * wide.count;
     }
   });
-  if (plain_variance > 0) widen_unsure(choices);
+  if (plain_variance > 0) widen_unsure_tiles(choices);
   return choices;
 }
 
-/// A tile becomes unsure if most of its neighbours are. Where smoothing fails around a tile, smoothing the tile alone
-/// gains little, and its texels are the map's worst.
-void AoDenoiser::widen_unsure(std::vector<Choice>& choices) const {
-  const std::vector<Choice> previous = choices;
+/// Marks a tile as unsure if at least half of its neighbours are. Where smoothing fails all around
+/// a tile, smoothing the tile alone would save little, and its texels would be the worst of the
+/// map.
+void AoDenoiser::widen_unsure_tiles(std::vector<LevelChoice>& choices) const {
+  const std::vector<LevelChoice> previous = choices;
   const auto across = static_cast<std::int64_t>(tiles_across_);
   const auto down = static_cast<std::int64_t>(tiles_down_);
   for (std::int64_t t = 0; t < across * down; ++t) {
@@ -278,7 +288,7 @@ void AoDenoiser::widen_unsure(std::vector<Choice>& choices) const {
     for (std::int64_t n = 0; n < 9; ++n) {
       const std::int64_t x = t % across + n % 3 - 1, y = t / across + n / 3 - 1;
       if (n == 4 || x < 0 || y < 0 || x >= across || y >= down) continue;
-      const Choice& other = previous[static_cast<std::size_t>(y * across + x)];
+      const LevelChoice& other = previous[static_cast<std::size_t>(y * across + x)];
       if (other.level < 0) continue;
       ++neighbours;
       unsure += other.is_unsure ? 1 : 0;
@@ -288,8 +298,8 @@ void AoDenoiser::widen_unsure(std::vector<Choice>& choices) const {
   }
 }
 
-/// For each texel along a side of the map: the tiles before and after it, and the interpolation weight
-/// between their centres.
+/// For each coordinate along one side of the map: the tiles whose centres lie before and after it,
+/// and the weight of the second tile in the interpolation between them.
 std::vector<AoDenoiser::TileInterpolation> AoDenoiser::interpolate_tiles(std::uint32_t places,
                                                                          std::uint32_t tiles) {
   std::vector<TileInterpolation> result(places);
@@ -303,20 +313,21 @@ std::vector<AoDenoiser::TileInterpolation> AoDenoiser::interpolate_tiles(std::ui
   return result;
 }
 
-/// Marks texels where the blur around them exceeds the bounds of Guard.
+/// Marks texels as unsure where the measured blur exceeds the bounds of BlurBounds.
 void AoDenoiser::mark_unsure(const Levels& levels, std::span<const float> smoothed,
                              double plain_variance, Result& result) {
   std::vector<std::uint8_t>& unsure = result.unsure;
-  const std::span<const float> raw = levels.of[0], twice = levels.of[2];
+  const std::span<const float> raw = levels.estimates[0], twice = levels.estimates[2];
   const std::size_t pairs = std::size_t{2} * count_;
   const auto lost_memory = std::make_unique_for_overwrite<float[]>(pairs);
   const auto further_memory = std::make_unique_for_overwrite<float[]>(pairs);
   const std::span<float> lost(lost_memory.get(), pairs), further(further_memory.get(), pairs);
   const kiln_share_params params{count_, 0};
   context_.launch(context_.kernel("ao_denoiser", "kiln_share_lean"), count_, kLocal, params,
-                  neighbours_, from_);
-  // the lean of each texel's weights (kMaxLean), stored twice a texel
-  from_.read(context_, further);
+                  neighbours_, smoothing_input_);
+  // Squared distance from each texel to the centroid of its weights (kMaxLean), stored twice per
+  // texel
+  smoothing_input_.read(context_, further);
   const auto product = [&](std::span<const float> of, std::size_t a) {
     return (of[a] - smoothed[a]) * (of[a + 1] - smoothed[a + 1]);
   };
@@ -327,8 +338,8 @@ void AoDenoiser::mark_unsure(const Levels& levels, std::span<const float> smooth
       lost[a] = product(raw, a);
       lost[b] = estimate_difference * estimate_difference / 2;
       further[a] = product(twice, a);
-      // Where surfaces interpenetrate, shares fall to 0. Without noise their blur cannot be measured, so such texels
-      // count as a border.
+      // Where surfaces interpenetrate, all rays hit and both estimates are 0. Without noise the
+      // blur cannot be measured, so such texels are treated like a chart's border.
       if (raw[a] == 0 && raw[b] == 0) further[b] = 1;
     }
   });
@@ -343,42 +354,45 @@ void AoDenoiser::mark_unsure(const Levels& levels, std::span<const float> smooth
   smooth(kSteps[2], further);
   visit([&](std::size_t a) {
     const double variance = lost[a + 1];
-    return product(raw, a) > Guard::kMaxBlurAtTexel * variance + Guard::kRounding ||
-           lost[a] > Guard::kMaxBlurNear / Guard::kSqrtTexelsNear * variance + Guard::kRounding ||
-           further[a] >
-               Guard::kMaxBlurBeyondTwoSteps * plain_variance * variance / 2 + Guard::kRounding / 4;
+    return product(raw, a) > BlurBounds::kMaxBlurAtTexel * variance + BlurBounds::kRounding ||
+           lost[a] > BlurBounds::kMaxBlurNear / BlurBounds::kSqrtTexelsNear * variance +
+                         BlurBounds::kRounding ||
+           further[a] > BlurBounds::kMaxBlurBeyondTwoSteps * plain_variance * variance / 2 +
+                            BlurBounds::kRounding / 4;
   });
-  // Half of the measured variance is that of the mean of both estimates.
+  // The variance of the mean of both estimates is half of the measured variance of one.
   for (std::size_t i = 0; i < count_; ++i) {
     result.plain_variance[i] = static_cast<float>(plain_variance * lost[2 * i + 1] / 2);
   }
   smooth(kSteps[4] - kSteps[2], lost);
   smooth(kSteps[4] - kSteps[2], further);
   visit([&](std::size_t a) {
-    return lost[a] > Guard::kMaxBlurFar / Guard::kSqrtTexelsFar * lost[a + 1] + Guard::kRounding ||
-           (further[a + 1] > Guard::kMaxLean && smoothed[a] + smoothed[a + 1] > 0);
+    return lost[a] > BlurBounds::kMaxBlurFar / BlurBounds::kSqrtTexelsFar * lost[a + 1] +
+                         BlurBounds::kRounding ||
+           (further[a + 1] > BlurBounds::kMaxLean && smoothed[a] + smoothed[a + 1] > 0);
   });
 }
 
 std::uint32_t AoDenoiser::blur_reach(double plain, double smoothed, double plain_variance) {
   const double squared_deviations =
-      square(plain - smoothed) / std::max(plain_variance, Guard::kMinPlainVariance);
-  if (squared_deviations > square(Guard::kBlurTwoStepsAway)) return 2;
-  return squared_deviations > square(Guard::kBlurOneStepAway) ? 1 : 0;
+      square(plain - smoothed) / std::max(plain_variance, BlurBounds::kMinPlainVariance);
+  if (squared_deviations > square(BlurBounds::kBlurTwoStepsAway)) return 2;
+  return squared_deviations > square(BlurBounds::kBlurOneStepAway) ? 1 : 0;
 }
 
-std::vector<std::uint32_t> AoDenoiser::spread(std::span<const std::uint32_t> texels,
-                                              std::uint32_t reach,
-                                              std::vector<std::uint8_t>& unsure) {
-  // the index is packed below the weight, see kiln_share_weights
+std::vector<std::uint32_t> AoDenoiser::mark_nearby(std::span<const std::uint32_t> texels,
+                                                   std::uint32_t reach,
+                                                   std::vector<std::uint8_t>& unsure) {
+  // Mask of the low bits of an entry, which hold the neighbour's index; the high bits hold its
+  // weight (kiln_share_weights)
   constexpr std::uint32_t kIndexMask = 0xFFFFFFU;
   if (!texels.empty() && host_neighbours_.empty()) {
     host_neighbours_.resize(std::size_t{KILN_SHARE_NEIGHBOURS} * count_);
     neighbours_.read(context_, std::span(host_neighbours_));
   }
   std::vector<std::uint32_t> added, border(texels.begin(), texels.end());
-  // Texels that were marked before stay in the border, so the second step starts from all neighbours of the
-  // first step.
+  // Neighbours that were already marked stay in the list, so that the second step starts from all
+  // texels that the first step reached.
   for (std::uint32_t step = 0; step < reach; ++step) {
     std::vector<std::uint32_t> next;
     for (const std::uint32_t i : border) {
@@ -398,10 +412,10 @@ std::vector<std::uint32_t> AoDenoiser::spread(std::span<const std::uint32_t> tex
 }
 
 AoDenoiser::Result AoDenoiser::run(std::span<const float> estimates, double plain_variance) {
-  const Levels levels = smoothed(estimates);
-  const std::vector<Choice> choices = choose(levels, plain_variance);
+  const Levels levels = make_levels(estimates);
+  const std::vector<LevelChoice> choices = choose_levels(levels, plain_variance);
   Result result{std::vector<float>(count_), std::vector<float>(count_), {}, {}};
-  std::vector<float> half_results;  // the smoothed shares of estimates a and b, interleaved
+  std::vector<float> half_results;  // Smoothed versions of estimates a and b, interleaved
   if (plain_variance > 0) {
     half_results.resize(std::size_t{2} * count_);
     result.unsure.resize(count_);
@@ -417,9 +431,10 @@ AoDenoiser::Result AoDenoiser::run(std::span<const float> estimates, double plai
       double sum = 0, weights = 0, sum_a = 0, sum_b = 0;
       bool is_unsure = false;
       const auto add_tile = [&](std::uint32_t across, std::uint32_t down, double weight) {
-        const Choice& choice = choices[std::size_t{down} * tiles_across_ + across];
+        const LevelChoice& choice = choices[std::size_t{down} * tiles_across_ + across];
         if (choice.level < 0) return;
-        const std::span<const float> level = levels.of[static_cast<std::size_t>(choice.level)];
+        const std::span<const float> level =
+            levels.estimates[static_cast<std::size_t>(choice.level)];
         sum += weight * (static_cast<double>(level[2 * i]) + level[2 * i + 1]) / 2;
         weights += weight;
         if (half_results.empty()) return;

@@ -1,5 +1,5 @@
-// DownloadsByArray of device arrays that the maps of a bake share: of the band's arrays once a band, of the high
-// poly's once a bake.
+// Downloads device arrays that several maps of a bake read: arrays of the band once per band, and
+// arrays of the high poly once per bake.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,8 @@
 
 namespace kiln {
 
-/// Host copies of device arrays, valid for one band or one state of the high poly. Not thread-safe.
+/// Host copies of device arrays. They stay valid for one band, or for one state of the high poly.
+/// Not thread-safe.
 class BandReads : public SharedWork {
  public:
   explicit BandReads(cl::Context& context) : context_(context) {}
@@ -26,23 +27,24 @@ class BandReads : public SharedWork {
     source_ = {};
     ++source_version_;
   }
-  /// A number that changes with each next_source(). Caches of data about the high poly compare it to find out whether
-  /// they are valid.
+  /// A number that every call of next_source() changes. Caches of data about the high poly store
+  /// it, and are out of date if it differs.
   std::uint64_t source_version() const { return source_version_; }
 
-  /// Elements [offset, offset + count) of an array of the band; downloaded by the first call.
+  /// Elements `offset` to `offset` + `count` - 1 of an array of the band. The first call downloads
+  /// them.
   template <typename T>
   const std::vector<T>& read(const cl::Array<T>& array, std::size_t count, std::size_t offset = 0) {
     return cached_download(band_, array, count, offset);
   }
-  /// All elements of an array of the high poly; downloaded by the first call.
+  /// All elements of an array of the high poly. The first call downloads them.
   template <typename T>
   const std::vector<T>& read_source(const cl::Array<T>& array) {
     return cached_download(source_, array, array.size(), 0);
   }
 
  private:
-  /// Downloaded arrays, by device array and offset.
+  /// Downloaded elements, by device array and offset.
   template <typename T>
   using DownloadsByArray = std::map<std::pair<const void*, std::size_t>, std::vector<T>>;
   using DownloadCache = std::tuple<DownloadsByArray<std::uint32_t>, DownloadsByArray<float>,

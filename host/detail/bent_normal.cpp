@@ -36,7 +36,7 @@ class BentNormal : public MapMaker {
   }
 
  private:
-  /// \param other second correspondence of a blend; its capacity is 0 without a blend
+  /// \param other  second correspondence, if two are blended; otherwise its capacity is 0
   void make(const TexelBand& band, const DeviceCorrespondence& match,
             const DeviceCorrespondence& other, const cl::Array<float>& other_bent_sum,
             const cl::Array<float>& shares, const BandPixels& out) {

@@ -7,10 +7,10 @@
 namespace kiln {
 namespace {
 
-/// Reads channels of a texture, or of the vertices' colours if there is no texture.
+/// Reads some channels of the high poly's texture, or of its vertex colours if it has no texture.
 class OwnColor : public PointFunction {
  public:
-  /// \param one_channel reads only the texture's selected channel
+  /// \param one_channel  true: reads only the channel that the texture selects
   OwnColor(const MapRequest& request, const std::optional<Texture>& texture, const char* map,
            bool one_channel)
       : source_(request.source) {
@@ -37,7 +37,7 @@ class OwnColor : public PointFunction {
   }
 
  protected:
-  /// \returns the weight of the colour when a texel's samples are averaged
+  /// \returns the weight of the colour in the average of a texel's samples
   float color_at(const HighPoint& point, float* color) const {
     if (texture_) return texture_->read(point, color);
     read_vertex_color(source_, point, color);

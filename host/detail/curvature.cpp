@@ -13,7 +13,7 @@
 namespace kiln {
 namespace {
 
-/// Mean curvature of the high poly, shared by all maps that show it.
+/// Mean curvature of the high poly, shared by all maps of a bake that need it.
 class SharedCurvature : public SharedWork {
  public:
   struct Scratch : PointScratch {
@@ -52,7 +52,7 @@ class SharedCurvature : public SharedWork {
   }
 
  private:
-  /// Position in the frame.
+  /// The point's position in the frame.
   Vec3d frame_position_of(const HighPoint& point) const {
     const Triangle& t = source_.triangles[point.triangle];
     const double u = point.u, v = point.v;
@@ -66,13 +66,13 @@ class SharedCurvature : public SharedWork {
   bool uses_independent_check_;
   std::optional<CurvatureCheck>
       independent_check_;  // exactly one of independent_check_ and curvature_ is set
-  std::optional<MeanCurvature> curvature_;  // in frame units
+  std::optional<MeanCurvature> curvature_;  // In frame units
   std::optional<std::uint64_t> source_version_;
 };
 
 class Curvature : public PointFunction {
  public:
-  /// \param separates_signs stores convex and concave curvature in separate channels
+  /// \param separates_signs  true: convex and concave curvature are stored in separate channels
   Curvature(const MapRequest& request, bool separates_signs)
       : shared_curvature_(request.shared.of<SharedCurvature>(request)),
         separates_signs_(separates_signs) {}

@@ -11,10 +11,11 @@
 namespace kiln {
 namespace {
 
-// A gathered list of pieces serves points up to this far from its centre, as a share of the radius
+// The pieces gathered around a centre also serve points up to this far from it, as a share of the
+// radius
 constexpr double kGatherSlack = 0.25;
 constexpr int kStrips = 64;
-// Two faces count as opposed if the cosine between their normals is below this
+// Two faces count as opposed if the cosine of the angle between their normals is below this
 constexpr double kMaxOpposedCosine = -0.6;
 constexpr std::uint32_t kNoPiece = std::numeric_limits<std::uint32_t>::max();
 
@@ -45,7 +46,7 @@ bool are_disjoint(const std::array<Vec3d, 3>& t, const Vec3d& centre, double rad
 }
 
 double least_x(const std::array<Vec3d, 3>& c) { return std::min({c[0].x, c[1].x, c[2].x}); }
-/// Binary exponent of a triangle's width along x; at least the radius's exponent.
+/// Binary exponent of a triangle's extent along x, or of the radius if that is larger.
 int size_exponent(const std::array<Vec3d, 3>& c, double radius) {
   return std::ilogb(std::max(std::max({c[0].x, c[1].x, c[2].x}) - least_x(c), radius));
 }
@@ -106,13 +107,14 @@ void CurvatureCheck::find_angles() {
     Piece &one = pieces_[sides[i].piece], &other = pieces_[sides[i + 1].piece];
     const Vec3d &n = one.normal, &m = other.normal;
     const double angle = std::acos(std::clamp(dot(n, m), -1.0, 1.0));
-    // The edge is convex if the other triangle's opposite corner lies below this triangle's plane.
+    // The edge is convex if the opposite corner of the other triangle lies below this triangle's
+    // plane.
     const double side = dot(n, other.corner[(sides[i + 1].k + 2) % 3] - one.corner[sides[i].k]);
     one.angle[sides[i].k] = other.angle[sides[i + 1].k] = side <= 0 ? angle : -angle;
   }
 }
 
-/// Gathers all pieces that overlap the balls around points near the centre.
+/// Gathers all pieces that the ball around any point near the centre can overlap.
 void CurvatureCheck::gather_pieces(const Vec3d& centre, Scratch& scratch) const {
   scratch.is_gathered = true;
   scratch.centre = centre;
@@ -137,7 +139,7 @@ void CurvatureCheck::gather_pieces(const Vec3d& centre, Scratch& scratch) const 
   }
 }
 
-/// Marks the pieces within the ball that are connected with the point's own piece.
+/// Marks the pieces that are connected with the point's own piece within the ball.
 void CurvatureCheck::find_connected(const Vec3d& point, std::uint32_t seed,
                                     Scratch& scratch) const {
   scratch.is_connected.resize(pieces_.size());
@@ -161,11 +163,11 @@ void CurvatureCheck::find_connected(const Vec3d& point, std::uint32_t seed,
 
 double CurvatureCheck::at(const Vec3d& point, std::uint32_t triangle, Scratch& scratch) const {
   const std::uint32_t seed = piece_of_[triangle];
-  bool is_walked = false;
+  bool is_connectivity_known = false;
   const auto is_of_sheet = [&](std::uint32_t i) {
     if (seed == kNoPiece || dot(pieces_[i].normal, pieces_[seed].normal) >= kMaxOpposedCosine)
       return true;
-    if (!std::exchange(is_walked, true)) find_connected(point, seed, scratch);
+    if (!std::exchange(is_connectivity_known, true)) find_connected(point, seed, scratch);
     return scratch.is_connected[i] != 0;
   };
   if (!scratch.is_gathered || length(point - scratch.centre) > radius_ * kGatherSlack)
@@ -185,8 +187,9 @@ double CurvatureCheck::at(const Vec3d& point, std::uint32_t triangle, Scratch& s
       area += triangle_area;
       continue;
     }
-    // The triangle is cut into strips parallel to bc, from a downwards. At height y the ball's cross-section is a
-    // chord: its half width is sqrt(radius^2 - distance^2) for the distance of the strip's line from the centre.
+    // The triangle is cut into strips parallel to side bc, starting at corner a. At height y, the
+    // ball's cross-section with the middle line of the strip is a chord with half the length
+    // sqrt(radius^2 - distance^2), where `distance` is that of the line from the centre.
     const double width = length(c - b);
     const Vec3d along = (c - b) * (1 / width);
     const double slant = dot(b - a, along), foot = dot(a, along);
@@ -206,7 +209,7 @@ double CurvatureCheck::at(const Vec3d& point, std::uint32_t triangle, Scratch& s
               (end - begin) / kStrips;
     }
   }
-  if (is_walked) {
+  if (is_connectivity_known) {
     for (const std::uint32_t i : scratch.visited_pieces) scratch.is_connected[i] = 0;
   }
   return area > 0 ? bend / area : 0;

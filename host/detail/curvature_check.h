@@ -11,23 +11,25 @@
 
 namespace kiln {
 
-/// The curvature of the point's own sheet, defined as MeanCurvature::on() but computed independently: each edge and
-/// triangle in the ball is integrated by itself, without interpolation or cut-offs. Triangles are connected by equal
-/// coordinates of corners, angles are arc cosines, and a triangle's area in the ball is integrated over 64 strips, to
-/// some 0.1% of the ball's disc. The connected patch may have any size. A point costs tenths of a millisecond.
+/// Mean curvature of the sheet that a point lies on. The definition is that of MeanCurvature::on(),
+/// but the computation is independent: each edge and triangle in the ball is integrated by itself,
+/// without interpolation or cut-offs. Triangles are connected if their corners have equal
+/// coordinates, angles are computed by arc cosines, and the area of a triangle within the ball is
+/// integrated over 64 strips, to about 0.1% of the ball's disc. The connected patch may have any
+/// size. A point costs tenths of a millisecond.
 class CurvatureCheck {
  public:
-  /// Working memory of a thread: the triangles near its last point.
+  /// Working memory of a thread. It keeps the triangles near the last point, for the next one.
   struct Scratch {
     Vec3d centre{};
     std::vector<std::uint32_t> nearby_pieces;
     bool is_gathered = false;
-    /// For each triangle, 1 if it is connected with the last point
+    /// For each gathered triangle, 1 if it is connected with the last point
     std::vector<std::uint8_t> is_connected;
     std::vector<std::uint32_t> visited_pieces;
   };
 
-  /// Takes the parameters of MeanCurvature's constructor, but copies them.
+  /// The parameters are those of MeanCurvature's constructor, but are copied.
   CurvatureCheck(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                  double radius);
 
@@ -37,8 +39,9 @@ class CurvatureCheck {
  private:
   struct Piece {
     std::array<Vec3d, 3> corner{};
-    std::array<double, 3> angle{};  ///< Angle of edge k, from corner k; signed
-    /// Links the pieces around edge k in a ring: 3 * (next piece) + the edge's number there
+    std::array<double, 3> angle{};  ///< Signed dihedral angle at edge k, which starts at corner k
+    /// The pieces around edge k form a ring: for each, 3 * (index of the next piece) + (number of
+    /// the edge in it)
     std::array<std::uint32_t, 3> next_side{};
     Vec3d normal{};  ///< Unit normal of the triangle
     std::uint32_t triangle = 0;
@@ -52,7 +55,7 @@ class CurvatureCheck {
 
   double radius_;
   std::vector<std::uint32_t> piece_of_;  // For each triangle, the index of its piece
-  std::vector<Piece> pieces_;            // sorted by `order`, then by `x`, for range queries
+  std::vector<Piece> pieces_;  // Sorted by `size_exponent`, then by `x`, for range queries
 };
 
 }  // namespace kiln

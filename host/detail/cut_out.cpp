@@ -22,10 +22,11 @@ namespace kiln {
 namespace {
 
 using Weights = std::array<double, 3>;  // barycentric weights of a triangle's three corners
-// A part of a triangle: the barycentric weights of each of its corners
+// A part of a triangle, given by the barycentric coordinates of its corners in the triangle
 using Part = std::array<Weights, 3>;
 
-// Maximum number of subdivisions into quarters: resolves textures of 65,536 texels across one triangle.
+// Maximum depth of recursive subdivision into quarters. It resolves 65,536 texels along a side of a
+// triangle.
 constexpr int kMaxDepth = 16;
 
 Weights interpolate_weights(const Weights& a, const Weights& b, double share) {
@@ -56,15 +57,16 @@ class Cutter {
     for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) cut_triangle(t);
     if (result_.triangles.empty()) {
       throw Error(ErrorCode::input,
-                  "All of '" + mesh_.name + "' is below the threshold of opacity: lower it.");
+                  "The mesh '" + mesh_.name +
+                      "' is nowhere as opaque as the threshold: lower the threshold of opacity.");
     }
     delete_slivers();
     return std::move(result_);
   }
 
  private:
-  /// Deletes parts whose area rounds to 0: no point can be matched on them, and they must not be reported as flaws of
-  /// the input.
+  /// Deletes clipped parts whose area rounds to 0: a match cannot find points on them, and they
+  /// should not be reported as flaws of the input.
   void delete_slivers() {
     const Frame frame = Frame::of(result_);
     const std::vector<Vec3> positions = frame.to_frame(result_);
@@ -152,12 +154,12 @@ class Cutter {
     }
   }
 
-  /// Selects a picture, or a set of UDIM tiles, whose tile is selected later for each part.
+  /// Selects a picture or a set of UDIM tiles. The tile is selected later, for each part.
   void select_picture(std::uint32_t picture) {
-    const bool is_of_set =
+    const bool is_udim_set =
         std::any_of(opacity_.tiles.begin(), opacity_.tiles.end(),
                     [&](const TextureTile& tile) { return tile.set == picture; });
-    if (is_of_set) {
+    if (is_udim_set) {
       udim_set_ = picture;
       picture_wraps_ = {TextureWrap::clamp, TextureWrap::clamp};
     } else {
@@ -166,7 +168,8 @@ class Cutter {
   }
   bool has_udim_set() const { return udim_set_ != Texture::kNone; }
 
-  /// Selects the UDIM tile at a UV; where the set has no tile, the opacity is the material's factor.
+  /// Selects the UDIM tile that contains a UV. If the set lacks that tile, the opacity is the
+  /// material's constant one.
   void select_tile(double u, double v) {
     const std::uint32_t number = udim_of(u, v);
     picture_ = nullptr;
@@ -179,7 +182,7 @@ class Cutter {
     }
   }
 
-  /// The UV set that the opacity of a triangle's material uses.
+  /// The UVs of the UV set that the opacity texture of a triangle's material uses.
   const std::vector<Vec2>& uv_pool_of(std::size_t triangle) const {
     if (opacity_.uv_sets.empty()) return mesh_.uvs;
     const std::uint32_t uv_set = opacity_.uv_sets[mesh_.materials[triangle]];
@@ -195,7 +198,7 @@ class Cutter {
   }
   std::array<double, 2> uv_at(const Weights& w) const { return interpolate_uv(uv_, w); }
 
-  /// Adds the UV of a point of the triangle to a pool.
+  /// Appends the UV of a point of the current triangle to a list.
   void add_uv(const std::vector<Vec2>& from, const Weights& w, std::vector<Vec2>& to) const {
     const auto& [a, b, c] = mesh_.uv_triangles[current_triangle_];
     const std::array<double, 2> uv = interpolate_uv({from[a], from[b], from[c]}, w);
@@ -207,7 +210,7 @@ class Cutter {
     return {m[0] * uv[0] + m[1] * uv[1] + m[2], m[3] * uv[0] + m[4] * uv[1] + m[5]};
   }
 
-  /// True if a part spans several UDIM squares and is still large enough to be split.
+  /// True if a part spans several UDIM tiles and is still large enough to be split.
   bool spans_tiles(double u0, double u1, double v0, double v1) const {
     constexpr double kRounding = 1e-6, kMinSpan = 1.0 / 4096;
     const auto spans = [](double a, double b) {
@@ -279,7 +282,7 @@ class Cutter {
     cut({ab, part[1], bc}, depth + 1);
     cut({ca, bc, part[2]}, depth + 1);
     cut({ab, bc, ca}, depth + 1);
-    // If no quarter was cut, the quarters are replaced by the undivided part.
+    // If nothing was cut off the four quarters, they are replaced by the undivided part.
     if (clipped_parts_.size() == first_part + 4 &&
         clipped_parts_[first_part] == Part{part[0], ab, ca} &&
         clipped_parts_[first_part + 1] == Part{ab, part[1], bc} &&
@@ -290,7 +293,7 @@ class Cutter {
     }
   }
 
-  /// Clips a part to where the opacity, interpolated linearly, exceeds the threshold.
+  /// Clips a part to the region where the opacity, interpolated linearly, reaches the threshold.
   void clip(const Part& part, const std::array<std::array<double, 2>, 3>& uv) {
     std::array<double, 3> opacity_excess{};
     for (std::size_t k = 0; k < 3; ++k) opacity_excess[k] = opacity_at(part[k], uv[k]) - threshold_;
@@ -299,7 +302,8 @@ class Cutter {
       const std::size_t next = (k + 1) % 3;
       if (opacity_excess[k] >= 0) polygon.push_back(part[k]);
       if ((opacity_excess[k] >= 0) == (opacity_excess[next] >= 0)) continue;
-      // The two triangles at an edge interpolate from the same end of it, so that they compute the same point.
+      // The triangles on both sides of an edge interpolate from the same end of it, so that both
+      // compute the same point.
       const bool starts_at_k = opacity_excess[k] >= 0;
       const std::size_t a = starts_at_k ? k : next, b = starts_at_k ? next : k;
       polygon.push_back(interpolate_weights(
@@ -331,7 +335,8 @@ class Cutter {
     is_clipped_part_.push_back(true);
   }
 
-  /// Indices of a point's position, UV and normal in the pools; adds the ones that the pools lack.
+  /// Indices of the position, UV and normal of a point of the current triangle. Values that are not
+  /// in the result's lists yet are appended.
   std::array<std::uint32_t, 3> vertex_of(const Weights& w) {
     const Triangle& corners = mesh_.triangles[current_triangle_];
     for (std::size_t k = 0; k < 3; ++k) {
@@ -378,12 +383,13 @@ class Cutter {
   std::vector<std::unique_ptr<BoundedChannel>> pictures_;
   std::vector<Triangle> normal_triangles_;
   Mesh result_;
-  std::vector<bool> is_clipped_part_;  // For each triangle of the result, true if it was clipped
+  // For each triangle of the result, true if it is a clipped part of an input triangle
+  std::vector<bool> is_clipped_part_;
 
   std::size_t current_triangle_ = 0;  // the triangle that is being cut
   std::array<Vec2, 3> uv_;
   const BoundedChannel* picture_ = nullptr;
-  // transform from the mesh's UVs to the picture's
+  // Affine transform from the mesh's UVs to the picture's UVs
   std::array<float, 6> transform_{1, 0, 0, 0, 1, 0};
   // set of UDIM tiles that picture_ belongs to
   std::uint32_t udim_set_ = Texture::kNone;
@@ -404,7 +410,7 @@ void check(const Mesh& mesh, const Texture& opacity, double threshold) {
   }
   if (mesh.uv_triangles.size() != mesh.triangles.size() || mesh.uvs.empty()) {
     throw Error(ErrorCode::input, "'" + mesh.name +
-                                      "' has no UVs, which its texture of opacity needs: give it a "
+                                      "' has no UVs, which its opacity texture needs: give it a "
                                       "layout.");
   }
   const bool by_material = !opacity.image_of.empty();
@@ -438,7 +444,7 @@ void check(const Mesh& mesh, const Texture& opacity, double threshold) {
            image->pixels.size() == std::size_t{image->width} * image->height * image->channels;
   }
   if (!fits || opacity.channel > 3) {
-    throw Error(ErrorCode::input, "The texture of opacity does not fit the mesh '" + mesh.name +
+    throw Error(ErrorCode::input, "The opacity texture does not fit the mesh '" + mesh.name +
                                       "': it needs one picture, or one for each material.");
   }
 }

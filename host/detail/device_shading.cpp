@@ -8,12 +8,13 @@
 namespace kiln {
 namespace {
 
-// Maximum number of separate writes, one for each run of consecutive triangles. With more runs, the whole
-// range is written at once, since each write is a command.
+// Maximum number of separate writes, one for each run of consecutive triangles. If there are more
+// runs, the whole range is written at once, since each write costs a command.
 constexpr std::size_t kMaxRuns = 64;
 
-/// First and last index in with_uvs of each run of consecutive triangles; empty if there are more than kMaxRuns.
-std::vector<std::pair<std::size_t, std::size_t>> runs_of(const std::vector<std::uint32_t>& list) {
+/// For each run of consecutive triangles, the indices of its first and last triangle in with_uvs;
+/// empty if there are more than kMaxRuns.
+std::vector<std::pair<std::size_t, std::size_t>> find_runs(const std::vector<std::uint32_t>& list) {
   std::vector<std::pair<std::size_t, std::size_t>> runs;
   for (std::size_t i = 0; i < list.size(); ++i) {
     if (i > 0 && list[i] == list[i - 1] + 1) {
@@ -30,7 +31,7 @@ std::vector<std::pair<std::size_t, std::size_t>> runs_of(const std::vector<std::
 }  // namespace
 
 cl::Array<kiln_low_shading> device_shading(cl::Context& context, const LowSurface& surface) {
-  const auto runs = runs_of(surface.with_uvs);
+  const auto runs = find_runs(surface.with_uvs);
   if (runs.empty()) return {context, std::span<const kiln_low_shading>(low_shading(surface, true))};
   cl::Array<kiln_low_shading> result(context, surface.triangles.size());
   const std::vector<kiln_low_shading> shading = shading_with_uvs(surface);

@@ -6,8 +6,9 @@
 
 namespace kiln {
 
-/// Uploads low_shading() of the triangles with UVs; entries of other triangles, which no texel shows, are undefined.
-/// For a texture set, only the entries of the set's triangles are written; these are mostly consecutive.
+/// Uploads the result of low_shading() for the triangles that have UVs. Entries of other triangles
+/// are undefined, since no texel shows these triangles. If only one texture set is baked, only the
+/// entries of its triangles are written; these are mostly consecutive.
 cl::Array<kiln_low_shading> device_shading(cl::Context& context, const LowSurface& surface);
 
 }  // namespace kiln

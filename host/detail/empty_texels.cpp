@@ -12,28 +12,30 @@
 namespace kiln {
 namespace {
 
-/// Bounds that separate background from drawn content.
+/// Bounds that tell background from painted texels.
 struct BackgroundBounds {
-  /// Approximate number of texels outside charts that are sampled
+  /// Approximate number of texels outside of charts whose colours are counted
   std::size_t samples = std::size_t{1} << 16;
-  double share = 0.25;  ///< Minimum share of the samples that has the background's colour
-  /// Maximum deviation from the background in any channel, as JPEG artefacts at an edge have
+  double share = 0.25;  ///< Minimum share of these texels that have the background's colour
+  /// Maximum difference from the background's colour in any channel; covers JPEG artefacts near an
+  /// edge
   float near = 12.0F / 255;
-  /// Maximum distance in texels from charts to background: pictures with more padding stay as they are
+  /// Maximum distance in texels from charts to background. In a picture with wider padding, filters
+  /// do not reach the background, so nothing is excluded
   int reach = 8;
 };
 constexpr BackgroundBounds kBackgroundBounds;
 
 bool has_alpha(const Image& image) { return image.channels % 2 == 0; }
 
-/// A texel's colour as packed bytes.
+/// A texel's colour, packed into an integer with one byte per channel.
 std::uint32_t key_of(const Image& image, const float* texel) {
   std::uint32_t key = 0;
   for (std::uint32_t c = 0; c < image.channels; ++c) {
     const float value = texel[c] > 0 ? std::min(texel[c], 1.0F) : 0;  // NaN becomes 0
     key |= static_cast<std::uint32_t>(std::lround(value * 255)) << (8 * c);
   }
-  // Transparent texels have no colour.
+  // All fully transparent texels count as one colour.
   if (has_alpha(image) && key >> (8 * (image.channels - 1)) == 0) key = 0;
   return key;
 }
@@ -117,7 +119,8 @@ bool ChartTexels::add(const Corners& uvs, const Wraps& wraps) { return add_rows(
 
 void ChartTexels::add_touched(const Corners& uvs, const Wraps& wraps) { add_rows(uvs, wraps, 0.5); }
 
-/// \param reach half the side of the square around a texel's centre that the triangle must overlap
+/// \param reach  half the side of the square around a texel's centre that the triangle must
+///   overlap, in texels
 bool ChartTexels::add_rows(const Corners& uvs, const Wraps& wraps, double reach) {
   constexpr double kCentreTolerance = 1e-4, kMaxTexel = 1e9;
   const double width = chart_bits_.width(), height = chart_bits_.height();
@@ -132,8 +135,8 @@ bool ChartTexels::add_rows(const Corners& uvs, const Wraps& wraps, double reach)
   }
   const double slack = reach + kCentreTolerance;
   if (!wraps && (most_frequent < -slack || least > width - 1 + slack)) return false;
-  // A triangle that spans many repetitions would add many rows. Such a picture tiles and has no charts, so the whole
-  // row range counts as chart.
+  // A triangle that spans many repetitions of the picture would be scanned as often. Such a picture
+  // tiles and has no charts, so all of its texels count as covered.
   constexpr double kMaxRepetitions = 4;
   const bool is_clamped = !wraps || (*wraps)[1] == TextureWrap::clamp;
   if (!is_clamped && bottom - top > kMaxRepetitions * height) {
@@ -144,7 +147,8 @@ bool ChartTexels::add_rows(const Corners& uvs, const Wraps& wraps, double reach)
   auto first = static_cast<std::int64_t>(std::ceil(top - slack));
   auto last = static_cast<std::int64_t>(std::floor(bottom + slack));
   if (is_clamped) {
-    // Rows outside the picture repeat its outermost row, so they need no scan of their own.
+    // With clamping, all rows outside the picture read its outermost row, so marking that row
+    // covers them.
     if (wraps && top < 0) chart_bits_.add(0, 0, chart_bits_.width());
     if (wraps && bottom > height - 1)
       chart_bits_.add(chart_bits_.height() - 1, 0, chart_bits_.width());
@@ -153,8 +157,8 @@ bool ChartTexels::add_rows(const Corners& uvs, const Wraps& wraps, double reach)
   }
   bool is_any_added = false;
   for (std::int64_t y = first; y <= last; ++y) {
-    // Only the part of the triangle between the lines `reach` above and below the row's centre counts; with reach 0
-    // both lines are the same.
+    // Clips the triangle to the strip that reaches from `reach` above to `reach` below the row's
+    // centre; with reach 0 the strip is a line.
     const double from_y = std::clamp(static_cast<double>(y) - reach, top, bottom);
     const double to = std::clamp(static_cast<double>(y) + reach, top, bottom);
     double left = std::numeric_limits<double>::infinity(), right = -left;

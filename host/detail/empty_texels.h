@@ -1,12 +1,15 @@
-// Finds background texels of the high poly's pictures: those outside all charts that padding does not fill.
+// Finds background texels of the high poly's pictures: texels outside of all charts that are not
+// padding.
 //
-// Texture filters read texels around a chart: up to half a texel away if the picture is as fine as the map, many
-// texels away if it is finer. In an atlas without padding these are background, which would bleed into charts as
-// seams. So texels that (1) lie in no chart of the mesh and (2) show the background are excluded from all means, like
-// transparent texels (image/texture_filter.h). A chart that holds no texel's centre, such as a face on a cell of a
-// palette, keeps all texels that it touches, since no others could replace them. Any other content outside charts is
-// kept: it is padding, charts of other objects, or a photograph that extends beyond the charts. A picture that charts
-// cover completely, such as a repeating tile, stays as it is.
+// Texture filters read texels around a chart: up to half a texel away if the picture is as fine as
+// the map, many texels away if it is finer. In an atlas without padding, these texels are
+// background, whose colour would bleed into charts and show as seams. Therefore texels that (1) lie
+// outside of all charts of the mesh and (2) have the background's colour are excluded from all
+// means, like transparent texels (image/texture_filter.h). A chart that covers no texel's centre,
+// such as a face mapped into one cell of a palette, keeps all texels that it touches, since no
+// others could replace them. Any other content outside of charts is kept: it may be padding, belong
+// to charts of other objects, or be a photograph that extends beyond the charts. A picture without
+// texels outside of charts, such as a repeating tile, stays as it is.
 #pragma once
 
 #include <array>
@@ -27,10 +30,10 @@ class ChartTexels {
 
   ChartTexels(std::uint32_t width, std::uint32_t height) : chart_bits_(width, height) {}
 
-  /// Adds texels with centres in a triangle, with a tolerance of 1e-4 texels. UVs that are not finite add none.
-  /// Thread-safe.
-  /// \param wraps how UVs outside the picture repeat; axes that do not repeat ignore such UVs
-  /// \returns true if the triangle contains any centre
+  /// Adds the texels whose centres lie in a triangle, with a tolerance of 1e-4 texels. A triangle
+  /// with non-finite UVs adds none. Thread-safe.
+  /// \param wraps  wrap modes for UVs outside of the picture; null: such UVs are ignored
+  /// \returns true if the triangle contains the centre of any texel
   bool add(const Corners& uvs, const Wraps& wraps);
   /// Adds all texels that the triangle touches. Thread-safe.
   void add_touched(const Corners& uvs, const Wraps& wraps);
@@ -44,12 +47,13 @@ class ChartTexels {
   TexelBits chart_bits_;
 };
 
-/// Finds the texels that hold background. Returns nothing if the picture has no background, or no background
+/// Finds the background texels of a picture. Returns nothing if there is no background, or none
 /// near a chart.
 ///
-/// The background is the most frequent colour outside of charts, if at least a quarter of those texels have it; all
-/// transparent texels count as one colour. Texels next to background count as background, too, since filters may have
-/// blended them with it. Cost: two passes over the picture.
+/// The background is the most frequent colour outside of charts, if at least a quarter of the
+/// texels there have it. All fully transparent texels count as one colour. Texels adjacent to
+/// background count as background, too, since filters may have blended them with it. The cost is
+/// two passes over the picture.
 std::optional<TexelBits> find_empty_texels(const Image& image, const TexelBits& charts);
 
 }  // namespace kiln

@@ -1,4 +1,4 @@
-// Signed height of the high poly above the low poly.
+// Height of the high poly above the low poly, negative below.
 #include "detail/point_map.h"
 #include "detail/value_ranges.h"
 

@@ -15,10 +15,10 @@ constexpr std::size_t kTexelsPerTask = 1 << 12;
 
 class HemisphereMap : public MapMaker {
  public:
-  using Read = std::vector<float> (Hemispheres::*)(const TexelBand&, const DeviceCorrespondence&,
-                                                   bool);
+  using ReadValues = std::vector<float> (Hemispheres::*)(const TexelBand&,
+                                                         const DeviceCorrespondence&, bool);
 
-  HemisphereMap(const MapRequest& request, Read read)
+  HemisphereMap(const MapRequest& request, ReadValues read)
       : reads_(request.reads()),
         miss_(request.options.encoding.miss),
         rays_(request.shared.of<Hemispheres>(request)),
@@ -54,7 +54,7 @@ class HemisphereMap : public MapMaker {
   std::shared_ptr<BandReads> reads_;
   MissPolicy miss_;
   std::shared_ptr<Hemispheres> rays_;
-  Read read_values_;
+  ReadValues read_values_;
 };
 
 }  // namespace
@@ -87,10 +87,11 @@ void average_samples(BandReads& reads, const TexelBand& band, const DeviceCorres
       double divisor = static_cast<double>(sample_count);
       if (channels == 3) divisor = length(Vec3d(sum[0], sum[1], sum[2]));
       for (std::size_t c = 0; c < channels; ++c) {
-        // If all samples of a texel missed and the policy gives misses no value, the texel holds 0, or
-        // straight up in maps of directions.
+        // If all samples of a texel missed, and MissPolicy gives misses no value, the texel gets 0,
+        // or in maps of directions the vector (0, 0, 1).
         to[c] = channels == 3 && c == 2 ? 1.0F : 0.0F;
-        // A single sample is copied without normalizing; so is the last sample if the directions cancel out.
+        // The value of a single sample is copied, not normalized. If the sum of several directions
+        // is zero, the last sample's direction is used.
         if (sample_count != 0) {
           to[c] = sample_count == 1 || !(divisor > 1e-10) ? values[last_sample + c * plane]
                                                           : static_cast<float>(sum[c] / divisor);

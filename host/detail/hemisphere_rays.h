@@ -12,8 +12,8 @@
 
 namespace kiln {
 
-// Minimum distance of a hit, in frame units: nearer hits are rounding errors of the face that the ray starts
-// on.
+// Minimum distance of a hit, in frame units. Nearer hits are rounding errors: the ray hits the face
+// that it starts on.
 inline constexpr float kMinHitDistance = 0x1p-20F;
 inline RayQuery query_up_to(float distance, bool back_faces) {
   RayQuery query;
@@ -24,11 +24,11 @@ inline RayQuery query_up_to(float distance, bool back_faces) {
   return query;
 }
 
-/// Number of texels in one task of a host thread.
+/// Number of texels in one task of a parallel loop.
 inline constexpr std::size_t kTexelsPerPiece = std::size_t{1} << 16;
 
-/// Number of samples whose rays are cast together: their data fits a core's cache, and they are close in
-/// space.
+/// Number of samples whose rays are cast together. Their data fits in a core's cache, and they are
+/// close to each other in space.
 inline constexpr std::uint32_t kSamplesPerPiece = 1U << 14;
 
 inline constexpr std::uint32_t kLanes = KILN_HEMISPHERE_LANES;
@@ -37,7 +37,8 @@ constexpr std::uint32_t round_up_to_lanes(std::uint32_t count) {
   return (count + kLanes - 1) / kLanes * kLanes;
 }
 
-/// Number of depth views from which visibility is gathered (OcclusionOptions::by); 0: it is gathered by rays.
+/// Number of depth views by which visibility is computed (OcclusionOptions::by); 0 if it is
+/// computed by rays.
 std::uint32_t views_for(const MapRequest& request);
 
 /// Grows an array if it is too small; growing discards its contents.

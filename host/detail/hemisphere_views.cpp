@@ -13,13 +13,13 @@
 namespace kiln {
 namespace {
 
-// Limits the memory of a batch: 64 MiB of keys, 32 MiB of depths
+// Maximum number of views drawn together. Limits memory to 64 MiB of keys and 32 MiB of depths.
 constexpr std::uint32_t kViewsPerBatch = 32;
-// Depth bias in pixels. A surface nearer than a sample by less than this does not hide the sample, since depth varies
-// within a pixel.
+// Depth bias in pixels: a surface hides a sample only if it is nearer by more than this, since the
+// sample's own surface varies in depth within a pixel.
 constexpr float kBiasPixels = 0.5F;
 
-// Range of the pictures' size in pixels; within it, pictures have about the map's resolution.
+// Bounds of a view's side in pixels. Between them, a view has about the map's resolution.
 constexpr std::uint32_t kMinSize = 256, kMaxSize = 512;
 
 }  // namespace
@@ -95,7 +95,7 @@ void HemisphereViews::add(const cl::Array<float>& points, std::uint32_t count,
       context_.launch(add, work_items, kLocal, params, on_device, view_depths_, points, sums,
                       bent_sum);
     }
-    context_.finish();  // Waits, since the kernels still read the views that this function frees
+    context_.finish();  // The kernels still read the views, which are freed here
   }
 }
 

@@ -1,4 +1,5 @@
-// Depth views of all occluders, from directions all around, for visibility tests of samples.
+// Tests the visibility of samples by depth views of all occluders, from directions over the whole
+// sphere.
 #pragma once
 
 #include <cstdint>
@@ -14,16 +15,17 @@
 
 namespace kiln {
 
-/// Sums the directions in which samples are unoccluded (kernels/detail/hemisphere_views.cl). Directions are added in a
-/// fixed order, so a sum depends on the sample alone.
+/// Sums the directions in which nothing hides a sample (kernels/detail/hemisphere_views.cl).
+/// Directions are added in a fixed order, so the sum of a sample does not depend on other samples.
 class HemisphereViews {
  public:
-  /// Side of each picture in pixels, for maps of the given size.
+  /// Side of each view in pixels, for a map of this size.
   static std::uint32_t size_for(std::uint32_t width, std::uint32_t height);
 
   /// \param positions positions of the occluders, at any distance; not empty
-  /// \param size side of each picture in pixels
-  /// \param traversal with Traversal::gpu a work-item handles one sample
+  /// \param size side of each view in pixels
+  /// \param traversal  Traversal::gpu: each work-item handles one sample; otherwise
+  ///   KILN_VISIBILITY_SAMPLES samples
   HemisphereViews(cl::Context& context, std::vector<Vec3> positions,
                   std::span<const Triangle> triangles, std::uint32_t directions, std::uint32_t size,
                   Traversal traversal);
@@ -42,7 +44,7 @@ class HemisphereViews {
   cl::Context& context_;
   std::uint32_t size_;
   bool uses_scalar_kernel_;
-  float scale_ = 1;  // scale that brings points within 0.5 of the origin
+  float scale_ = 1;  // Factor that scales all occluders to within 0.5 of the origin
   std::optional<Rasterizer> rasterizer_;
   std::vector<kiln_view> views_;
   DepthKeys depth_keys_;

@@ -17,9 +17,10 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kLocalLanes = 8;
-// Maximum ray length: more than the distance of any ray's origin (KILN_RAY_FARTHEST) from the high poly.
+// Maximum ray length. It is larger than the distance of any ray's origin from the high poly, which
+// is at most KILN_RAY_FARTHEST.
 constexpr double kMaxRayLength = 2097152;
-// Minimum ray length with a falloff, as a share of the longest ray. Nearer hits occlude fully.
+// Distance below which hits occlude fully in spite of a falloff, as a share of the longest ray.
 constexpr double kMinLengthShare = 0x1p-12;
 
 float ray_length(const Length& length, const Frame& frame) {
@@ -27,10 +28,12 @@ float ray_length(const Length& length, const Frame& frame) {
   return static_cast<float>(std::clamp(to_frame(length, frame), 1e-30, kMaxRayLength));
 }
 
-/// A ray length that reaches all of the high poly from its own points and from the low poly's. It is kept short,
-/// since boxes are widened by the rounding error of the ray's length: an infinite ray would intersect every box.
+/// Ray length that suffices to reach all of the high poly from points on it and on the low poly. It
+/// should not be larger, since bounding boxes are widened by the rounding error of the ray's
+/// length: an infinite ray would intersect every box.
 float unbounded_ray_length(const LowSurface& surface, std::span<const Mesh> other_occluders) {
-  // The high poly's vertices stay within a distance of 1, also in sessions
+  // Vertices of the high poly stay within a distance of 1 from the origin, even in sessions that
+  // move them
   double max_origin_distance = 1;
   for (const std::size_t i : surface.usable_triangles()) {
     for (const LowSurface::Corner& corner : surface.triangles[i]) {
@@ -45,26 +48,32 @@ float unbounded_ray_length(const LowSurface& surface, std::span<const Mesh> othe
   return static_cast<float>(std::min(max_origin_distance + 3, kMaxRayLength));
 }
 
-/// Directions of one sample's rays about +Z, and the ring of each ray.
+/// Directions of a sample's rays about the +Z axis, in several sets, and the ring that each ray
+/// belongs to.
 struct RaySets {
-  std::vector<float> directions;  // For each set of directions: all x, then all y, then all z
-  // For each ray, the first ray of its ring; then, for each ray, the number of rays in its ring
+  // For each set: the x components of all rays, then all y, then all z
+  std::vector<float> directions;
+  // For each ray, the index of the first ray in its ring; after these, for each ray, the number of
+  // rays in its ring
   std::vector<std::uint32_t> rings;
 };
 
 double fractional_part(double value) { return value - std::floor(value); }
 
-/// Vogel's spiral with two opposite arms. It covers the disk evenly for any number of rays, and is balanced: the mean
-/// of all rays is the normal. If the number is odd, one ray has no opposite; it lies next to the centre. Each ray has
-/// an equal share of the disk's area, within which its distance from the centre varies from set to set. Rings are
-/// about as wide as the distance between two neighbouring rays.
+/// Ray directions by Vogel's spiral with two opposite arms on the disk below the hemisphere. The
+/// spiral covers the disk evenly for any number of rays, and is balanced: the mean of all rays is
+/// the normal. If the number of rays is odd, one ray has no opposite; it lies next to the centre.
+/// Each ray stands for an equal share of the disk's area; its distance from the centre varies
+/// within that share from set to set. Rings are about as wide as the distance between two
+/// neighbouring rays.
 ///
-/// \param disk       radius; 1 is the whole hemisphere
-/// \param length_of inverse distribution function of ray lengths: the length of a ray for a number uniformly
-/// distributed on [0, 1)
+/// \param disk       radius of the disk; 1 covers the whole hemisphere
+/// \param length_of  quantile function of ray lengths: returns the length for a number that is
+///   uniformly distributed on [0, 1)
 RaySets spiral_rays(std::uint32_t count, double disk,
                     const std::function<double(double)>& length_of) {
-  // Irrational numbers, which fractions approximate badly
+  // Step widths of additive recurrences. They are irrational and badly approximable by fractions,
+  // so their multiples are evenly distributed.
   const double rotation_step = std::numbers::phi - 1, radius_step = 0.7548776662466927,
                length_step = std::numbers::sqrt3 - 1;
   const std::uint32_t has_centre_ray = count % 2;
@@ -96,13 +105,14 @@ RaySets spiral_rays(std::uint32_t count, double disk,
       const bool is_centre = has_centre_ray != 0 && ray == 0;
       const double radial_fraction =
           fractional_part(arm[ray] * radius_step + (set + 0.5) / KILN_HEMISPHERE_SETS);
-      // The share of the disk's area that is nearer to the centre than the ray.
+      // Squared distance from the centre: the share of the disk's area that is nearer to the centre
+      // than the ray.
       const double squared =
           (is_centre ? radial_fraction
                      : has_centre_ray + 2 * (arm[ray] - has_centre_ray + radial_fraction)) /
           count * disk * disk;
       const double radians = 2 * std::numbers::pi * angle[ray], radius = std::sqrt(squared);
-      // Two opposite rays get lengths for numbers that are half of the period apart.
+      // Opposite rays get the lengths of two quantiles that differ by 1/2.
       const double length =
           length_of(fractional_part(arm[ray] * length_step + (ray + has_centre_ray) % 2 * 0.5 +
                                     (3 * set + 0.5) / KILN_HEMISPHERE_SETS));
@@ -114,9 +124,10 @@ RaySets spiral_rays(std::uint32_t count, double disk,
   return sets;
 }
 
-/// Inverse of the falloff: length of a ray, as a share of the falloff's distance, for a number uniformly distributed
-/// on [0, 1). A ray of random length then hits a surface at distance d with a probability equal to the falloff at d.
-/// So all hits have the same weight, and the nearest hit is not needed.
+/// Quantile function of ray lengths, as a share of the falloff's distance. A ray whose length is
+/// drawn from this distribution hits a surface at distance d with a probability equal to the
+/// falloff at d. So all hits have the same weight, and the distance of the nearest hit is not
+/// needed.
 double inverse_falloff(OcclusionFalloff falloff, double quantile) {
   switch (falloff) {
     case OcclusionFalloff::linear:
@@ -129,7 +140,8 @@ double inverse_falloff(OcclusionFalloff falloff, double quantile) {
   return 1;
 }
 
-/// Cosines, then sines, of all angles by which a sample's rays may be rotated about its normal.
+/// Cosines, then sines, of all angles by which the rays of a sample may be rotated about its
+/// normal.
 std::vector<float> rotation_table() {
   constexpr std::size_t kRotations = KILN_HEMISPHERE_TURNS;
   std::vector<float> cosines_and_sines(2 * kRotations);
@@ -152,7 +164,7 @@ Hemispheres::Hemispheres(const MapRequest& request)
       height_(request.options.height),
       slot_bits_(static_cast<std::uint32_t>(
           std::bit_width(request.options.samples * request.options.samples - 1))),
-      keep_(request.options.encoding.miss == MissPolicy::keep),
+      keeps_misses_(request.options.encoding.miss == MissPolicy::keep),
       two_sided_(request.options.match.two_sided),
       back_faces_(request.options.occlusion.back_faces),
       by_high_(request.options.occlusion.by_high),
@@ -213,7 +225,7 @@ void Hemispheres::next_source() {
   all_occluders_.reset();
   part_occluders_.clear();
   views_.reset();
-  uploaded_ = false;  // Vertices of the high poly may have moved
+  uploaded_ = false;  // Vertices of the high poly may have moved, so they are uploaded again
 }
 
 std::uint32_t Hemispheres::plane_of(const TexelBand& band) {
@@ -273,7 +285,8 @@ void Hemispheres::cast(const TexelBand& band, const DeviceCorrespondence& match,
   sums.has_open = true;
 }
 
-void Hemispheres::measure(const TexelBand& band, const DeviceCorrespondence& match, bool second) {
+void Hemispheres::measure_thickness(const TexelBand& band, const DeviceCorrespondence& match,
+                                    bool second) {
   Sums& sums = sums_[second ? 1 : 0];
   if (sums.has_depth) return;
   make_room(context_, sums.depth, plane_of(band));
@@ -283,23 +296,23 @@ void Hemispheres::measure(const TexelBand& band, const DeviceCorrespondence& mat
   make_turns(band);
   sums.has_depth = true;
   if (caster.traversal() == Traversal::cpu) {
-    over_pieces(band, match, second, rays_in_, kSamplesPerPiece,
-                [&](const kiln_hemisphere_params& params) {
-                  measure_piece(params, caster, query, sums.depth);
-                });
+    for_each_piece(band, match, second, rays_in_, kSamplesPerPiece,
+                   [&](const kiln_hemisphere_params& params) {
+                     measure_piece(params, caster, query, sums.depth);
+                   });
     return;
   }
   const cl::Kernel depth = context_.kernel("hemisphere", "kiln_hemisphere_depth");
-  over_rays(band, match, second, rays_in_, turns_, false,
-            [&](const kiln_hemisphere_params& params, std::uint32_t count) {
-              if (first_hits_.capacity < ray_capacity_) {
-                first_hits_ = DeviceCorrespondence();
-                first_hits_ = DeviceCorrespondence(context_, ray_capacity_);
-              }
-              caster.intersect(rays_, count, ray_capacity_, query, first_hits_);
-              context_.launch(depth, params.stride / kLanes, kLocalLanes, params,
-                              first_hits_.triangle, first_hits_.distance, sums.depth);
-            });
+  for_each_ray_piece(band, match, second, rays_in_, turns_, false,
+                     [&](const kiln_hemisphere_params& params, std::uint32_t count) {
+                       if (first_hits_.capacity < ray_capacity_) {
+                         first_hits_ = DeviceCorrespondence();
+                         first_hits_ = DeviceCorrespondence(context_, ray_capacity_);
+                       }
+                       caster.intersect(rays_, count, ray_capacity_, query, first_hits_);
+                       context_.launch(depth, params.stride / kLanes, kLocalLanes, params,
+                                       first_hits_.triangle, first_hits_.distance, sums.depth);
+                     });
 }
 
 std::vector<float> Hemispheres::visibility(const TexelBand& band, const DeviceCorrespondence& match,
@@ -307,12 +320,12 @@ std::vector<float> Hemispheres::visibility(const TexelBand& band, const DeviceCo
   if (view_directions_ > 0) return visibility_by_views(band, match, second);
   if (max_error_ > 0) return visibility_within(band, match, second);
   cast(band, match, second);
-  return shares(band, sums_[second ? 1 : 0].open, rays_out_.count);
+  return compute_shares(band, sums_[second ? 1 : 0].open, rays_out_.count);
 }
 
-std::vector<float> Hemispheres::shares(const TexelBand& band,
-                                       const cl::Array<std::uint32_t>& counts,
-                                       std::uint32_t rays) const {
+std::vector<float> Hemispheres::compute_shares(const TexelBand& band,
+                                               const cl::Array<std::uint32_t>& counts,
+                                               std::uint32_t rays) const {
   std::vector<std::uint32_t> read(band.sample_count);
   counts.read(context_, read);
   std::vector<float> shares(read.size());
@@ -324,25 +337,25 @@ std::vector<float> Hemispheres::shares(const TexelBand& band,
 
 std::vector<float> Hemispheres::shadow(const TexelBand& band, const DeviceCorrespondence& match,
                                        bool second) {
-  make_room(context_, lit_, plane_of(band));
-  context_.fill(lit_, std::uint32_t{0});
+  make_room(context_, lit_counts_, plane_of(band));
+  context_.fill(lit_counts_, std::uint32_t{0});
   if (parts_ != nullptr) {
     const RayCounts ray_counts = cast_parts(band, match, second, rays_to_light_, false);
-    lit_.write(context_, std::span(ray_counts.open));
-    return shares(band, lit_, rays_to_light_.count);
+    lit_counts_.write(context_, std::span(ray_counts.open));
+    return compute_shares(band, lit_counts_, rays_to_light_.count);
   }
   const RayCaster& caster = occluders();
   const RayQuery query = query_up_to(unbounded_, back_faces_);
   const cl::Kernel lit = context_.kernel("hemisphere", "kiln_hemisphere_lit");
   make_turns(band);
-  over_rays(band, match, second, rays_to_light_, turns_, false,
-            [&](const kiln_hemisphere_params& params, std::uint32_t count) {
-              make_room(context_, ray_hits_, ray_capacity_);
-              caster.occluded(rays_, count, ray_capacity_, query, ray_hits_);
-              context_.launch(lit, params.stride / kLanes, kLocalLanes, params, ray_hits_, rays_,
-                              lit_);
-            });
-  return shares(band, lit_, rays_to_light_.count);
+  for_each_ray_piece(band, match, second, rays_to_light_, turns_, false,
+                     [&](const kiln_hemisphere_params& params, std::uint32_t count) {
+                       make_room(context_, ray_hits_, ray_capacity_);
+                       caster.occluded(rays_, count, ray_capacity_, query, ray_hits_);
+                       context_.launch(lit, params.stride / kLanes, kLocalLanes, params, ray_hits_,
+                                       rays_, lit_counts_);
+                     });
+  return compute_shares(band, lit_counts_, rays_to_light_.count);
 }
 
 const cl::Array<float>& Hemispheres::bent_sum(const TexelBand& band,
@@ -353,7 +366,7 @@ const cl::Array<float>& Hemispheres::bent_sum(const TexelBand& band,
 
 std::vector<float> Hemispheres::thickness(const TexelBand& band, const DeviceCorrespondence& match,
                                           bool second) {
-  measure(band, match, second);
+  measure_thickness(band, match, second);
   std::vector<float> shares(band.sample_count);
   sums_[second ? 1 : 0].depth.read(context_, shares);
   for (float& share : shares) {

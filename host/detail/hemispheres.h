@@ -1,4 +1,5 @@
-// Rays over the hemispheres at the high poly's points, cast once a band for all maps.
+// Casts rays over the hemispheres at points of the high poly, once per band, for all maps that need
+// them.
 #pragma once
 
 #include <array>
@@ -20,38 +21,43 @@
 
 namespace kiln {
 
-/// Computes sums over each sample's rays (kernels/detail/hemisphere.cl). A sum depends only on the sample's point,
-/// its normal and its position in the map.
+/// Computes sums over the rays of each sample (kernels/detail/hemisphere.cl). A sum depends only on
+/// the sample's point, its normal and its position in the map.
 ///
-/// With MissPolicy::keep, rays of a missed sample start at the low poly's point, about the low poly's normal;
-/// otherwise its value is undefined. In a second correspondence, which is blended with the first one, only samples
-/// with a triangle have values.
+/// With MissPolicy::keep, the rays of a sample that missed start at the low poly's point, around
+/// the low poly's normal; with other policies the value of such a sample is undefined. In a second
+/// correspondence, which is blended with the first, only samples that have a triangle have defined
+/// values.
 class Hemispheres : public SharedWork {
  public:
   explicit Hemispheres(const MapRequest& request);
 
   void next_band() override;
   void next_source() override;
-  /// Must be called before the first band if bent_sum() will be used.
+  /// Must be called before the first band if bent_sum() will be called.
   void request_bent_sum() { needs_bent_sum_ = true; }
 
-  /// [samples] the share of a sample's rays that hit nothing. \param second true if `match` is the second
-  /// correspondence of a blend
+  /// [samples] the share of each sample's rays that hit nothing.
+  /// \param second  true if `match` is the second correspondence of a blend
   std::vector<float> visibility(const TexelBand& band, const DeviceCorrespondence& match,
                                 bool second);
 
-  /// Sums of the directions of the rays that hit nothing: 3 planes of plane_of(band).
+  /// Sum of the directions of each sample's rays that hit nothing: x, y and z in three planes of
+  /// plane_of(band) values each.
   const cl::Array<float>& bent_sum(const TexelBand& band, const DeviceCorrespondence& match,
                                    bool second);
 
-  /// [samples] mean distance inward to the first surface, as a share of the distance that counts as thick.
+  /// [samples] mean length of the inward rays up to their first hit, as a share of the distance
+  /// that counts as fully thick.
   std::vector<float> thickness(const TexelBand& band, const DeviceCorrespondence& match,
                                bool second);
 
-  /// [samples] the visible share of ShadowLight's disc; 0 where the surface faces away from its centre.
+  /// [samples] share of the light's disc (ShadowLight) that is visible; 0 where the surface faces
+  /// away from the disc's centre.
   std::vector<float> shadow(const TexelBand& band, const DeviceCorrespondence& match, bool second);
 
-  /// The method and the numbers of rays and views of visibility() and bent_sum().
+  /// Reports the method, the number of rays and the number of views that visibility() and
+  /// bent_sum() used.
   OcclusionReport report() const;
 
   static std::uint32_t plane_of(const TexelBand& band);
@@ -61,15 +67,16 @@ class Hemispheres : public SharedWork {
   struct Sums {
     bool has_open = false, has_depth = false;
     cl::Array<std::uint32_t> open;
-    // Sums that depth views gathered: KILN_HEMISPHERE_VIEW_SUMS planes of the band's samples
+    // Sums from depth views: KILN_HEMISPHERE_VIEW_SUMS planes, with one value per sample of the
+    // band
     std::vector<float> view_sums;
     cl::Array<float> bent_sum, depth;
   };
 
-  /// Rays about an axis: the normal, its opposite, or the direction to the light.
+  /// Rays around an axis: the normal, its opposite, or the direction to the light.
   struct RaySet {
-    std::uint32_t count = 0;  // Number of rays of a sample
-    float side = 1;           // 1 for rays about the axis, -1 for rays about the opposite direction
+    std::uint32_t count = 0;  // Number of rays per sample
+    float side = 1;  // 1 for rays around the axis, -1 for rays around the opposite direction
     // True if the axis is the direction to the light; otherwise it is the normal
     bool toward_light = false;
     bool falls_off = false;  // True if ray lengths follow OcclusionOptions::falloff
@@ -77,30 +84,30 @@ class Hemispheres : public SharedWork {
     cl::Array<std::uint32_t> rings;
   };
 
-  /// visibility() with an error of at most OcclusionOptions::max_error.
+  /// Computes visibility() with an error of at most OcclusionOptions::max_error.
   std::vector<float> visibility_within(const TexelBand& band, const DeviceCorrespondence& match,
                                        bool second);
-  /// Samples that have rays, grouped by texel.
+  /// The samples that have rays, grouped by texel.
   struct TexelSamples {
     std::vector<std::uint32_t> samples;
     std::vector<std::uint32_t> first;  // [texels + 1] index of each texel's first sample
     bool has_one_sample_a_texel() const { return samples.size() + 1 == first.size(); }
   };
-  /// Two independent estimates of each texel from equal numbers of rays: counts of rays that hit nothing, summed
-  /// over the texel's samples.
+  /// Two independent estimates of each texel, each from the same number of rays. An estimate is the
+  /// number of rays that hit nothing, summed over the texel's samples.
   struct Estimates {
     const TexelBand& band;
     const DeviceCorrespondence& match;
     bool second = false;
     TexelSamples shared;
-    // `rays` is the number of rays of one sample in each estimate
+    // `rays` is the number of rays per sample and estimate
     std::vector<std::uint32_t> a, b, rays;
-    std::vector<std::uint8_t> has_converged_;
+    std::vector<std::uint8_t> has_converged;
     std::vector<std::uint32_t> cast_round;  // Round in which rays of the texel were last cast
     std::uint32_t round = 0, turn = 0;
   };
-  /// Casts `rays` more rays of each sample of the given texels for estimate a, and as many for b if both are
-  /// given.
+  /// Casts `rays` more rays for each sample of the given texels, and adds their counts to the
+  /// estimates in `open`: estimate a, or both a and b, which get different rays.
   void estimate(Estimates& of, const std::vector<std::uint32_t>& texels, std::uint32_t rays,
                 std::span<std::vector<std::uint32_t>* const> open);
   AoDenoiser::Result denoise_estimates(const Estimates& of, double plain_variance);
@@ -109,114 +116,127 @@ class Hemispheres : public SharedWork {
                       const std::vector<float>& previous_errors);
   TexelSamples prepare_filter(const TexelBand& band, const DeviceCorrespondence& match,
                               bool second);
-  /// Gathers some samples, their matches and the random rotations of their ray sets into the picked_ arrays.
-  /// \param round seeds the rotations, so that each round casts other rays (make_keys()); without it the
-  /// rotations are those of make_turns()
+  /// Copies some samples, their matches and the random rotations of their rays to the arrays
+  /// picked_*.
+  /// \param round  seed of the rotations, so that each round casts other rays (make_keys()); null:
+  ///   the rotations of make_turns()
   void pick(const TexelBand& band, const DeviceCorrespondence& match,
             std::span<const std::uint32_t> samples, std::optional<std::uint32_t> round);
-  /// Computes the random rotations of the picked samples from make_keys().
+  /// Computes the random rotations of the picked samples for a round, from the result of
+  /// make_keys().
   void turn_picked(std::uint32_t count, std::uint32_t round, cl::Array<std::uint32_t>& turns);
-  /// Samples that have the same occluders.
+  /// Samples whose rays are cast against the same occluders.
   struct OccluderGroup {
     const RayCaster* caster;
     std::vector<std::uint32_t> samples;
   };
-  /// Groups samples by part (OcclusionOptions::own_part), or returns one group of all samples. Samples
-  /// without rays are excluded.
-  std::vector<OccluderGroup> groups(const TexelBand& band, const DeviceCorrespondence& match,
-                                    bool second, std::span<const std::uint32_t> samples);
+  /// Groups samples by their part (OcclusionOptions::own_part); without that option, all are in one
+  /// group. Samples without rays are left out.
+  std::vector<OccluderGroup> group_samples(const TexelBand& band, const DeviceCorrespondence& match,
+                                           bool second, std::span<const std::uint32_t> samples);
   const RayCaster& occluders_of(std::uint32_t part);
-  /// Per sample of a group: number of rays that hit nothing, and optionally the sum of their directions.
+  /// Results of casting rays: for each sample, the number of rays that hit nothing, and optionally
+  /// the sum of their directions.
   struct RayCounts {
-    // For each sample of the band, the number of its rays that hit nothing
+    // By sample of the band
     std::vector<std::uint32_t> open;
-    std::vector<float> bent_sum;  // sums of directions: 3 planes of plane_of(band)
+    // Sums of directions in three planes of plane_of(band) values; may be empty
+    std::vector<float> bent_sum;
   };
-  /// \param rounds each round casts different rays and has counts of its own; the points are computed once. Without
-  ///     rounds the rotations are those of make_turns()
+  /// Casts the rays of a group's samples.
+  /// \param rounds  each round casts different rays and counts them separately; empty: one round
+  ///   with the rotations of make_turns()
   void cast_group(const OccluderGroup& group, const TexelBand& band,
                   const DeviceCorrespondence& match, bool second, const RaySet& set,
                   std::span<const std::uint32_t> rounds, std::span<RayCounts> ray_counts);
-  /// Casts rays of all samples of a band, each against its own part.
+  /// Casts the rays of all samples of a band, each against the occluders of its own part.
   RayCounts cast_parts(const TexelBand& band, const DeviceCorrespondence& match, bool second,
                        const RaySet& set, bool bent_sum);
-  /// Casts `rays` more rays of each of the given samples. Returns the counts of rays that hit nothing, by round and
-  /// by sample of the band.
-  /// \param rounds each round casts different rays
+  /// Casts `rays` more rays for each of the given samples in each round.
+  /// \param rounds  seeds of the rounds; each casts different rays
+  /// \returns for each round, the number of rays that hit nothing, by sample of the band
   std::vector<RayCounts> cast_rounds(const TexelBand& band, const DeviceCorrespondence& match,
                                      bool second, std::span<const std::uint32_t> samples,
                                      std::uint32_t rays, std::span<const std::uint32_t> rounds);
   const RaySet& outward_rays(std::uint32_t count);
   void upload_rays(RaySet& set, std::uint32_t count, double radius);
   void upload();
-  /// Occluders of outward rays: the high poly alone, or together with the low poly and other meshes.
+  /// The occluders of outward rays: the high poly alone, or together with the low poly and other
+  /// meshes.
   const RayCaster& occluders();
   struct OccluderCaster {
     std::vector<Vec3> positions;
     std::vector<Triangle> triangles;
   };
   OccluderCaster caster_of_all_occluders() const;
-  /// visibility() and bent_sum() by depth views.
+  /// Computes visibility() and bent_sum() from depth views.
   std::vector<float> visibility_by_views(const TexelBand& band, const DeviceCorrespondence& match,
                                          bool second);
   void gather_views(const TexelBand& band, const DeviceCorrespondence& match, bool second);
-  std::vector<float> shares(const TexelBand& band, const cl::Array<std::uint32_t>& counts,
-                            std::uint32_t rays) const;
+  std::vector<float> compute_shares(const TexelBand& band, const cl::Array<std::uint32_t>& counts,
+                                    std::uint32_t rays) const;
   void make_turns(const TexelBand& band);
-  /// Computes rotations like make_turns(), but for rays whose sums are smoothed: rotations of neighbouring
-  /// texels complement each other.
+  /// Computes keys of rotations for rays whose results are smoothed: unlike those of make_turns(),
+  /// the rotations of neighbouring texels complement each other.
   void make_keys(const TexelBand& band);
   void turn(const TexelBand& band, const std::string& kernel, cl::Array<std::uint32_t>& to);
   void cast(const TexelBand& band, const DeviceCorrespondence& match, bool second);
-  void measure(const TexelBand& band, const DeviceCorrespondence& match, bool second);
-  /// Generates rays piece by piece, and calls `launch` for each piece. If there are few samples of many rays and
-  /// `groups_by_sample` is set, a sample's rays are adjacent in memory (by_sample).
-  using Use = std::function<void(const kiln_hemisphere_params& params, std::uint32_t count)>;
-  void over_rays(const TexelBand& band, const DeviceCorrespondence& match, bool second,
-                 const RaySet& set, const cl::Array<std::uint32_t>& turns, bool groups_by_sample,
-                 const Use& launch);
-  /// Computes the points of the band's samples in points_, piece by piece, and calls `launch` for each piece.
-  using OfPiece = std::function<void(kiln_hemisphere_params params)>;
-  void over_pieces(const TexelBand& band, const DeviceCorrespondence& match, bool second,
-                   const RaySet& set, std::uint32_t batch_size, const OfPiece& launch);
+  void measure_thickness(const TexelBand& band, const DeviceCorrespondence& match, bool second);
+  /// Generates rays piece by piece, and calls `launch` for each piece. If `groups_by_sample` is set
+  /// and there are few samples with many rays each, the rays of one sample are adjacent in memory
+  /// (casts_by_sample()).
+  using RayPieceLauncher =
+      std::function<void(const kiln_hemisphere_params& params, std::uint32_t count)>;
+  void for_each_ray_piece(const TexelBand& band, const DeviceCorrespondence& match, bool second,
+                          const RaySet& set, const cl::Array<std::uint32_t>& turns,
+                          bool groups_by_sample, const RayPieceLauncher& launch);
+  /// Computes the points of the band's samples piece by piece, stores them in points_, and calls
+  /// `launch` for each piece.
+  using PieceLauncher = std::function<void(kiln_hemisphere_params params)>;
+  void for_each_piece(const TexelBand& band, const DeviceCorrespondence& match, bool second,
+                      const RaySet& set, std::uint32_t batch_size, const PieceLauncher& launch);
   static bool casts_by_sample(const TexelBand& band, const RaySet& set);
-  /// Per sample: the rotation of its rays, and the count of rays that hit nothing.
+  /// Device arrays for one set of rotations: the rotation of each sample's rays, and the number of
+  /// its rays that hit nothing.
   struct TurnsAndCounts {
     const cl::Array<std::uint32_t>*turns, *open;
   };
   /// Counts the outward rays that hit nothing, and sums their directions.
-  /// \param bent_sum empty: directions are not summed
+  /// \param bent_sum  empty: directions are not summed
   void count_open(const TexelBand& band, const DeviceCorrespondence& match, bool second,
                   const RaySet& set, std::span<const TurnsAndCounts> rotations,
                   const RayCaster& caster, const cl::Array<float>& bent_sum);
   kiln_hemisphere_params ray_params(const TexelBand& band, const DeviceCorrespondence& match,
                                     bool second, const RaySet& set) const;
-  /// Computes the points of samples [params.first, params.first + params.count).
+  /// Computes the points of samples `params.first` to `params.first + params.count - 1`.
   void make_points(const kiln_hemisphere_params& params, const TexelBand& band,
                    const DeviceCorrespondence& match, const cl::Array<float>& points);
   void cast_piece(kiln_hemisphere_params params, const RaySet& set,
                   std::span<const TurnsAndCounts> rotations, const RayCaster& caster,
                   const RayQuery& query, const cl::Array<float>& points,
                   const cl::Array<float>& bent_sum);
-  /// Adds the lengths of each sample's inward rays. For Traversal::cpu.
+  /// Adds the lengths of the inward rays of each sample. Used with Traversal::cpu.
   void measure_piece(kiln_hemisphere_params params, const RayCaster& caster, const RayQuery& query,
                      const cl::Array<float>& depth);
-  /// Casts rays of the picked samples from texel_points_. For Traversal::cpu.
+  /// Casts the rays of the picked samples from the points in texel_points_. Used with
+  /// Traversal::cpu.
   void cast_texels(std::uint32_t count, const RaySet& set,
                    std::span<const TurnsAndCounts> rotations);
-  /// Casts rays of all texels that prepare_filter() found, each texel's from one sample.
+  /// Casts rays for all texels that prepare_filter() found; all rays of a texel start at one
+  /// sample.
   void cast_all(std::uint32_t rays, std::span<std::vector<std::uint32_t>* const> open,
                 Estimates& of);
-  /// Does the work of cast_piece() in one kernel. For Traversal::cpu.
+  /// Does the work of count_open() piece by piece, with one kernel for all steps (cast_piece()).
+  /// Used with Traversal::cpu.
   void cast_blocks(const TexelBand& band, const DeviceCorrespondence& match, bool second,
                    const RaySet& set, std::span<const TurnsAndCounts> rotations,
                    const RayCaster& caster, const RayQuery& query,
                    const cl::Array<float>& bent_sum);
-  /// Does the work of cast_blocks() for few samples with many rays (casts_by_sample()).
+  /// Does the same as cast_blocks() for few samples with many rays each (casts_by_sample()).
   void cast_by_sample(const TexelBand& band, const DeviceCorrespondence& match, bool second,
                       const RaySet& set, std::span<const TurnsAndCounts> rotations,
                       const RayCaster& caster, const RayQuery& query);
-  /// Adds the misses in ray_hits_ to counts of open rays.
+  /// Adds the rays that hit nothing, according to ray_hits_, to the counts in `open`.
   void add_misses(const kiln_hemisphere_params& params, const cl::Array<std::uint32_t>& open);
 
   cl::Context& context_;
@@ -224,23 +244,25 @@ class Hemispheres : public SharedWork {
   const LowSurface& surface_;
   std::shared_ptr<BandReads> reads_;
   std::uint32_t width_, height_, slot_bits_;
-  bool keep_, two_sided_, back_faces_, by_high_, by_low_;
-  // The parts, if only triangles of a sample's own part occlude it; null if all triangles do
+  bool keeps_misses_, two_sided_, back_faces_, by_high_, by_low_;
+  // Parts, if only triangles of a sample's own part occlude it; otherwise null
   const Parts* parts_;
   float unbounded_, occlusion_reach_, thickness_reach_;  // Largest ray lengths, in frame units
   OcclusionFalloff falloff_ = OcclusionFalloff::none;
-  double length_share_ = 1;  // length of the longest ray, as a share of occlusion_reach_
+  // Length of the longest ray with a falloff, as a multiple of occlusion_reach_
+  double length_share_ = 1;
   bool needs_bent_sum_ = false;
-  std::uint32_t view_directions_ = 0;  // Number of depth views; 0 if visibility is gathered by rays
+  std::uint32_t view_directions_ = 0;  // Number of depth views; 0 if visibility is computed by rays
 
   cl::Array<kiln_low_shading> shading_;
   RaySet rays_out_, rays_in_, rays_to_light_;
-  std::map<std::uint32_t, RaySet> ray_sets_;  // Sets of rays, by the number of rays of each
+  // Sets of outward rays, by the number of rays per sample
+  std::map<std::uint32_t, RaySet> ray_sets_;
   double max_error_;
   Vec3 light_direction_;
   cl::Array<float> rotation_table_;
 
-  // other occluders: positions and triangles in frame units
+  // Other meshes that occlude: their positions, in frame units, and triangles
   std::vector<Mesh> other_occluders_;
   std::optional<RayCaster> all_occluders_;  // Unset if the high poly is the only occluder
   std::map<std::uint32_t, RayCaster> part_occluders_;
@@ -253,10 +275,11 @@ class Hemispheres : public SharedWork {
 
   std::uint32_t ray_capacity_ = 0;
   cl::Array<float> points_, texel_points_, rays_, scratch_, distances_;
-  cl::Array<std::uint32_t> lit_;
-  TexelBand picked_samples_;  // Samples of the texels that have not converged
+  cl::Array<std::uint32_t> lit_counts_;
+  TexelBand picked_samples_;  // Samples that were gathered by pick()
   DeviceCorrespondence picked_match_;
-  cl::Array<std::uint32_t> picked_, picked_turns_, second_turns_, picked_open_, second_open_;
+  cl::Array<std::uint32_t> picked_indices_, picked_turns_, second_turns_, picked_open_,
+      second_open_;
   cl::Array<float> picked_bent_sum_;
   std::optional<AoDenoiser> denoiser_;
   cl::Array<std::uint8_t> ray_hits_;

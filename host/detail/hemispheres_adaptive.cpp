@@ -1,4 +1,4 @@
-// Ambient occlusion to a given error: casts texels until two smoothed estimates agree.
+// Ambient occlusion with a given maximum error: casts more rays until two smoothed estimates agree.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,33 +17,36 @@ namespace {
 // The number of picked samples is rounded up to a multiple of this.
 constexpr std::uint32_t kPickGranularity = 64;
 constexpr std::uint32_t kMaxAddedRays = 4096;
-// Each of the two estimates starts with OcclusionOptions::rays divided by this.
+// The first rays of each of the two estimates are OcclusionOptions::rays divided by this.
 constexpr std::uint32_t kInitialRayDivisor = 8;
 // Target for the estimated error, as a share of the requested error. It is below 1, since the estimate is
 // noisy.
 constexpr double kTargetErrorShare = 0.8;
-// A texel is no longer refined once its last rays have left more than this share of its error.
+// A texel gets no more rays if its last ones left more than this share of its error, since then
+// noise is not the cause of the error.
 constexpr float kMaxRemainingError = 0.85F;
-// Maximum factor by which the number of a texel's rays grows in one round
+// Maximum factor by which a round increases the number of a texel's rays
 constexpr std::uint32_t kMaxGrowth = 8;
-// Memory in bytes a texel, in addition to the filter's: two estimates and ray counts, both estimates as
-// floats, and the previous errors.
+// Host memory in bytes per texel, besides the denoiser's: two estimates and the number of rays,
+// both estimates as floats, and the previous errors.
 constexpr std::uint64_t kBytesPerTexel = 3 * sizeof(std::uint32_t) + 3 * sizeof(float);
-constexpr std::uint64_t kBytesPerLaunch = 25'000'000;  // Memory in bytes for the rays of one launch
+// Device memory in bytes for the rays of one launch
+constexpr std::uint64_t kBytesPerLaunch = 25'000'000;
 
-/// For max_error of at least this, smoothing never adds rays to OcclusionOptions::rays.
+/// If max_error is at least this, no rays are added to reach an error. Instead, texels that
+/// smoothing may blur are recomputed from OcclusionOptions::rays rays.
 constexpr double kMinErrorToSmoothOnly = 1;
 
-/// Variance of an estimate of `rays` rays, as a share of the variance of the mean of two estimates of `rays_each`
-/// rays each. Rays of one set are stratified, so the variance falls with the number of rays to the power of 1.5
-/// (tools/bench/README.md).
+/// Variance of an estimate by `rays` rays, as a multiple of the variance of the mean of two
+/// estimates by `rays_each` rays each. The rays of a set are stratified, so the variance is
+/// proportional to rays^-1.5 (tools/bench/README.md).
 double plain_variance(std::uint32_t rays_each, std::uint32_t rays) {
   return 2 * std::pow(static_cast<double>(rays_each) / rays, 1.5);
 }
 
-/// Number of rays of the first estimates. It is even, since balanced rays have less noise: 16 have less than
-/// 21.
-std::uint32_t initial_rays(std::uint32_t rays) {
+/// Number of rays of each first estimate. It is made even, since an even number of rays is balanced
+/// and has less noise: 16 rays have less noise than 21.
+std::uint32_t choose_initial_rays(std::uint32_t rays) {
   const std::uint32_t share = rays / kInitialRayDivisor;
   return share > 1 ? share / 2 * 2 : 1;
 }
@@ -70,12 +73,12 @@ void Hemispheres::pick(const TexelBand& band, const DeviceCorrespondence& match,
   make_room(context_, picked_turns_, capacity);
   picked_samples_.sample_count = count;
   picked_samples_.capacity = picked_match_.capacity = capacity;
-  make_room(context_, picked_, capacity);
-  picked_.write(context_, samples);
+  make_room(context_, picked_indices_, capacity);
+  picked_indices_.write(context_, samples);
   const kiln_pick_params params{count,    band.capacity,   match.capacity,
                                 capacity, round ? 1U : 0U, round.value_or(0)};
   context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_pick"), count, kLocal, params,
-                  picked_, band.triangle, band.barycentric, band.points, match.triangle,
+                  picked_indices_, band.triangle, band.barycentric, band.points, match.triangle,
                   match.barycentric, round ? keys_ : turns_, picked_samples_.triangle,
                   picked_samples_.barycentric, picked_samples_.points, picked_match_.triangle,
                   picked_match_.barycentric, picked_turns_);
@@ -86,11 +89,11 @@ void Hemispheres::turn_picked(std::uint32_t count, std::uint32_t round,
   make_room(context_, turns, round_up_to_lanes(count));
   const kiln_pick_params params{count, 0, 0, 0, 1, round};
   context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_turn_more"), count, kLocal, params,
-                  picked_, keys_, turns);
+                  picked_indices_, keys_, turns);
 }
 
-/// Prepares the filter for the texels of a band that have a sample with rays. The first such sample
-/// represents the texel.
+/// Prepares the denoiser for the texels of a band that have at least one sample with rays. The
+/// first such sample of a texel gives its point.
 Hemispheres::TexelSamples Hemispheres::prepare_filter(const TexelBand& band,
                                                       const DeviceCorrespondence& match,
                                                       bool second) {
@@ -100,9 +103,9 @@ Hemispheres::TexelSamples Hemispheres::prepare_filter(const TexelBand& band,
   const std::vector<std::uint32_t>& triangle = reads_->read(match.triangle, band.sample_count);
   const std::vector<std::uint32_t>& low = reads_->read(band.triangle, band.sample_count);
   const auto has_rays = [&](std::uint32_t sample) {
-    return triangle[sample] != KILN_NO_TRIANGLE || (keep_ && !second);
+    return triangle[sample] != KILN_NO_TRIANGLE || (keeps_misses_ && !second);
   };
-  // A first pass counts the texels, so that each piece has its offset in the output.
+  // A first pass counts samples and texels, so that each piece knows its offset in the output.
   struct Piece {
     std::size_t samples = 0, texels = 0;
   };
@@ -143,8 +146,8 @@ Hemispheres::TexelSamples Hemispheres::prepare_filter(const TexelBand& band,
   if (representative.empty()) return shared;
   if (!denoiser_) denoiser_.emplace(context_, surface_, width_, height_);
   upload();
-  make_room(context_, picked_, representative.size());
-  picked_.write(context_, representative);
+  make_room(context_, picked_indices_, representative.size());
+  picked_indices_.write(context_, representative);
   kiln_hemisphere_params params = ray_params(band, match, second, rays_out_);
   params.by_list = 1;
   params.count = static_cast<std::uint32_t>(representative.size());
@@ -208,10 +211,10 @@ AoDenoiser::Result Hemispheres::denoise_estimates(const Estimates& of, double pl
   return denoiser_->run({pairs.get(), 2 * texels}, plain_variance);
 }
 
-/// Casts more rays where they reduce the total error at the lowest cost. Let e be a texel's error with n rays: its
-/// square falls as 1 / n, so the optimal number of rays is proportional to e sqrt(n). Texels with the same ray counts
-/// before and after are cast in one batch.
-/// \returns whether any rays were cast
+/// Casts more rays where they reduce the total error at the lowest cost. If a texel has the error e
+/// with n rays, e^2 falls as 1 / n, so the optimal number of rays is proportional to e sqrt(n).
+/// Texels that go from the same old to the same new number of rays are cast in one batch.
+/// \returns true if any rays were cast
 bool Hemispheres::cast_more_rays(Estimates& of, const AoDenoiser::Result& last,
                                  const std::vector<float>& previous_errors) {
   double squared_errors = 0, error_roots = 0;
@@ -222,16 +225,16 @@ bool Hemispheres::cast_more_rays(Estimates& of, const AoDenoiser::Result& last,
   for (std::size_t t = 0; t < of.rays.size(); ++t) {
     error_roots += last.errors[t] * std::sqrt(of.rays[t]);
   }
-  of.has_converged_.resize(of.rays.size());
+  of.has_converged.resize(of.rays.size());
   of.cast_round.resize(of.rays.size());
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<std::uint32_t>> groups;
   for (std::uint32_t t = 0; t < of.rays.size(); ++t) {
     // More rays did not reduce this texel's error, so noise is not its cause.
     if (!previous_errors.empty() && last.errors[t] > kMaxRemainingError * previous_errors[t] &&
         of.round == of.cast_round[t]) {
-      of.has_converged_[t] = 1;
+      of.has_converged[t] = 1;
     }
-    if (of.has_converged_[t] != 0) continue;
+    if (of.has_converged[t] != 0) continue;
     const double optimal_growth =
         error_roots / texel_count / target_error * last.errors[t] / std::sqrt(of.rays[t]);
     if (optimal_growth <= 1) continue;
@@ -256,8 +259,9 @@ bool Hemispheres::cast_more_rays(Estimates& of, const AoDenoiser::Result& last,
   return !groups.empty();
 }
 
-/// Recomputes unsure texels, where smoothing may blur, from OcclusionOptions::rays plain rays. Where the plain rays
-/// show that smoothing did blur, texels nearby are recomputed, too, until no more blur is found.
+/// Recomputes unsure texels, which smoothing may have blurred, from OcclusionOptions::rays rays
+/// without smoothing. Where the result shows that smoothing did blur, texels nearby are recomputed,
+/// too, until no more blur is found.
 void Hemispheres::cast_unsure(const Estimates& of, AoDenoiser::Result& result) {
   std::vector<std::uint32_t> texels;
   for (std::size_t t = 0; t < result.unsure.size(); ++t) {
@@ -269,7 +273,7 @@ void Hemispheres::cast_unsure(const Estimates& of, AoDenoiser::Result& result) {
   plain_ray_counts[0].open.resize(of.band.sample_count);
   std::vector<std::uint32_t> samples;
   std::array<std::vector<std::uint32_t>, 3>
-      blurred_by_reach;  // indexed by AoDenoiser::blur_reach()
+      blurred_by_reach;  // Indexed by the result of blur_reach()
   while (!texels.empty()) {
     samples.clear();
     for (std::vector<std::uint32_t>& list : blurred_by_reach) list.clear();
@@ -277,7 +281,7 @@ void Hemispheres::cast_unsure(const Estimates& of, AoDenoiser::Result& result) {
       samples.insert(samples.end(), of.shared.samples.begin() + of.shared.first[t],
                      of.shared.samples.begin() + of.shared.first[t + 1]);
     }
-    for (const OccluderGroup& group : groups(of.band, of.match, of.second, samples)) {
+    for (const OccluderGroup& group : group_samples(of.band, of.match, of.second, samples)) {
       cast_group(group, of.band, of.match, of.second, rays_out_, {}, plain_ray_counts);
     }
     for (const std::uint32_t t : texels) {
@@ -293,7 +297,7 @@ void Hemispheres::cast_unsure(const Estimates& of, AoDenoiser::Result& result) {
     }
     texels.clear();
     for (std::uint32_t reach = 1; reach < blurred_by_reach.size(); ++reach) {
-      const auto added = denoiser_->spread(blurred_by_reach[reach], reach, result.unsure);
+      const auto added = denoiser_->mark_nearby(blurred_by_reach[reach], reach, result.unsure);
       texels.insert(texels.end(), added.begin(), added.end());
     }
     std::sort(texels.begin(), texels.end());
@@ -314,7 +318,7 @@ std::vector<float> Hemispheres::visibility_within(const TexelBand& band,
       make_room(context_, *array, round_up_to_lanes(static_cast<std::uint32_t>(texels)));
     }
   }
-  // All memory is requested here, so that an allocation cannot fail after rays were cast.
+  // Checks all memory in advance, so that it cannot run out after rays were cast.
   const bool smooths_alone = max_error_ >= kMinErrorToSmoothOnly;
   require_memory("Smoothing ambient occlusion",
                  (AoDenoiser::kBytesPerTexel + kBytesPerTexel +
@@ -323,7 +327,7 @@ std::vector<float> Hemispheres::visibility_within(const TexelBand& band,
                      (scratch_.empty() ? kBytesPerLaunch : 0));
   of.a.resize(texels);
   of.b.resize(texels);
-  of.rays.assign(texels, initial_rays(rays_out_.count));
+  of.rays.assign(texels, choose_initial_rays(rays_out_.count));
   if (casts_all) {
     cast_all(of.rays[0], std::array{&of.a, &of.b}, of);
   } else {

@@ -9,15 +9,17 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kCastLanes = 8;
-// Maximum number of rays of one launch. Bounds its time and its device memory: 25 MB, or 47 MB with nearest
-// hits.
+// Maximum number of rays per launch. It limits the time of a launch and the device memory: 25 MB,
+// or 47 MB with nearest hits.
 constexpr std::uint32_t kMaxRaysPerLaunch = 1U << 20;
-// Bounds for grouping rays by sample: at least this many rays of at most this many samples. A packet then
-// holds rays of one sample, which are more coherent than rays of neighbouring samples.
+// Rays are grouped by sample if there are at least kMinRaysBySample rays per sample and at most
+// kMaxSamplesBySample samples. A packet then holds rays of one sample, which are more coherent than
+// rays of neighbouring samples.
 constexpr std::uint32_t kMinRaysBySample = 512, kMaxSamplesBySample = 1U << 14;
 
-// Ray directions per block of kiln_hemisphere_cast. With more directions, values that rays of a sample share are
-// computed less often, and a block's samples are closer together.
+// Ray directions per block of kiln_hemisphere_cast. With more directions per block, values that all
+// rays of a sample share are computed less often, and the fewer samples of a block are closer
+// together.
 constexpr std::uint32_t kDirectionsPerBlock = 32;
 
 // Offset of ray origins from their face, in frame units. The high poly's diagonal is 0.5 to 1 and the rounding
@@ -25,7 +27,7 @@ constexpr std::uint32_t kDirectionsPerBlock = 32;
 // diagonal.
 constexpr float kOriginOffset = 0x1p-17F;
 
-/// Numbers of directions and samples in a block.
+/// Numbers of directions and of samples in a block.
 kiln_cast_params block_size(std::uint32_t rays) {
   kiln_cast_params how{};
   how.rows = std::min(kDirectionsPerBlock, rays);
@@ -43,14 +45,15 @@ kiln_hemisphere_params Hemispheres::ray_params(const TexelBand& band,
   params.low_capacity = band.capacity;
   params.hit_capacity = match.capacity;
   params.out_capacity = plane_of(band);
-  params.keep = keep_ && !second ? 1 : 0;
+  params.keep = keeps_misses_ && !second ? 1 : 0;
   params.two_sided = two_sided_ ? 1 : 0;
   params.side = set.side;
   params.lit = set.toward_light ? 1 : 0;
   params.light_x = light_direction_.x;
   params.light_y = light_direction_.y;
   params.light_z = light_direction_.z;
-  params.aligned = set.side > 0 ? 1 : 0;  // streams of rays need aligned directions, beams do not
+  // Stream kernels need the directions as they are stored; beam kernels do not
+  params.aligned = set.side > 0 ? 1 : 0;
   params.unequal = set.falls_off && falloff_ != OcclusionFalloff::none ? 1 : 0;
   params.push = kOriginOffset;
   params.reach = thickness_reach_;
@@ -62,11 +65,13 @@ void Hemispheres::make_points(const kiln_hemisphere_params& params, const TexelB
   context_.launch(context_.kernel("hemisphere_points", "kiln_hemisphere_points"), params.stride,
                   kLocal, params, band.triangle, band.barycentric, band.points, shading_,
                   match.triangle, match.barycentric, positions_, triangles_,
-                  source_.attributes.normal_indices, source_.attributes.normals, picked_, points);
+                  source_.attributes.normal_indices, source_.attributes.normals, picked_indices_,
+                  points);
 }
 
-void Hemispheres::over_pieces(const TexelBand& band, const DeviceCorrespondence& match, bool second,
-                              const RaySet& set, std::uint32_t batch_size, const OfPiece& launch) {
+void Hemispheres::for_each_piece(const TexelBand& band, const DeviceCorrespondence& match,
+                                 bool second, const RaySet& set, std::uint32_t batch_size,
+                                 const PieceLauncher& launch) {
   upload();
   const std::uint32_t piece = round_up_to_lanes(std::min(batch_size, band.sample_count));
   make_room(context_, points_, std::size_t{KILN_HEMISPHERE_PLANES} * piece);
@@ -91,9 +96,10 @@ bool Hemispheres::casts_by_sample(const TexelBand& band, const RaySet& set) {
   return set.count >= kMinRaysBySample && band.sample_count <= kMaxSamplesBySample;
 }
 
-void Hemispheres::over_rays(const TexelBand& band, const DeviceCorrespondence& match, bool second,
-                            const RaySet& set, const cl::Array<std::uint32_t>& turns,
-                            bool groups_by_sample, const Use& launch) {
+void Hemispheres::for_each_ray_piece(const TexelBand& band, const DeviceCorrespondence& match,
+                                     bool second, const RaySet& set,
+                                     const cl::Array<std::uint32_t>& turns, bool groups_by_sample,
+                                     const RayPieceLauncher& launch) {
   const bool by_sample = groups_by_sample && casts_by_sample(band, set);
   const std::uint32_t batch_size = by_sample ? kMaxRaysPerLaunch / set.count : kSamplesPerPiece;
   const std::uint32_t piece = round_up_to_lanes(std::min(batch_size, band.sample_count));
@@ -104,7 +110,7 @@ void Hemispheres::over_rays(const TexelBand& band, const DeviceCorrespondence& m
     make_room(context_, rays_, std::size_t{6} * capacity);
   }
   const cl::Kernel rays = context_.kernel("hemisphere", "kiln_hemisphere_rays");
-  over_pieces(band, match, second, set, batch_size, [&](kiln_hemisphere_params params) {
+  for_each_piece(band, match, second, set, batch_size, [&](kiln_hemisphere_params params) {
     params.ray_capacity = ray_capacity_;
     params.by_sample = by_sample ? 1 : 0;
     const std::uint32_t max_rays = ray_capacity_ / params.stride;
@@ -144,16 +150,16 @@ void Hemispheres::count_open(const TexelBand& band, const DeviceCorrespondence& 
     return;
   }
   for (const auto& [turns, open] : rotations) {
-    over_rays(band, match, second, set, *turns, bent_sum.empty(),
-              [&, to = open](const kiln_hemisphere_params& params, std::uint32_t count) {
-                make_room(context_, ray_hits_, ray_capacity_);
-                caster.occluded(rays_, count, ray_capacity_, query, ray_hits_);
-                add_misses(params, *to);
-                if (bent_sum.empty()) return;
-                context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_bent_sum"),
-                                params.stride / kLanes, kCastLanes, params, ray_hits_, rays_,
-                                bent_sum);
-              });
+    for_each_ray_piece(band, match, second, set, *turns, bent_sum.empty(),
+                       [&, to = open](const kiln_hemisphere_params& params, std::uint32_t count) {
+                         make_room(context_, ray_hits_, ray_capacity_);
+                         caster.occluded(rays_, count, ray_capacity_, query, ray_hits_);
+                         add_misses(params, *to);
+                         if (bent_sum.empty()) return;
+                         context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_bent_sum"),
+                                         params.stride / kLanes, kCastLanes, params, ray_hits_,
+                                         rays_, bent_sum);
+                       });
   }
 }
 
@@ -161,10 +167,10 @@ void Hemispheres::cast_blocks(const TexelBand& band, const DeviceCorrespondence&
                               const RaySet& set, std::span<const TurnsAndCounts> rotations,
                               const RayCaster& caster, const RayQuery& query,
                               const cl::Array<float>& bent_sum) {
-  over_pieces(band, match, second, set, kSamplesPerPiece,
-              [&](const kiln_hemisphere_params& params) {
-                cast_piece(params, set, rotations, caster, query, points_, bent_sum);
-              });
+  for_each_piece(band, match, second, set, kSamplesPerPiece,
+                 [&](const kiln_hemisphere_params& params) {
+                   cast_piece(params, set, rotations, caster, query, points_, bent_sum);
+                 });
 }
 
 void Hemispheres::cast_by_sample(const TexelBand& band, const DeviceCorrespondence& match,
@@ -175,7 +181,7 @@ void Hemispheres::cast_by_sample(const TexelBand& band, const DeviceCorresponden
   const kiln_ray_params query_params = caster.params(query, KILN_OCCLUSION_BLOCK);
   const cl::Kernel cast =
       context_.kernel("hemisphere_cast", "kiln_hemisphere_cast_own", caster.tree().defines());
-  over_pieces(band, match, second, set, batch_size, [&](kiln_hemisphere_params params) {
+  for_each_piece(band, match, second, set, batch_size, [&](kiln_hemisphere_params params) {
     params.rays = set.count;
     make_room(context_, scratch_, std::size_t{params.count} * 6 * KILN_OCCLUSION_BLOCK);
     make_room(context_, ray_hits_, std::size_t{params.count} * KILN_OCCLUSION_BLOCK);
@@ -220,7 +226,8 @@ void Hemispheres::measure_piece(kiln_hemisphere_params params, const RayCaster& 
   }
 }
 
-/// Generates, casts and counts the rays of a piece; by one kernel for Traversal::cpu.
+/// Generates the rays of a piece, casts them and counts those that hit nothing, in one kernel. Used
+/// with Traversal::cpu.
 void Hemispheres::cast_piece(kiln_hemisphere_params params, const RaySet& set,
                              std::span<const TurnsAndCounts> rotations, const RayCaster& caster,
                              const RayQuery& query, const cl::Array<float>& points,

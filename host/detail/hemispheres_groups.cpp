@@ -11,7 +11,7 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kGroupLanes = 8;
-// Number of samples picked in one batch: 42 MB.
+// Number of samples per batch, which need 42 MB of device memory.
 constexpr std::size_t kSamplesPerBatch = std::size_t{1} << 20;
 
 }  // namespace
@@ -44,12 +44,12 @@ const RayCaster& Hemispheres::occluders_of(std::uint32_t part) {
       .first->second;
 }
 
-std::vector<Hemispheres::OccluderGroup> Hemispheres::groups(
+std::vector<Hemispheres::OccluderGroup> Hemispheres::group_samples(
     const TexelBand& band, const DeviceCorrespondence& match, bool second,
     std::span<const std::uint32_t> samples) {
   const std::vector<std::uint32_t>& hit_triangles = reads_->read(match.triangle, band.sample_count);
   const auto has_rays = [&](std::uint32_t sample) {
-    return hit_triangles[sample] != KILN_NO_TRIANGLE || (keep_ && !second);
+    return hit_triangles[sample] != KILN_NO_TRIANGLE || (keeps_misses_ && !second);
   };
   if (parts_ == nullptr) {
     OccluderGroup all_samples{&occluders(), {}};
@@ -73,11 +73,10 @@ void Hemispheres::cast_group(const OccluderGroup& group, const TexelBand& band,
                              const DeviceCorrespondence& match, bool second, const RaySet& set,
                              std::span<const std::uint32_t> rounds,
                              std::span<RayCounts> ray_counts) {
-  const RayQuery query = query_up_to(unbounded_, back_faces_);  // Query for the rays to the light
+  const RayQuery query = query_up_to(unbounded_, back_faces_);  // Used by rays to the light
   const cl::Kernel count_lit = context_.kernel("hemisphere", "kiln_hemisphere_lit");
   const cl::Array<float> no_bent_sum;
   const std::size_t plane = plane_of(band);
-  // Without rounds, the rotations are those of make_turns()
   const bool wants_bent_sum = !ray_counts[0].bent_sum.empty();
   const std::array<TurnsAndCounts, 2> both_rounds{TurnsAndCounts{&picked_turns_, &picked_open_},
                                                   TurnsAndCounts{&second_turns_, &second_open_}};
@@ -99,13 +98,13 @@ void Hemispheres::cast_group(const OccluderGroup& group, const TexelBand& band,
       context_.fill(picked_bent_sum_, 0.0F);
     }
     if (set.toward_light) {
-      over_rays(picked_samples_, picked_match_, second, set, picked_turns_, false,
-                [&](const kiln_hemisphere_params& of, std::uint32_t rays) {
-                  make_room(context_, ray_hits_, ray_capacity_);
-                  group.caster->occluded(rays_, rays, ray_capacity_, query, ray_hits_);
-                  context_.launch(count_lit, of.stride / kLanes, kGroupLanes, of, ray_hits_, rays_,
-                                  picked_open_);
-                });
+      for_each_ray_piece(picked_samples_, picked_match_, second, set, picked_turns_, false,
+                         [&](const kiln_hemisphere_params& of, std::uint32_t rays) {
+                           make_room(context_, ray_hits_, ray_capacity_);
+                           group.caster->occluded(rays_, rays, ray_capacity_, query, ray_hits_);
+                           context_.launch(count_lit, of.stride / kLanes, kGroupLanes, of,
+                                           ray_hits_, rays_, picked_open_);
+                         });
     } else {
       count_open(picked_samples_, picked_match_, second, set, rotations, *group.caster,
                  wants_bent_sum ? picked_bent_sum_ : no_bent_sum);
@@ -135,7 +134,7 @@ Hemispheres::RayCounts Hemispheres::cast_parts(const TexelBand& band,
   make_turns(band);
   std::vector<std::uint32_t> all_indices(band.sample_count);
   std::iota(all_indices.begin(), all_indices.end(), 0U);
-  for (const OccluderGroup& group : groups(band, match, second, all_indices)) {
+  for (const OccluderGroup& group : group_samples(band, match, second, all_indices)) {
     cast_group(group, band, match, second, set, {}, {&ray_counts, 1});
   }
   return ray_counts;
@@ -147,7 +146,7 @@ std::vector<Hemispheres::RayCounts> Hemispheres::cast_rounds(
     std::span<const std::uint32_t> rounds) {
   std::vector<RayCounts> ray_counts(rounds.size());
   for (RayCounts& of_round : ray_counts) of_round.open.resize(band.sample_count);
-  for (const OccluderGroup& group : groups(band, match, second, samples)) {
+  for (const OccluderGroup& group : group_samples(band, match, second, samples)) {
     cast_group(group, band, match, second, outward_rays(rays), rounds, ray_counts);
   }
   return ray_counts;

@@ -1,4 +1,4 @@
-// Gathers hemispheres by depth views, and collects occluders.
+// Computes visibility from depth views, and collects the occluders.
 #include <algorithm>
 #include <cmath>
 
@@ -9,11 +9,12 @@
 namespace kiln {
 namespace {
 
-// Number of views that replace a ray at the same error of ambient occlusion, for up to kMaxRaysAsViews rays
-// (measured on the bunny, tools/bench/README.md). Beyond that, the views' resolution limits the error.
+// Number of views that have the same error as one ray per sample, for up to kMaxRaysAsViews rays
+// (measured on the bunny, tools/bench/README.md). With more rays, the views' resolution limits the
+// error.
 constexpr std::uint32_t kViewsPerRay = 2, kMaxRaysAsViews = 64, kMinViews = 16;
-// Cost of a view in rays: a constant, plus one per triangle and one per sample. Views are used if their cost is
-// below the share kMaxCostShare of the rays' cost.
+// Cost of a view, in units of the cost of one ray: a constant, plus an amount per triangle and per
+// sample. Views are chosen if they cost less than kMaxCostShare of the rays.
 constexpr double kCostOfView = 10000, kCostOfTriangle = 0.15, kCostOfSample = 0.125,
                  kMaxCostShare = 0.7;
 
@@ -121,8 +122,8 @@ OcclusionReport Hemispheres::report() const {
   return {OcclusionBy::views, view_directions_, HemisphereViews::size_for(width_, height_)};
 }
 
-/// Even and odd directions give two estimates of each texel, which are smoothed over the surface and across seams
-/// where smoothing loses no detail.
+/// The views with even numbers and those with odd numbers give two estimates of each texel, which
+/// are smoothed over the surface and across seams wherever that loses no detail.
 std::vector<float> Hemispheres::visibility_by_views(const TexelBand& band,
                                                     const DeviceCorrespondence& match,
                                                     bool second) {

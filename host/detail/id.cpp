@@ -17,7 +17,7 @@ namespace kiln {
 namespace {
 
 /// Connected components, numbered by their lowest triangle. Triangles are connected if they share a position.
-std::vector<std::uint32_t> connected_parts(const Source::Impl& source, std::uint32_t& parts) {
+std::vector<std::uint32_t> find_connected_parts(const Source::Impl& source, std::uint32_t& parts) {
   std::vector<std::uint32_t> part(source.triangles.size());
   const std::vector<std::uint32_t> place = weld_vertices(source.positions);
   DisjointSets sets(source.positions.size());
@@ -34,15 +34,16 @@ std::vector<std::uint32_t> connected_parts(const Source::Impl& source, std::uint
   return part;
 }
 
-/// Maximum number of entries in the legend. Further entries are omitted with a warning.
+/// Maximum number of entries in the legend. If there are more, the rest is left out, and a warning
+/// says so.
 constexpr std::size_t kMaxLegendEntries = 4096;
 
-class Ids : public PointFunction {
+class IdMap : public PointFunction {
  public:
-  Ids(const Source::Impl& source, IdBy by) : source_(source), id_by_(by) {
+  IdMap(const Source::Impl& source, IdBy by) : source_(source), id_by_(by) {
     if (by == IdBy::color) {
       check_vertex_colors(source, "id",
-                          "give a mesh that has them, or tell connected parts apart.");
+                          "give a mesh that has them, or assign colours to connected parts.");
       number_colors();
     } else if (by != IdBy::part) {
       const char* const kind = by == IdBy::material ? "materials"
@@ -52,10 +53,11 @@ class Ids : public PointFunction {
                                          : by == IdBy::group  ? source.groups
                                                               : source.objects;
       if (names.of.size() != source.triangles.size() || names.names.empty()) {
-        throw Error(ErrorCode::input,
-                    std::string("The high poly has no ") + kind +
-                        ", which the map id shows: give an OBJ with them, or tell "
-                        "connected parts apart.");
+        throw Error(
+            ErrorCode::input,
+            std::string("The high poly has no ") + kind +
+                ", to which the map id assigns colours: give an OBJ that has them, or assign "
+                "colours to connected parts.");
       }
       part_of_triangle_ = names.of;
       const std::vector<std::array<float, 3>> colors = name_colors(names.names);
@@ -66,12 +68,12 @@ class Ids : public PointFunction {
     }
   }
 
-  /// Moved vertices may merge or split connected parts.
+  /// Connected parts are found anew if vertices moved, since parts may have merged or split.
   void prepare(std::uint64_t source_version) override {
     if (id_by_ != IdBy::part || source_version_ == source_version) return;
     source_version_ = source_version;
     std::uint32_t parts = 0;
-    part_of_triangle_ = connected_parts(source_, parts);
+    part_of_triangle_ = find_connected_parts(source_, parts);
     color_legend_.clear();
     for (std::uint32_t part = 0; part < parts; ++part) {
       color_legend_.push_back({"part " + std::to_string(part), part_color(part), 0});
@@ -98,7 +100,7 @@ class Ids : public PointFunction {
     warnings.push_back({"id-legend",
                         "The map " + std::string(map.kind.name) + " has " +
                             std::to_string(color_legend_.size()) +
-                            " ids; its legend has the first " + std::to_string(count) +
+                            " ids; its legend lists only the first " + std::to_string(count) +
                             (id_by_ == IdBy::color ? "." : ", and colours repeat."),
                         color_legend_.size()});
   }
@@ -172,7 +174,7 @@ MapRow id_map() {
   row.make = [](const MapRequest& request) {
     return make_point_map(request, id_map().info,
                           std::unique_ptr<PointFunction>(
-                              std::make_unique<Ids>(request.source, request.options.id_by)));
+                              std::make_unique<IdMap>(request.source, request.options.id_by)));
   };
   return row;
 }

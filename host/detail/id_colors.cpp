@@ -12,19 +12,22 @@ namespace {
 
 using Bytes = std::array<std::uint8_t, 3>;
 
-// Minimum distances between two colours, in RGB of 0 to 255. After kTriesPerDistance candidates that are too near,
-// the next smaller distance applies.
+// Minimum distances between the colours of two names, in RGB from 0 to 255, from the preferred to
+// the smallest one. If kTriesPerDistance candidates are nearer than a distance to a colour in use,
+// the next distance is tried.
 constexpr std::array<int, 4> kMinDistances = {80, 40, 20, 1};
 constexpr int kTriesPerDistance = 48;
-// Above this number of names, colours only have to be different.
+// If there are more names than this, the colours of the rest only have to differ.
 constexpr std::size_t kMaxSeparatedNames = 1024;
 
-/// The colour of a hue at a brightness. \param hue_angle in turns, [0, 1)
+/// RGB of a hue at a brightness.
+/// \param hue_angle  in turns, [0, 1)
 std::array<float, 3> hue_color(double hue_angle, double brightness) {
   const double hue = 6 * hue_angle;
   std::array<float, 3> color{};
   for (std::size_t c = 0; c < 3; ++c) {
-    // Distance between the hue and the channel's hue, on a circle of circumference 6.
+    // Distance between the hue and that of the channel's primary colour, on a circle of
+    // circumference 6.
     const double hue_distance =
         std::abs(std::fmod(hue + 6 - 2.0 * static_cast<double>(c) + 3, 6.0) - 3);
     color[c] =
@@ -33,7 +36,7 @@ std::array<float, 3> hue_color(double hue_angle, double brightness) {
   return color;
 }
 
-/// Hash of a name and an attempt: FNV-1a, then one step of splitmix64.
+/// Hash of a name and the number of an attempt: FNV-1a, then one step of splitmix64.
 std::uint64_t name_hash(const std::string& name, std::uint64_t attempt) {
   std::uint64_t hash = fnv1a(name) + (attempt + 1) * 0x9E3779B97F4A7C15U;
   hash = (hash ^ (hash >> 30U)) * 0xBF58476D1CE4E5B9U;
@@ -41,7 +44,8 @@ std::uint64_t name_hash(const std::string& name, std::uint64_t attempt) {
   return hash ^ (hash >> 31U);
 }
 
-/// One of about 60 colours for a name. They are at least 85 apart, so two names seldom collide.
+/// One of about 60 colours, chosen by a name's hash. Any two of them are at least 85 apart, so two
+/// names seldom get colours that are too near.
 Bytes first_candidate(const std::string& name, std::uint64_t attempt) {
   const std::uint64_t number = name_hash(name, attempt);
   Bytes color{};
@@ -52,7 +56,7 @@ Bytes first_candidate(const std::string& name, std::uint64_t attempt) {
   return color;
 }
 
-/// Any colour for a name, bright enough to differ from the background.
+/// Any colour, chosen by a name's hash, that is bright enough to differ from the background.
 Bytes candidate_color(const std::string& name, std::uint64_t attempt) {
   const std::uint64_t number = name_hash(name, attempt);
   Bytes color{};

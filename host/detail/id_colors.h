@@ -9,12 +9,13 @@
 
 namespace kiln {
 
-/// Colour of a part, given by its number. Colours of different parts are far apart; none is black, the
-/// background.
+/// Colour of the part with a number. The colours of different parts are far apart, and none is
+/// black, the background.
 std::array<float, 3> part_color(std::uint32_t part);
 
-/// Colours of names: exact in 8 bits, all different, none black. A name has the same colour in every mesh, unless an
-/// alphabetically earlier name has a colour that is too near; then the later name gets another one.
+/// Colours of names: exact in 8 bits, all different, and none black. A name has the same colour in
+/// every mesh, unless a name before it in alphabetical order has a colour that is too near; in this
+/// case the later name gets another colour.
 std::vector<std::array<float, 3>> name_colors(std::span<const std::string> names);
 
 }  // namespace kiln

@@ -15,7 +15,7 @@ Vec3d interpolate(const float* corners, double u, double v) {
   return at(0) * (1 - u - v) + at(1) * u + at(2) * v;
 }
 
-/// Bitangent that is computed at the corners and interpolated.
+/// The bitangent that is computed at the corners and interpolated between them (Bitangent::vertex).
 Vec3d corner_bitangent(const kiln_low_shading& low, double u, double v) {
   const std::array<double, 3> weights = {1 - u - v, u, v};
   Vec3d sum{};

@@ -8,8 +8,9 @@
 
 namespace kiln {
 
-/// Computes a vector's components in the low poly's frame at a point, as kernels/detail/detail.clh does, but without
-/// normalizing: the sum of the components times the frame's vectors is the vector.
+/// Computes the components of a vector in the low poly's frame at a point. The frame is that of
+/// kernels/detail/detail.clh, but is not normalized: the sum of the components times the frame's
+/// vectors is exactly the vector.
 class LowFrames {
  public:
   explicit LowFrames(const MapRequest& request);
@@ -20,7 +21,8 @@ class LowFrames {
 
   std::vector<kiln_low_shading> shading_;
   NormalMapSpace space_;
-  // True if the bitangent is computed at corners and interpolated, not computed at each point
+  // True if the bitangent is computed at corners and interpolated, instead of computed at each
+  // point
   bool interpolates_bitangent_;
   double y_scale_;
 };

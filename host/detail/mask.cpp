@@ -1,5 +1,5 @@
-// Mask: the share of a texel's samples that found a point; 0 in empty texels and padding. It is used to compare maps
-// without their padding, and as the alpha of foliage cards.
+// The map `mask`: the share of a texel's samples that found a point; 0 in empty texels and padding.
+// It serves to compare maps without their padding, and as the alpha of foliage cards.
 #include "detail/registry.h"
 #include "image/gutter.h"
 #include "mesh/kernels_shared.h"

@@ -10,7 +10,7 @@
 namespace kiln {
 namespace {
 
-// Number of samples of a work-item on the path with explicit vectors.
+// Number of samples per work-item in the kernels with explicit vectors.
 constexpr std::size_t kSamplesPerVector = 8;
 
 }  // namespace
@@ -61,11 +61,11 @@ cl::Kernel NormalDetail::kernel(const char* family, const char* name) const {
   return context_.kernel(family, name, width_ == 1 ? "" : "-DKILN_WIDTH=" + std::to_string(width_));
 }
 
-std::size_t NormalDetail::items(const TexelBand& band) const {
+std::size_t NormalDetail::count_work_items(const TexelBand& band) const {
   return (band.sample_count + width_ - 1) / width_;
 }
 
-void NormalDetail::describe(const TexelBand& band, const DeviceCorrespondence& match) {
+void NormalDetail::set_counts(const TexelBand& band, const DeviceCorrespondence& match) {
   detail_.count = band.sample_count;
   detail_.low_capacity = band.capacity;
   detail_.hit_capacity = match.capacity;
@@ -73,7 +73,7 @@ void NormalDetail::describe(const TexelBand& band, const DeviceCorrespondence& m
 }
 
 void NormalDetail::prepare(const TexelBand& band, const DeviceCorrespondence& match) {
-  describe(band, match);
+  set_counts(band, match);
   if (values_.size() < std::size_t{3} * band.capacity) {
     values_ = cl::Array<float>();
     values_ = cl::Array<float>(context_, std::size_t{3} * band.capacity);
@@ -93,16 +93,16 @@ void NormalDetail::run(const TexelBand& band, const DeviceCorrespondence& match,
                        const cl::Array<float>& image, const cl::Array<std::uint8_t>& coverage) {
   if (band.sample_count == 0) return;
   if (band.sample_count == band.texel_count) {
-    describe(band, match);
+    set_counts(band, match);
     resolve_.texel_count = band.texel_count;
-    context_.launch(kernel("detail_texel", "kiln_detail_texel"), items(band), kLocal, detail_,
-                    resolve_, band.texel_index, band.triangle, band.barycentric, shading_,
+    context_.launch(kernel("detail_texel", "kiln_detail_texel"), count_work_items(band), kLocal,
+                    detail_, resolve_, band.texel_index, band.triangle, band.barycentric, shading_,
                     match.triangle, match.barycentric, source_.normal_indices, source_.normals,
                     image, coverage);
     return;
   }
   prepare(band, match);
-  context_.launch(kernel("detail", "kiln_detail_normal"), items(band), kLocal, detail_,
+  context_.launch(kernel("detail", "kiln_detail_normal"), count_work_items(band), kLocal, detail_,
                   band.triangle, band.barycentric, shading_, match.triangle, match.barycentric,
                   source_.normal_indices, source_.normals, values_);
   resolve(band, match, image, coverage);
@@ -114,7 +114,7 @@ void NormalDetail::run_blended(const TexelBand& band, const DeviceCorrespondence
                                const cl::Array<std::uint8_t>& coverage) {
   if (band.sample_count == 0) return;
   prepare(band, match);
-  context_.launch(kernel("detail", "kiln_detail_blend"), items(band), kLocal, detail_,
+  context_.launch(kernel("detail", "kiln_detail_blend"), count_work_items(band), kLocal, detail_,
                   other.capacity, band.triangle, band.barycentric, shading_, match.triangle,
                   match.barycentric, other.triangle, other.barycentric, shares,
                   source_.normal_indices, source_.normals, values_);
@@ -131,21 +131,21 @@ class NormalReader : public MapMaker {
 
   void run(const TexelBand& band, const DeviceCorrespondence& match,
            const BandPixels& out) override {
-    begin(out);
+    clear_outputs(out);
     detail_.run(band, match, image_, coverage_);
-    end(out);
+    download_outputs(out);
   }
 
   void run_blended(const TexelBand& band, const DeviceCorrespondence& match,
                    const DeviceCorrespondence& other, const cl::Array<float>& shares,
                    const BandPixels& out) override {
-    begin(out);
+    clear_outputs(out);
     detail_.run_blended(band, match, other, shares, image_, coverage_);
-    end(out);
+    download_outputs(out);
   }
 
  private:
-  void begin(const BandPixels& out) {
+  void clear_outputs(const BandPixels& out) {
     if (coverage_.size() < out.coverage.size()) {
       image_ = cl::Array<float>();
       image_ = cl::Array<float>(context_, out.values.size());
@@ -155,7 +155,7 @@ class NormalReader : public MapMaker {
     context_.fill(coverage_, std::uint8_t{0});
   }
 
-  void end(const BandPixels& out) {
+  void download_outputs(const BandPixels& out) {
     image_.read(context_, out.values);
     coverage_.read(context_, out.coverage);
   }
@@ -166,7 +166,8 @@ class NormalReader : public MapMaker {
   cl::Array<std::uint8_t> coverage_;
 };
 
-MapRow normals_of(MapKind kind, std::string_view contents, std::optional<NormalMapSpace> space) {
+MapRow make_normal_row(MapKind kind, std::string_view contents,
+                       std::optional<NormalMapSpace> space) {
   MapRow row;
   row.info = {kind, 3, MapType::unit_vector, contents, 0, 1};
   row.info.space = space;
@@ -182,23 +183,24 @@ MapRow normals_of(MapKind kind, std::string_view contents, std::optional<NormalM
 }  // namespace
 
 MapRow normal_map() {
-  MapRow row = normals_of(MapKind::normal, "normal of the high poly, in the requested space", {});
+  MapRow row =
+      make_normal_row(MapKind::normal, "normal of the high poly, in the requested space", {});
   row.shades = true;
   row.info.other_names = "tangent_normal";
   return row;
 }
 
 MapRow normal_object_map() {
-  MapRow row = normals_of(MapKind{"normal_object"}, "normal of the high poly, in object space",
-                          NormalMapSpace::object);
+  MapRow row = make_normal_row(MapKind{"normal_object"}, "normal of the high poly, in object space",
+                               NormalMapSpace::object);
   row.info.other_names = "object_normal world_normal wsnormal world_space_normal";
   return row;
 }
 
 MapRow normal_face_map() {
-  return normals_of(MapKind{"normal_face"},
-                    "normal of the high poly, in a frame of the low poly's face",
-                    NormalMapSpace::face);
+  return make_normal_row(MapKind{"normal_face"},
+                         "normal of the high poly, in a frame of the low poly's face",
+                         NormalMapSpace::face);
 }
 
 }  // namespace kiln

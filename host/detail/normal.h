@@ -11,29 +11,32 @@
 
 namespace kiln {
 
-/// Kernel parameters from the options for normals and their space.
+/// Parameters of the kernels, from the options for normals.
 kiln_detail_params detail_params(const BakeOptions& options);
 
-/// Variants of the kernels. All give the same bits.
+/// Variants of the kernels. All give bit-identical results.
 enum class DetailPath {
-  automatic,  ///< The path is chosen by the device's type
-  plain,      ///< One sample a work-item
-  wide,       ///< Eight samples a work-item, in explicit vectors
+  automatic,  ///< Chosen by the type of the device
+  plain,      ///< One sample per work-item
+  wide,       ///< Eight samples per work-item, in explicit vectors
 };
 
-/// Reads normals at a band's correspondences and averages them to texels (kernels/detail/detail.cl).
+/// Reads the high poly's normals at the points of a band's correspondence, and averages them per
+/// texel (kernels/detail/detail.cl).
 class NormalDetail {
  public:
   NormalDetail(cl::Context& context, const LowSurface& surface, const SourceAttributes& source,
                const BakeOptions& options, DetailPath path = DetailPath::automatic);
 
-  /// \param image     [rows * width * 3] of the band, interleaved; texels that are not covered stay unchanged
-  /// \param coverage  [rows * width]: 1 baked, 2 missed
+  /// \param image     [rows * width * 3] texels of the band, interleaved; those that are not
+  ///   covered stay unchanged
+  /// \param coverage  [rows * width] 1 for baked texels, 2 for missed ones
   void run(const TexelBand& band, const DeviceCorrespondence& match, const cl::Array<float>& image,
            const cl::Array<std::uint8_t>& coverage);
 
-  /// Blends the normals of two correspondences, each as a direction in space.
-  /// \param other   has triangles for the samples that are blended, and none for the rest
+  /// Blends the normals of two correspondences, as directions in space.
+  /// \param other   second correspondence; it has a triangle for the samples that are blended, and
+  ///   none for the rest
   /// \param shares  [samples] weight of `match`, 0 to 1
   void run_blended(const TexelBand& band, const DeviceCorrespondence& match,
                    const DeviceCorrespondence& other, const cl::Array<float>& shares,
@@ -41,17 +44,17 @@ class NormalDetail {
 
  private:
   cl::Kernel kernel(const char* family, const char* name) const;
-  std::size_t items(const TexelBand& band) const;
-  void describe(const TexelBand& band, const DeviceCorrespondence& match);
+  std::size_t count_work_items(const TexelBand& band) const;
+  void set_counts(const TexelBand& band, const DeviceCorrespondence& match);
   void prepare(const TexelBand& band, const DeviceCorrespondence& match);
   void resolve(const TexelBand& band, const DeviceCorrespondence& match,
                const cl::Array<float>& image, const cl::Array<std::uint8_t>& coverage);
 
   cl::Context& context_;
-  std::size_t width_;  // Number of samples that a work-item computes
+  std::size_t width_;  // Number of samples per work-item
   const SourceAttributes& source_;
   cl::Array<kiln_low_shading> shading_;
-  cl::Array<float> values_;  // 3 planes, grown to the largest band
+  cl::Array<float> values_;  // Three planes, as large as the largest band so far
   kiln_detail_params detail_{};
   kiln_resolve_params resolve_{};
 };

@@ -1,4 +1,5 @@
-// Custom maps: functions in OpenCL C of the matched point, given by the caller.
+// Custom maps: the caller supplies a function in OpenCL C that computes the map's value from the
+// matched point.
 #include "detail/own.h"
 
 #include <algorithm>
@@ -27,7 +28,7 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kTexelsPerTask = 1 << 12;
-// Number of samples in one launch; bounds its time for expensive functions.
+// Number of samples per launch. It limits the time of a launch if the function is expensive.
 constexpr std::uint32_t kSamplesPerLaunch = 1U << 16;
 
 class OwnMapMaker : public MapMaker {
@@ -83,7 +84,7 @@ class OwnMapMaker : public MapMaker {
     if (nonfinite_count_ == 0) return;
     warnings.push_back({"own-map-non-finite",
                         "The map " + std::string(name_) + " is NaN or infinite at " +
-                            std::to_string(nonfinite_count_) + " texels; they hold 0.",
+                            std::to_string(nonfinite_count_) + " texels, which were set to 0.",
                         nonfinite_count_});
   }
 
@@ -96,8 +97,8 @@ class OwnMapMaker : public MapMaker {
       seconds_to_compile_ = std::max(0.0, seconds_ - stopwatch.lap());
       return kernel;
     } catch (const Error&) {
-      // A compiler thread that exceeded its time limit still uses the device's context, so such devices are never
-      // released.
+      // A compilation that exceeded its time limit still runs in a thread that uses the device's
+      // context. Such devices are therefore never released.
       static auto* const unreleased_devices = new std::vector<Device>();
       static std::mutex mutex;
       const std::lock_guard lock(mutex);
@@ -106,7 +107,7 @@ class OwnMapMaker : public MapMaker {
     }
   }
 
-  /// Uploads the mesh again if vertices may have moved since the last band.
+  /// Uploads the positions again if vertices may have moved since the last band.
   void upload() {
     if (source_version_ == reads_->source_version() && !positions_.empty()) return;
     if (positions_.empty()) positions_ = cl::Array<float>(context_, source_.positions.size() * 3);
@@ -133,7 +134,8 @@ class OwnMapMaker : public MapMaker {
     params.center_x = static_cast<float>(source_.frame.center[0] - map_origin_[0]);
     params.center_y = static_cast<float>(source_.frame.center[1] - map_origin_[1]);
     params.center_z = static_cast<float>(source_.frame.center[2] - map_origin_[2]);
-    // Waits for earlier commands, whose time and errors must not count as the function's
+    // Waits for earlier commands, so that their time and errors are not attributed to the caller's
+    // function
     context_.finish();
     auto run_scope = std::make_unique<cl::OwnMapRun>(message_label_, seconds_);
     for (; params.first < band.sample_count; params.first = params.end) {
@@ -146,8 +148,9 @@ class OwnMapMaker : public MapMaker {
                         uv_triangles_, tree.nodes, tree.blocks, values_);
       };
       if (!std::exchange(is_compiled_, true)) {
-        // PoCL compiles again at the first launch, for the size of its work-groups. A launch of the same size without
-        // samples separates that compilation from the function's own time.
+        // At the first launch, PoCL compiles the kernel again for the size of its work-groups. This
+        // launch has the same size but no samples, so that the compilation is timed separately from
+        // the function.
         kiln_own_params none = params;
         none.end = none.first;
         launch(none);
@@ -206,9 +209,9 @@ class OwnMapMaker : public MapMaker {
   std::string message_label_;
   std::size_t channels_;
   double seconds_;
-  // Seconds that the driver's first compilation has left of the limit
+  // Seconds of the time limit that remained after the driver's first compilation
   double seconds_to_compile_ = 0;
-  bool is_compiled_ = false;  // True once the kernel is compiled, also for its launches
+  bool is_compiled_ = false;  // True once the kernel was launched, which completes its compilation
   bool two_sided_;
   std::array<double, 3> map_origin_;
   cl::Kernel kernel_;
@@ -219,8 +222,8 @@ class OwnMapMaker : public MapMaker {
   std::atomic<std::uint64_t> nonfinite_count_{0};
 };
 
-/// Normalises a source for the checks: replaces digraphs and trigraphs of #, joins continued lines, blanks
-/// comments, and empties strings.
+/// Simplifies a source so that it can be checked: replaces digraphs and trigraphs of #, joins
+/// continued lines, replaces comments by blanks, and empties strings.
 std::string preprocessed(std::string_view source) {
   std::string joined_lines;
   for (std::size_t i = 0; i < source.size();) {
@@ -279,7 +282,8 @@ bool has_assembly(std::string_view line) {
   return false;
 }
 
-/// Rejects sources that compile but cannot run, or whose only error message would be a linker's.
+/// Rejects sources that would compile but could not run, or that would fail with an unclear error
+/// of the linker.
 void check_source(const OwnMap& map) {
   const auto fail = [&](const std::string& problem) {
     throw Error(ErrorCode::input, "The map " + map.name + " ('" + map.file + "') " + problem);

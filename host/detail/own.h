@@ -1,4 +1,4 @@
-// Custom maps of the caller.
+// Custom maps, whose function the caller supplies.
 #pragma once
 
 #include "detail/registry.h"
@@ -6,8 +6,10 @@
 
 namespace kiln {
 
-/// Makes the row of a custom map. \param map  must outlive the row
-/// \throws Error(usage) for an unsupported number of channels
+/// Makes the registry row of a custom map.
+/// \param map  must outlive the row
+/// \throws Error(usage) for an unsupported number of channels; Error(input) if the source is
+///   rejected
 MapRow own_map(const OwnMap& map);
 
 }  // namespace kiln

@@ -19,10 +19,10 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kMaxChannels = 4;
-constexpr std::size_t kWeightChannel = 3;  // index of the weight in values that have a weight
+constexpr std::size_t kWeightChannel = 3;  // In values with a weight, the element that holds it
 using Value = std::array<float, kMaxChannels>;
 
-/// A correspondence, downloaded to host memory.
+/// Host copy of a correspondence.
 struct HostCorrespondence {
   HostCorrespondence(BandReads& reads, const DeviceCorrespondence& match, std::uint32_t count)
       : triangle(reads.read(match.triangle, count)),
@@ -35,12 +35,12 @@ struct HostCorrespondence {
       visibility[c] = reads.read(match.seen, count, c * match.capacity);
   }
   std::span<const std::uint32_t> triangle;
-  std::span<const float> u, v, distance;             // all 0 for a match without distances
+  std::span<const float> u, v, distance;             // Empty if the match has none; read as 0
   std::span<const std::uint8_t> status;              // empty: all 0
   std::array<std::span<const float>, 3> visibility;  // empty: all 0
 };
 
-/// A band's samples, downloaded to host memory.
+/// Host copy of a band's samples.
 struct HostSamples {
   HostSamples(BandReads& reads, const TexelBand& band)
       : index(reads.read(band.texel_index, band.texel_count)),
@@ -52,13 +52,13 @@ struct HostSamples {
   std::span<const float> u, v;
 };
 
-Vec3d unit_or(const Vec3d& v, const Vec3d& fallback) {
+Vec3d normalize_or(const Vec3d& v, const Vec3d& fallback) {
   const double size = length(v);
   return size > 0 ? v * (1 / size) : fallback;
 }
 
-/// For each triangle of the low poly: the edge vectors of a sample's square on the surface, to the right and
-/// down the map, in frame units.
+/// For each triangle of the low poly, two edges of a sample's square footprint on the surface, in
+/// frame units: rightwards and downwards in the map.
 std::vector<std::array<Vec3d, 2>> sides_of_samples(const MapRequest& request) {
   const double across = 1.0 / request.options.width / request.options.samples / request.finer;
   const double down = -1.0 / request.options.height / request.options.samples / request.finer;
@@ -124,8 +124,9 @@ class PointMap : public MapMaker {
     }
     ScratchPool scratches(*function_);
     parallel_for(band.texel_count, 1 << 12, [&](std::size_t begin, std::size_t end) {
-      // For a texel of one sample the value is written in place: vector loads of values that were just stored element
-      // by element would stall.
+      // If a texel has one sample, the function writes its value directly to the map. Copying it
+      // from a temporary array would use vector loads of values that were just stored one by one,
+      // which stalls the processor.
       const bool has_weights = function_->has_weights();
       const bool copies_values = !other_match && !has_weights && info_.type != MapType::unit_vector;
       Average average(info_, has_weights);
@@ -142,7 +143,7 @@ class PointMap : public MapMaker {
             correspondence.triangle[first] != KILN_NO_TRIANGLE) {
           coverage = kCoverageBaked;
           value_at(samples, first, correspondence, correspondence, facet, point, to);
-          // converts -0 to 0, as a sum does
+          // Adding 0 converts -0 to 0, as adding up several samples does
           for (std::uint32_t c = 0; c < info_.channels; ++c) to[c] += 0.0F;
           continue;
         }
@@ -172,11 +173,12 @@ class PointMap : public MapMaker {
         }
         average.store(to);
       }
-      scratches.give_back(std::move(scratch));
+      scratches.put_back(std::move(scratch));
     });
   }
 
-  /// Scratch memory of a band's blocks. Blocks take over what earlier ones cached, about as many as there are threads.
+  /// Scratch memory for a band's blocks. A block reuses the memory of a finished one, with what
+  /// that has cached, so there are about as many as threads.
   class ScratchPool {
    public:
     explicit ScratchPool(const PointFunction& function) : function_(function) {}
@@ -192,7 +194,7 @@ class PointMap : public MapMaker {
       }
       return function_.scratch();
     }
-    void give_back(std::unique_ptr<PointScratch> scratch) {
+    void put_back(std::unique_ptr<PointScratch> scratch) {
       const std::lock_guard lock(mutex_);
       free_.push_back(std::move(scratch));
     }
@@ -203,14 +205,14 @@ class PointMap : public MapMaker {
     std::vector<std::unique_ptr<PointScratch>> free_;
   };
 
-  /// Averages a texel's samples.
+  /// Average of a texel's samples.
   class Average {
    public:
     Average(const MapInfo& info, bool has_weights)
         : channels_(info.channels),
           has_weights_(has_weights),
-          whole_(info.type == MapType::id),
-          direction_(info.type == MapType::unit_vector) {}
+          is_id_(info.type == MapType::id),
+          is_direction_(info.type == MapType::unit_vector) {}
 
     void clear() {
       count_ = 0;
@@ -220,7 +222,7 @@ class PointMap : public MapMaker {
     }
 
     void add(const Value& value) {
-      // Most texels have one sample, which needs no sums.
+      // Most texels have a single sample, for which nothing needs to be summed.
       if (++count_ == 1) {
         first_ = value;
         return;
@@ -229,14 +231,15 @@ class PointMap : public MapMaker {
       gather(value);
     }
 
-    /// If all samples of a texel missed and the policy gives misses no value, the texel holds 0.
+    /// Stores the average. If all samples of the texel missed, and MissPolicy gives misses no
+    /// value, it is 0.
     void store(float* to) {
-      if (direction_ && count_ != 0) return store_direction(to);
+      if (is_direction_ && count_ != 0) return store_direction(to);
       Value value{};
       if (count_ == 1) {
-        // Adding 0 converts -0 to 0, as a sum does.
+        // Adding 0 converts -0 to 0, as adding up several samples does.
         for (std::uint32_t c = 0; c < channels_; ++c) value[c] = first_[c] + 0.0F;
-      } else if (whole_ && count_ != 0) {
+      } else if (is_id_ && count_ != 0) {
         value = std::max_element(votes_.begin(), votes_.end(), [](const auto& a, const auto& b) {
                   return a.second < b.second;
                 })->first;
@@ -257,7 +260,7 @@ class PointMap : public MapMaker {
         weight_ += weight;
         return;
       }
-      if (!whole_) {
+      if (!is_id_) {
         for (std::uint32_t c = 0; c < channels_; ++c) sum_[c] += value[c];
         return;
       }
@@ -270,17 +273,17 @@ class PointMap : public MapMaker {
       }
     }
 
-    /// Stores the mean direction; straight up if the directions cancel out.
+    /// Stores the mean direction, or (0, 0, 1) if the directions cancel out.
     void store_direction(float* to) {
       if (count_ == 1) gather(first_);
-      const Vec3d mean = unit_or(Vec3d(sum_[0], sum_[1], sum_[2]), Vec3d(0, 0, 1));
+      const Vec3d mean = normalize_or(Vec3d(sum_[0], sum_[1], sum_[2]), Vec3d(0, 0, 1));
       to[0] = static_cast<float>(mean.x);
       to[1] = static_cast<float>(mean.y);
       to[2] = static_cast<float>(mean.z);
     }
 
     std::uint32_t channels_;
-    bool has_weights_, whole_, direction_;
+    bool has_weights_, is_id_, is_direction_;
     std::uint32_t count_ = 0;
     double weight_ = 0;
     Value first_{};
@@ -288,10 +291,12 @@ class PointMap : public MapMaker {
     std::vector<std::pair<Value, std::uint32_t>> votes_;
   };
 
-  /// \param first first correspondence of the bake; it holds the visibility directions
-  /// \param facet  cached from the previous sample
-  /// \param point reused from the previous sample; members that the function does not use keep their defaults
-  /// \param value  as many numbers as there are channels
+  /// Computes the function's value for sample s.
+  /// \param first  the first correspondence, if two are blended; it holds the visibility directions
+  /// \param facet  reused from the previous sample
+  /// \param point  reused from the previous sample; members that the function does not need keep
+  ///   their defaults
+  /// \param value  as many numbers as the map has channels
   void value_at(const HostSamples& samples, std::size_t s, const HostCorrespondence& match,
                 const HostCorrespondence& first, UvFacet& facet, HighPoint& point,
                 float* value) const {
@@ -313,9 +318,9 @@ class PointMap : public MapMaker {
         point.distance = match.distance[s] / source_.frame.scale;
       }
     }
-    if (needs_.position) locate(point);
+    if (needs_.position) set_position(point);
     if (needs_.normal || needs_.uv) set_normal_and_uv(point, facet);
-    // a loop of constant length avoids a call of memset()
+    // A loop with a constant number of iterations avoids a call of memset()
     for (std::uint32_t c = 0; c < kMaxChannels; ++c) {
       if (c < info_.channels) value[c] = 0;
     }
@@ -327,7 +332,7 @@ class PointMap : public MapMaker {
     return to_double(a) * (1 - u - v) + to_double(b) * u + to_double(c) * v;
   }
 
-  void locate(HighPoint& point) const {
+  void set_position(HighPoint& point) const {
     const auto& low_corners = surface_.triangles[point.low_triangle];
     const auto low_position = [&] {
       return low_point(point, low_corners[0].position, low_corners[1].position,
@@ -346,15 +351,16 @@ class PointMap : public MapMaker {
     }
     point.position = to_world(position);
     if (!needs_.offset) return;
-    // Subtracts in the frame, where coordinates are small: far from the origin, world coordinates lose digits.
+    // Subtracts before converting to world units: far from the origin, world coordinates have fewer
+    // digits.
     point.offset = (position - low_position()) * (1 / source_.frame.scale);
   }
 
-  /// Sets the point's normal and UVs, if the function uses them.
+  /// Sets the point's normal and UVs, if the function needs them.
   void set_normal_and_uv(HighPoint& point, UvFacet& facet) const {
     const auto& [a, b, c] = surface_.triangles[point.low_triangle];
     const Vec3d low_normal =
-        unit_or(low_point(point, a.normal, b.normal, c.normal), to_double(a.normal));
+        normalize_or(low_point(point, a.normal, b.normal, c.normal), to_double(a.normal));
     if (!point.found) {
       point.normal = low_normal;
       return;
@@ -368,7 +374,7 @@ class PointMap : public MapMaker {
       const float* n = &normals_[std::size_t{3} * index[k]];
       normal = normal + to_double(Vec3{n[0], n[1], n[2]}) * weights[k];
     }
-    point.normal = unit_or(normal, low_normal);
+    point.normal = normalize_or(normal, low_normal);
     if (two_sided_ && dot(point.normal, low_normal) < 0) point.normal = point.normal * -1.0;
   }
 
@@ -377,7 +383,7 @@ class PointMap : public MapMaker {
     point.has_uv = facet.has_uv;
     if (!facet.has_uv && !needs_.weight_sides) return;
     const Vec3d face_normal = dot(facet.normal, facet.normal) > 0 ? facet.normal : along;
-    // Bounds the projection onto a triangle at a grazing angle.
+    // Limits the size of the footprint on triangles at a grazing angle.
     constexpr double kMinCosine = 0.2;
     double cosine = dot(face_normal, along);
     if (std::abs(cosine) < kMinCosine) cosine = std::copysign(kMinCosine, cosine);
@@ -407,8 +413,9 @@ class PointMap : public MapMaker {
   std::unique_ptr<PointFunction> function_;
   PointNeeds needs_;
   std::vector<std::array<Vec3d, 2>>
-      sides_;  // sides of a sample, for each triangle of the low poly; empty: not used
-  std::span<const float> normals_;  // the high poly's normals, as read for the last band
+      // For each triangle of the low poly, the sides of a sample's footprint; empty if not needed
+      sides_;
+  std::span<const float> normals_;  // The high poly's normals, downloaded for the last band
   std::span<const std::uint32_t> normal_indices_;
 };
 

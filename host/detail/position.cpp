@@ -1,4 +1,4 @@
-// Position of the high poly's point.
+// The map `position`: position of the high poly's point.
 #include "detail/point_map.h"
 #include "detail/value_ranges.h"
 

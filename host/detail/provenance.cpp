@@ -1,4 +1,4 @@
-// Which method found the high poly's point, as a colour.
+// The map `provenance`: a colour for the method that found the high poly's point.
 #include <algorithm>
 #include <array>
 
@@ -11,7 +11,7 @@ namespace {
 using Colour = std::array<float, 3>;
 
 Colour colour_of(const HighPoint& point) {
-  if (!point.found) return {1, 0, 1};  // The colour that MissPolicy::mark gives
+  if (!point.found) return {1, 0, 1};  // The colour that MissPolicy::mark uses
   switch (point.status) {
     case KILN_STATUS_OUTWARD:
       return {0, 1, 0};
@@ -44,8 +44,8 @@ MapRow provenance_map() {
               "point, grey UV. Magenta: missed",
               0,
               1};
-  // The map depends on the match alone, but a session that re-bakes texels for changed normals does not know
-  // their status.
+  // The map depends only on the match, and a session that bakes texels again because normals
+  // changed does not know their status. This flag excludes the map from such updates.
   row.follows_positions = true;
   row.streams = true;
   row.make = [](const MapRequest& request) {

@@ -52,7 +52,7 @@ MapKind::MapKind(std::string_view text) : name(kept_name(text)) {}
 
 const MapInfo& find_map(std::string_view name) {
   MapKind kind;
-  kind.name = name;  // The name of an unknown map may be temporary, so it is not stored
+  kind.name = name;  // The name of an unknown map may be temporary, so it is not kept
   return map_row(kind).info;
 }
 
@@ -85,7 +85,7 @@ std::array<double, 3> map_origin(const BakeOptions& options, const Frame& frame)
 }
 
 std::array<float, 4> map_background(const MapInfo& map, const BakeOptions& options) {
-  // The direction of an undisturbed surface in the map's space.
+  // In tangent space and in face space, the normal of a surface without detail is (0, 0, 1).
   const bool up =
       map.type == MapType::unit_vector && space_of(map, options) != NormalMapSpace::object;
   return {0, 0, up ? 1.0F : 0.0F, 0};
@@ -134,7 +134,8 @@ RangeExcess beyond_range(const BakedMap& map, std::span<const std::uint8_t> cove
     for (std::size_t c = 0; c < channels; ++c) {
       const float value = map.image.pixels[i * channels + c];
       const auto [low, high] = map.ranges[c];
-      // Values this close to a bound are rounded to the bound in every integer format.
+      // Values this close to a bound count as the bound, since every integer format rounds them to
+      // it.
       const float slack = (high - low) * 1e-5F;
       if (value >= low - slack && value <= high + slack) continue;
       is_in_range = false;

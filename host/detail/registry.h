@@ -19,23 +19,25 @@
 
 namespace kiln {
 
-/// A band's texels on the host, row by row: [rows * width * channels] and [rows * width].
+/// A band's texels on the host, row by row: [rows * width * channels] values and [rows * width]
+/// coverage.
 struct BandPixels {
   std::span<float> values;
   /// 1 for baked texels, 2 for missed ones; texels that are not covered stay unchanged
   std::span<std::uint8_t> coverage;
 };
 
-/// Input for making a map, once a bake.
+/// What a map is made from; the same for all bands of a bake.
 struct MapRequest {
   const Source::Impl& source;
   const LowSurface& surface;
   const BakeOptions& options;
-  SharedWorks& shared;  ///< Results that all maps of the bake share
-  /// Divisor of a sample's footprint: for maps that read the surface at points, the side of a sample's square is its
-  /// share of a texel divided by this.
+  SharedWorks& shared;  ///< Results that several maps of the bake use
+  /// Divisor of the size of a sample's footprint, for maps that read the surface at points: the
+  /// footprint is a square whose side is (texel side / samples per side) / `finer`.
   std::uint32_t finer = 1;
-  /// True if the map is made to check another one of the same kind: it uses an independent method, if it has one.
+  /// True if the map only serves to check another one of the same kind: it uses an independent
+  /// method, if there is one.
   bool checks = false;
 
   /// Downloads of device arrays that all makers share.
@@ -44,7 +46,7 @@ struct MapRequest {
   }
 };
 
-/// Computes one map at the correspondences of bands.
+/// Computes one map from the correspondences of bands.
 class MapMaker {
  public:
   MapMaker() = default;
@@ -57,13 +59,14 @@ class MapMaker {
                    const BandPixels& out) = 0;
 
   /// Computes the texels of a band from two correspondences, whose values are blended.
-  /// \param other   has triangles for the samples that are blended, and none for the rest
+  /// \param other   second correspondence; it has a triangle for the samples that are blended, and
+  ///   none for the rest
   /// \param shares  [samples] weight of `match`, 0 to 1
   virtual void run_blended(const TexelBand& band, const DeviceCorrespondence& match,
                            const DeviceCorrespondence& other, const cl::Array<float>& shares,
                            const BandPixels& out) = 0;
 
-  /// Called after the last band: adds the map's statistics and warnings to the result.
+  /// Called after the last band to add the map's statistics and warnings.
   virtual void report(BakedMap& map, std::vector<Warning>& warnings) const {
     static_cast<void>(map), static_cast<void>(warnings);
   }
@@ -72,47 +75,56 @@ class MapMaker {
 /// A map of the registry.
 struct MapRow {
   MapInfo info;
-  /// Renderers shade the low poly with this map: unit normals in EncodingOptions::space. Plans measure the error of
-  /// these normals.
+  /// True if renderers shade the low poly with this map: it holds unit normals in
+  /// EncodingOptions::space. Plans measure the error of these normals.
   bool shades = false;
-  /// This map's values in [0, 1] are the weights in mip chains of the maps with `weighted`, as opacity's are.
+  /// True if this map's values, in [0, 1], are the weights in the mip chains of maps with
+  /// `weighted`. An example is opacity.
   bool weights = false;
-  /// Mip chains are weighted by the map with `weights`: transparent texels do not contribute.
+  /// True if this map's mip chain is weighted by the map with `weights`, so that transparent texels
+  /// do not contribute.
   bool weighted = false;
-  /// The map reads positions or distances, so it changes wherever vertices of the high poly move.
+  /// True if the map reads positions or distances, so that it changes wherever vertices of the high
+  /// poly move.
   bool follows_positions = false;
-  /// The map reads more of the high poly than the matched points, so any change of the mesh may change any texel.
+  /// True if the map reads more of the high poly than the matched points, so that any change of the
+  /// mesh may change any texel.
   bool reads_around = false;
-  /// The map reads nothing of the high poly but its matched triangles, so the high poly may be larger than memory.
+  /// True if the map reads nothing of the high poly but the matched triangles, so that the high
+  /// poly may be larger than memory.
   bool streams = false;
-  /// Unit of its values, such as "world units", if MapInfo has none.
+  /// Unit of the values, such as "world units", if MapInfo does not give it.
   std::string_view unit = {};
-  /// Range of each channel for integer formats; if unset, it is MapInfo::low and high for all channels.
+  /// Range of a channel's values in integer formats; if unset, MapInfo::low and high apply to all
+  /// channels.
   std::function<ValueRange(const RangeRequest& request, std::uint32_t channel)> range = {};
-  /// Number of leading channels whose differences count as errors; 0: all. The remaining channels are redundant.
+  /// Number of leading channels whose differences count as errors; 0: all channels. The remaining
+  /// channels repeat these.
   std::uint32_t compared_channels = 0;
-  /// The map's values depend on the size of texels, so a larger map is not closer to the surface.
-  bool of_texels = false;
+  /// True if the values depend on the size of texels, so that a larger map is not closer to the
+  /// surface.
+  bool depends_on_texel_size = false;
   std::function<std::unique_ptr<MapMaker>(const MapRequest& request)> make;
 };
 
 std::span<const MapRow> map_rows();
 
-/// \throws Error(usage) for a name that no row has
+/// \throws Error(usage) if no row has this name
 const MapRow& map_row(MapKind kind);
 
-/// Rows of the maps beside the registry's: transfers, variants and custom maps, in the options' order. Their
-/// names live as long as the program.
+/// Rows of the bake's maps that are not in the registry: transfers, variants and custom maps, in
+/// the order of the options. Their names live as long as the program.
 /// \throws Error(usage) for a name that is invalid or in use
 std::vector<MapRow> own_rows(const BakeOptions& options);
 
-/// Number of all requested maps: the registry's, transfers, variants and custom maps.
+/// Number of all requested maps: those of the registry, transfers, variants and custom maps.
 inline std::size_t map_count(const BakeOptions& options) {
   return options.maps.size() + options.transfers.size() + options.own_maps.size() +
          options.variants.size();
 }
 
-/// Kinds of the requested maps that are in the registry; a variant counts as its kind.
+/// Kinds of the requested maps, without transfers and custom maps; a variant has the kind that it
+/// varies.
 inline std::vector<MapKind> kinds_of(const BakeOptions& options) {
   std::vector<MapKind> kinds = options.maps;
   for (const MapVariant& map : options.variants) kinds.push_back(map.kind);
@@ -128,7 +140,7 @@ auto find_variant(Options& options, std::string_view name) {
   return static_cast<decltype(options.variants.data())>(nullptr);
 }
 
-/// Requests these maps and no others.
+/// Makes these the only requested maps.
 inline void ask_for(BakeOptions& options, std::vector<MapKind> maps) {
   options.maps = std::move(maps);
   options.transfers.clear();
@@ -136,7 +148,7 @@ inline void ask_for(BakeOptions& options, std::vector<MapKind> maps) {
   options.variants.clear();
 }
 
-/// Changes the occlusion options of the bake and of each variant.
+/// Applies a change to the occlusion options of the bake and of each variant.
 template <typename Change>
 void change_occlusion(BakeOptions& options, const Change& change) {
   change(options.occlusion);
@@ -145,35 +157,38 @@ void change_occlusion(BakeOptions& options, const Change& change) {
   }
 }
 
-/// The options of the bake, with the changes of a variant.
+/// The options of the bake after a variant has replaced some of them.
 BakeOptions options_of(const MapVariant& variant, BakeOptions options);
 
-/// True if samples without a point do not contribute to a texel: its other samples or its neighbours fill it.
+/// True if samples that missed do not contribute to their texel; the texel's other samples or its
+/// neighbours replace them.
 inline bool leaves_out_misses(const MapInfo& map, MissPolicy policy) {
   return map.missed == MissedTexels::neighbours ||
          (map.missed == MissedTexels::low_poly && policy != MissPolicy::keep);
 }
 
-/// Range of each channel: the caller's (EncodingOptions::ranges), or by the row's rule.
+/// Range of each channel: the caller's (EncodingOptions::ranges) if given, otherwise the row's.
 std::vector<ValueRange> ranges_of(const MapRow& row, const RangeRequest& request);
 
-/// The first of a bake's maps with MapRow::shades, if there is one.
+/// The first of a bake's maps that has MapRow::shades; null if there is none.
 std::optional<MapKind> shading_map(const BakeOptions& options);
 
-/// Space that a map's directions are stored in.
+/// Space of a map's directions.
 NormalMapSpace space_of(const MapInfo& map, const BakeOptions& options);
 
-/// Origin of position maps: EncodingOptions::origin.
+/// Origin of the map `position`: EncodingOptions::origin, or its default.
 std::array<double, 3> map_origin(const BakeOptions& options, const Frame& frame);
 
-/// Value of texels outside of charts and padding. \returns as many numbers as there are channels
+/// Value of texels outside of charts and padding.
+/// \returns as many numbers as the map has channels
 std::array<float, 4> map_background(const MapInfo& map, const BakeOptions& options);
 
-/// Encodes a texel's value as the map stores it; the last step of a bake. \param coverage  of the texel
+/// Converts a texel's value to the value that the map stores; the last step of a bake.
+/// \param coverage  coverage of the texel
 void encode_texel(const MapInfo& map, const BakeOptions& options, std::uint8_t coverage,
                   float* pixel);
 
-// Rows of the registry; each is defined in the file of its map.
+// The rows of the registry. The file of each map defines its row.
 MapRow normal_map();
 MapRow normal_object_map();
 MapRow normal_face_map();

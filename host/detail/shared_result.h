@@ -6,23 +6,24 @@
 
 namespace kiln {
 
-/// A result that the first map computes and that the other maps of the bake reuse while it is valid.
+/// A result that several maps of a bake use. The first map computes it; the others reuse it while
+/// it is valid.
 class SharedWork {
  public:
   SharedWork() = default;
   SharedWork(const SharedWork&) = delete;
   SharedWork& operator=(const SharedWork&) = delete;
   virtual ~SharedWork() = default;
-  /// Invalidates results of the last band or match.
+  /// Invalidates results that depend on the last band or match.
   virtual void next_band() = 0;
-  /// Invalidates results of the high poly, too.
+  /// Invalidates results that depend on the high poly, too.
   virtual void next_source() { next_band(); }
 };
 
 /// The shared results of one bake: at most one object of each type.
 class SharedWorks {
  public:
-  /// The object of a type; constructed from the arguments by the first call.
+  /// The object of a type. The first call constructs it from the arguments.
   template <typename Work, typename... Arguments>
   std::shared_ptr<Work> of(const Arguments&... arguments) {
     for (const std::shared_ptr<SharedWork>& work : works_) {
@@ -32,7 +33,7 @@ class SharedWorks {
     works_.push_back(work_of_type);
     return work_of_type;
   }
-  /// Adds an object that exists already.
+  /// Adds an existing object.
   void add(std::shared_ptr<SharedWork> work) { works_.push_back(std::move(work)); }
   void next_band() {
     for (const std::shared_ptr<SharedWork>& work : works_) work->next_band();

@@ -19,7 +19,7 @@
 namespace kiln {
 namespace {
 
-/// Copies the alpha channel of a picture to a picture of one channel.
+/// Makes a picture of one channel from the alpha channel of another.
 std::shared_ptr<const Image> alpha_channel_of(const Image& image) {
   auto alpha_image = std::make_shared<Image>();
   alpha_image->width = image.width;
@@ -64,8 +64,9 @@ SurfaceTexture::SurfaceTexture(const Source::Impl& source, const Texture& textur
     }
     texture_reading.by_alpha = i < texture.weighted_by_alpha.size() && texture.weighted_by_alpha[i];
     if (empty[i]) texture_reading.empty = &*empty[i];
-    // Where texels have weights from `empty`, these replace alpha (image/texture_filter.h), so alpha is read
-    // from a separate picture.
+    // If background is excluded, the alpha that FilteredTexture returns is the mean of its weights,
+    // in which background counts like transparent texels (image/texture_filter.h). A map of alpha
+    // therefore reads alpha from a separate picture.
     const bool weighs_separately =
         texture_reading.empty != nullptr && use.channel == 3U && image->channels % 2 == 0;
     if (weighs_separately) image = alpha_channel_of(*image);
@@ -109,7 +110,7 @@ void SurfaceTexture::check(const Texture& texture) const {
   if ((!wraps_.empty() && wraps_.size() != materials) ||
       (!factors_.empty() && factors_.size() != materials) ||
       (!texture.times_vertex_colors.empty() && texture.times_vertex_colors.size() != materials)) {
-    fail(" has wraps or factors for another number of materials than its own.");
+    fail(" must have a wrap mode and a factor for each material that it assigns pictures to.");
   }
   for (const std::shared_ptr<const Image>& image : texture.images) {
     if (image == nullptr) throw Error(ErrorCode::input, "A texture of " + map_ + " is missing.");
@@ -136,7 +137,8 @@ void SurfaceTexture::choose_sets(const Texture& texture) {
   if (texture.uv_sets.empty()) return;
   if (texture.uv_sets.size() != picture_of_material_.size()) {
     throw Error(ErrorCode::input, "The texture of the map " + map_ +
-                                      " has UV sets for another number of materials than its own.");
+                                      " must have a UV set for each material that it assigns "
+                                      "pictures to.");
   }
   for (std::size_t i = 0; i < texture.uv_sets.size(); ++i) {
     const std::uint32_t uv_set = texture.uv_sets[i];
@@ -146,8 +148,8 @@ void SurfaceTexture::choose_sets(const Texture& texture) {
       if (set.set == uv_set && set.uvs.size() == source_.uvs.size()) uv_sets_.back() = &set.uvs;
     }
     if (uv_sets_.back() != nullptr) continue;
-    throw Error(ErrorCode::input, "The texture of the map " + map_ + " lies on the set of UVs " +
-                                      std::to_string(uv_set) + " where the material is \"" +
+    throw Error(ErrorCode::input, "The texture of the map " + map_ + " uses the UV set " +
+                                      std::to_string(uv_set) + " for the material \"" +
                                       source_.materials.names[i] +
                                       "\", but the high poly has no such set.");
   }
@@ -164,8 +166,8 @@ void SurfaceTexture::group_tiles(const Texture& texture) {
   }
 }
 
-/// Finds the background texels of each picture, from the union of the charts on all pictures that share its
-/// image.
+/// Finds the background texels of each picture. Charts of all pictures that share an image are
+/// united.
 std::vector<std::optional<TexelBits>> SurfaceTexture::find_background_texels(
     const Texture& texture) const {
   std::vector<std::optional<TexelBits>> empty(texture.images.size());
@@ -177,9 +179,9 @@ std::vector<std::optional<TexelBits>> SurfaceTexture::find_background_texels(
     if (entry == nullptr) entry = std::make_unique<ChartTexels>(image->width, image->height);
     charts.push_back(entry.get());
   }
-  // Calls add(charts, corners, wraps) for each picture that a triangle lies on.
+  // Calls add(charts, corners, wraps) for each picture that a triangle is mapped to.
   const auto for_each_picture = [&](std::uint32_t triangle, const auto& add) {
-    const std::uint32_t set = set_of(triangle);
+    const std::uint32_t set = picture_of(triangle);
     if (set == Texture::kNone) return;
     ChartTexels::Corners corners;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -254,9 +256,9 @@ std::vector<std::optional<TexelBits>> SurfaceTexture::find_background_texels(
 void SurfaceTexture::warn_about_missing_tiles() {
   if (udim_tiles_.empty()) return;
   for (std::uint32_t t = 0; t < source_.triangles.size(); ++t) {
-    const std::uint32_t set = set_of(t);
+    const std::uint32_t set = picture_of(t);
     if (set == Texture::kNone || udim_tiles_[set].empty()) continue;
-    const auto [u, v] = middle_of(t);
+    const auto [u, v] = uv_center_of(t);
     const std::uint32_t tile = udim_of(u, v);
     const bool has_tile = std::any_of(udim_tiles_[set].begin(), udim_tiles_[set].end(),
                                       [&](const auto& entry) { return entry.first == tile; });
@@ -264,12 +266,12 @@ void SurfaceTexture::warn_about_missing_tiles() {
   }
 }
 
-std::uint32_t SurfaceTexture::set_of(std::uint32_t triangle) const {
+std::uint32_t SurfaceTexture::picture_of(std::uint32_t triangle) const {
   if (picture_of_material_.empty()) return 0;
   return picture_of_material_[source_.materials.of[triangle]];
 }
 
-std::array<double, 2> SurfaceTexture::middle_of(std::uint32_t triangle) const {
+std::array<double, 2> SurfaceTexture::uv_center_of(std::uint32_t triangle) const {
   double u = 0, v = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     const Vec2& uv = uv_of(triangle, k);
@@ -291,8 +293,8 @@ SurfaceTexture::UvPoint SurfaceTexture::uv_point_of(const HighPoint& point) cons
   const Vec2 &a = uv_of(point.triangle, 0), &b = uv_of(point.triangle, 1),
              &c = uv_of(point.triangle, 2);
   UvPoint place;
-  place.is_there = is_finite(a) && is_finite(b) && is_finite(c);
-  if (!place.is_there) return place;
+  place.has_uv = is_finite(a) && is_finite(b) && is_finite(c);
+  if (!place.has_uv) return place;
   const std::array<double, 2> at{a.x, a.y}, to_b{double{b.x} - a.x, double{b.y} - a.y},
       to_c{double{c.x} - a.x, double{c.y} - a.y};
   for (std::size_t k = 0; k < 2; ++k) {
@@ -306,17 +308,18 @@ SurfaceTexture::UvPoint SurfaceTexture::uv_point_of(const HighPoint& point) cons
 }
 
 SurfaceTexture::PicturePoint SurfaceTexture::picture_point_of(const HighPoint& point) const {
-  const std::uint32_t set = set_of(point.triangle);
+  const std::uint32_t set = picture_of(point.triangle);
   if (set == Texture::kNone) return {};
   const UvPoint at = uv_point_of(point);
-  if (!at.is_there) return {};
+  if (!at.has_uv) return {};
   const auto [u, v] = transform_uv(point.triangle, at.uv[0], at.uv[1]);
   if (udim_tiles_.empty() || udim_tiles_[set].empty())
     return {pictures_[set].get(),   u, v, at.sides, false, is_single_channel_[set],
             is_alpha_weighted_[set]};
-  // On the border of two UDIM squares, the triangle's own square is used, regardless of rounding.
+  // A point on the border of two UDIM tiles belongs to the tile of its triangle, regardless of
+  // rounding.
   constexpr double kTileInset = 1e-4;
-  const std::array<double, 2> middle = middle_of(point.triangle);
+  const std::array<double, 2> middle = uv_center_of(point.triangle);
   const std::uint32_t tile =
       udim_of(u + (middle[0] - u) * kTileInset, v + (middle[1] - v) * kTileInset);
   const UdimTiles& tiles = udim_tiles_[set];
@@ -388,8 +391,8 @@ float SurfaceTexture::read_pictures(const HighPoint& point, float* value) const 
   return weight;
 }
 
-/// Name of the first material that uses a picture, for messages.
-std::string SurfaceTexture::user_of(std::size_t image) const {
+/// Describes a picture by the first material that uses it, for messages.
+std::string SurfaceTexture::describe_picture_user(std::size_t image) const {
   std::size_t set = image;
   for (std::size_t s = 0; s < udim_tiles_.size(); ++s) {
     for (const auto& [tile, of] : udim_tiles_[s]) {
@@ -405,7 +408,7 @@ std::string SurfaceTexture::user_of(std::size_t image) const {
 
 void SurfaceTexture::report(std::vector<Warning>& warnings) const {
   std::uint64_t replaced_count = 0;
-  for (const auto& picture : pictures_) replaced_count += picture->replaced();
+  for (const auto& picture : pictures_) replaced_count += picture->replaced_values();
   if (replaced_count != 0) {
     warnings.push_back({"texture-non-finite",
                         "The texture of the map " + map_ + " has " +
@@ -421,11 +424,11 @@ void SurfaceTexture::report(std::vector<Warning>& warnings) const {
     }
     if (count == 0) return;
     warnings.push_back({code,
-                        counted(count, "normal map") + " (" + user_of(first) +
+                        counted(count, "normal map") + " (" + describe_picture_user(first) +
                             (count > 1 ? ", first) " : ") ") + text,
                         count});
   };
-  // Formats of normal maps are reported only if they were detected, not if they were requested.
+  // The format of a normal map is only reported if it was detected, not if the caller gave it.
   const auto is_detected = [&](std::size_t i) {
     return normal_format_ == NormalTextureFormat::automatic && normals_[i].rebuilt;
   };
@@ -436,19 +439,17 @@ void SurfaceTexture::report(std::vector<Warning>& warnings) const {
           option("high_normal_map", "gl") + ").");
   warn(
       "two-channel-normals", [&](std::size_t i) { return is_detected(i) && normals_[i].in_alpha; },
-      "held x in alpha and y in green (DXT5nm): z was computed. Where that is wrong, say what it "
-      "holds (" +
+      "held x in alpha and y in green (DXT5nm): z was computed. If that is wrong, give the "
+      "map's channels (" +
           option("high_normal_map", "gl") + ").");
   warn(
       "normal-map-channels", [&](std::size_t i) { return normals_[i].doubtful; },
       normal_format_ == NormalTextureFormat::two_channel ||
               normal_format_ == NormalTextureFormat::two_channel_directx
-          ? "look as if x and y were in other channels than those of two-channel maps, but were "
-            "read "
-            "as requested: see " +
+          ? "seem to hold x and y in other channels than two-channel maps do, but were read as "
+            "requested: check " +
                 option("high_normal_map") + "."
-          : "look as if they held only x and y, but were read with z in blue, as requested: "
-            "see " +
+          : "seem to hold only x and y, but blue was read as z, as requested: check " +
                 option("high_normal_map") + ".");
   warn(
       "normal-map-green",
@@ -456,8 +457,8 @@ void SurfaceTexture::report(std::vector<Warning>& warnings) const {
         return std::find(flipped_green_suspects_.begin(), flipped_green_suspects_.end(), i) !=
                flipped_green_suspects_.end();
       },
-      "seem to have green in the other direction: their slopes fit a surface only if green is "
-      "inverted. As they are, bumps are baked as dents: set the other direction by " +
+      "seem to have an inverted green channel: their slopes fit a surface only if green is "
+      "inverted. As they are, bumps are baked as dents. Choose the other direction of green by " +
           option("high_normal_map") + " (dx: +Y down).");
   if (!missing_tiles_.empty()) {
     std::uint64_t triangles = 0;
@@ -477,8 +478,8 @@ void SurfaceTexture::report(std::vector<Warning>& warnings) const {
                         "The texture of the map " + map_ + " has no picture for " +
                             std::to_string(triangles) + " triangles of the high poly (" +
                             (named_count != 0 ? "UDIM " : "") + list +
-                            "): these have their material's number there, or 0. Put the pictures "
-                            "beside the others.",
+                            "): these get their material's constant value there, or 0. Put the "
+                            "missing pictures beside the others.",
                         triangles});
   }
 }

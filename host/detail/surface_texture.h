@@ -29,20 +29,22 @@ class SurfaceTexture {
   /// \throws Error(input) if the high poly lacks the UVs or materials, or a picture is unusable
   SurfaceTexture(const Source::Impl& source, const Texture& texture, const TextureUseOfMap& use);
 
-  /// The texture's mean over the point's footprint, times the vertices' colour if the texture has that factor. \param
-  /// value four numbers: channels that the picture lacks repeat the first one (grey) or are 1 (alpha)
-  /// \returns the value's weight in means: for colours weighted by opacity, the opacity, at least
-  ///     FilteredTexture::kMinWeight; otherwise 1
+  /// Mean of the texture over the point's footprint, multiplied by the vertex colours if the
+  /// texture says so.
+  /// \param value  four numbers; channels that the picture lacks are equal to the first one (grey),
+  ///   or 1 (alpha)
+  /// \returns the weight of the value in means: for colours weighted by opacity, the opacity, but
+  ///   at least FilteredTexture::kMinWeight; otherwise 1
   float read(const HighPoint& point, float* value) const;
 
-  /// True if weights may differ from 1.
+  /// True if the weights that read() returns may differ from 1.
   bool has_weights() const { return has_weights_; }
 
-  /// A corner's UV in the UV set of the triangle's picture.
+  /// UV of a corner, from the UV set that the triangle's picture uses.
   const Vec2& uv_of(std::uint32_t triangle, std::size_t corner) const;
 
-  /// Applies the transform of a triangle's picture to a UV. \param translation 1 for a UV; 0 for a difference
-  /// of UVs, which is not translated
+  /// Applies the UV transform of a triangle's picture.
+  /// \param translation  1 for a UV; 0 for a difference of two UVs, which is not translated
   std::array<double, 2> transform_uv(std::uint32_t triangle, double u, double v,
                                      double translation = 1) const;
 
@@ -51,28 +53,29 @@ class SurfaceTexture {
   /// True if some pictures use other UV sets than the mesh's own.
   bool needs_other_uvs() const { return !uv_sets_.empty(); }
 
-  /// Adds warnings about imperfect input: values that are not finite, formats of normals, missing tiles.
+  /// Adds warnings about imperfect input: non-finite values, doubtful formats of normals, missing
+  /// tiles.
   void report(std::vector<Warning>& warnings) const;
 
  private:
-  enum class Factor { color, alpha };  // Factors from the vertices' colours
-  /// A point's UV and the sides of its footprint, in the UV set of its picture.
+  enum class Factor { color, alpha };  // Which part of the vertex colours is a factor
+  /// UV of a point and the sides of its footprint, in the UV set of its picture.
   struct UvPoint {
-    bool is_there = false;
+    bool has_uv = false;
     std::array<double, 2> uv;
     std::array<std::array<double, 2>, 2> sides;
   };
-  /// Picture and UVs at which a texture is read for a point.
+  /// Where a texture is read for a point: the picture, and the UV in it.
   struct PicturePoint {
     const FilteredTexture* picture = nullptr;
     double u = 0, v = 0;
-    /// Sides of the footprint in UVs, before the texture's transform
+    /// Sides of the footprint in UVs, before the texture's transform is applied
     std::array<std::array<double, 2>, 2> sides{};
     bool is_tile = false;
     bool is_channel = false;
     bool is_weighted = false;
   };
-  /// Tile numbers and pictures of a UDIM set. Empty: a single picture.
+  /// Tile number and picture of each tile of a UDIM set; empty for a single picture.
   using UdimTiles = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
 
   void check(const Texture& texture) const;
@@ -81,35 +84,37 @@ class SurfaceTexture {
   std::vector<std::optional<TexelBits>> find_background_texels(const Texture& texture) const;
   void warn_about_missing_tiles();
   float read_pictures(const HighPoint& point, float* value) const;
-  std::uint32_t set_of(std::uint32_t triangle) const;
-  std::array<double, 2> middle_of(std::uint32_t triangle) const;
+  std::uint32_t picture_of(std::uint32_t triangle) const;
+  std::array<double, 2> uv_center_of(std::uint32_t triangle) const;
   UvPoint uv_point_of(const HighPoint& point) const;
   PicturePoint picture_point_of(const HighPoint& point) const;
-  std::string user_of(std::size_t image) const;
+  std::string describe_picture_user(std::size_t image) const;
 
   const Source::Impl& source_;
   std::string map_;
   std::vector<std::unique_ptr<FilteredTexture>> pictures_;
-  /// For each picture, true if it is reduced to the channel that is read
+  /// For each picture, true if it only has the channel that is read
   std::vector<bool> is_single_channel_;
-  /// For each picture, true if its means are weighted by alpha
+  /// For each picture, true if alpha weights its means
   std::vector<bool> is_alpha_weighted_;
   bool has_weights_ = false;
-  std::vector<UdimTiles> udim_tiles_;  ///< Tiles of each picture; empty if no picture has tiles
+  /// UDIM tiles of each picture; empty if no picture has tiles
+  std::vector<UdimTiles> udim_tiles_;
   std::vector<std::uint32_t> picture_of_material_;
   std::vector<std::array<float, 4>> constant_color_;
   std::vector<std::array<float, 6>> uv_transforms_;
   std::vector<FilteredTexture::Wraps> wraps_;
-  // UV set per material; null: the mesh's UVs. Empty: all materials use the mesh's UVs
+  // UVs that each material uses; null: the mesh's own UVs. Empty if all materials use these
   std::vector<const std::vector<Vec2>*> uv_sets_;
   std::vector<Texture::Factor> factors_;
   std::vector<bool> multiplies_vertices_;
   Factor vertex_factor_;
   NormalTextureFormat normal_format_;
-  std::vector<NormalChannels> normals_;  ///< Channels of each normal map
+  std::vector<NormalChannels> normals_;  ///< Channel layout of each normal map
   /// Normal maps whose green channel probably points down
   std::vector<std::size_t> flipped_green_suspects_;
-  /// Number of triangles for each tile without a picture; tile 0 stands for UVs outside of UDIM's squares
+  /// Number of triangles on each UDIM tile that has no picture; tile 0 stands for UVs outside of
+  /// all tiles
   std::map<std::uint32_t, std::uint64_t> missing_tiles_;
 };
 

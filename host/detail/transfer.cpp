@@ -16,8 +16,9 @@
 namespace kiln {
 namespace {
 
-/// True if a texture holds one number a point, such as roughness. Three equal channels would take three times the
-/// memory, count errors three times, and not fit formats of one channel.
+/// True if a texture holds one number per point, such as roughness. If it were stored in three
+/// equal channels, it would take three times the memory, count errors three times, and not fit
+/// formats of one channel.
 bool is_scalar(const Texture& texture) {
   const auto all_alike = [](const std::array<float, 4>& v) { return v[0] == v[1] && v[0] == v[2]; };
   return texture.kind == TextureKind::linear &&
@@ -85,7 +86,7 @@ class NormalTransfer : public PointFunction {
       for (std::size_t k = 0; k < 3; ++k) {
         positions.push_back(source_.positions[source_.triangles[t][k]]);
         normals.push_back(normal_of(t, k));
-        // Tangents follow the UVs of the picture.
+        // Tangents are computed from the UVs that the picture uses.
         const auto triangle = static_cast<std::uint32_t>(t);
         const Vec2& uv = texture_.uv_of(triangle, k);
         const auto [u, v] = texture_.transform_uv(triangle, uv.x, uv.y);
@@ -112,7 +113,8 @@ class NormalTransfer : public PointFunction {
       const Vec3d scaled_normal =
           right * double{pixel[0]} + front * double{pixel[1]} + up * double{pixel[2]};
       const double size = length(scaled_normal);
-      // If the face is turned away, its normal is flipped to the side of the point's interpolated normal.
+      // If point.normal was flipped because the face points away from the low poly, the mapped
+      // normal is flipped, too.
       const double side = dot(up, point.normal) < 0 ? -1 : 1;
       if (size > 0) normal = scaled_normal * (side / size);
     }
@@ -175,7 +177,8 @@ MapRow row_of(const Transfer& transfer) {
   return row;
 }
 
-/// A variant's options, and the shared results of its maps.
+/// The options of a variant, and the results that its map shares with others that use the same
+/// options.
 struct VariantWork : SharedWork {
   explicit VariantWork(BakeOptions new_options) : options(std::move(new_options)) {}
   void next_band() override { variant_works.next_band(); }
@@ -214,12 +217,13 @@ void check_name(const std::string& name, std::span<const MapRow> rows) {
   const auto fail = [&](const std::string& problem) {
     throw Error(ErrorCode::usage, "A map cannot be called '" + name + "'" + problem);
   };
-  const auto is_called = [&](const MapRow& row) { return row.info.kind.name == name; };
-  if (!is_name(name)) fail(": take a letter, then letters, digits and _.");
-  if (std::any_of(map_rows().begin(), map_rows().end(), is_called)) {
-    fail(", which is another map's name: choose one of its own.");
+  const auto has_name = [&](const MapRow& row) { return row.info.kind.name == name; };
+  if (!is_name(name)) fail(": use a letter, then letters, digits and _.");
+  if (std::any_of(map_rows().begin(), map_rows().end(), has_name)) {
+    fail(", which is another map's name: choose a different one.");
   }
-  if (std::any_of(rows.begin(), rows.end(), is_called)) fail(" twice: rename one of them.");
+  if (std::any_of(rows.begin(), rows.end(), has_name))
+    fail(", since two maps have this name: rename one of them.");
 }
 
 }  // namespace

@@ -10,18 +10,19 @@
 
 namespace kiln {
 
-/// The mapping from points of a triangle to UVs, computed once for consecutive samples on the triangle.
+/// Affine mapping from points of a triangle to UVs. It is kept while consecutive samples lie on the
+/// same triangle.
 struct UvFacet {
   std::uint32_t triangle = KILN_NO_TRIANGLE;
   bool has_uv = false;                   ///< True if all three corners have UVs
-  Vec3d normal{};                        ///< Unit; 0 for a triangle without area
+  Vec3d normal{};                        ///< Unit normal; zero for a triangle without area
   std::array<double, 2> at, to_b, to_c;  ///< UV of corner 0, and differences to corners 1 and 2
   std::array<Vec3d, 2>
       /// Gradients of u and v on the triangle, per frame unit; 0 for a triangle without area
       gradient{};
   std::array<Vec3d, 2> weight_gradient{};  ///< Gradients of the weights of corners 1 and 2
 
-  /// Computes the mapping of another triangle; does nothing for the same one.
+  /// Computes the mapping of a triangle, unless it is the current one.
   void move_to(const Source::Impl& source, std::uint32_t next) {
     if (next == triangle) return;
     *this = {};
@@ -32,7 +33,8 @@ struct UvFacet {
     const Vec3d q = to_double(source.positions[corners[2]]) - corner;
     const Vec3d across = cross(p, q);
     if (const double size = length(across); size > 0) normal = across * (1 / size);
-    // Gradients of the corners' weights, by the normal equations; the gradients of u and v follow from them.
+    // Solves the normal equations for the gradients of the corners' weights, from which those of u
+    // and v follow.
     const double pp = dot(p, p), pq = dot(p, q), qq = dot(q, q), area = pp * qq - pq * pq;
     if (area > 0) {
       weight_gradient = {(p * qq - q * pq) * (1 / area), (q * pp - p * pq) * (1 / area)};

@@ -11,7 +11,7 @@
 namespace kiln {
 namespace {
 
-/// Tolerance for a multiple that rounding moved off a whole number.
+/// Tolerance below which a multiple counts as a whole number in spite of rounding.
 constexpr double kMultipleTolerance = 1e-9;
 
 double power_of_ten_below(double value) { return std::pow(10.0, std::floor(std::log10(value))); }
@@ -47,11 +47,11 @@ ValueRange range_of_bounds(const RangeRequest& request, std::uint32_t channel) {
   const auto to_world = [&](double at) {
     return at / frame.scale + (frame.center[channel] - origin);
   };
-  // The tolerance covers rounding of the frame's positions and of the map's values.
+  // Tolerance for the rounding of positions in the frame and of values in the map.
   const double slack = kMultipleTolerance + 1e-6 * frame.diagonal / step;
   const auto first = static_cast<float>(std::floor(to_world(low) / step + slack) * step);
   const auto last = static_cast<float>(std::ceil(to_world(high) / step - slack) * step);
-  // A flat mesh has one value, which becomes the middle of the range.
+  // If all values are equal, as on a flat mesh, the range extends to both sides of the value.
   if (first < last) return {first, last};
   return {static_cast<float>(first - step), static_cast<float>(last + step)};
 }
@@ -74,7 +74,8 @@ ValueRange range_of_curvature_signed(const RangeRequest& request, std::uint32_t 
 }
 
 double curvature_radius(const std::optional<Length>& option, const Source::Impl& source) {
-  // Default radius of curvature's neighbourhood, as a share of the diagonal
+  // Default radius of the neighbourhood over which curvature is averaged, as a share of the
+  // diagonal
   constexpr double kDefaultRadiusShare = 0.005;
   // Bounds of the radius in frame units; the mesh has a size of about 1. Radii outside the bounds give the
   // same curvature as the bounds.

@@ -8,7 +8,8 @@ namespace kiln {
 /// \throws Error(input) if the high poly has no vertex colours; the message names the map and the remedy
 void check_vertex_colors(const Source::Impl& source, const char* map, const char* remedy);
 
-/// \param point  not a miss \param value  red, green and blue in linear light, and alpha
+/// \param point  must not be a miss
+/// \param value  [out] red, green and blue in linear light, and alpha
 void read_vertex_color(const Source::Impl& source, const HighPoint& point, float* value);
 
 }  // namespace kiln

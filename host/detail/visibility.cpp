@@ -1,5 +1,6 @@
-// Visibility directions of the low poly's points, and their deviation (Tarini, Cignoni, Scopigno 2003, section 3.3,
-// equations 1 and 3, figure 4): the directions that a match by visibility used.
+// The maps of visibility directions of the low poly's points, and of their deviation (Tarini,
+// Cignoni, Scopigno 2003, section 3.3, equations 1 and 3, figure 4). The directions are those that
+// the match used.
 #include <algorithm>
 #include <cmath>
 
@@ -13,8 +14,9 @@ MapRow visibility_row(std::string_view name, std::uint32_t channels, MapType typ
   MapRow row;
   row.info = {MapKind{name}, channels, type, contents, low, 1};
   row.info.options = "match.visibility";
-  // The map depends on the match alone, but a session that re-bakes texels for changed normals does not know
-  // their directions.
+  // The map depends only on the match, and a session that bakes texels again because normals
+  // changed does not know their visibility directions. This flag excludes the map from such
+  // updates.
   row.follows_positions = true;
   return row;
 }

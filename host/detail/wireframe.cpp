@@ -7,9 +7,10 @@
 namespace kiln {
 namespace {
 
-/// The value is 1 on an edge and falls to 0 at a distance of one texel, so a line has the same brightness wherever
-/// it lies between the texels' centres. A texel's length is the average on the low poly's triangle: the square root
-/// of its area over the texels of its UV triangle.
+/// Draws the edges of the high poly. The value is 1 on an edge and falls to 0 at a distance of one
+/// texel, so a line has the same brightness wherever it lies between texel centres. The length of a
+/// texel is an average for each triangle of the low poly: the square root of (area of the triangle
+/// / area of its UV triangle in texels).
 class Wireframe : public PointFunction {
  public:
   explicit Wireframe(const MapRequest& request) : source_(request.source) {
@@ -33,8 +34,9 @@ class Wireframe : public PointFunction {
                         to_double(source_.positions[corners[2]])};
     const double weights[3] = {1.0 - point.u - point.v, point.u, point.v};
     const double doubled_area = length(cross(p[1] - p[0], p[2] - p[0]));
-    // The distance to the nearest edge is that to its line: the perpendicular to any nearer line would leave the
-    // triangle through another edge.
+    // The distance to the nearest edge equals that to the nearest of the three lines through the
+    // edges: the perpendicular to this line cannot leave the triangle, since it would have to cross
+    // a nearer line first.
     double nearest_edge_distance = 1;  // Greater than any distance in the frame
     for (std::size_t k = 0; k < 3; ++k) {
       const double edge = length(p[(k + 2) % 3] - p[(k + 1) % 3]);
@@ -64,7 +66,7 @@ MapRow wireframe_map() {
               0,
               1};
   row.info.other_names = "wireframe_and_ray_fails";
-  row.follows_positions = row.of_texels = row.streams = true;
+  row.follows_positions = row.depends_on_texel_size = row.streams = true;
   row.make = [](const MapRequest& request) {
     return make_point_map(request, wireframe_map().info,
                           std::unique_ptr<PointFunction>(std::make_unique<Wireframe>(request)));

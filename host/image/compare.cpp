@@ -10,8 +10,8 @@
 namespace kiln {
 namespace {
 
-// Sums are accumulated within blocks of this many texels, then over blocks in order, so that they do not depend on the
-// number of threads.
+// Sums are accumulated within blocks of this many texels, then over the blocks in order, so that
+// the result does not depend on the number of threads.
 constexpr std::size_t kTexelsPerBlock = 4096;
 
 double channel_error(float a, float b) {
@@ -25,7 +25,7 @@ struct BlockSums {
   std::uint64_t compared_values = 0;
   double angle_sum = 0, error_sum = 0;
   double max_angle = -1, max_error = -1;
-  std::size_t worst_angle = 0, worst_error = 0;
+  std::size_t worst_angle_texel = 0, worst_error_texel = 0;
 };
 
 BlockSums compare_block(const Image& a, const Image& b, const Image* mask, std::size_t first,
@@ -40,13 +40,15 @@ BlockSums compare_block(const Image& a, const Image& b, const Image* mask, std::
       const double angle = normal_angle_degrees(texel_a, texel_b);
       angles[first + block_sums.compared_values] = angle;
       block_sums.angle_sum += angle;
-      if (angle > block_sums.max_angle) block_sums.max_angle = angle, block_sums.worst_angle = i;
+      if (angle > block_sums.max_angle)
+        block_sums.max_angle = angle, block_sums.worst_angle_texel = i;
     }
     ++block_sums.compared_values;
     for (std::size_t c = 0; c < channels; ++c) {
       const double error = channel_error(texel_a[c], texel_b[c]);
       block_sums.error_sum += error;
-      if (error > block_sums.max_error) block_sums.max_error = error, block_sums.worst_error = i;
+      if (error > block_sums.max_error)
+        block_sums.max_error = error, block_sums.worst_error_texel = i;
     }
   }
   return block_sums;
@@ -60,9 +62,9 @@ std::string size_text(const Image& image) {
 void check_pixels(const Image& image, const char* what) {
   if (image.channels == 0 ||
       image.pixels.size() != std::size_t{image.width} * image.height * image.channels) {
-    throw Error(ErrorCode::input, std::string("The ") + what + " image says " + size_text(image) +
-                                      ", but holds " + std::to_string(image.pixels.size()) +
-                                      " values.");
+    throw Error(ErrorCode::input, std::string("The ") + what + " image has the size " +
+                                      size_text(image) + ", but holds " +
+                                      std::to_string(image.pixels.size()) + " values.");
   }
 }
 
@@ -118,11 +120,11 @@ ImageDifference compare_images(const Image& a, const Image& b, const Image* mask
     total_sums.error_sum += block_sums.error_sum;
     if (block_sums.max_angle > total_sums.max_angle) {
       total_sums.max_angle = block_sums.max_angle;
-      total_sums.worst_angle = block_sums.worst_angle;
+      total_sums.worst_angle_texel = block_sums.worst_angle_texel;
     }
     if (block_sums.max_error > total_sums.max_error) {
       total_sums.max_error = block_sums.max_error;
-      total_sums.worst_error = block_sums.worst_error;
+      total_sums.worst_error_texel = block_sums.worst_error_texel;
     }
   }
   result.compared = total_sums.compared_values;
@@ -130,14 +132,14 @@ ImageDifference compare_images(const Image& a, const Image& b, const Image* mask
   const auto count = static_cast<double>(total_sums.compared_values);
   result.mean_error = total_sums.error_sum / (count * a.channels);
   result.max_error = total_sums.max_error;
-  std::size_t worst_texel = total_sums.worst_error;
+  std::size_t worst_texel = total_sums.worst_error_texel;
   if (!texel_angles.empty()) {
     texel_angles.resize(total_sums.compared_values);
     result.mean_angle_degrees = total_sums.angle_sum / count;
     result.max_angle_degrees = total_sums.max_angle;
     result.p99_angle_degrees = percentile(texel_angles, 99);
     result.p95_angle_degrees = percentile(texel_angles, 95);
-    worst_texel = total_sums.worst_angle;
+    worst_texel = total_sums.worst_angle_texel;
   }
   result.worst_x = static_cast<std::uint32_t>(worst_texel % a.width);
   result.worst_y = static_cast<std::uint32_t>(worst_texel / a.width);

@@ -8,8 +8,10 @@
 
 namespace kiln {
 
-/// True if a picture is grey: one channel, with or without alpha, or equal red, green and blue.
-/// \param rounding  tolerated difference between channels, as in lossy files; 0: exactly equal
+/// True if a picture is grey: it has one channel, with or without alpha, or its red, green and blue
+/// are equal.
+/// \param rounding  maximum difference between the three channels, to allow for lossy files; 0:
+///   they must be exactly equal
 inline bool is_grey(const Image& image, float rounding) {
   if (image.channels < 3) return true;
   const auto alike = [&](float a, float b) { return a == b || std::abs(a - b) <= rounding; };
@@ -20,7 +22,7 @@ inline bool is_grey(const Image& image, float rounding) {
   return true;
 }
 
-/// Rounding error of JPEG and of block compression.
+/// Rounding error of JPEG and of block compression, for is_grey().
 inline constexpr float kLossyRounding = 1.5F / 255;
 
 }  // namespace kiln

@@ -13,12 +13,12 @@
 namespace kiln {
 namespace {
 
-// Number of keys per band. It limits device memory and the time of a launch, and is small enough that a band stays in
-// the cache.
+// Number of keys per band. It limits the device memory and the time of a launch, and is small
+// enough that a band's keys stay in the cache.
 constexpr std::size_t kKeysPerBand = std::size_t{1} << 22;
 
-// Mask of rows for the device: 1 for texels that have values to copy; rows are padded to a multiple of 8. Padding of
-// earlier bands is no source.
+// Makes the device's mask of some rows: 1 for texels whose values may be copied. Rows are padded to
+// a multiple of 8 texels. Texels that earlier bands have filled are not copied from.
 void make_mask(const Image& image, std::span<const std::uint8_t> coverage, std::uint32_t first,
                std::uint32_t count, std::uint32_t stride, bool missed_is_source,
                std::span<std::uint8_t> mask) {
@@ -36,7 +36,7 @@ void make_mask(const Image& image, std::span<const std::uint8_t> coverage, std::
   });
 }
 
-/// A texel, and the texel whose value it copies.
+/// A texel that is filled, and the texel whose value it gets.
 struct CopiedTexel {
   std::size_t texel, source;
 };
@@ -56,12 +56,13 @@ void copy_values(std::span<const CopiedTexel> copies, Image& image) {
   copy_values<4>(copies, pixels);
 }
 
-// Copies values along a band's offsets into empty texels. Returns their number.
-// \param first_row  of the band in the image
+// Fills empty texels of a band with the values at the offsets that the device has found.
+// \param first_row  the band's first row in the image
+// \returns the number of texels that were filled
 template <typename Offset, int kShift>
-std::uint64_t apply(std::span<const GutterImage> images, std::span<std::uint8_t> coverage,
-                    const kiln_gutter_band& band, std::size_t first_row,
-                    const std::vector<Offset>& offsets) {
+std::uint64_t fill_copies(std::span<const GutterImage> images, std::span<std::uint8_t> coverage,
+                          const kiln_gutter_band& band, std::size_t first_row,
+                          const std::vector<Offset>& offsets) {
   constexpr std::int64_t kBias = std::int64_t{1} << (kShift - 1);
   const std::size_t width = images.front().image->width;
   std::atomic<std::uint64_t> total{0};
@@ -104,10 +105,12 @@ std::uint64_t fill_nearest(cl::Context& context, std::span<const GutterImage> im
   const std::uint32_t filled_rows = filled.last - filled.first;
   const auto rows = static_cast<std::uint32_t>(std::clamp<std::size_t>(
       kKeysPerBand / key_stride, std::min<std::size_t>(64, filled_rows), filled_rows));
-  // Each tile reads `radius` rows beyond its own rows, so smaller tiles would mostly repeat work.
+  // The kernel reads `radius` rows above and below each tile, so smaller tiles would mostly repeat
+  // work.
   band.tile_rows = std::min(rows, std::max(64U, radius));
 
-  // A band's sources lie within the radius around it. Where that is most of the image, all bands share one mask.
+  // A band copies texels at most `radius` rows away. If that is most of the image, all bands share
+  // one mask.
   const std::uint32_t masked =
       rows + 2 * radius < image.height / 2 ? rows + 2 * radius : image.height;
   cl::Array<std::uint8_t> mask(context, std::size_t{band.stride} * masked);
@@ -135,7 +138,7 @@ std::uint64_t fill_nearest(cl::Context& context, std::span<const GutterImage> im
     context.launch(columns, groups * tiles, kLocal, band, mask, keys);
     context.launch(nearest, groups * band.row_count, kLocal, band, mask, keys, offsets);
     offsets.read(context, found);
-    count += apply<Offset, kShift>(images, coverage, band, first, found);
+    count += fill_copies<Offset, kShift>(images, coverage, band, first, found);
   }
   return count;
 }
@@ -144,7 +147,7 @@ std::uint64_t fill_nearest(cl::Context& context, std::span<const GutterImage> im
                            std::span<std::uint8_t> coverage, const RowRange& filled,
                            std::uint32_t radius, bool missed_is_source) {
   const Image& image = *images.front().image;
-  // The sum is at least the image's diagonal
+  // No distance exceeds the diagonal, which is shorter than this sum
   radius = std::min(radius, image.width + image.height);
   if (radius <= KILN_GUTTER_NARROW_RADIUS) {
     return fill_nearest<std::uint32_t, std::uint16_t, KILN_GUTTER_NARROW_SHIFT>(
@@ -155,12 +158,13 @@ std::uint64_t fill_nearest(cl::Context& context, std::span<const GutterImage> im
       context, images, coverage, filled, radius, missed_is_source, "-DKILN_GUTTER_WIDE=1");
 }
 
-// Fills missed texels, and empty ones if `everywhere`, by push-pull. Returns the number of empty texels.
+// Fills missed texels by push-pull and, with `everywhere`, also empty ones.
+// \returns the number of empty texels that were filled
 std::uint64_t fill_smooth(std::span<const GutterImage> images, std::span<std::uint8_t> coverage,
                           const GutterOptions& options, bool everywhere) {
   const std::size_t texels = coverage.size();
-  std::vector<std::uint8_t> known(texels);
-  std::vector<std::uint8_t> wanted(texels);
+  std::vector<std::uint8_t> is_known(texels);
+  std::vector<std::uint8_t> is_wanted(texels);
   std::atomic<std::uint64_t> empty{0};
   std::atomic<bool> any{false};
   parallel_for(texels, std::size_t{1} << 16, [&](std::size_t begin, std::size_t end) {
@@ -168,14 +172,14 @@ std::uint64_t fill_smooth(std::span<const GutterImage> images, std::span<std::ui
     bool any_here = false;
     for (std::size_t i = begin; i < end; ++i) {
       const bool missed = coverage[i] == kCoverageMissed && options.fill_missed;
-      // Padding counts as known only if everything is filled: its values are copies of baked texels, which are known
-      // already.
-      known[i] =
+      // With `everywhere`, padding from the step before is used as known data. Otherwise it is not,
+      // since it only repeats baked texels, which are used already.
+      is_known[i] =
           coverage[i] != kCoverageEmpty && !missed && (everywhere || coverage[i] != kCoverageGutter)
               ? 1
               : 0;
-      wanted[i] = missed || (everywhere && coverage[i] == kCoverageEmpty) ? 1 : 0;
-      any_here = any_here || wanted[i] != 0;
+      is_wanted[i] = missed || (everywhere && coverage[i] == kCoverageEmpty) ? 1 : 0;
+      any_here = any_here || is_wanted[i] != 0;
       if (coverage[i] == kCoverageEmpty) ++empty_here;
     }
     empty += empty_here;
@@ -183,7 +187,7 @@ std::uint64_t fill_smooth(std::span<const GutterImage> images, std::span<std::ui
   });
   if (!any) return 0;
   for (const GutterImage& image : images) {
-    if (!push_pull(*image.image, known, wanted, image.unit_vectors)) return 0;
+    if (!push_pull(*image.image, is_known, is_wanted, image.unit_vectors)) return 0;
   }
   if (!everywhere) return 0;
   parallel_for(texels, std::size_t{1} << 16, [&](std::size_t begin, std::size_t end) {
@@ -204,7 +208,7 @@ void check_sizes(std::span<const GutterImage> images, std::span<const std::uint8
         image.channels < 1 || image.channels > 4 || coverage.size() != texels ||
         image.pixels.size() != texels * image.channels) {
       throw Error(ErrorCode::internal,
-                  "fill_gutter was given an image and a coverage of other sizes.");
+                  "The coverage given to fill_gutter() does not have the image's size.");
     }
   }
 }
@@ -220,7 +224,7 @@ std::uint64_t fill_gutter(cl::Context& context, Image& image, std::span<std::uin
 std::uint64_t fill_gutters(cl::Context& context, std::span<const GutterImage> images,
                            std::span<std::uint8_t> coverage, const GutterOptions& options) {
   if (options.texels < -1) {
-    throw Error(ErrorCode::usage, "The gutter is " + std::to_string(options.texels) +
+    throw Error(ErrorCode::usage, "The padding is " + std::to_string(options.texels) +
                                       " texels; use 0 or more, or -1 to fill everything.");
   }
   if (images.empty()) return 0;

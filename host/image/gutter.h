@@ -23,18 +23,20 @@ struct GutterOptions {
   /// Width of the padding in texels; values above 16384 count as 16384; 0: no padding; -1: unlimited (push-pull)
   std::int32_t texels = kPaddingTexels;
   bool fill_missed = false;   ///< Also fill texels marked missed, at any distance from a baked one
-  bool unit_vectors = false;  ///< True for values that are vectors, whose averages are normalized
+  bool unit_vectors = false;  ///< True if the values are vectors, so that averages are normalized
 };
 
 /// Fills empty texels near charts in place and marks them kCoverageGutter.
 ///
-/// With a finite width, an empty texel copies the value of the nearest baked texel, at most `texels` away (Euclidean
-/// distance between centres, ties to the lowest row, then column). With -1, all others are filled by push-pull
-/// (Grossman and Dally 1998; Gortler et al. 1996) after a 1-texel ring of nearest values. Baked texels never change. If
-/// missed texels are filled, they get push-pull values from baked ones and stay marked missed; otherwise they count as
-/// baked. The nearest texels are found on the device (kernels/image/image.cl), exactly, in bands of rows; values are
-/// copied and averaged on the host's threads. Nothing wraps around the image's sides. The result is the same on every
-/// device and with any number of threads. If nothing is baked, nothing changes.
+/// With a finite width, an empty texel copies the value of the nearest baked texel, at most
+/// `texels` away (Euclidean distance between centres, ties to the lowest row, then column). With
+/// -1, all empty texels are filled by push-pull (Grossman and Dally 1998; Gortler et al. 1996)
+/// after those next to charts have got the nearest value. Baked texels never change. If missed
+/// texels are filled, they get push-pull values from baked ones and stay marked missed; otherwise
+/// they count as baked. The nearest texels are found on the device (kernels/image/image.cl),
+/// exactly, in bands of rows; values are copied and averaged on the host's threads. Nothing wraps
+/// around the image's sides. The result is the same on every device and with any number of threads.
+/// If nothing is baked, nothing changes.
 /// \returns number of texels that became padding
 /// \throws Error(usage) for a width below -1, Error(device)
 std::uint64_t fill_gutter(cl::Context& context, Image& image, std::span<std::uint8_t> coverage,

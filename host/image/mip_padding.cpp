@@ -16,46 +16,51 @@ constexpr std::size_t kRowsPerTask = 16;
 /// Padding up to this distance from charts, in texels, is not replaced, because bilinear filters of levels 0 and 1
 /// read it.
 constexpr int kKeptTexels = 2;
-/// Finest level whose bias is corrected. Each texel of this level corresponds to a square of texels of the map, whose
-/// filled texels change together.
+/// The finest level whose bias is corrected. A texel of this level corresponds to a square of
+/// texels of the map, in which all filled texels are moved by the same share.
 constexpr std::uint32_t kFirstLevel = 4;
 constexpr int kMaxRounds = 40;
-/// Largest bias that may remain (0.3 steps of 8 bits), and the tolerance with which the correction reaches it; both
-/// in values of the map.
+/// Largest bias that may remain (0.3 steps of 8 bits), and the tolerance of the iteration; both in
+/// units of the map's values.
 constexpr double kMaxBias = 0.3 / 255, kBiasTolerance = 0.05 / 255;
-/// Regularisation of the linear system, as a share of its mean diagonal. Weights hardly differ between levels of a
-/// large map. With less regularisation, neighbouring squares would change by opposite amounts, which cancel in the
-/// biases but are visible on single charts.
+/// Regularisation of the linear system, as a multiple of its mean diagonal. In a large map, the
+/// weights of different levels are almost the same. With less regularisation, neighbouring squares
+/// would be moved in opposite directions; this cancels in the biases, but is visible at single
+/// charts.
 constexpr double kRidge = 2;
 
-/// Largest bias (0.4 steps of 8 bits) that squares may leave before single texels are shifted, in values of the map.
+/// Single texels are shifted only if moving whole squares leaves a bias above this: 0.4 steps of 8
+/// bits, in units of the map's values.
 constexpr double kMaxSquareBias = 0.4 / 255;
-/// Rounds of Newton's method, and of weaker regularisation, for shifts of single texels.
+/// When single texels are shifted: maximum rounds of Newton's method, and maximum number of times
+/// that the regularisation is weakened.
 constexpr int kMaxNewtonRounds = 30, kMaxRidgeRounds = 8;
 constexpr double kRidgeFactor = 0.1;
 
-/// `kept` texels are copies of charts' texels; of these, single texels that are not beside a chart are `shiftable`.
+/// What a texel is: `chart`, part of a chart; `kept`, a copy of a chart's texel that stays as it
+/// is; `shiftable`, such a copy that is not adjacent to a chart and may be shifted in step 3;
+/// `filled`, any other texel.
 enum class TexelRole : std::uint8_t { chart, kept, shiftable, filled };
 
-/// A level of the pyramid: per texel, the number of chart texels under it and their mean.
+/// A level of the mip pyramid: for each texel, the number of chart texels under it, and their mean.
 struct MeanLevel {
   std::uint32_t width = 0, height = 0;
   std::vector<std::uint32_t> count;
   std::vector<float> mean;
 };
 
-std::uint32_t halved(std::uint32_t size) { return (size + 1) / 2; }
+std::uint32_t halve(std::uint32_t size) { return (size + 1) / 2; }
 
-bool in_chart(std::uint8_t coverage) {
+bool is_in_chart(std::uint8_t coverage) {
   return coverage == kCoverageBaked || coverage == kCoverageMissed;
 }
 
 /// \param keeps_copies  see pad_for_mips()
-std::vector<TexelRole> classify(const Image& image, std::span<const std::uint8_t> coverage,
-                                bool keeps_copies) {
+std::vector<TexelRole> classify_texels(const Image& image, std::span<const std::uint8_t> coverage,
+                                       bool keeps_copies) {
   const std::size_t texels = coverage.size(), width = image.width;
   std::vector<std::uint8_t> near(texels), wider(texels);
-  for (std::size_t i = 0; i < texels; ++i) near[i] = in_chart(coverage[i]) ? 1 : 0;
+  for (std::size_t i = 0; i < texels; ++i) near[i] = is_in_chart(coverage[i]) ? 1 : 0;
   std::vector<std::uint8_t> beside;
   for (int step = 0; step < kKeptTexels; ++step) {
     parallel_for(image.height, kRowsPerTask, [&](std::size_t begin, std::size_t end) {
@@ -78,7 +83,7 @@ std::vector<TexelRole> classify(const Image& image, std::span<const std::uint8_t
   std::vector<TexelRole> result(texels);
   for (std::size_t i = 0; i < texels; ++i) {
     const bool is_copy = coverage[i] == kCoverageGutter && (keeps_copies || near[i] != 0);
-    result[i] = in_chart(coverage[i])             ? TexelRole::chart
+    result[i] = is_in_chart(coverage[i])          ? TexelRole::chart
                 : !is_copy                        ? TexelRole::filled
                 : !keeps_copies && beside[i] == 0 ? TexelRole::shiftable
                                                   : TexelRole::kept;
@@ -86,11 +91,13 @@ std::vector<TexelRole> classify(const Image& image, std::span<const std::uint8_t
   return result;
 }
 
-/// \param fine_count, fine_mean  functions of a texel of the finer level: its count, and its sum or mean
+/// Computes the next coarser level.
+/// \param fine_count, fine_mean  functions that return the count and the mean of a texel of the
+///   finer level
 template <typename Count, typename Mean>
-MeanLevel coarser_means(std::uint32_t width, std::uint32_t height, std::size_t channels,
-                        const Count& fine_count, const Mean& fine_mean) {
-  MeanLevel level{halved(width), halved(height), {}, {}};
+MeanLevel make_coarser_level(std::uint32_t width, std::uint32_t height, std::size_t channels,
+                             const Count& fine_count, const Mean& fine_mean) {
+  MeanLevel level{halve(width), halve(height), {}, {}};
   level.count.resize(std::size_t{level.width} * level.height);
   level.mean.resize(level.count.size() * channels);
   parallel_for(level.height, kRowsPerTask, [&](std::size_t begin, std::size_t end) {
@@ -123,20 +130,21 @@ MeanLevel coarser_means(std::uint32_t width, std::uint32_t height, std::size_t c
 std::vector<MeanLevel> make_pyramid(const Image& image, const std::vector<TexelRole>& texels) {
   const std::size_t channels = image.channels;
   std::vector<MeanLevel> levels;
-  levels.push_back(coarser_means(
+  levels.push_back(make_coarser_level(
       image.width, image.height, channels,
       [&](std::size_t i) { return texels[i] == TexelRole::chart ? 1U : 0U; },
       [&](std::size_t i) { return &image.pixels[i * channels]; }));
   while (levels.back().width > 1 || levels.back().height > 1) {
     const MeanLevel& fine = levels.back();
-    levels.push_back(coarser_means(
+    levels.push_back(make_coarser_level(
         fine.width, fine.height, channels, [&](std::size_t i) { return fine.count[i]; },
         [&](std::size_t i) { return &fine.mean[i * channels]; }));
   }
   return levels;
 }
 
-/// Step 1: from the coarsest level down, squares without chart texels get the value of the enclosing square.
+/// Step 1 of pad_for_mips(): from the coarsest level down, squares without chart texels get the
+/// value of the square that encloses them.
 void fill_by_squares(Image& image, const std::vector<TexelRole>& texels,
                      std::vector<MeanLevel>& levels) {
   const std::size_t channels = image.channels;
@@ -206,18 +214,19 @@ class BiasCorrection {
   }
 
   /// \param mean  mean of the charts
-  void correct(std::size_t channel, double mean) {
+  void correct_bias(std::size_t channel, double mean) {
     Range range;
     for (std::size_t i = 0; i < texels_.size(); ++i) {
       if (texels_[i] == TexelRole::chart) range.add(value(i, channel));
     }
     if (!(range.high > range.low)) return;
     const std::size_t squares = squares_.count.size();
-    const Squares now = measure(channel, range);
-    // For each square, how far its filled texels are moved: 1 is to the highest value, -1 to the lowest.
+    const Squares now = measure_squares(channel, range);
+    // For each square, by which share of the possible range its filled texels are moved: at 1 to
+    // the highest value of the charts, at -1 to the lowest.
     std::vector<double> shift_shares(squares);
     bool changed = false;
-    for (int round = 0; round < kMaxRounds && step(now, mean, shift_shares); ++round)
+    for (int round = 0; round < kMaxRounds && compute_step(now, mean, shift_shares); ++round)
       changed = true;
     if (!changed) return;
     parallel_for(image_.height, kRowsPerTask, [&](std::size_t begin, std::size_t end) {
@@ -248,18 +257,20 @@ class BiasCorrection {
   float& value(std::size_t texel, std::size_t channel) const {
     return image_.pixels[texel * image_.channels + channel];
   }
-  /// Number of the image's texels under a texel of a level, which is smaller at the right and lower sides.
+  /// Number of the image's texels under a texel of a level; smaller than the texel's square at the
+  /// right and lower borders.
   double area(std::size_t x, std::size_t y, std::size_t level) const {
     const std::size_t side = std::size_t{1} << level;
     return static_cast<double>(std::min<std::size_t>(side, image_.width - x * side)) *
            static_cast<double>(std::min<std::size_t>(side, image_.height - y * side));
   }
 
-  /// For each square: the sum of values, and by how much its filled texels can raise and lower that sum.
+  /// For each square: the sum of its values, and by how much its filled texels can raise or lower
+  /// that sum.
   struct Squares {
-    std::vector<double> sum, rise, fall;
+    std::vector<double> sum, max_increase, max_decrease;
   };
-  Squares measure(std::size_t channel, const Range& range) const {
+  Squares measure_squares(std::size_t channel, const Range& range) const {
     const std::size_t squares = squares_.count.size();
     Squares result{std::vector<double>(squares), std::vector<double>(squares),
                    std::vector<double>(squares)};
@@ -273,8 +284,8 @@ class BiasCorrection {
             const double own = value(i, channel);
             result.sum[square] += own;
             if (texels_[i] != TexelRole::filled) continue;
-            result.rise[square] += std::max(0.0, range.high - own);
-            result.fall[square] += std::max(0.0, own - range.low);
+            result.max_increase[square] += std::max(0.0, range.high - own);
+            result.max_decrease[square] += std::max(0.0, own - range.low);
           }
         }
       }
@@ -282,15 +293,16 @@ class BiasCorrection {
     return result;
   }
 
-  /// Computes one step of the correction.
-  ///          \returns false if no bias needs a correction, or none can be corrected
-  bool step(const Squares& now, double mean, std::vector<double>& shift_shares) const {
+  /// Computes one step of the iteration.
+  /// \returns false if no bias needs a correction, or none can be corrected
+  bool compute_step(const Squares& now, double mean, std::vector<double>& shift_shares) const {
     const std::size_t levels = weights_.size(), squares = shift_shares.size();
-    std::vector<double> bias(levels, mean), gain(squares), toward(squares);
+    std::vector<double> bias(levels, mean), gain(squares), direction(squares);
     double most = 0;
     for (std::size_t k = 0; k < levels; ++k) {
       for (std::size_t s = 0; s < squares; ++s) {
-        const double change = shift_shares[s] * (shift_shares[s] > 0 ? now.rise[s] : now.fall[s]);
+        const double change =
+            shift_shares[s] * (shift_shares[s] > 0 ? now.max_increase[s] : now.max_decrease[s]);
         bias[k] -= weights_[k][s] * (now.sum[s] + change);
       }
       most = std::max(most, std::abs(bias[k]));
@@ -298,12 +310,13 @@ class BiasCorrection {
     }
     if (most <= kMaxBias + kBiasTolerance) return false;
     for (std::size_t k = 0; k < levels; ++k) {
-      for (std::size_t s = 0; s < squares; ++s) toward[s] += bias[k] * weights_[k][s];
+      for (std::size_t s = 0; s < squares; ++s) direction[s] += bias[k] * weights_[k][s];
     }
     for (std::size_t s = 0; s < squares; ++s) {
-      const bool up = toward[s] > 0;
+      const bool up = direction[s] > 0;
       if (up ? shift_shares[s] >= 1 : shift_shares[s] <= -1) continue;
-      gain[s] = shift_shares[s] > 0 || (shift_shares[s] == 0 && up) ? now.rise[s] : now.fall[s];
+      gain[s] = shift_shares[s] > 0 || (shift_shares[s] == 0 && up) ? now.max_increase[s]
+                                                                    : now.max_decrease[s];
     }
     std::vector<double> matrix(levels * levels);
     double diagonal = 0;
@@ -330,14 +343,16 @@ class BiasCorrection {
   Image& image_;
   const std::vector<TexelRole>& texels_;
   const MeanLevel& squares_;  ///< The pyramid's level kFirstLevel
-  /// For each level from kFirstLevel on, and each square: weight of the value of a texel of the square in the level's
-  /// weighted mean
+  /// For each level from kFirstLevel on, and each square: the weight of the value of one of the
+  /// square's texels in the level's weighted mean
   std::vector<std::vector<double>> weights_;
 };
 
-/// Shifts single texels: step 3 of pad_for_mips(). Finds the shifts of least squares under which the bias of each level
-/// is at most kMaxBias, within the range of the charts' values. They are sums of the levels' weights, each times a
-/// multiplier, cut off at the range; the multipliers minimise the convex dual of the problem by Newton's method.
+/// Shifts single texels: step 3 of pad_for_mips(). It finds the shifts with the smallest sum of
+/// squares for which the bias of each level is at most kMaxBias and all values stay within the
+/// range of the charts' values. The shift of a texel is a linear combination of its weights in all
+/// levels, clamped to that range. The coefficients are the multipliers, which minimise the convex
+/// dual of the problem by Newton's method.
 class TexelCorrection {
  public:
   TexelCorrection(Image& image, const std::vector<TexelRole>& texels,
@@ -361,7 +376,7 @@ class TexelCorrection {
   }
 
   /// \param mean  mean of the charts
-  void correct(std::size_t channel, double mean) {
+  void correct_bias(std::size_t channel, double mean) {
     channel_ = channel;
     range_ = {std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity()};
     for (std::size_t i = 0; i < texels_.size(); ++i) {
@@ -374,10 +389,10 @@ class TexelCorrection {
                      [](double bias) { return std::abs(bias) > kMaxSquareBias; })) {
       return;
     }
-    // Biases within the bound stay as they are.
+    // Only the part of a bias beyond the bound has to be corrected.
     for (double& bias : target) bias -= std::clamp(bias, -kMaxBias, kMaxBias);
     std::vector<double> multipliers(levels_, 0.0);
-    State state = evaluate(multipliers, target);
+    DualState state = evaluate(multipliers, target);
     double ridge = state.trace() / static_cast<double>(levels_), least = state.largest_bias();
     std::vector<double> best = multipliers;
     for (int round = 0; round < kMaxRidgeRounds && ridge > 0 && least > kBiasTolerance; ++round) {
@@ -392,10 +407,10 @@ class TexelCorrection {
   }
 
  private:
-  struct State {
+  struct DualState {
     double dual = 0;
-    std::vector<double> bias;    ///< Bias of each level, minus the part that may remain
-    std::vector<double> matrix;  ///< Derivatives of `bias` by multipliers
+    std::vector<double> bias;    ///< Bias of each level, less the part that may remain
+    std::vector<double> matrix;  ///< Derivatives of `bias` with respect to the multipliers
     double largest_bias() const {
       double largest = 0;
       for (const double each : bias) largest = std::max(largest, std::abs(each));
@@ -415,7 +430,8 @@ class TexelCorrection {
     return texels_[texel] == TexelRole::filled || texels_[texel] == TexelRole::shiftable;
   }
 
-  /// The mean of each level, weighted by the charts' area under its texels, less the charts' mean.
+  /// The bias of each level: the mean of its texels, weighted by the charts' area under each, minus
+  /// the mean of the charts.
   std::vector<double> biases(double mean) const {
     const std::size_t rows = (image_.height + kRowsPerTask - 1) / kRowsPerTask;
     std::vector<double> parts(rows * levels_, 0.0);
@@ -440,9 +456,9 @@ class TexelCorrection {
     return weights_[k][(y >> (k + 1)) * widths_[k] + (x >> (k + 1))];
   }
 
-  /// Calls body(texel, weights) with the free texels of a band of rows.
+  /// Calls body(texel, weights) for each texel of a band of rows that may be shifted.
   template <typename Body>
-  void each_free(std::size_t row, const Body& body) const {
+  void for_each_free(std::size_t row, const Body& body) const {
     std::vector<double> weights(levels_);
     const std::size_t last = std::min<std::size_t>((row + 1) * kRowsPerTask, image_.height);
     for (std::size_t y = row * kRowsPerTask; y < last; ++y) {
@@ -462,13 +478,14 @@ class TexelCorrection {
     return shift;
   }
 
-  State evaluate(const std::vector<double>& multipliers, const std::vector<double>& target) const {
+  DualState evaluate(const std::vector<double>& multipliers,
+                     const std::vector<double>& target) const {
     const std::size_t rows = (image_.height + kRowsPerTask - 1) / kRowsPerTask, n = levels_;
-    std::vector<State> parts(rows);
+    std::vector<DualState> parts(rows);
     parallel_for(rows, 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t row = begin; row < end; ++row) {
-        State part{0, std::vector<double>(n), std::vector<double>(n * n)};
-        each_free(row, [&](std::size_t texel, const std::vector<double>& weights) {
+        DualState part{0, std::vector<double>(n), std::vector<double>(n * n)};
+        for_each_free(row, [&](std::size_t texel, const std::vector<double>& weights) {
           const double shift = shift_of(multipliers, weights), own = value(texel);
           const double moved = std::clamp(own + shift, double{range_[0]}, double{range_[1]}) - own;
           part.dual += shift * moved - moved * moved / 2;
@@ -483,8 +500,8 @@ class TexelCorrection {
         parts[row] = std::move(part);
       }
     });
-    State state{0, target, std::vector<double>(n * n)};
-    for (const State& part : parts) {
+    DualState state{0, target, std::vector<double>(n * n)};
+    for (const DualState& part : parts) {
       state.dual += part.dual;
       for (std::size_t k = 0; k < n; ++k) {
         state.bias[k] += part.bias[k];
@@ -498,10 +515,10 @@ class TexelCorrection {
     return state;
   }
 
-  /// Minimises the dual plus half of the ridge times the multipliers' squares.
+  /// Minimises the dual function plus ridge / 2 times the sum of the multipliers' squares.
   void minimise(const std::vector<double>& target, double ridge, std::vector<double>& multipliers,
-                State& state) const {
-    const auto cost = [&](const State& at, const std::vector<double>& by) {
+                DualState& state) const {
+    const auto cost = [&](const DualState& at, const std::vector<double>& by) {
       double squares = 0;
       for (const double each : by) squares += each * each;
       return at.dual + ridge * squares / 2;
@@ -516,14 +533,15 @@ class TexelCorrection {
       const std::vector<double> downhill = step;
       solve_positive(matrix, step);
       for (std::size_t k = 0; k < levels_; ++k) slope += step[k] * downhill[k];
-      // Where nearly all texels are at an end of the range, steps are far too long.
+      // Steps are shortened repeatedly, since they are far too long if nearly all texels are at an
+      // end of the range.
       constexpr double kMinSlope = 1e-14, kMinShare = 1e-9;
       if (!(slope > kMinSlope)) return;
       double share = 1;
       for (; share >= kMinShare; share /= 4) {
         std::vector<double> next = multipliers;
         for (std::size_t k = 0; k < levels_; ++k) next[k] += share * step[k];
-        State there = evaluate(next, target);
+        DualState there = evaluate(next, target);
         constexpr double kMinGain = 1e-4;
         if (cost(there, next) > cost(state, multipliers) - kMinGain * share * slope) continue;
         multipliers = std::move(next);
@@ -538,7 +556,7 @@ class TexelCorrection {
     const std::size_t rows = (image_.height + kRowsPerTask - 1) / kRowsPerTask;
     parallel_for(rows, 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t row = begin; row < end; ++row) {
-        each_free(row, [&](std::size_t texel, const std::vector<double>& weights) {
+        for_each_free(row, [&](std::size_t texel, const std::vector<double>& weights) {
           const auto moved = static_cast<float>(value(texel) + shift_of(multipliers, weights));
           value(texel) = std::clamp(moved, range_[0], range_[1]);
         });
@@ -553,14 +571,15 @@ class TexelCorrection {
   std::array<float, 2> range_{};
   std::vector<std::size_t> widths_;  ///< Width of each level, in texels
   std::vector<std::vector<double>>
-      weights_;  ///< Of a texel's value in each level's weighted mean, by the level's texels
+      /// Weights of a texel's value in the mean of each level, one for each texel of the level
+      weights_;
 };
 
 }  // namespace
 
 void pad_for_mips(Image& image, std::span<const std::uint8_t> coverage, bool keeps_copies) {
   if (coverage.size() != std::size_t{image.width} * image.height || coverage.size() < 2) return;
-  const std::vector<TexelRole> texels = classify(image, coverage, keeps_copies);
+  const std::vector<TexelRole> texels = classify_texels(image, coverage, keeps_copies);
   const auto is = [&](TexelRole kind) {
     return std::find(texels.begin(), texels.end(), kind) != texels.end();
   };
@@ -573,9 +592,9 @@ void pad_for_mips(Image& image, std::span<const std::uint8_t> coverage, bool kee
   fill_by_squares(image, texels, levels);
   if (levels.size() < kFirstLevel) return;
   BiasCorrection squares(image, texels, levels);
-  for (std::size_t c = 0; c < image.channels; ++c) squares.correct(c, means[c]);
+  for (std::size_t c = 0; c < image.channels; ++c) squares.correct_bias(c, means[c]);
   TexelCorrection single(image, texels, levels);
-  for (std::size_t c = 0; c < image.channels; ++c) single.correct(c, means[c]);
+  for (std::size_t c = 0; c < image.channels; ++c) single.correct_bias(c, means[c]);
 }
 
 void pad_for_mips(BakedMap& map, std::span<const std::uint8_t> coverage, bool keeps_copies) {

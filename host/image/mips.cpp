@@ -10,12 +10,13 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kBlockRows = 16;
-// Means shorter than this have no meaningful direction.
+// Mean vectors shorter than this have no meaningful direction.
 constexpr double kVanishingLength = 1e-6;
-// Tolerance of squared lengths around 1 for unit vectors in single precision. Normalizing such vectors would only
-// change the last bit, and constant maps must stay constant.
+// Vectors are not normalized if their squared length differs from 1 by at most this. Normalizing
+// would only change the last bit, and maps that are constant must stay constant.
 constexpr double kUnitSlack = 1e-6;
-// Minimum ratio of two areas that count as equal; in maps with odd sides, rounding makes equal areas differ.
+// Two areas count as equal if their ratio is at least this; in maps with odd sides, rounding makes
+// equal areas differ.
 constexpr double kMinAreaRatio = 1 - 1e-9;
 
 /// Part of a texel that belongs to one chart.
@@ -26,17 +27,18 @@ struct Part {
   std::array<float, kChannels> mean{};
 };
 
-/// Texels of level k - 1 under a texel of level k, along one axis.
+/// The texels of level k - 1 that a texel of level k covers along one axis, and their weights.
 struct Taps {
   std::size_t first = 0, count = 1;
   std::array<double, 3> weight{1, 1, 1};
 
-  /// \param fine  number of texels of the finer level along the axis
+  /// \param at    coordinate of the texel of level k
+  /// \param fine  number of texels of level k - 1 along the axis
   static Taps of(std::size_t at, std::size_t fine) {
     if (fine == 1) return {};
     if (fine % 2 == 0) return {2 * at, 2, {1, 1, 0}};
-    // If the finer level has 2m + 1 texels, a texel is (2m + 1) / m of them wide, and starts at / m behind the start
-    // of the first one.
+    // If level k - 1 has 2m + 1 texels, a texel of level k is (2m + 1) / m of them wide, and its
+    // start lies at / m of a texel behind the start of the first one.
     const std::size_t half = fine / 2;
     const auto m = static_cast<double>(half);
     const auto i = static_cast<double>(at);
@@ -44,9 +46,9 @@ struct Taps {
   }
 };
 
-/// Level 0, whose texels have at most one part.
+/// Level 0, where a texel belongs to at most one chart.
 template <std::size_t kChannels>
-struct Base {
+struct BaseLevel {
   const Image& image;
   std::span<const std::uint8_t> coverage;
   const ChartMap& charts;
@@ -54,7 +56,7 @@ struct Base {
 
   std::uint32_t width() const { return image.width; }
   std::uint32_t height() const { return image.height; }
-  bool missed(std::size_t x, std::size_t y) const {
+  bool is_missed(std::size_t x, std::size_t y) const {
     return !missed_have_values && coverage[y * image.width + x] == kCoverageMissed;
   }
   std::span<const Part<kChannels>> parts(std::size_t x, std::size_t y, Part<kChannels>& own) const {
@@ -68,11 +70,12 @@ struct Base {
   }
 };
 
-/// A coarser level: per texel, its parts sorted by chart.
+/// A coarser level. A texel has one part for each chart in it, sorted by chart.
 template <std::size_t kChannels>
 struct PartChain {
   struct Block {
-    std::vector<std::uint32_t> first;  // Index of each texel's first part; one extra entry
+    // Index of each texel's first part; the last entry is the number of parts
+    std::vector<std::uint32_t> first;
     std::vector<Part<kChannels>> parts;
   };
   std::uint32_t level_width = 0, level_height = 0;
@@ -82,7 +85,7 @@ struct PartChain {
 
   std::uint32_t width() const { return level_width; }
   std::uint32_t height() const { return level_height; }
-  bool missed(std::size_t x, std::size_t y) const {
+  bool is_missed(std::size_t x, std::size_t y) const {
     return !coverage.empty() && coverage[y * level_width + x] == kCoverageMissed;
   }
   std::span<const Part<kChannels>> parts(std::size_t x, std::size_t y, Part<kChannels>&) const {
@@ -102,9 +105,9 @@ double squared_length(const std::array<float, kChannels>& v) {
   return squared;
 }
 
-/// Sums the parts of one chart.
+/// Area and mean of several parts of one chart.
 template <std::size_t kChannels>
-class Sum {
+class PartSum {
  public:
   void add(const Part<kChannels>& part, double weight) {
     const double area = weight * part.area;
@@ -121,8 +124,8 @@ class Sum {
       result.mean[c] = static_cast<float>(sum_[c] * share);
     }
     if (unit_vectors && squared_length(result.mean) < kVanishingLength * kVanishingLength) {
-      // The first vector is added with a length that suffices to give every mean a direction, but is too small to
-      // change other means.
+      // If the mean vanishes, the first vector replaces it. Its length is set large enough to have
+      // a direction, but too small to change coarser means noticeably.
       const double scale = 2 * kVanishingLength / std::sqrt(squared_length(first_));
       for (std::size_t c = 0; c < kVector<kChannels>; ++c) {
         result.mean[c] = static_cast<float>(scale * first_[c]);
@@ -134,7 +137,7 @@ class Sum {
  private:
   static std::array<double, kChannels> minus_zero() {
     std::array<double, kChannels> sum;
-    sum.fill(-0.0);  // The sum starts with -0, since the sum of -0 and -0 is -0
+    sum.fill(-0.0);  // Starts with -0, since 0 + -0 would turn -0 into 0
     return sum;
   }
 
@@ -162,25 +165,25 @@ class RowMaker {
   RowMaker(const Finer& finer, std::size_t y, bool unit_vectors)
       : finer_(finer), column_taps_(Taps::of(y, finer.height())), unit_vectors_(unit_vectors) {}
 
-  /// Appends a texel's parts, sorted by chart.
-  /// \returns true if one of the finer texels is missed
+  /// Appends the parts of a texel, sorted by chart.
+  /// \returns true if the texel covers a missed texel of the finer level
   bool append_parts(std::size_t x, std::vector<Part<kChannels>>& parts) {
     const Taps across = Taps::of(x, finer_.width());
-    bool missed = false;
+    bool is_missed = false;
     count_ = 0;
     for (std::size_t j = 0; j < column_taps_.count; ++j) {
       for (std::size_t i = 0; i < across.count; ++i) {
         const std::size_t fine_x = across.first + i;
         const std::size_t fine_y = column_taps_.first + j;
-        missed = missed || finer_.missed(fine_x, fine_y);
-        const auto list = finer_.parts(fine_x, fine_y, own_[count_]);
+        is_missed = is_missed || finer_.is_missed(fine_x, fine_y);
+        const auto list = finer_.parts(fine_x, fine_y, base_parts_[count_]);
         if (list.empty()) continue;
         part_cursors_[count_++] = {list.data(), list.data() + list.size(),
                                    column_taps_.weight[j] * across.weight[i]};
       }
     }
     merge_parts(parts);
-    return missed;
+    return is_missed;
   }
 
  private:
@@ -189,16 +192,17 @@ class RowMaker {
     double weight;
   };
 
-  /// Merges sorted lists; parts of one chart are added in the order of the texels.
+  /// Merges the lists of parts, which are sorted by chart. Parts of the same chart are added in the
+  /// order of their texels.
   void merge_parts(std::vector<Part<kChannels>>& parts) {
     if (count_ == 0) return;
     const std::uint32_t own = part_cursors_[0].at->chart;
-    const bool alone =
+    const bool has_single_chart =
         std::all_of(&part_cursors_[0], &part_cursors_[count_], [&](const PartCursor& cursor) {
           return cursor.at + 1 == cursor.end && cursor.at->chart == own;
         });
-    if (alone) {  // The common case: a single part
-      Sum<kChannels> sum;
+    if (has_single_chart) {  // The common case: a single chart
+      PartSum<kChannels> sum;
       for (std::size_t k = 0; k < count_; ++k)
         sum.add(*part_cursors_[k].at, part_cursors_[k].weight);
       parts.push_back(sum.part(own, unit_vectors_));
@@ -207,7 +211,7 @@ class RowMaker {
     while (count_ != 0) {
       std::uint32_t chart = part_cursors_[0].at->chart;
       for (std::size_t k = 1; k < count_; ++k) chart = std::min(chart, part_cursors_[k].at->chart);
-      Sum<kChannels> sum;
+      PartSum<kChannels> sum;
       std::size_t left = 0;
       for (std::size_t k = 0; k < count_; ++k) {
         PartCursor cursor = part_cursors_[k];
@@ -222,7 +226,7 @@ class RowMaker {
   const Finer& finer_;
   const Taps column_taps_;
   const bool unit_vectors_;
-  std::array<Part<kChannels>, 9> own_;
+  std::array<Part<kChannels>, 9> base_parts_;
   std::array<PartCursor, 9> part_cursors_{};
   std::size_t count_ = 0;
 };
@@ -259,14 +263,14 @@ PartChain<kChannels> make_next_level(const Finer& finer, const MipOptions& optio
           const std::size_t texel = y * width + x;
           const std::size_t first_part = block.parts.size();
           block.first.push_back(static_cast<std::uint32_t>(first_part));
-          const bool missed = row.append_parts(x, block.parts);
+          const bool is_missed = row.append_parts(x, block.parts);
           float* pixel = &out.image.pixels[texel * kChannels];
           if (first_part != block.parts.size()) {
             out.coverage[texel] = kCoverageBaked;
             const std::span<const Part<kChannels>> own(&block.parts[first_part],
                                                        block.parts.size() - first_part);
             write_value(largest_part(own), options.unit_vectors, pixel);
-          } else if (missed) {
+          } else if (is_missed) {
             out.coverage[texel] = kCoverageMissed;
             std::copy_n(options.missed.begin(), kChannels, pixel);
           }
@@ -284,7 +288,7 @@ std::vector<MipLevel> make(const Image& image, std::span<const std::uint8_t> cov
                            const ChartMap& charts, const MipOptions& options) {
   std::vector<MipLevel> levels;
   if (image.width == 1 && image.height == 1) return levels;
-  const Base<kChannels> base{image, coverage, charts, options.missed_have_values};
+  const BaseLevel<kChannels> base{image, coverage, charts, options.missed_have_values};
   levels.emplace_back();
   PartChain<kChannels> part_chain = make_next_level<kChannels>(base, options, levels.back());
   while (part_chain.level_width > 1 || part_chain.level_height > 1) {

@@ -20,27 +20,29 @@ struct ChartMap {
 
   ChartMap() = default;
   ChartMap(std::size_t texels, std::uint32_t samples);
-  /// Stores the charts of a band: a texel belongs to the chart with most of its samples, the lowest of several such
-  /// charts.
+  /// Stores the charts of a band. A texel belongs to the chart in which most of its samples lie, or
+  /// to the lowest of several equally frequent ones.
   void store(cl::Context& context, const TexelBand& band, std::uint32_t width,
              const std::vector<std::uint32_t>& chart_of_triangle);
 };
 
 struct MipOptions {
-  /// The first three channels are a unit vector; means are normalized
+  /// The first three channels are a unit vector, so that means are normalized
   bool unit_vectors = false;
-  bool missed_have_values = true;  ///< True if texels marked missed have valid values
-  std::array<float, 4> missed{};   ///< If not: value of texels that cover missed texels only
+  bool missed_have_values = true;  ///< True if texels that are marked missed have valid values
+  /// Value of texels that cover nothing but missed ones; used if these have no values
+  std::array<float, 4> missed{};
 };
 
-/// A level below the first. Texels without a chart are 0.
+/// A level after the first. Texels without a chart are 0.
 struct MipLevel {
   Image image;
   /// Coverage of each texel: empty, baked or missed (gutter.h)
   std::vector<std::uint8_t> coverage;
 };
 
-/// Makes all levels below a map, down to 1 x 1; sides halve, rounded down.
+/// Makes all coarser levels of a map, down to 1 x 1. Each level has half the sides of the one
+/// before, rounded down.
 ///
 /// Ordinary box filtering bleeds across the borders of charts (Wang, Froehlich and Goebel, "Fast Normal Map Generation
 /// for Simplified Meshes", section 6). Here a texel represents one chart: the chart with the greatest area in it, or
@@ -52,11 +54,12 @@ struct MipLevel {
 /// Heckbert, "Non-Power-of-Two Mipmap Creation", NVIDIA TR-01838-001, 2005). So every row of texels has the same
 /// total weight.
 ///
-/// Vectors are normalized in the result only. Means stay unnormalized along the chain, shorter where directions differ,
-/// so that means of means, weighted by area, equal the mean over level 0. Its direction minimizes the sum of squared
-/// chords to all vectors under the texel. If levels were normalized, a rough patch would count as much as a smooth one.
-/// Where vectors cancel (a mean shorter than 1e-6), the direction of the first vector, row by row, is used. A map
-/// that is constant over a chart stays constant to the last bit.
+/// Vectors are normalized in the result only. Within the chain, means are not normalized, so they
+/// are shorter where directions differ. The mean of such means, weighted by area, therefore equals
+/// the mean over level 0, whose direction minimizes the sum of squared chords to all vectors under
+/// the texel. If levels were normalized, a rough patch would count as much as a smooth one. Where
+/// vectors cancel (a mean shorter than 1e-6), the direction of the first vector, row by row, is
+/// used. A map that is constant over a chart stays constant to the last bit.
 ///
 /// Missed texels without values are ignored, except where nothing else covers a texel, which is then marked missed.
 ///

@@ -11,20 +11,22 @@
 namespace kiln {
 namespace {
 
-/// Bounds that identify the contents of channels. Values are components of vectors, in [-1, 1].
+/// Bounds by which the contents of channels are recognized. Values are components of vectors, in
+/// [-1, 1].
 struct ChannelBounds {
   std::size_t samples = std::size_t{1} << 16;  ///< Number of sampled texels
-  /// Largest range of an unused channel: 1.5 steps of a byte, as in lossy blocks.
-  float constant = 3.0F / 255;
-  /// Largest distance from -1 or 1 of the values of a channel that decoders add
-  float extreme = 4.0F / 255;
-  /// Upper bound on x^2 + y^2 of unit vectors: 1, plus two steps of a byte
+  /// Largest difference between the values of an unused channel: 1.5 steps of a byte, which covers
+  /// lossy block compression.
+  float max_unused_range = 3.0F / 255;
+  /// Largest distance from -1 or 1 in a channel that a decoder has filled with a constant
+  float max_extreme_distance = 4.0F / 255;
+  /// Largest x^2 + y^2 of a unit vector: 1, plus two steps of a byte
   float in_disc = 1.04F;
-  double nearly_all = 0.99;  ///< Share of texels that counts as nearly all
-  /// Smallest deviation of x^2 + y^2 + z^2 from 1 that excludes unit vectors. A unit vector whose stored z is within
-  /// `constant` of 1 deviates by at most 0.024.
+  double nearly_all = 0.99;  ///< Share of texels that counts as nearly all of them
+  /// Deviation of x^2 + y^2 + z^2 from 1 above which a vector is no unit vector. A unit vector
+  /// whose stored z differs from the true one by at most `constant` deviates by at most 0.024.
   float off_unit = 0.04F;
-  double some = 2e-4;  ///< Share of texels above which a property is not a coincidence
+  double min_share = 2e-4;  ///< Share of texels above which a property is not a coincidence
 };
 constexpr ChannelBounds kChannelBounds;
 
@@ -32,7 +34,7 @@ constexpr ChannelBounds kChannelBounds;
 struct ChannelStatistics {
   std::size_t count = 0;
   std::array<float, 4> least, most;
-  /// Number of texels that are not unit vectors although (red, green) lies in the unit disc
+  /// Number of texels that are not unit vectors, although (red, green) lies in the unit disc
   std::size_t off_unit = 0;
   std::size_t in_disc = 0;  ///< Number of texels whose first two channels lie in the unit disc
   std::size_t in_disc_alpha = 0;  ///< Number of texels whose (alpha, green) lies in the unit disc
@@ -44,7 +46,8 @@ struct ChannelStatistics {
     const std::size_t texels = image.pixels.size() / image.channels;
     const std::size_t wanted = std::min(texels, kChannelBounds.samples);
     for (std::size_t k = 0; k < wanted; ++k) {
-      // A subset of texels is chosen along the golden ratio, so that it spreads in both directions.
+      // Texels are selected by multiples of the golden ratio, which spreads them evenly in both
+      // directions.
       const std::size_t i =
           wanted == texels ? k
                            : static_cast<std::size_t>((k * 0x9E3779B97F4A7C15U >> 11U) % texels);
@@ -58,9 +61,12 @@ struct ChannelStatistics {
     }
   }
 
-  bool is_constant(std::size_t c) const { return most[c] - least[c] <= kChannelBounds.constant; }
+  bool is_constant(std::size_t c) const {
+    return most[c] - least[c] <= kChannelBounds.max_unused_range;
+  }
   bool is_filled(std::size_t c) const {
-    return most[c] <= -1 + kChannelBounds.extreme || least[c] >= 1 - kChannelBounds.extreme;
+    return most[c] <= -1 + kChannelBounds.max_extreme_distance ||
+           least[c] >= 1 - kChannelBounds.max_extreme_distance;
   }
   bool nearly_all(std::size_t some) const {
     return static_cast<double>(some) >= kChannelBounds.nearly_all * static_cast<double>(count);
@@ -79,36 +85,38 @@ struct ChannelStatistics {
     off_unit +=
         tilt <= kChannelBounds.in_disc && std::abs(tilt + z * z - 1) > kChannelBounds.off_unit ? 1
                                                                                                : 0;
-    const bool same = std::abs(n[0] - n[1]) <= kChannelBounds.constant;
-    grey = grey && same && std::abs(n[2] - n[1]) <= kChannelBounds.constant;
+    const bool same = std::abs(n[0] - n[1]) <= kChannelBounds.max_unused_range;
+    grey = grey && same && std::abs(n[2] - n[1]) <= kChannelBounds.max_unused_range;
   }
 };
 
-/// True for DXT5nm: x is in alpha, red is unused, and alpha is not a constant opacity of 1.
+/// True for the DXT5nm layout: x is in alpha, red is unused, and alpha is not a constant 1, as an
+/// opacity would be.
 bool is_dxt5nm(const Image& image, const ChannelStatistics& s) {
   return image.channels == 4 && (s.is_filled(0) || s.grey) &&
-         s.least[3] < 1 - kChannelBounds.extreme && s.nearly_all(s.in_disc_alpha);
+         s.least[3] < 1 - kChannelBounds.max_extreme_distance && s.nearly_all(s.in_disc_alpha);
 }
 
-/// True if two channels are x and y, rather than grey and opacity.
+/// True if a picture's two channels are x and y instead of grey and opacity.
 bool holds_x_and_y(const Image& image, const ChannelStatistics& s) {
-  return image.channels == 2 && s.least[1] < 1 - kChannelBounds.extreme && s.nearly_all(s.in_disc);
+  return image.channels == 2 && s.least[1] < 1 - kChannelBounds.max_extreme_distance &&
+         s.nearly_all(s.in_disc);
 }
 
-/// True for pictures of three channels whose blue is unused.
+/// True for a picture of three or more channels whose blue is unused.
 bool lacks_blue(const Image& image, const ChannelStatistics& s) {
   if (image.channels < 3 || s.count == 0 || !s.nearly_all(s.in_disc)) return false;
   if (s.most[2] < 0) return true;
-  // Blue may also be constant because the tilt of all normals is equal; in this case, the vectors have unit length.
+  // Blue is also constant if all normals have the same tilt, but then the vectors have unit length.
   return s.is_constant(2) &&
-         static_cast<double>(s.off_unit) > kChannelBounds.some * static_cast<double>(s.count);
+         static_cast<double>(s.off_unit) > kChannelBounds.min_share * static_cast<double>(s.count);
 }
 
 }  // namespace
 
 NormalChannels NormalChannels::of(const Image& image, NormalTextureFormat format) {
   NormalChannels result;
-  // check() throws for such pictures
+  // NormalChannels::check() rejects such pictures
   if (image.channels < 2 || image.pixels.empty()) return result;
   result.down =
       format == NormalTextureFormat::directx || format == NormalTextureFormat::two_channel_directx;
@@ -126,8 +134,8 @@ NormalChannels NormalChannels::of(const Image& image, NormalTextureFormat format
     case NormalTextureFormat::two_channel:
     case NormalTextureFormat::two_channel_directx:
       result.rebuilt = true;
-      // A blue channel that holds z contradicts nothing, but (x, y) outside of the unit disc contradicts two-channel
-      // normals.
+      // It is no contradiction if blue holds z, but normals of two channels must have (x, y) in the
+      // unit disc.
       result.doubtful = !looks_two && !s.nearly_all(s.in_disc);
       break;
   }
@@ -167,7 +175,7 @@ bool holds_heights(const Image& image, NormalTextureFormat format) {
 GreenEvidence GreenEvidence::of(const Image& image, const NormalChannels& channels) {
   GreenEvidence green_evidence;
   if (image.width < 3 || image.height < 3 || image.channels < 2) return green_evidence;
-  // Minimum z; slopes of steeper normals are dominated by rounding.
+  // Minimum z of a normal; the slopes of steeper ones are dominated by rounding.
   constexpr float kMinZ = 0.2F;
   const auto slopes_at = [&](std::size_t x, std::size_t y, double& p, double& q) {
     std::array<float, 4> n{};
@@ -190,7 +198,7 @@ GreenEvidence GreenEvidence::of(const Image& image, const NormalChannels& channe
         !slopes_at(x - 1, y, unused, left) || !slopes_at(x + 1, y, unused, right)) {
       continue;
     }
-    // v increases upwards, row numbers downwards.
+    // v increases upwards, but row numbers increase downwards.
     const double p_along_v = above - below, q_along_u = right - left;
     green_evidence.up += (p_along_v - q_along_u) * (p_along_v - q_along_u);
     green_evidence.down += (p_along_v + q_along_u) * (p_along_v + q_along_u);
@@ -203,7 +211,8 @@ GreenEvidence GreenEvidence::of(const Image& image, const NormalChannels& channe
 }
 
 bool GreenEvidence::suggests_down() const {
-  // kMinSquare is the smallest mean square that counts: changes by 0.01, one or two steps of a byte.
+  // kMinSquare is the smallest mean square that counts as evidence: differences of 0.01, which is
+  // one or two steps of a byte.
   constexpr double kMinRatio = 4, kMinSquare = 1e-4;
   return up > kMinSquare && up > kMinRatio * down;
 }

@@ -1,4 +1,4 @@
-// Detects the channels of x, y and z in a picture of normals.
+// Detects which channels of a picture of normals hold x, y and z.
 #pragma once
 
 #include <array>
@@ -13,9 +13,10 @@ struct NormalChannels {
   bool rebuilt = false;   ///< z is sqrt(1 - x^2 - y^2) instead of blue
   bool in_alpha = false;  ///< x is in alpha (DXT5nm)
   bool down = false;      ///< Green is -y
-  bool doubtful = false;  ///< The picture contradicts the given format's channel for z
+  bool doubtful = false;  ///< The picture contradicts the format that the caller gave
 
-  /// Detects the channels, as NormalTextureFormat describes. The picture may have any number of channels.
+  /// Detects the channels, as described at NormalTextureFormat. The picture may have any number of
+  /// channels.
   static NormalChannels of(const Image& image, NormalTextureFormat format);
 
   /// \throws Error(input) if the picture has too few channels
@@ -25,17 +26,20 @@ struct NormalChannels {
   void apply(std::array<float, 4>& texel) const;
 };
 
-/// True if a picture has one channel or several equal ones: heights instead of normals. Two-channel normals, also in
-/// green and alpha, are not heights.
+/// True if a picture holds heights instead of normals: it has one channel, or several equal ones.
+/// Two-channel normals do not count as heights, even if they are stored in green and alpha.
 bool holds_heights(const Image& image, NormalTextureFormat format);
 
-/// Evidence of the direction of a normal map's green channel, from integrability of its slopes.
+/// Evidence whether green points up or down in a normal map: the slopes of a height field are
+/// integrable.
 ///
-/// Normals of a height field h have the slopes p = dh/du = -x/z and q = dh/dv = -y/z, with dp/dv = dq/du. If y is
-/// flipped, dp/dv = -dq/du. So one of the sums of (dp/dv - dq/du)^2 and (dp/dv + dq/du)^2 is 0, except for rounding,
-/// seams and surfaces that are not height fields; the other sum is 4 (dp/dv)^2.
+/// The normals of a height field h have the slopes p = dh/du = -x/z and q = dh/dv = -y/z, so dp/dv
+/// = dq/du. If y is flipped, dp/dv = -dq/du. So either the sum of (dp/dv - dq/du)^2 or that of
+/// (dp/dv + dq/du)^2 is 0, except for rounding, seams and surfaces that are not height fields; the
+/// other sum is that of 4 (dp/dv)^2.
 struct GreenEvidence {
-  double up = 0, down = 0;  ///< Mean squared residuals if green points up, and if it points down
+  /// Mean squared residuals, first if green points up, second if it points down
+  double up = 0, down = 0;
 
   static GreenEvidence of(const Image& image, const NormalChannels& channels);
   bool suggests_down() const;

@@ -30,17 +30,17 @@ std::size_t checked_row_bytes(const Image& image, PixelFormat format, std::size_
          "image-size");
   }
   if (!options.coverage.empty() && options.coverage.size() != texels) {
-    fail("The coverage has " + std::to_string(options.coverage.size()) + " texels, the image " +
-             std::to_string(texels) + ".",
+    fail("The coverage has " + std::to_string(options.coverage.size()) +
+             " texels, but the image has " + std::to_string(texels) + ".",
          "pixel-size");
   }
   const std::size_t row = image.width * pixel_bytes(format);
   const std::size_t row_bytes = options.row_bytes != 0 ? options.row_bytes : row;
   const std::size_t needed = row_bytes * (image.height - std::size_t{1}) + row;
   if (row_bytes < row || bytes < needed) {
-    fail("Rows of " + std::to_string(row_bytes) + " bytes in " + std::to_string(bytes) +
-             " bytes were given: a row needs " + std::to_string(row) + " bytes, all of them " +
-             std::to_string(needed) + ".",
+    fail("The row pitch is " + std::to_string(row_bytes) + " bytes and the buffer has " +
+             std::to_string(bytes) + " bytes: at least " + std::to_string(row) + " and " +
+             std::to_string(needed) + " are needed.",
          "pixel-size");
   }
   return row_bytes;
@@ -60,13 +60,14 @@ Rgba rgba_of(const Image& image, std::size_t texel, const ConvertOptions& option
   return rgba;
 }
 
-/// Rounds a value to an integer sample of a PNG.
+/// Rounds a value in [0, 1] to an integer sample of a PNG.
 double to_integer_sample(float value, double most) {
   const double unit = value >= 0 ? std::min(1.0, double{value}) : 0.0;  // NaN becomes 0
   return std::nearbyint(unit * most);
 }
 
-/// Converts to IEEE 754 binary16, rounded to nearest, ties to even; infinity above 65504.
+/// Converts a number to IEEE 754 binary16: rounds to nearest, ties to even; numbers too large for
+/// it become infinite.
 std::uint16_t half_of(float value) {
   const auto bits = std::bit_cast<std::uint32_t>(value);
   const std::uint32_t sign = bits >> 16 & 0x8000U;
@@ -77,10 +78,11 @@ std::uint16_t half_of(float value) {
   } else if (size >= 0x477FF000U) {
     half = 0x7C00U;  // 65520 and above round to infinity
   } else if (size >= 0x38800000U) {
-    // Normal numbers: the exponent changes by 112, the mantissa loses 13 bits.
+    // Normal numbers: the exponent's bias decreases by 112, and the mantissa loses 13 bits.
     half = (size - 0x38000000U + 0xFFFU + (size >> 13 & 1U)) >> 13;
   } else {
-    // Subnormal numbers, below 2^-14, are multiples of 2^-24. Adding 0.5 makes single precision round to them.
+    // Subnormal numbers of binary16, below 2^-14, are multiples of 2^-24. Adding 0.5 rounds to such
+    // a multiple, since it is the last bit of single precision there.
     const float shifted = std::bit_cast<float>(size) + 0.5F;
     half = std::bit_cast<std::uint32_t>(shifted) - std::bit_cast<std::uint32_t>(0.5F);
   }

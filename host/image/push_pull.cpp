@@ -13,7 +13,8 @@ namespace {
 
 using Texel = std::array<float, 4>;
 
-// Averages of unit vectors with a smaller squared length have no meaningful direction.
+// Averages of unit vectors have no meaningful direction if their squared length is smaller than
+// this.
 constexpr float kMinSquaredLength = 1e-12F;
 
 struct Level {
@@ -23,14 +24,14 @@ struct Level {
   bool is_complete = false;  // True if every texel is known
 };
 
-// A level as the passes see it; the memory of the finest level belongs to the caller.
-struct View {
+// A level of the pyramid. The memory of the finest level is the caller's image.
+struct LevelView {
   std::uint32_t width, height;
   const float* values;
   const std::uint8_t* known;
 };
 
-// \returns false if the vector has no direction.
+// \returns false if the vector is too short to have a direction.
 bool normalise(Texel& texel, std::size_t channels) {
   const std::size_t count = std::min<std::size_t>(3, channels);
   float squared = 0;
@@ -46,7 +47,7 @@ void copy_vector(Texel& texel, const float* from, std::size_t channels) {
 }
 
 template <std::size_t kChannels>
-Level push(const View& fine, bool unit_vectors) {
+Level push(const LevelView& fine, bool unit_vectors) {
   Level coarse_level;
   coarse_level.width = (fine.width + 1) / 2;
   coarse_level.height = (fine.height + 1) / 2;
@@ -87,7 +88,8 @@ Level push(const View& fine, bool unit_vectors) {
   return coarse_level;
 }
 
-// Writes the unknown texels of `values`; if `is_wanted` is not empty, only those that it selects.
+// Fills in unknown texels of `values`: all of them, or if `is_wanted` is not empty, those that it
+// selects.
 template <std::size_t kChannels>
 void pull(const Level& coarse_level, std::uint32_t width, std::uint32_t height, float* values,
           const std::uint8_t* known, const std::uint8_t* is_wanted, bool unit_vectors) {
@@ -125,7 +127,7 @@ template <std::size_t kChannels>
 bool push_pull_channels(Image& image, std::span<const std::uint8_t> known,
                         std::span<const std::uint8_t> is_wanted, bool unit_vectors) {
   std::vector<Level> levels;
-  View view{image.width, image.height, image.pixels.data(), known.data()};
+  LevelView view{image.width, image.height, image.pixels.data(), known.data()};
   do {
     levels.push_back(push<kChannels>(view, unit_vectors));
     const Level& last = levels.back();

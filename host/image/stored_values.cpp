@@ -21,7 +21,7 @@ void store_in(const std::vector<ValueRange>& ranges, std::vector<float>& values)
   }
 }
 
-/// Scales values from their ranges to [0, 1].
+/// Maps each channel's values from their range to [0, 1].
 void store_in(const std::vector<ValueRange>& ranges, Image& image) {
   if (ranges.size() == 1) return store_in<1>(ranges, image.pixels);
   if (ranges.size() == 2) return store_in<2>(ranges, image.pixels);

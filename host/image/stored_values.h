@@ -7,10 +7,11 @@
 
 namespace kiln {
 
-/// True if a format stores unscaled floats: EXR, and TIFF of floats.
+/// True if files of a format store values as unscaled floats: EXR, and TIFF with float samples.
 bool holds_floats(ImageFormat format);
 
-/// Values of a map's channels that a format stores as 0 and 1; empty for formats that store unscaled floats.
+/// The values that a format stores as 0 and as 1, for each channel of a map; empty for formats that
+/// store unscaled floats.
 std::vector<ValueRange> stored_ranges(const BakedMap& map, ImageFormat format);
 
 }  // namespace kiln

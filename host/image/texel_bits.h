@@ -8,7 +8,7 @@
 
 namespace kiln {
 
-/// A set of texels; each row starts with a new word.
+/// A set of texels. The bits of each row start in a new word.
 class TexelBits {
  public:
   TexelBits() = default;
@@ -30,7 +30,7 @@ class TexelBits {
   std::uint64_t* row(std::size_t y) { return &bit_words_[y * row_]; }
   const std::uint64_t* row(std::size_t y) const { return &bit_words_[y * row_]; }
   std::size_t words_in_row() const { return row_; }
-  /// Mask of the texels in a row's last word.
+  /// Mask of the bits of a row's last word that stand for texels.
   std::uint64_t last_word() const {
     return width_ % 64 == 0 ? ~std::uint64_t{0} : (std::uint64_t{1} << (width_ % 64)) - 1;
   }
@@ -43,7 +43,8 @@ class TexelBits {
       std::uint64_t bits = ~std::uint64_t{0} << first;
       if (stop < 64) bits &= (std::uint64_t{1} << stop) - 1;
       const std::atomic_ref<std::uint64_t> at(bit_words_[y * row_ + word]);
-      // Texels of overlapping triangles are often set already, and a test costs less than an atomic write.
+      // Triangles overlap, so texels are often in the set already, and testing that costs less than
+      // an atomic write.
       if ((at.load(std::memory_order_relaxed) & bits) != bits) {
         at.fetch_or(bits, std::memory_order_relaxed);
       }
@@ -57,7 +58,7 @@ class TexelBits {
   std::vector<std::uint64_t> bit_words_;
 };
 
-/// The set extended by all neighbours of its texels, including diagonal ones.
+/// The set together with all neighbours of its texels, including diagonal ones.
 TexelBits dilated(const TexelBits& from);
 
 }  // namespace kiln

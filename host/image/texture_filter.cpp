@@ -16,10 +16,11 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kGrain = std::size_t{1} << 15;
-// A footprint is filtered on the level on which its narrow side is kMinWidth to 2 * kMinWidth texels wide.
+// The mip level is chosen such that the narrow side of the footprint is kMinWidth to 2 * kMinWidth
+// texels wide.
 constexpr double kMinWidth = 2;
 
-float linear(float value) {
+float decode_srgb(float value) {
   const float byte = value * 255;
   const float nearest = std::round(byte);
   if (nearest >= 0 && nearest <= 255 && std::abs(byte - nearest) < 1e-4F) {
@@ -28,7 +29,7 @@ float linear(float value) {
   return static_cast<float>(from_srgb(value));
 }
 
-/// The texels of the next finer level that a texel covers along one axis, and their shares.
+/// The texels of the next finer level that a texel covers along one axis, and their shares of it.
 struct AxisCover {
   AxisCover(std::uint32_t place, std::uint32_t narrow, std::uint32_t wide) {
     const double ratio = static_cast<double>(wide) / narrow;
@@ -42,7 +43,7 @@ struct AxisCover {
   std::array<double, 4> shares{};
 };
 
-// std::floor and std::ceil for numbers below 2^62, without a function call.
+// Replacements for std::floor and std::ceil that need no function call, for numbers below 2^62.
 std::int64_t floor_to_integer(double value) {
   const auto whole = static_cast<std::int64_t>(value);
   return whole - (static_cast<double>(whole) > value ? 1 : 0);
@@ -53,8 +54,9 @@ double fraction(double value) {
   return value - (is_small ? static_cast<double>(floor_to_integer(value)) : std::floor(value));
 }
 
-/// Sampling points on a level: a grid of rows and columns, evenly spread over a parallelogram with sides a and b. Its
-/// centre lies `right` texels to the right of, and `below` texels below, the centre of texel (x, y).
+/// Sampling points on a level: a grid of rows and columns, evenly spread over a parallelogram with
+/// sides a and b. The centre of the parallelogram lies `right` texels to the right of the centre of
+/// texel (x, y), and `below` texels below it.
 struct SamplingGrid {
   std::int64_t x, y;
   float right, below, ax, ay, bx, by;
@@ -74,8 +76,8 @@ Float4 read_texel(const float* from, const float* end) {
 
 Float4 mix(Float4 a, Float4 b, float share) { return a + (b - a) * splat(share); }
 
-/// Sum of bilinear samples at points.
-/// \tparam Inside  all points and their neighbour texels lie within the picture
+/// Sums bilinear samples at the points of a grid.
+/// \tparam Inside  true: all points and the texels around them lie within the picture
 template <std::uint32_t Channels, bool Inside>
 std::array<double, 4> sum_of_samples(const SamplingGrid& sampling_grid, const float* pixels,
                                      std::int64_t width, std::int64_t height,
@@ -121,34 +123,36 @@ template <std::uint32_t Channels>
 std::array<double, 4> sum_of_samples(const SamplingGrid& sampling_grid, const float* pixels,
                                      std::int64_t width, std::int64_t height,
                                      const FilteredTexture::Wraps& wraps) {
-  // Largest distance of points from the centre, plus one texel for bilinear neighbours and one for rounding.
+  // Largest distance of a point from the centre, plus one texel for its bilinear neighbours and one
+  // for rounding.
   const auto reach_x =
       static_cast<std::int64_t>(std::abs(sampling_grid.ax) + std::abs(sampling_grid.bx)) / 2 + 2;
   const auto reach_y =
       static_cast<std::int64_t>(std::abs(sampling_grid.ay) + std::abs(sampling_grid.by)) / 2 + 2;
-  // A load reads four values even if texels have fewer channels, which would exceed the memory at the end of the last
-  // row.
+  // Texels are loaded four values at a time, even if they have fewer channels. At the end of the
+  // last row this would read beyond the memory.
   const bool inside = sampling_grid.x >= reach_x && sampling_grid.x + reach_x < width - 4 &&
                       sampling_grid.y >= reach_y && sampling_grid.y + reach_y < height - 1;
   return inside ? sum_of_samples<Channels, true>(sampling_grid, pixels, width, height, wraps)
                 : sum_of_samples<Channels, false>(sampling_grid, pixels, width, height, wraps);
 }
 
-/// Squared length of a UV vector on a level, in texels.
+/// Squared length of a vector of UVs on a level, in texels.
 double squared_texel_length(const std::array<double, 2>& side, double width, double height) {
   const double across = side[0] * width, down = side[1] * height;
   return across * across + down * down;
 }
 
-/// Length of a vector in whole texels, rounded up; at least 1.
+/// Length of a vector in texels, rounded up to a whole number; at least 1.
+/// \param squared  squared length
 double texels_along(double squared) {
   double texels = 1;
   while (texels < 4 && texels * texels < squared)
-    ++texels;  // The fast path handles small numbers, since larger ones are rare
+    ++texels;  // Most lengths are small, and then this is faster than a square root
   return texels * texels < squared ? ceil_to_integer(std::sqrt(squared)) : texels;
 }
 
-/// Minimum width of a parallelogram: the smaller singular value of the matrix of its sides.
+/// Smallest width of a parallelogram: the smaller singular value of the matrix of its sides.
 double width_of(const FilteredTexture::ParallelogramSides& sides, double width, double height) {
   const double ax = sides[0][0] * width, ay = sides[0][1] * height;
   const double bx = sides[1][0] * width, by = sides[1][1] * height;
@@ -206,8 +210,8 @@ void FilteredTexture::convert(const Image& image, TextureKind kind, const Textur
   stored_channels_ = has_weight_channel_ ? values + 1 : channels_;
   if (kind == TextureKind::linear && replaced_count_ == 0 && !has_weight_channel_) return;
   Level& level = levels_[0];
-  level.own.resize(texels * stored_channels_);
-  level.pixels = level.own.data();
+  level.memory.resize(texels * stored_channels_);
+  level.pixels = level.memory.data();
   parallel_for(texels, kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       std::array<float, 4> texel{};
@@ -217,14 +221,14 @@ void FilteredTexture::convert(const Image& image, TextureKind kind, const Textur
       }
       const float alpha = has_alpha ? texel[from - 1] : 1;
       if (kind == TextureKind::srgb) {
-        for (std::size_t c = 0; c < values && c < from; ++c) texel[c] = linear(texel[c]);
+        for (std::size_t c = 0; c < values && c < from; ++c) texel[c] = decode_srgb(texel[c]);
       } else if (kind == TextureKind::normal) {
         for (std::size_t c = 0; c < from; ++c) {
           if (std::isfinite(image.pixels[i * from + c])) texel[c] = texel[c] * 2 - 1;
         }
         reading.normals.apply(texel);
       }
-      float* const to = &level.own[i * stored_channels_];
+      float* const to = &level.memory[i * stored_channels_];
       if (!has_weight_channel_) {
         std::copy_n(texel.begin(), stored_channels_, to);
         continue;
@@ -248,8 +252,8 @@ const FilteredTexture::Level& FilteredTexture::level(std::size_t number) const {
 }
 
 void FilteredTexture::fill_half(const Level& level, Level& next) const {
-  next.own.resize(std::size_t{next.width} * next.height * stored_channels_);
-  next.pixels = next.own.data();
+  next.memory.resize(std::size_t{next.width} * next.height * stored_channels_);
+  next.pixels = next.memory.data();
   const std::size_t rows = std::max<std::size_t>(1, kGrain / next.width);
   parallel_for(next.height, rows, [&](std::size_t begin, std::size_t end) {
     for (std::size_t y = begin; y < end; ++y) {
@@ -266,7 +270,7 @@ void FilteredTexture::fill_half(const Level& level, Level& next) const {
               sum[c] += share * row[i * stored_channels_ + c];
           }
         }
-        float* to = &next.own[(y * next.width + x) * stored_channels_];
+        float* to = &next.memory[(y * next.width + x) * stored_channels_];
         for (std::size_t c = 0; c < stored_channels_; ++c) to[c] = static_cast<float>(sum[c]);
       }
     }
@@ -277,7 +281,7 @@ void FilteredTexture::mean(double u, double v, const ParallelogramSides& given, 
                            const Wraps& wraps) const {
   ParallelogramSides sides = given;
   for (std::array<double, 2>& side : sides) {
-    // The mean over a footprint of this size is the mean of the whole picture.
+    // For a footprint this large, the mean is that of the whole picture.
     if (!(side[0] * side[0] + side[1] * side[1] < 1e12)) sides = {{{1, 0}, {0, 1}}};
   }
   const auto squared = [&](std::size_t side, std::size_t on) {
@@ -285,7 +289,8 @@ void FilteredTexture::mean(double u, double v, const ParallelogramSides& given, 
   };
   constexpr double kMinMinifiedWidth = 2 * kMinWidth;
   std::size_t level_number = 0;
-  // The parallelogram's width is at most its shorter side, so this test avoids most square roots.
+  // The width of the parallelogram is at most its shorter side, so this comparison avoids most
+  // square roots.
   if (squared(0, 0) >= kMinMinifiedWidth * kMinMinifiedWidth &&
       squared(1, 0) >= kMinMinifiedWidth * kMinMinifiedWidth) {
     const double narrow = width_of(sides, levels_[0].width, levels_[0].height);
@@ -301,7 +306,8 @@ void FilteredTexture::mean(double u, double v, const ParallelogramSides& given, 
     along_b = parts_of(1);
   }
   const Level& level = this->level(level_number);
-  // Bounds the loop on the last level, which is a single texel with the mean
+  // Limits the number of samples on the last level, whose single texel holds the mean of the
+  // picture
   const double most = kMaxParts;
   SamplingGrid sampling_grid{};
   sampling_grid.columns = static_cast<int>(std::min(along_a, most));
@@ -336,7 +342,7 @@ void FilteredTexture::mean(double u, double v, const ParallelogramSides& given, 
   }
   const std::size_t values = stored_channels_ - 1;
   for (std::size_t c = 0; c < values; ++c) value[c] = static_cast<float>(sum[c] / sum[values]);
-  // A mean weight near kMinWeight stands for an alpha of 0.
+  // If the mean weight is about kMinWeight, alpha is 0 everywhere in the footprint.
   const double alpha = sum[values] * share;
   if (channels_ > values)
     value[values] = alpha > 2 * double{kMinWeight} ? static_cast<float>(alpha) : 0;

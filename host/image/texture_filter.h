@@ -1,4 +1,4 @@
-// Filters pictures over small areas.
+// Computes means of a picture over small areas.
 #pragma once
 
 #include <array>
@@ -17,32 +17,37 @@ namespace kiln {
 
 /// How a picture's values are interpreted.
 struct TextureReading {
-  NormalChannels normals = {};  ///< Channels of x, y and z in pictures of normals
-  /// Colours are weighted by alpha, if present, so that transparent texels do not contribute.
+  NormalChannels normals = {};  ///< Which channels hold x, y and z in pictures of normals
+  /// True if colours are weighted by alpha, if the picture has it, so that transparent texels do
+  /// not contribute.
   bool by_alpha = false;
-  /// Background texels, which contribute only where no other texel does; null if there are none.
+  /// The background texels, which only contribute where no other texel does; null if there are
+  /// none.
   const TexelBits* empty = nullptr;
 };
 
-/// A picture over UVs with its mip chain: in linear light, or as vectors. Thread-safe.
+/// A picture over UVs with its mip chain. Colours are in linear light; normals are vectors.
+/// Thread-safe.
 ///
-/// A linear picture without NaN and infinities is read in place; all others are copied. Each level of the chain is
-/// computed at its first use.
+/// A linear picture without NaN and infinities is read in place; all others are copied. Each level
+/// of the chain is computed when it is first used.
 ///
-/// Weights are stored in an additional channel: texels hold value * weight, and weight; both are averaged, then
-/// divided. The weight is alpha, times kMinWeight for background texels, and at least kMinWeight, so that the mean
-/// over texels without weight is the unweighted one.
+/// If texels have weights, these are stored in an additional channel: a texel holds value * weight,
+/// and weight. Both are averaged, then the first is divided by the second. The weight is alpha, but
+/// at least kMinWeight, and is multiplied by kMinWeight for background texels. So the mean over an
+/// area without any opaque texel is the unweighted mean.
 class FilteredTexture {
  public:
-  using Wraps = std::array<TextureWrap, 2>;                         ///< Wrap modes along u and v
-  using ParallelogramSides = std::array<std::array<double, 2>, 2>;  ///< Two vectors, each u and v
+  using Wraps = std::array<TextureWrap, 2>;  ///< Wrap modes along u and v
+  /// Two vectors with components u and v
+  using ParallelogramSides = std::array<std::array<double, 2>, 2>;
 
   /// \throws Error(input) for a picture without pixels, or of normals with fewer than three channels
   FilteredTexture(std::shared_ptr<const Image> image, TextureKind kind,
                   const TextureReading& reading = {});
 
-  /// Largest memory in addition to the picture's: 4/3 of the picture's floats, or 1/3 if it is read in place; with
-  /// one more channel if there are weights.
+  /// Upper bound of the memory in addition to the picture's, in bytes: 4/3 of the picture as
+  /// floats, or 1/3 if it is read in place; more by one channel if there are weights.
   static std::uint64_t most_bytes(const Image& image, TextureKind kind,
                                   const TextureReading& reading = {}) {
     const std::uint64_t bytes = image.pixels.size() * sizeof(float);
@@ -52,19 +57,22 @@ class FilteredTexture {
     return (kind == TextureKind::linear ? 0 : bytes) + bytes / 3;
   }
 
-  /// Number of channels of mean(): the picture's, but three for normals stored in two channels.
+  /// Number of channels of mean(): that of the picture, or three for normals stored in two
+  /// channels.
   std::uint32_t channels() const { return channels_; }
-  /// True if weights may differ from 1.
+  /// True if texels have weights, which may differ from 1.
   bool is_weighted() const { return has_weight_channel_; }
-  /// Number of values that are not finite and were replaced by 0.
-  std::uint64_t replaced() const { return replaced_count_; }
+  /// Number of non-finite values, which were replaced by 0.
+  std::uint64_t replaced_values() const { return replaced_count_; }
 
-  /// The mean over a parallelogram of UV around (u, v), which must be finite.
+  /// The mean over a parallelogram in UV space around (u, v), which must be finite.
   ///
-  /// The level is chosen such that the parallelogram's narrow side is 2 to 4 texels wide. It is divided into parts of
-  /// at most a texel's length, each sampled bilinearly. So anisotropic footprints are integrated along their whole
-  /// length, up to kMaxParts parts; longer ones use coarser levels.
-  /// \param value  channels() numbers; vectors are not normalized. With weights, alpha is their mean.
+  /// The level is chosen such that the narrow side of the parallelogram is 2 to 4 texels wide. The
+  /// parallelogram is divided into parts at most one texel long, and one bilinear sample is taken
+  /// in each. So an anisotropic footprint is integrated along its whole length. If it would need
+  /// more than kMaxParts parts, a coarser level is used.
+  /// \param value  [out] channels() numbers; vectors are not normalized. If texels have weights,
+  ///   alpha is the mean weight.
   void mean(double u, double v, const ParallelogramSides& given, float* value,
             const Wraps& wraps = {}) const;
 
@@ -75,7 +83,7 @@ class FilteredTexture {
   struct Level {
     std::uint32_t width = 0, height = 0;
     const float* pixels = nullptr;
-    std::vector<float> own;  ///< Memory of `pixels`; empty if the picture is read in place
+    std::vector<float> memory;  ///< Memory of `pixels`; empty if the picture is read in place
   };
 
   void convert(const Image& image, TextureKind kind, const TextureReading& reading);
@@ -84,10 +92,10 @@ class FilteredTexture {
 
   std::shared_ptr<const Image> image_;
   std::uint32_t channels_;
-  std::uint32_t stored_channels_ = 0;  ///< Channels of a stored texel
-  bool has_weight_channel_ = false;    ///< True if the last stored channel is a weight
+  std::uint32_t stored_channels_ = 0;  ///< Number of channels of a stored texel
+  bool has_weight_channel_ = false;    ///< True if the last stored channel holds the weight
   std::uint64_t replaced_count_ = 0;
-  mutable std::vector<Level> levels_;  ///< Sizes of all levels; pixels of those in use
+  mutable std::vector<Level> levels_;  ///< All levels; those that are not in use yet have no pixels
   mutable std::atomic<std::size_t> built_levels_{1};
   mutable std::mutex levels_mutex_;
 };

@@ -8,7 +8,8 @@
 namespace kiln {
 namespace {
 
-// A query uses the finest level on which the rectangle spans at most this many blocks along each side.
+// A query uses the finest level on which the rectangle spans at most this many blocks in each
+// direction.
 constexpr std::int64_t kMaxBlocks = 3;
 
 double fraction_of(double value) { return value - std::floor(value); }
@@ -17,10 +18,10 @@ struct TexelSpan {
   std::int64_t begin, end;  // Inclusive range; empty if end < begin
 };
 
-/// Maps a span of the infinitely repeated row to the texels of the row that it shows; the span is shorter than the
-/// row.
-std::array<TexelSpan, 2> shown_spans(double begin, double end, std::int64_t size,
-                                     TextureWrap wrap) {
+/// Maps a span of a row that repeats infinitely to the texels of the picture that it shows. The
+/// span must be shorter than the row.
+std::array<TexelSpan, 2> find_shown_spans(double begin, double end, std::int64_t size,
+                                          TextureWrap wrap) {
   if (wrap == TextureWrap::clamp) {
     const auto most = static_cast<double>(size - 1);
     return {TexelSpan{static_cast<std::int64_t>(std::clamp(begin, 0.0, most)),
@@ -34,7 +35,7 @@ std::array<TexelSpan, 2> shown_spans(double begin, double end, std::int64_t size
   const auto b = static_cast<std::int64_t>(end - shift);
   if (wrap == TextureWrap::repeat)
     return {TexelSpan{a, std::min(b, size - 1)}, TexelSpan{0, b - size}};
-  // A span over mirrored rows may run forwards, backwards, and forwards again.
+  // With mirroring, a span may run forwards, then backwards, then forwards again.
   const TexelSpan back{2 * size - 1 - std::min(b, 2 * size - 1), 2 * size - 1 - std::max(a, size)};
   return {a < size ? TexelSpan{a, std::min(b, size - 1)} : TexelSpan{0, b - 2 * size},
           b < size ? TexelSpan{0, -1} : back};
@@ -96,13 +97,14 @@ BoundedChannel::Range BoundedChannel::over(double u0, double v0, double u1, doub
                                            const Wraps& wraps) const {
   const Level& base = levels_[0];
   const auto width = static_cast<double>(base.width), height = static_cast<double>(base.height);
-  // All texels that bilinear samples in the rectangle read.
+  // The texels that bilinear samples anywhere in the rectangle read.
   const double left = std::floor(u0 * width - 0.5), right = std::floor(u1 * width - 0.5) + 1;
   const double top = std::floor((1 - v1) * height - 0.5),
                bottom = std::floor((1 - v0) * height - 0.5) + 1;
   const Range& all = levels_.back().ranges[0];
   if (!(right - left < width && bottom - top < height)) return all;
-  // Parts within the picture are looked up separately, since blocks of coarser levels are cut off at its border.
+  // The parts of the rectangle within each repetition of the picture are looked up separately,
+  // since the blocks of coarser levels are cut off at the picture's border.
   const auto inside = [&](std::int64_t ax, std::int64_t ay, std::int64_t bx, std::int64_t by) {
     std::size_t level_number = 0;
     while (level_number + 1 < levels_.size() &&
@@ -123,8 +125,8 @@ BoundedChannel::Range BoundedChannel::over(double u0, double v0, double u1, doub
   };
   Range range = all;
   bool first = true;
-  for (const auto& [ay, by] : shown_spans(top, bottom, base.height, wraps[1])) {
-    for (const auto& [ax, bx] : shown_spans(left, right, base.width, wraps[0])) {
+  for (const auto& [ay, by] : find_shown_spans(top, bottom, base.height, wraps[1])) {
+    for (const auto& [ax, bx] : find_shown_spans(left, right, base.width, wraps[0])) {
       if (by < ay || bx < ax) continue;
       const Range part = inside(ax, ay, bx, by);
       range =

@@ -9,7 +9,8 @@
 
 namespace kiln {
 
-/// The texel in [0, size) that a position on the infinitely repeated row shows.
+/// The texel in [0, size) that is shown at a position on the row, which continues infinitely by the
+/// wrap mode.
 inline std::int64_t wrapped_texel(std::int64_t place, std::int64_t size, TextureWrap wrap) {
   if (place >= 0 && place < size) return place;  // The common case needs no division
   if (wrap == TextureWrap::clamp) return place < 0 ? 0 : size - 1;
@@ -19,7 +20,7 @@ inline std::int64_t wrapped_texel(std::int64_t place, std::int64_t size, Texture
   return rest < size ? rest : period - 1 - rest;
 }
 
-/// An equivalent coordinate that is small enough for texel indices.
+/// A coordinate that shows the same texel, but is small enough for texel indices.
 /// \param fraction  function that returns the fractional part of a number
 template <typename Fraction>
 double wrapped_coordinate(double value, TextureWrap wrap, const Fraction& fraction) {

@@ -1,4 +1,4 @@
-// A build without file formats: readers and writers exist, and throw an error.
+// For builds without file formats: all readers and writers exist, but throw an error.
 #include <memory>
 #include <string>
 

@@ -38,7 +38,8 @@ struct Rows {
 };
 
 bool has_errors(const MapRow& row) {
-  return row.info.type != MapType::id && row.info.type != MapType::coverage && !row.of_texels;
+  return row.info.type != MapType::id && row.info.type != MapType::coverage &&
+         !row.depends_on_texel_size;
 }
 
 double value_scale(const MapRow& row) { return unit_of(row).name == "1/255" ? 255 : 1; }

@@ -17,7 +17,7 @@ namespace {
 constexpr std::uint32_t kNoPolygon = VertexTree::kNone;
 
 /// The corner at which a triangle's longest side starts.
-std::size_t longest_side(const SimplifiedIsosurface& low_poly, const Triangle& t) {
+std::size_t find_longest_side(const SimplifiedIsosurface& low_poly, const Triangle& t) {
   std::array<double, 3> lengths;
   for (std::size_t k = 0; k < 3; ++k) {
     lengths[k] =
@@ -28,7 +28,8 @@ std::size_t longest_side(const SimplifiedIsosurface& low_poly, const Triangle& t
 }
 
 /// Corners of each chart: of a quad, a pair of triangles, or a single triangle.
-std::vector<std::array<std::uint32_t, 4>> chart_corners(const SimplifiedIsosurface& low_poly) {
+std::vector<std::array<std::uint32_t, 4>> collect_chart_corners(
+    const SimplifiedIsosurface& low_poly) {
   std::vector<std::array<std::uint32_t, 4>> charts;
   std::vector<Triangle> triangles;
   for (const SimplifiedIsosurface::Polygon& polygon : low_poly.polygons) {
@@ -51,13 +52,14 @@ std::vector<std::array<std::uint32_t, 4>> chart_corners(const SimplifiedIsosurfa
     const std::uint32_t other = pairing.partner[i];
     const std::size_t apex = other == kNoIndex ? 0 : pairing.apex[i];
     const std::uint32_t first = t[(apex + 1) % 3], second = t[(apex + 2) % 3];
-    // Pairs are found by positions, but vertices of equal positions are distinct here.
+    // Pairs are found by position, so the two triangles may use different vertices at the same
+    // positions. Such triangles cannot form a quad.
     const bool paired = other != kNoIndex &&
                         std::count(triangles[other].begin(), triangles[other].end(), first) == 1 &&
                         std::count(triangles[other].begin(), triangles[other].end(), second) == 1;
     if (!paired) {
       // A single triangle's longest side becomes the diagonal of a square.
-      const std::size_t k = longest_side(low_poly, t);
+      const std::size_t k = find_longest_side(low_poly, t);
       charts.push_back({t[(k + 1) % 3], t[(k + 2) % 3], t[k], kNoPolygon});
     } else if (i < other) {
       charts.push_back({first, triangles[other][pairing.apex[other]], second, t[apex]});
@@ -77,27 +79,27 @@ RectangleSize rectangle_size(const SimplifiedIsosurface& low_poly,
     return length(to_double(low_poly.positions[c[a]]) - to_double(low_poly.positions[c[b]]));
   };
   if (c[3] == kNoPolygon) {
-    // A square, whose diagonal passes through texel centres.
+    // The rectangle is a square, since its diagonal has to pass through texel centres.
     const double longer = std::max(side(0, 1), side(1, 2));
     return {longer, longer};
   }
   return {std::max(side(0, 1), side(3, 2)), std::max(side(1, 2), side(0, 3))};
 }
 
-/// Number of texel steps between corners; at least 1.
-std::uint32_t texel_steps(double length, double density, std::uint32_t max_steps) {
+/// Distance between two corners of a rectangle in whole texels; at least 1.
+std::uint32_t count_texel_steps(double length, double density, std::uint32_t max_steps) {
   return static_cast<std::uint32_t>(
       std::clamp(std::round(length * density), 1.0, double(max_steps)));
 }
 
-std::vector<PackSize> pack_sizes(const std::vector<RectangleSize>& rectangle_sizes, double density,
-                                 std::uint32_t size, std::uint32_t border) {
+std::vector<PackSize> find_pack_sizes(const std::vector<RectangleSize>& rectangle_sizes,
+                                      double density, std::uint32_t size, std::uint32_t border) {
   const std::uint32_t max_steps = size - 1 - 2 * border;
   std::vector<PackSize> result;
   result.reserve(rectangle_sizes.size());
   for (const RectangleSize& e : rectangle_sizes) {
-    result.push_back({texel_steps(e.width, density, max_steps) + 1 + 2 * border,
-                      texel_steps(e.height, density, max_steps) + 1 + 2 * border});
+    result.push_back({count_texel_steps(e.width, density, max_steps) + 1 + 2 * border,
+                      count_texel_steps(e.height, density, max_steps) + 1 + 2 * border});
   }
   return result;
 }
@@ -109,7 +111,7 @@ double find_density(const std::vector<RectangleSize>& rectangle_sizes, std::uint
   if (2 * border + 2 > size) return 0;
   const double texels = double(size) * size;
   const auto fits = [&](double density) {
-    std::vector<PackSize> tried = pack_sizes(rectangle_sizes, density, size, border);
+    std::vector<PackSize> tried = find_pack_sizes(rectangle_sizes, density, size, border);
     double area = 0;
     for (const PackSize& s : tried) area += double(s.width) * s.height;
     if (area > texels) return false;
@@ -127,7 +129,7 @@ double find_density(const std::vector<RectangleSize>& rectangle_sizes, std::uint
   for (int round = 0; round < 40; ++round) {
     const double middle = round == 0 ? high : (low + high) / 2;
     double area = 0;
-    for (const PackSize& s : pack_sizes(rectangle_sizes, middle, size, border)) {
+    for (const PackSize& s : find_pack_sizes(rectangle_sizes, middle, size, border)) {
       area += double(s.width) * s.height;
     }
     (area <= texels ? low : high) = middle;
@@ -237,7 +239,7 @@ Mesh polygon_mesh(const SimplifiedIsosurface& low_poly, const Volume& volume) {
   mesh.origin = volume.origin;
   mesh.positions = low_poly.positions;
   mesh.normals = low_poly.normals;
-  for (const auto& c : chart_corners(low_poly)) {
+  for (const auto& c : collect_chart_corners(low_poly)) {
     mesh.triangles.push_back({c[0], c[1], c[2]});
     if (c[3] != kNoPolygon) mesh.triangles.push_back({c[0], c[2], c[3]});
   }
@@ -245,13 +247,13 @@ Mesh polygon_mesh(const SimplifiedIsosurface& low_poly, const Volume& volume) {
   return mesh;
 }
 
-std::uint32_t atlas_size(const SimplifiedIsosurface& low_poly, double texels_per_unit,
-                         std::uint32_t border) {
+std::uint32_t find_atlas_size(const SimplifiedIsosurface& low_poly, double texels_per_unit,
+                              std::uint32_t border) {
   constexpr std::uint32_t kAtlasSizeStep = 16, kMaxAtlasSize = 8192;
   const std::vector<RectangleSize> rectangle_sizes =
-      rectangle_sizes_of(low_poly, chart_corners(low_poly));
+      rectangle_sizes_of(low_poly, collect_chart_corners(low_poly));
   const std::vector<PackSize> sizes =
-      pack_sizes(rectangle_sizes, texels_per_unit, kMaxAtlasSize, border);
+      find_pack_sizes(rectangle_sizes, texels_per_unit, kMaxAtlasSize, border);
   double area = 0;
   std::uint32_t side = kAtlasSizeStep;
   for (const PackSize& size : sizes) {
@@ -270,7 +272,7 @@ std::uint32_t atlas_size(const SimplifiedIsosurface& low_poly, double texels_per
 
 Atlas make_atlas(const SimplifiedIsosurface& low_poly, const Volume& volume, std::uint32_t size,
                  std::uint32_t border) {
-  const auto corners = chart_corners(low_poly);
+  const auto corners = collect_chart_corners(low_poly);
   const std::vector<RectangleSize> rectangle_sizes = rectangle_sizes_of(low_poly, corners);
   Atlas atlas;
   std::vector<PackPlace> rectangle_places;
@@ -284,19 +286,17 @@ Atlas make_atlas(const SimplifiedIsosurface& low_poly, const Volume& volume, std
     const std::string map =
         "a map of " + std::to_string(size) + " x " + std::to_string(size) + " texels";
     if (!low_poly.is_goal_reached) {
-      throw Error(ErrorCode::input,
-                  "The topology of volume '" + volume.name + "' needs " +
-                      std::to_string(low_poly.faces) + " faces, more than requested, and their " +
-                      std::to_string(corners.size()) + " charts are too many for " + map +
-                      ": use only the outer surface, with gaps closed (" + option("outer_only") +
-                      " and " + option("outer_gap") +
-                      "), "
-                      "or leave small parts out (" +
-                      option("min_part") +
-                      "). Or let parts, holes and handles go "
-                      "(see " +
-                      option("keep_topology") + "), or ask for a larger map (" + option("size") +
-                      ").");
+      throw Error(
+          ErrorCode::input,
+          "The topology of volume '" + volume.name + "' needs " + std::to_string(low_poly.faces) +
+              " faces, more than requested, and their " + std::to_string(corners.size()) +
+              " charts are too many for " + map +
+              ": use only the outer surface, with gaps closed (" + option("outer_only") + " and " +
+              option("outer_gap") +
+              "), "
+              "or leave small parts out (" +
+              option("min_part") + "). Or allow that parts, holes and handles are lost (see " +
+              option("keep_topology") + "), or ask for a larger map (" + option("size") + ").");
     }
     throw Error(ErrorCode::usage, "The low poly has " + std::to_string(corners.size()) +
                                       " charts, too many for " + map +

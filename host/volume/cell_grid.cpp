@@ -8,7 +8,7 @@
 namespace kiln {
 namespace {
 
-/// Mask of the bits first to last - 1 of a row that lie in word w.
+/// Mask of bits `first` to `last` - 1 of a row, restricted to word w of the row.
 std::uint64_t range_mask(std::uint32_t word, std::uint32_t first, std::uint32_t last) {
   const std::int64_t bit = std::int64_t{word} * 64;
   const std::int64_t begin = std::clamp<std::int64_t>(std::int64_t{first} - bit, 0, 64);
@@ -30,7 +30,8 @@ void CellGrid::build(bool open) {
   const std::uint32_t rows = size_[1] + 2;
   const std::size_t row = words_per_row_;
   word_ranks_.resize(inside_bits_.size());
-  // Range of cells, and of lower ends of edges, along each axis; `open` excludes the padding.
+  // Range of the coordinates of cells, and of the lower ends of edges, along each axis. With
+  // `open`, cells and edges in the padding are excluded.
   const std::uint32_t first = open ? 1 : 0;
   const auto last = [&](int axis) { return open ? size_[axis] : size_[axis] + 1; };
   std::vector<std::uint64_t> edges(planes), cells(planes);

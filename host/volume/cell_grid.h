@@ -26,9 +26,9 @@ inline CellPlace unpack_cell_place(std::uint64_t key) {
           static_cast<std::uint32_t>(key >> 2 * kBits & kMask)};
 }
 
-/// Stores one sign bit per padded voxel, and bits for crossed edges and cells derived from the signs. Rank counts with
-/// the bits convert between the number and the position of a crossed edge or cell without a search. Takes 6 bits per
-/// voxel.
+/// Stores one sign bit per padded voxel, and bits that mark crossed edges and crossed cells, which
+/// are computed from the signs. Rank counts with the bits convert between the number and the
+/// position of a crossed edge or cell without a search. Takes 6 bits per voxel.
 class CellGrid {
  public:
   static constexpr std::uint32_t kNone = 0xFFFFFFFF;
@@ -67,7 +67,8 @@ class CellGrid {
   /// Signs of a cell's corners: bit x + 2 y + 4 z is 1 if the corner is inside the solid.
   std::uint32_t corners(const CellPlace& at) const;
 
-  /// For each plane, the number of its first edge; one extra entry at the end.
+  /// Number of the first crossed edge of each plane; the last entry is the total number of crossed
+  /// edges.
   const std::vector<std::uint32_t>& plane_edges() const { return plane_edges_; }
 
   /// Calls visit(number, place) for the crossed cells of a plane, in order.

@@ -27,7 +27,8 @@ constexpr double kMinDensityShare = 0.95;
 /// Resolution of the intermediate map, which has a chart for each polygon, divided by that of the final map with large
 /// charts.
 constexpr double kPolygonMapScale = 2;
-/// Padding of polygons in texels: texels are read up to the corners, which lie on texel centres.
+/// Padding of each polygon's chart in the intermediate map, in texels. One texel suffices: the map
+/// is read inside polygons alone, whose corners lie on texel centres.
 constexpr std::uint32_t kPolygonBorder = 1;
 /// Sample points per texel along each axis.
 constexpr int kPointsPerAxis = 2;
@@ -48,17 +49,18 @@ double surface_area(const SimplifiedIsosurface& low_poly) {
   return area;
 }
 
-/// Reads the polygons' map at a point of a triangle.
+/// Reads the intermediate map at a point of a triangle.
 class PolygonTexels {
  public:
   PolygonTexels(const Atlas& atlas, const Image& map)
-      : map_(map), at_(atlas.mesh.triangles.size()) {
+      : map_(map), corner_texels_(atlas.mesh.triangles.size()) {
     for (const kiln_volume_chart& chart : atlas.charts) {
       for (std::uint32_t k = 0; k < chart.triangles; ++k) {
         const std::array<std::uint32_t, 3> corners = {0, 1 + k, 2 + k};
         for (std::size_t c = 0; c < 3; ++c) {
-          at_[chart.triangle + k][c] = {double{chart.texel[corners[c]][0]} + chart.place[0],
-                                        double{chart.texel[corners[c]][1]} + chart.place[1]};
+          corner_texels_[chart.triangle + k][c] = {
+              double{chart.texel[corners[c]][0]} + chart.place[0],
+              double{chart.texel[corners[c]][1]} + chart.place[1]};
         }
       }
     }
@@ -67,8 +69,8 @@ class PolygonTexels {
   Vec3d normal(std::size_t triangle, const std::array<double, 3>& weights) const {
     double x = 0, y = 0;
     for (std::size_t c = 0; c < 3; ++c) {
-      x += weights[c] * at_[triangle][c][0];
-      y += weights[c] * at_[triangle][c][1];
+      x += weights[c] * corner_texels_[triangle][c][0];
+      y += weights[c] * corner_texels_[triangle][c][1];
     }
     const auto texel_before = [](double at, std::uint32_t count) {
       return static_cast<std::uint32_t>(std::clamp(std::floor(at), 0.0, count - 2.0));
@@ -86,10 +88,10 @@ class PolygonTexels {
  private:
   const Image& map_;
   /// For each triangle, the texel positions of its corners
-  std::vector<std::array<std::array<double, 2>, 3>> at_;
+  std::vector<std::array<std::array<double, 2>, 3>> corner_texels_;
 };
 
-/// Corners of a triangle in texels of the charts' map; rows start at the top.
+/// Corners of a triangle in texels of the final map; rows are counted from the top.
 struct PlacedTriangle {
   std::array<double, 3> x, y;
   double area = 0;  ///< Doubled area; 0: degenerate
@@ -121,7 +123,7 @@ struct TexelSum {
   std::uint32_t sample_count = 0;
 };
 
-/// Encodes a normal as a value of the map, as kiln_volume_map_encode does.
+/// Converts a normal to the values of the map, as kiln_volume_map_encode does.
 Vec3d encode_value(const Vec3d& normal, const kiln_low_shading& low,
                    std::array<double, 3> weights) {
   double sum = 0;
@@ -142,7 +144,7 @@ Vec3d encode_value(const Vec3d& normal, const kiln_low_shading& low,
   return size > 0 ? value * (1 / size) : Vec3d{0, 0, 1};
 }
 
-/// Accumulates rows first to last - 1.
+/// Adds the normals at sample points in rows `first` to `last` - 1 of the map.
 void accumulate_rows(const std::vector<PlacedTriangle>& placed_triangles,
                      const PolygonTexels& polygon_texels, std::uint32_t size, std::size_t first,
                      std::size_t last, std::vector<TexelSum>& gathered) {
@@ -206,20 +208,22 @@ ChartLayout lay_out_charts_at(const SimplifiedIsosurface& low_poly, const Volume
   return lay_out_charts(low_poly, volume, size, border, detail, &known_charts);
 }
 
-Image chart_map(cl::Context& context, const FineSurface& surface,
-                const SimplifiedIsosurface& low_poly, const Volume& volume,
-                const ChartLayout& layout, double spacing, const ExtractOptions& options,
-                std::uint64_t& splatted) {
-  ExtractOptions fine = options;
-  fine.size = atlas_size(low_poly, kPolygonMapScale * layout.texels_per_unit, kPolygonBorder);
-  fine.space = NormalMapSpace::object;
-  fine.flip_y = false;
-  fine.raw = true;
-  const Atlas atlas = make_atlas(low_poly, volume, fine.size, kPolygonBorder);
-  const Image polygon_map = splat_normals(context, surface, low_poly, atlas,
-                                          atlas.texels_per_unit * spacing, fine, splatted);
+Image make_chart_map(cl::Context& context, const FineSurface& surface,
+                     const SimplifiedIsosurface& low_poly, const Volume& volume,
+                     const ChartLayout& layout, double spacing, const ExtractOptions& options,
+                     std::uint64_t& splatted) {
+  ExtractOptions polygon_map_options = options;
+  polygon_map_options.size =
+      find_atlas_size(low_poly, kPolygonMapScale * layout.texels_per_unit, kPolygonBorder);
+  polygon_map_options.space = NormalMapSpace::object;
+  polygon_map_options.flip_y = false;
+  polygon_map_options.raw = true;
+  const Atlas atlas = make_atlas(low_poly, volume, polygon_map_options.size, kPolygonBorder);
+  const Image polygon_map =
+      splat_normals(context, surface, low_poly, atlas, atlas.texels_per_unit * spacing,
+                    polygon_map_options, splatted);
   const PolygonTexels polygon_texels(atlas, polygon_map);
-  const Mesh& mesh = layout.mesh;  // The mesh's triangles are those of the polygons' map
+  const Mesh& mesh = layout.mesh;  // Triangles are in the order of the intermediate map
   std::vector<PlacedTriangle> placed_triangles;
   placed_triangles.reserve(mesh.triangles.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)

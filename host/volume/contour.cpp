@@ -10,7 +10,7 @@ Mesh contour(const Device& device, const Volume& volume, const ContourOptions& o
   ContourReport local;
   ContourReport& out = report != nullptr ? *report : local;
   out = {};
-  return fine_mesh(fine_surface(context_of(device), volume, options, false, out), volume);
+  return make_fine_mesh(fine_surface(context_of(device), volume, options, false, out), volume);
 }
 
 }  // namespace kiln

@@ -26,14 +26,15 @@
 namespace kiln {
 namespace {
 
-/// Parts with fewer than this share of the largest part's vertices count as small. If there are kMinNoiseParts or more
-/// small parts, they are noise and are removed.
+/// Parts with fewer than this share of the largest part's vertices count as small. If at least
+/// kMinNoiseParts parts are small, they are considered noise and removed.
 constexpr double kMinPartShare = 0.01;
 constexpr std::uint64_t kMinNoiseParts = 100;
-/// Maximum share of the full contour's triangles that remains if no goal is given.
+/// Maximum number of triangles if no goal is given, as a share of the full contour's triangles.
 constexpr double kMaxFaceShare = 0.05;
 
-/// Measured peak memory of the low poly, its layout and its map.
+/// Peak memory of the low poly, its layout and its map: bytes per texel of the map and per face, as
+/// measured.
 struct PeakBytes {
   std::uint64_t texel, face;
 };
@@ -47,7 +48,7 @@ void require_map(const PeakBytes& bytes, const SimplifiedIsosurface& low_poly, c
 }
 
 /// Number of edges with more than two triangles.
-std::uint64_t nonmanifold_edges(const Mesh& mesh) {
+std::uint64_t count_nonmanifold_edges(const Mesh& mesh) {
   std::vector<std::uint64_t> edges;
   edges.reserve(3 * mesh.triangles.size());
   for (const Triangle& t : mesh.triangles) {
@@ -107,8 +108,8 @@ void report_surface(const SimplifiedIsosurface& low_poly, const ExtractOptions& 
         {"border-changed",
          "The full contour has " + words(low_poly.fine_pieces) + ", the low poly " +
              words(low_poly.pieces) +
-             ": the volume's open border cuts strips there that are one cell wide. Close the "
-             "border, or ask for more faces.",
+             ": strips of surface only one cell wide are lost where the volume's open border cuts "
+             "them. Close the border, or ask for more faces.",
          1});
   }
   if (low_poly.changed_topology != 0) {
@@ -129,10 +130,10 @@ void report_flaws(const IsosurfaceFlaws& flaws, const Volume& volume, ExtractRep
   report.mended = flaws.mended;
   report.left_out = flaws.removed_back_to_back;
   report.folded = flaws.folded.count;
-  report.without_area = flaws.flat.count;
-  report.repeated = flaws.repeated.count;
-  const auto warn = [&](const char* code, const IsosurfaceFlaws::Left& left, const char* what,
-                        const char* remedy) {
+  report.without_area = flaws.degenerate.count;
+  report.repeated = flaws.duplicates.count;
+  const auto warn = [&](const char* code, const IsosurfaceFlaws::RemainingFlaws& left,
+                        const char* what, const char* remedy) {
     if (left.count == 0) return;
     const std::string place =
         formatted(", one at (%.5g, %.5g, %.5g)", volume.origin[0] + left.place.x,
@@ -145,14 +146,15 @@ void report_flaws(const IsosurfaceFlaws& flaws, const Volume& volume, ExtractRep
        flaws.folded.count == 1 ? "faces away from the full contour and could not be repaired"
                                : "face away from the full contour and could not be repaired",
        ": ask for more faces.");
-  warn("flat-triangles", flaws.flat,
-       flaws.flat.count == 1 ? "has no area and could not be repaired"
-                             : "have no area and could not be repaired",
+  warn("flat-triangles", flaws.degenerate,
+       flaws.degenerate.count == 1 ? "has no area and could not be repaired"
+                                   : "have no area and could not be repaired",
        ": ask for more faces.");
-  warn("repeated-triangles", flaws.repeated,
-       flaws.repeated.count == 1 ? "has the corners of another one" : "have the corners of others",
-       ": walls there are thinner than the low poly's cells; ask for more faces, or keep the "
-       "topology.");
+  warn("repeated-triangles", flaws.duplicates,
+       flaws.duplicates.count == 1 ? "has the same corners as another one"
+                                   : "have the same corners as others",
+       ": the volume has walls there that are thinner than the low poly's cells. Ask for more "
+       "faces, or keep the topology.");
 }
 
 /// Simplifies the surface with the requested or automatically chosen settings.
@@ -185,18 +187,18 @@ SimplifiedIsosurface simplify_with_options(const FineSurface& surface, const Ver
 
 void warn_of_fine_map(const Volume& volume, ExtractReport& report) {
   if (report.texels_per_cell < kMapTooFine) return;
-  // Texel density is proportional to the map's size. The suggested size is that for 2 texels per cell, rounded up to a
-  // multiple of 16.
+  // Texel density is proportional to the map's size. The suggested size gives 2 texels per cell and
+  // is rounded up to a multiple of 16.
   const double side = 2 * report.used.size / report.texels_per_cell;
   const auto better = static_cast<std::uint32_t>(16 * std::max(1.0, std::ceil(side / 16)));
   const std::string texels = formatted("%.3g", report.texels_per_cell);
   report.warnings.push_back(
       {"map-too-fine",
-       "The map has " + texels + " texels a cell of volume '" + volume.name +
-           "', whose fine vertices give one normal each: the rest is filled in between, and may "
-           "be worse than no map. Ask for about " +
+       "The map has " + texels + " texels per cell of volume '" + volume.name +
+           "', but each cell has only about one normal. Texels between these are interpolated, so "
+           "the map may look worse than none. Ask for about " +
            std::to_string(better) + " x " + std::to_string(better) +
-           " texels (2 a cell), or match by rays.",
+           " texels (2 per cell), or bake the map with rays.",
        report.charts});
 }
 
@@ -205,7 +207,7 @@ void report_atlas(const Atlas& atlas, const Volume& volume, const ExtractOptions
   report.charts = atlas.charts.size();
   report.coverage = uv_area(atlas.mesh);
   report.texels_per_cell = atlas.texels_per_unit * spacing_of(volume);
-  report.non_manifold_edges = nonmanifold_edges(atlas.mesh);
+  report.non_manifold_edges = count_nonmanifold_edges(atlas.mesh);
   if (atlas.border != options.border_texels) {
     report.warnings.push_back({"border-shrunk",
                                "The map has too many charts for the requested padding: it is " +
@@ -221,7 +223,7 @@ void report_charts(const ChartLayout& layout, const Volume& volume, ExtractRepor
   report.charts = layout.unwrapped.charts;
   report.coverage = layout.unwrapped.coverage;
   report.texels_per_cell = layout.texels_per_unit * spacing_of(volume);
-  report.non_manifold_edges = nonmanifold_edges(layout.mesh);
+  report.non_manifold_edges = count_nonmanifold_edges(layout.mesh);
   const std::vector<Warning>& warnings = layout.unwrapped.warnings;
   report.warnings.insert(report.warnings.end(), warnings.begin(), warnings.end());
   warn_of_fine_map(volume, report);
@@ -236,8 +238,8 @@ void check_extract_options(const ExtractOptions& options) {
          " cells: give one above 0, or a number of faces.");
   }
   if (!(options.min_part >= 0 && options.min_part <= 1)) {
-    fail("The size below which parts are left out is " + decimal(options.min_part) +
-         " of the largest part's: give a share from 0 to 1.");
+    fail("The minimum size of parts is " + decimal(options.min_part) +
+         " times that of the largest part: give a share from 0 to 1.");
   }
   if (!options.choose.size && (options.size < 16 || options.size > 8192)) {
     fail("The map's size is " + std::to_string(options.size) + " texels; use 16 to 8192.");
@@ -262,7 +264,7 @@ ExtractResult extract_from(cl::Context& context, const Volume& volume, const Fin
   check_extract_options(options);
   const auto start = std::chrono::steady_clock::now();
   auto last = start;
-  const auto lap = [&] {
+  const auto restart_clock = [&] {
     const auto now = std::chrono::steady_clock::now();
     const double seconds = std::chrono::duration<double>(now - last).count();
     last = now;
@@ -276,21 +278,21 @@ ExtractResult extract_from(cl::Context& context, const Volume& volume, const Fin
   SimplifiedIsosurface low_poly =
       simplify_with_options(surface, tree, volume, options, report.used);
   if (low_poly.polygons.empty()) {
-    throw Error(ErrorCode::input, "Nothing of the surface of volume '" + volume.name +
-                                      "' is left: ask for more faces or a smaller error, or keep "
-                                      "the topology.");
+    throw Error(ErrorCode::input, "The low poly of volume '" + volume.name +
+                                      "' would have no faces: ask for more faces or a smaller "
+                                      "error, or keep the topology.");
   }
   report.clusters = tree.count() - tree.leaves();
   const auto flaws = repair_isosurface(surface, volume, low_poly);
   report_surface(low_poly, options, report);
   report_flaws(flaws, volume, report);
-  report.seconds_simplify = seconds_tree + lap();
+  report.seconds_simplify = seconds_tree + restart_clock();
   ExtractOptions sized_options = options;
   const double spacing = spacing_of(volume);
   if (options.unwrap == UnwrapMethod::charts) {
     ProgressGuard::poll_at(0, "growing charts on " + counted(low_poly.polygons.size(), "polygon"));
     std::optional<TexelDetail> detail;
-    if (options.density == TexelDensity::detail) detail.emplace(fine_mesh(surface, volume));
+    if (options.density == TexelDensity::detail) detail.emplace(make_fine_mesh(surface, volume));
     const TexelDetail* by = detail ? &*detail : nullptr;
     ChartLayout layout =
         options.choose.size
@@ -300,24 +302,24 @@ ExtractResult extract_from(cl::Context& context, const Volume& volume, const Fin
     report.used.size = sized_options.size;
     require_map(kChartBytes, low_poly, volume, sized_options.size);
     report_charts(layout, volume, report);
-    report.seconds_atlas = lap();
+    report.seconds_atlas = restart_clock();
     ProgressGuard::poll_at(0, "making the map");
-    result.normal_map = chart_map(context, surface, low_poly, volume, layout, spacing,
-                                  sized_options, report.splatted_texels);
+    result.normal_map = make_chart_map(context, surface, low_poly, volume, layout, spacing,
+                                       sized_options, report.splatted_texels);
     result.mesh = std::move(layout.mesh);
   } else {
     if (options.choose.size)
-      sized_options.size = atlas_size(low_poly, 1 / spacing, options.border_texels);
+      sized_options.size = find_atlas_size(low_poly, 1 / spacing, options.border_texels);
     report.used.size = sized_options.size;
     require_map(kPairBytes, low_poly, volume, sized_options.size);
     Atlas atlas = make_atlas(low_poly, volume, sized_options.size, options.border_texels);
     report_atlas(atlas, volume, options, report);
-    report.seconds_atlas = lap();
+    report.seconds_atlas = restart_clock();
     result.normal_map = splat_normals(context, surface, low_poly, atlas, report.texels_per_cell,
                                       sized_options, report.splatted_texels);
     result.mesh = std::move(atlas.mesh);
   }
-  report.seconds_map = lap();
+  report.seconds_map = restart_clock();
   report.seconds_total = std::chrono::duration<double>(last - start).count() + seconds_tree;
   return result;
 }

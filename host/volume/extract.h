@@ -11,8 +11,9 @@ namespace kiln {
 /// \throws Error(usage) for an option out of its range
 void check_extract_options(const ExtractOptions& options);
 
-/// \param contour  report of the surface's contour
-/// \param seconds_tree  time of building the tree; added to seconds_simplify and seconds_total
+/// \param contour  report about the making of `surface`
+/// \param seconds_tree  time for building the tree, which is added to seconds_simplify and
+///   seconds_total
 ExtractResult extract_from(cl::Context& context, const Volume& volume, const FineSurface& surface,
                            const VertexTree& tree, const ExtractOptions& options,
                            const ContourReport& contour, double seconds_tree);

@@ -13,12 +13,13 @@
 namespace kiln {
 namespace {
 
-// Measured peak memory. With error functions, it includes those of clusters. kBytesPerWord is in bytes per 64 padded
-// voxels.
+// Peak memory as measured: in bytes per 64 padded voxels (kBytesPerWord), and per cell.
+// kBytesPerCellWithQefs includes the error functions of vertices and clusters.
 constexpr std::uint64_t kBytesPerWord = 2 * sizeof(kiln_volume_word) + 8;
 constexpr std::uint64_t kBytesPerCell = 140, kBytesPerCellWithQefs = 260;
 
-double lap(std::chrono::steady_clock::time_point& last) {
+/// Returns the seconds since `last`, and sets `last` to now.
+double restart_clock(std::chrono::steady_clock::time_point& last) {
   const auto now = std::chrono::steady_clock::now();
   const double seconds = std::chrono::duration<double>(now - last).count();
   last = now;
@@ -27,22 +28,21 @@ double lap(std::chrono::steady_clock::time_point& last) {
 
 void warn_of_voxels(const DeviceVoxels& voxels, const Volume& volume, ContourReport& report) {
   if (voxels.not_finite != 0) {
-    report.warnings.push_back({"non-finite-voxels",
-                               std::to_string(voxels.not_finite) + " voxels of volume '" +
-                                   volume.name +
-                                   "' are not finite: infinities on the solid's side of the iso "
-                                   "value count as inside, others as outside.",
-                               voxels.not_finite});
+    report.warnings.push_back(
+        {"non-finite-voxels",
+         std::to_string(voxels.not_finite) + " voxels of volume '" + volume.name +
+             "' are not finite. Infinite voxels on the solid's side of the iso "
+             "value count as inside, all others as outside.",
+         voxels.not_finite});
   }
   if (voxels.beyond_float != 0) {
-    report.warnings.push_back({"beyond-float",
-                               std::to_string(voxels.beyond_float) + " voxels of volume '" +
-                                   volume.name +
-                                   "' are too far from the iso value, or too close to it, for "
-                                   "single precision: they count "
-                                   "as the farthest or closest that it has. Rescale the values to "
-                                   "where they are ordinary.",
-                               voxels.beyond_float});
+    report.warnings.push_back(
+        {"beyond-float",
+         std::to_string(voxels.beyond_float) + " voxels of volume '" + volume.name +
+             "' are too far from the iso value, or too close to it, for "
+             "single precision, and were clamped. Scale the volume's values to a "
+             "range such as -1000 to 1000.",
+         voxels.beyond_float});
   }
 }
 
@@ -55,18 +55,18 @@ bool is_mirrored(const Volume& volume) {
 }
 
 /// Extends a range of planes on both sides.
-PlaneRange extended_range(const PlaneRange& planes, std::uint32_t below, std::uint32_t above,
-                          std::uint32_t end) {
+PlaneRange extend_range(const PlaneRange& planes, std::uint32_t below, std::uint32_t above,
+                        std::uint32_t end) {
   if (planes.first >= planes.last) return {0, 0};
   return {planes.first - std::min(planes.first, below), std::min(end, planes.last + above)};
 }
 
-/// Copies the elements of unchanged planes to their new positions in an array. \param old_begins, new_begins  index of
-/// each plane's first element before and after
+/// Copies the elements of unchanged planes from an old array to their positions in a new one.
+/// \param old_begins, new_begins  index of each plane's first element in the old and the new array
 template <typename T>
-void copy_kept(const RawVector<T>& from, const std::vector<std::uint32_t>& old_begins,
-               const std::vector<std::uint32_t>& new_begins, const PlaneRange& changed,
-               RawVector<T>& to) {
+void copy_unchanged(const RawVector<T>& from, const std::vector<std::uint32_t>& old_begins,
+                    const std::vector<std::uint32_t>& new_begins, const PlaneRange& changed,
+                    RawVector<T>& to) {
   std::copy_n(from.begin(), new_begins[changed.first], to.begin());
   std::copy(from.begin() + old_begins[changed.last], from.end(),
             to.begin() + new_begins[changed.last]);
@@ -80,9 +80,10 @@ FineContour::Kernels FineContour::kernels(const DeviceVoxels& voxels) const {
   return {get("kiln_volume_signs"), get("kiln_volume_crossings"), get("kiln_volume_vertices")};
 }
 
-bool FineContour::all_changed(const DeviceVoxels& voxels) const {
+bool FineContour::needs_full_update(const DeviceVoxels& voxels) const {
   if (!state_.cells || voxels.type != state_.type || voxels.iso != state_.iso) return true;
-  // Non-finite voxels are replaced by values that depend on the whole volume.
+  // The values that replace non-finite voxels depend on the whole volume, so a change of these
+  // values affects all planes.
   return (voxels.outside != state_.outside || voxels.infinity_value != state_.infinity_value) &&
          (voxels.not_finite != 0 || state_.not_finite);
 }
@@ -94,7 +95,7 @@ PlaneRange FineContour::update_signs(const Volume& volume, const DeviceVoxels& v
   auto clock = std::chrono::steady_clock::now();
   CellGrid& cells = *next.cells;
   const std::uint32_t planes = volume.size[2] + 2;
-  const bool is_all_changed = all_changed(voxels);
+  const bool is_all_changed = needs_full_update(voxels);
   const PlaneRange look = is_all_changed ? PlaneRange{0, volume.size[2]} : voxel_planes;
   const std::size_t words = cells.plane_words();
   if (!is_all_changed) {
@@ -106,31 +107,31 @@ PlaneRange FineContour::update_signs(const Volume& volume, const DeviceVoxels& v
   }
   find_signs(context_, voxel_slabs, kernels.signs, grid, look, cells);
   if (!has_both_signs(cells)) throw_no_surface(volume, options_);
-  report.seconds_scan = lap(clock);
+  report.seconds_scan = restart_clock(clock);
   if (options_.outer_only) {
-    if (keep_) next.signs.assign(cells.plane(0), cells.plane(0) + planes * words);
+    if (keeps_state_) next.signs.assign(cells.plane(0), cells.plane(0) + planes * words);
     report.filled_voxels = fill_unreached(cells, options_.outer_gap, volume.name);
     if (!has_both_signs(cells)) {
       throw Error(ErrorCode::input,
-                  "Nothing of the outside of volume '" + volume.name +
-                      "' can be reached from its border: all of it is solid, or too narrow for "
-                      "the outer gap. Use a smaller gap, or contour all surfaces.");
+                  "No empty voxel of volume '" + volume.name +
+                      "' can be reached from its border: the border is solid, or its openings are "
+                      "narrower than the outer gap. Use a smaller gap, or contour all surfaces.");
     }
   }
-  report.seconds_outer = lap(clock);
+  report.seconds_outer = restart_clock(clock);
   cells.build(options_.border == VolumeBorder::open);
   PlaneRange changed = {look.first + 1, look.last + 1};
   if (is_all_changed) {
     changed = {0, planes};
   } else if (options_.outer_only) {
-    // Where unreachable voxels are filled, a change of one voxel may change signs in distant planes.
+    // Filling depends on connectivity, so a change of one voxel may change signs in distant planes.
     for (std::uint32_t plane = 0; plane < planes; ++plane) {
       const std::uint64_t* old = std::as_const(*state_.cells).plane(plane);
       if (std::equal(old, old + words, cells.plane(plane))) continue;
       changed = {std::min(changed.first, plane), std::max(changed.last, plane + 1)};
     }
   }
-  report.seconds_scan += lap(clock);
+  report.seconds_scan += restart_clock(clock);
   return changed;
 }
 
@@ -142,13 +143,13 @@ cl::Array<kiln_volume_crossing> FineContour::compute_crossings(DeviceSlab& voxel
   const CellGrid& cells = *next.cells;
   cl::Array<kiln_volume_crossing> found =
       find_crossings(context_, voxel_slabs, kernels.crossings, grid, cells, planes);
-  if (!keep_) return found;
+  if (!keeps_state_) return found;
   next.crossings.resize(cells.edge_count());
   const std::uint32_t begin = cells.plane_edges()[planes.first];
   found.read(context_, {next.crossings.data() + begin, found.size()});
   if (found.size() == cells.edge_count()) return found;
-  copy_kept(state_.crossings, state_.cells->plane_edges(), cells.plane_edges(), planes,
-            next.crossings);
+  copy_unchanged(state_.crossings, state_.cells->plane_edges(), cells.plane_edges(), planes,
+                 next.crossings);
   return cl::Array<kiln_volume_crossing>(context_,
                                          std::span<const kiln_volume_crossing>(next.crossings));
 }
@@ -156,10 +157,10 @@ cl::Array<kiln_volume_crossing> FineContour::compute_crossings(DeviceSlab& voxel
 UnchangedVertices FineContour::update(const Volume& volume, const PlaneRange& voxel_planes,
                                       ContourReport& report) {
   auto clock = std::chrono::steady_clock::now();
-  const DeviceVoxels voxels = device_voxels(volume, options_, report.lowest, report.highest);
+  const DeviceVoxels voxels = convert_voxels(volume, options_, report.lowest, report.highest);
   warn_of_voxels(voxels, volume, report);
   const Kernels kernels = this->kernels(voxels);
-  const double seconds_voxels = lap(clock);
+  const double seconds_voxels = restart_clock(clock);
   State next;
   const std::uint64_t words = (std::uint64_t{volume.size[0]} + 2 + 63) / 64 *
                               (std::uint64_t{volume.size[1]} + 2) *
@@ -185,47 +186,48 @@ UnchangedVertices FineContour::update(const Volume& volume, const PlaneRange& vo
     const std::uint64_t bytes_per_cell = with_qefs_ ? kBytesPerCellWithQefs : kBytesPerCell;
     require_memory("The full contour of volume '" + volume.name + "'",
                    bytes_per_cell * cells.cell_count());
-    lap(clock);
+    restart_clock(clock);
     crossings =
-        compute_crossings(voxel_slabs, kernels, grid, extended_range(changed, 3, 3, end), next);
+        compute_crossings(voxel_slabs, kernels, grid, extend_range(changed, 3, 3, end), next);
   }
-  report.seconds_hermite = lap(clock);
+  report.seconds_hermite = restart_clock(clock);
   surface.cells = cells.cell_count();
   Sheets sheets = find_sheets(cells);
   surface.keys = std::move(sheets.keys);
-  surface.forked_vertices = std::move(sheets.forked_vertices);
+  surface.doubled_face_vertices = std::move(sheets.doubled_face_vertices);
   next.plane_vertices = std::move(sheets.plane_vertices);
   const std::size_t count = surface.keys.size();
   surface.vertices.resize(count);
   if (with_qefs_) surface.qefs.resize(count);
-  // Cells depend on crossings of their own and the next plane, and their sheets on neighbouring cells.
-  const PlaneRange planes = extended_range(changed, 5, 4, end);
+  // The vertices of a cell depend on crossings in the cell's plane and the next one, and on
+  // neighbouring cells, since these take part in the division into sheets.
+  const PlaneRange planes = extend_range(changed, 5, 4, end);
   const std::vector<std::uint32_t>& begins = next.plane_vertices;
   if (state_.cells && (planes.first > 0 || planes.last < end)) {
-    copy_kept(surface_.vertices, state_.plane_vertices, begins, planes, surface.vertices);
+    copy_unchanged(surface_.vertices, state_.plane_vertices, begins, planes, surface.vertices);
     if (with_qefs_) {
-      copy_kept(surface_.qefs, state_.plane_vertices, begins, planes, surface.qefs);
+      copy_unchanged(surface_.qefs, state_.plane_vertices, begins, planes, surface.qefs);
     }
   }
   find_vertices(context_, kernels.vertices, grid, cells, crossings, begins[planes.first],
                 begins[planes.last], surface);
-  report.seconds_vertices = lap(clock);
+  report.seconds_vertices = restart_clock(clock);
   surface.edges = find_quads(cells, sheets.cells, surface.quads);
   report.cells = surface.cells;
   report.vertices = count;
   report.quads = surface.quads;
-  report.seconds_quads = lap(clock);
+  report.seconds_quads = restart_clock(clock);
   UnchangedVertices kept;
   kept.planes = planes;
   kept.new_suffix_begin = static_cast<std::uint32_t>(count);
   kept.old_suffix_begin = static_cast<std::uint32_t>(surface_.keys.size());
   if (state_.cells) {
-    kept.before = begins[planes.first];
+    kept.prefix_end = begins[planes.first];
     kept.new_suffix_begin = begins[planes.last];
     kept.old_suffix_begin = state_.plane_vertices[planes.last];
   }
   surface_ = std::move(surface);
-  if (keep_) state_ = std::move(next);
+  if (keeps_state_) state_ = std::move(next);
   return kept;
 }
 

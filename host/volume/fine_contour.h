@@ -14,8 +14,9 @@ namespace kiln {
 /// Contours a volume, and updates the contour near planes whose voxels changed. The surface is bit-identical to a new
 /// contour of the whole volume.
 ///
-/// A crossing depends on voxels up to three planes away, a vertex on the crossings of its cell; data of
-/// unaffected planes are copied. Sheets and quads are recomputed, since they only depend on signs.
+/// A crossing depends on voxels up to three planes away, a vertex on the crossings of its cell;
+/// both are copied for planes that are not affected. Sheets and quads are recomputed for all
+/// planes, which is cheap, since they only depend on signs.
 class FineContour {
  public:
   /// \param keep  true: stores data for update(): 16 bytes per edge, 6 bits per voxel
@@ -25,10 +26,11 @@ class FineContour {
         options_(options),
         slab_bytes_(slab_bytes),
         with_qefs_(with_qefs),
-        keep_(keep) {}
+        keeps_state_(keep) {}
 
-  /// \param voxel_planes  planes that changed since the last call; ignored in the first call
-  /// \throws as contour(); then the state is unchanged
+  /// \param voxel_planes  voxel planes that changed since the last call; ignored by the first call
+  /// \returns the vertices that did not change
+  /// \throws as contour(); the state is unchanged in that case
   UnchangedVertices update(const Volume& volume, const PlaneRange& voxel_planes,
                            ContourReport& report);
 
@@ -42,7 +44,8 @@ class FineContour {
   /// State of the last update, besides the surface.
   struct State {
     std::optional<CellGrid> cells;
-    /// Voxel signs before unreachable voxels were filled; empty if such voxels are not filled
+    /// Voxel signs before unreachable voxels were filled; empty if ContourOptions::outer_only is
+    /// not set
     std::vector<std::uint64_t> signs;
     std::vector<std::uint32_t> plane_vertices;
     RawVector<kiln_volume_crossing> crossings;
@@ -53,19 +56,19 @@ class FineContour {
   };
   Kernels kernels(const DeviceVoxels& voxels) const;
   /// Updates the signs.
-  /// \returns padded planes whose signs or voxels changed: first to last - 1
+  /// \returns the range of padded planes whose signs or voxels changed
   PlaneRange update_signs(const Volume& volume, const DeviceVoxels& voxels, DeviceSlab& slabs,
                           const Kernels& kernels, const kiln_volume_grid& grid,
                           const PlaneRange& voxel_planes, State& next, ContourReport& report) const;
   cl::Array<kiln_volume_crossing> compute_crossings(DeviceSlab& slabs, const Kernels& kernels,
                                                     const kiln_volume_grid& grid,
                                                     const PlaneRange& planes, State& next) const;
-  bool all_changed(const DeviceVoxels& voxels) const;
+  bool needs_full_update(const DeviceVoxels& voxels) const;
 
   cl::Context& context_;
   ContourOptions options_;
   std::size_t slab_bytes_;
-  bool with_qefs_, keep_;
+  bool with_qefs_, keeps_state_;
   State state_;
   FineSurface surface_;
 };

@@ -23,7 +23,7 @@ double squared_distance(const kiln_volume_vertex& a, const kiln_volume_vertex& b
 void drop_vertices(Mesh& mesh, const std::vector<std::pair<std::uint32_t, std::uint32_t>>& gone) {
   std::vector<std::uint32_t> number(mesh.positions.size());
   std::uint32_t count = 0;
-  auto next = gone.begin();  // Removed vertices are in ascending order
+  auto next = gone.begin();  // The list is sorted by removed vertex
   for (std::uint32_t v = 0; v < number.size(); ++v) {
     if (next != gone.end() && next->first == v) {
       ++next;
@@ -42,7 +42,7 @@ void drop_vertices(Mesh& mesh, const std::vector<std::pair<std::uint32_t, std::u
 
 }  // namespace
 
-Mesh fine_mesh(const FineSurface& surface, const Volume& volume) {
+Mesh make_fine_mesh(const FineSurface& surface, const Volume& volume) {
   Mesh mesh;
   mesh.name = volume.name;
   mesh.origin = volume.origin;
@@ -79,7 +79,8 @@ Mesh fine_mesh(const FineSurface& surface, const Volume& volume) {
       mesh.triangles.push_back({a, b, c});
       continue;
     }
-    // Splits a quad along the shorter diagonal, unless that has no length.
+    // Splits a quad along its shorter diagonal, or along the longer one if the shorter one has zero
+    // length.
     const double ac = squared_distance(vertex(a), vertex(c));
     const double bd = squared_distance(vertex(b), vertex(d));
     const bool second =

@@ -8,6 +8,6 @@ namespace kiln {
 
 /// Makes the mesh, with vertex normals. Zero-length edges are removed.
 /// \throws Error(input) if the surface has no triangle
-Mesh fine_mesh(const FineSurface& surface, const Volume& volume);
+Mesh make_fine_mesh(const FineSurface& surface, const Volume& volume);
 
 }  // namespace kiln

@@ -18,12 +18,13 @@ namespace kiln {
 /// there is no cell (at the volume's open border).
 struct FineEdge {
   std::array<std::uint32_t, 4> vertices;
-  /// Trailing zeros of the edge's padded u and v, 31 at 0: the cells on its two sides along u share an octree node from
-  /// level u_level + 1 on, and likewise along v.
+  /// Number of trailing zero bits of the edge's padded u coordinate, or 31 if the coordinate is 0.
+  /// The cells on the two sides of the edge along u lie in the same octree node from level u_level
+  /// + 1 upwards. v_level is the same for v.
   std::uint8_t u_level;
   std::uint8_t v_level;
   std::uint8_t axis;
-  /// 1: the solid is at the lower end, so the normal points along the axis
+  /// 1 if the solid is at the edge's lower end, so that the normal points along the positive axis
   std::uint8_t solid_at_lower_end;
 
   bool is_quad() const {
@@ -32,24 +33,26 @@ struct FineEdge {
   }
 };
 
-/// A vertex with two neighbours through the same face, since its sheet bends back there. The two neighbours may
-/// only be merged together with the vertex; otherwise an edge would have four faces.
-struct ForkedVertex {
-  std::uint32_t stem;
-  std::array<std::uint32_t, 2> forked_neighbours;
+/// A vertex whose sheet crosses one face of its cell in two lines (SheetTable::doubled_face()), so
+/// that two of its neighbours lie beyond the same face. These two may only be merged with each
+/// other if the vertex is merged with them, too; otherwise an edge would have four faces.
+struct DoubledFaceVertex {
+  std::uint32_t vertex;
+  std::array<std::uint32_t, 2> neighbours;
 };
 
-/// PlaneRange first to last - 1, of voxels or of padded coordinates.
+/// A range of planes of voxels or of padded voxels: `first` to `last` - 1.
 struct PlaneRange {
   std::uint32_t first = 0, last = 0;
 };
 
-/// Vertices that an update did not change: a prefix, with numbers below `before`, and a suffix, which started at
-/// old_suffix_begin before the update and starts at new_suffix_begin now.
+/// Vertices that an update did not change: a prefix, with numbers below `prefix_end`, and a suffix,
+/// whose first vertex had the number old_suffix_begin before the update and has new_suffix_begin
+/// now.
 struct UnchangedVertices {
-  std::uint32_t before = 0;
+  std::uint32_t prefix_end = 0;
   std::uint32_t old_suffix_begin = 0, new_suffix_begin = 0;
-  PlaneRange planes;  ///< Padded cell planes that may have changed
+  PlaneRange planes;  ///< Planes of padded cells that may have changed
 };
 
 struct FineSurface {
@@ -60,13 +63,15 @@ struct FineSurface {
   RawVector<kiln_volume_vertex> vertices;
   RawVector<kiln_volume_qef> qefs;  ///< Error function of each vertex; empty if not requested
   RawVector<FineEdge> edges;
-  /// Vertices with two neighbours through one face; rare
-  std::vector<ForkedVertex> forked_vertices;
-  bool is_left_handed = false;  ///< The axes are left-handed: triangles must be reversed
+  /// Vertices at doubled faces, which are rare
+  std::vector<DoubledFaceVertex> doubled_face_vertices;
+  /// True if the volume's axes are left-handed, so that triangles must be reversed
+  bool is_left_handed = false;
 };
 
-/// \param with_qefs  keeps the vertices' error functions
-/// \param slab_bytes  approximate size of the slabs in which voxels are copied to the device
+/// \param with_qefs  true: keeps the error function of each vertex
+/// \param slab_bytes  approximate size in bytes of the slabs in which voxels are copied to the
+///   device
 FineSurface fine_surface(cl::Context& context, const Volume& volume, const ContourOptions& options,
                          bool with_qefs, ContourReport& report,
                          std::size_t slab_bytes = std::size_t{1} << 30);

@@ -21,7 +21,8 @@ namespace {
 
 constexpr double kGradientStep = 0.25;  // Step of central differences, in cells
 constexpr std::uint32_t kNoTriangle = 0xFFFFFFFF;
-/// Tolerance in texels: corners of charts lie on texel centres up to rounding.
+/// Tolerance in texels for points on a triangle's sides: rounding may move the corners of charts
+/// off the texel centres on which they lie.
 constexpr double kTexelTolerance = 1e-3;
 
 /// Squared length below which a vector has no direction.
@@ -51,11 +52,11 @@ struct IndexAndWorldSpace {
   }
 };
 
-/// Returns the cells that the surface crosses. They are needed if the surface is only a part of the field's isosurface;
-/// otherwise returns null.
+/// Finds the cells that the outer surface crosses. Returns null without ContourOptions::outer_only,
+/// since then every crossing of the isosurface is part of the surface.
 template <typename T>
-std::unique_ptr<CellGrid> outer_surface_cells(const DeviceVoxels& voxels, const Volume& volume,
-                                              const ContourOptions& options) {
+std::unique_ptr<CellGrid> find_outer_surface_cells(const DeviceVoxels& voxels, const Volume& volume,
+                                                   const ContourOptions& options) {
   if (!options.outer_only) return nullptr;
   auto cells = std::make_unique<CellGrid>(volume.size);
   const VolumeField<T> field(voxels, volume, options);
@@ -75,17 +76,19 @@ std::unique_ptr<CellGrid> outer_surface_cells(const DeviceVoxels& voxels, const 
   return cells;
 }
 
-/// Finds the nearest point at which a line leaves the solid.
+/// Searches a line, from its middle in both directions, for the nearest point at which it leaves
+/// the solid. Only crossings from inside to outside in the line's direction count.
 template <typename T>
 class SurfaceFinder {
  public:
-  enum class LineResult { nothing, border, surface };
+  enum class LineResult { no_crossing, border, surface };
 
   SurfaceFinder(const VolumeField<T>& field, const CellGrid* cells, bool closed)
       : field_(field), cells_(cells), has_closed_border_(closed) {}
 
-  /// \param from, along  index space: points from + t * along, |t| up to 1
-  /// \param surface_point  [out] point of the surface
+  /// \param from, along  the line consists of the points from + t * along in index space, with |t|
+  ///   up to 1
+  /// \param surface_point  [out] the crossing, if there is one
   LineResult find(const Vec3d& from, const Vec3d& along, Vec3d& surface_point) const {
     const auto steps = std::max(1, static_cast<int>(std::ceil(length(along) / kGradientStep)));
     const double step = 1.0 / steps;
@@ -98,12 +101,12 @@ class SurfaceFinder {
       fore = next_fore;
       back = next_back;
       double best = 2;
-      LineResult line_result = LineResult::nothing;
+      LineResult line_result = LineResult::no_crossing;
       if (leaves_forward) refine_crossing(from, along, t, u, best, line_result, surface_point);
       if (leaves_backward) refine_crossing(from, along, -u, -t, best, line_result, surface_point);
-      if (line_result != LineResult::nothing) return line_result;
+      if (line_result != LineResult::no_crossing) return line_result;
     }
-    return LineResult::nothing;
+    return LineResult::no_crossing;
   }
 
  private:
@@ -111,14 +114,14 @@ class SurfaceFinder {
     return field_.contains(p) && field_.is_solid(field_.value(p));
   }
 
-  /// Refines a crossing.
-  /// \param inside, outside  parameters of the line inside and outside of the solid
+  /// Refines a crossing by root finding, and stores it if it is nearer than the best one so far.
+  /// \param inside, outside  parameters t of a point inside and a point outside of the solid
   void refine_crossing(const Vec3d& from, const Vec3d& along, double inside, double outside,
                        double& best, LineResult& line_result, Vec3d& surface_point) const {
     const auto at = [&](double t) { return from + along * t; };
     LineResult kind = LineResult::surface;
     if (!field_.contains(at(outside))) {
-      // Finds the last parameter of the line that is within the volume.
+      // Bisects for the last point of the line that is within the volume.
       double in = inside, out = outside;
       for (int round = 0; round < 60 && in != out; ++round) {
         const double middle = (in + out) / 2;
@@ -139,7 +142,8 @@ class SurfaceFinder {
         t = std::clamp(t, std::min(a, b), std::max(a, b));
         const double f = field_.value(at(t));
         if (f == 0 || std::abs(t - b) < 1e-13) break;
-        // Illinois variant of regula falsi: halves the value at an end that was kept twice.
+        // Illinois variant of regula falsi: if one end of the interval stays twice in succession,
+        // the value there is halved.
         if ((f > 0) == (fb > 0)) {
           fa /= 2;
         } else {
@@ -166,7 +170,7 @@ class SurfaceFinder {
   bool has_closed_border_;
 };
 
-/// Rasterizes the triangles: the triangle of each texel, and of each row.
+/// Finds the triangle that covers each texel's centre; kNoTriangle where there is none.
 std::vector<std::uint32_t> rasterize(const Mesh& low, std::uint32_t size) {
   std::vector<std::uint32_t> triangles(std::size_t{size} * size, kNoTriangle);
   for (std::uint32_t t = 0; t < low.uv_triangles.size(); ++t) {
@@ -203,12 +207,13 @@ std::vector<std::uint32_t> rasterize(const Mesh& low, std::uint32_t size) {
   return triangles;
 }
 
-/// A triangle's point at a texel.
+/// The low poly's point at a texel's centre.
 struct LowPolyPoint {
-  Vec3d position{}, shading{}, face{};  // Unit normals of the shading and of the face, or zero
+  // Unit normals of shading and of the face; zero if degenerate
+  Vec3d position{}, shading{}, face{};
 };
 
-Vec3d unit(const Vec3d& v) {
+Vec3d normalize(const Vec3d& v) {
   const double l = length(v);
   return l > 0 && std::isfinite(l) ? v * (1 / l) : Vec3d();
 }
@@ -235,8 +240,8 @@ LowPolyPoint low_poly_point(const Mesh& low, std::uint32_t triangle, std::size_t
     point.position += p[k] * w[k];
     point.shading += n[k] * w[k];
   }
-  point.shading = unit(point.shading);
-  point.face = unit(cross(p[1] - p[0], p[2] - p[0]));
+  point.shading = normalize(point.shading);
+  point.face = normalize(cross(p[1] - p[0], p[2] - p[0]));
   return point;
 }
 
@@ -263,10 +268,10 @@ GradientReference::GradientReference(const Volume& volume, const ContourOptions&
     : size_(options.size) {
   check_options(low, options);
   double lowest = 0, highest = 0;
-  const DeviceVoxels voxels = device_voxels(volume, contour, lowest, highest);
+  const DeviceVoxels voxels = convert_voxels(volume, contour, lowest, highest);
   const std::vector<std::uint32_t> triangles = rasterize(low, size_);
-  enum : std::uint8_t { kEmpty, kKept, kNoSurface, kCut, kNoGradient };
-  std::vector<std::uint8_t> status(triangles.size(), kEmpty);
+  enum : std::uint8_t { kUncovered, kMeasured, kNoSurface, kAtBorder, kNoGradient };
+  std::vector<std::uint8_t> status(triangles.size(), kUncovered);
   // Index of the first covered texel of each row
   std::vector<std::size_t> row_begins(size_ + 1, 0);
   for (std::size_t i = 0; i < triangles.size(); ++i) {
@@ -280,7 +285,7 @@ GradientReference::GradientReference(const Volume& volume, const ContourOptions&
 
   const auto run = [&]<typename T>(const T*) {
     const VolumeField<T> field(voxels, volume, contour);
-    const std::unique_ptr<CellGrid> cells = outer_surface_cells<T>(voxels, volume, contour);
+    const std::unique_ptr<CellGrid> cells = find_outer_surface_cells<T>(voxels, volume, contour);
     const SurfaceFinder<T> finder(field, cells.get(), contour.border == VolumeBorder::closed);
     parallel_for(size_, 8, [&](std::size_t begin, std::size_t end) {
       for (std::size_t y = begin; y < end; ++y) {
@@ -296,12 +301,12 @@ GradientReference::GradientReference(const Volume& volume, const ContourOptions&
           Vec3d outward_normal{};
           if (line_result == SurfaceFinder<T>::LineResult::surface) {
             outward_normal =
-                -unit(index_and_world.gradient_to_world(field.gradient(surface_point)));
+                -normalize(index_and_world.gradient_to_world(field.gradient(surface_point)));
           }
-          status[i] = line_result == SurfaceFinder<T>::LineResult::nothing  ? kNoSurface
-                      : line_result == SurfaceFinder<T>::LineResult::border ? kCut
-                      : dot(outward_normal, outward_normal) == 0            ? kNoGradient
-                                                                            : kKept;
+          status[i] = line_result == SurfaceFinder<T>::LineResult::no_crossing ? kNoSurface
+                      : line_result == SurfaceFinder<T>::LineResult::border    ? kAtBorder
+                      : dot(outward_normal, outward_normal) == 0               ? kNoGradient
+                                                                               : kMeasured;
           *texel++ = {static_cast<std::uint32_t>(i), to_float(outward_normal),
                       to_float(point.shading)};
         }
@@ -328,10 +333,10 @@ GradientReference::GradientReference(const Volume& volume, const ContourOptions&
   for (const Texel& texel : texels_) {
     const std::uint8_t s = status[texel.place];
     no_surface_ += s == kNoSurface ? 1 : 0;
-    cut_ += s == kCut ? 1 : 0;
+    cut_ += s == kAtBorder ? 1 : 0;
     no_gradient_ += s == kNoGradient ? 1 : 0;
   }
-  std::erase_if(texels_, [&](const Texel& texel) { return status[texel.place] != kKept; });
+  std::erase_if(texels_, [&](const Texel& texel) { return status[texel.place] != kMeasured; });
 }
 
 template <typename Normal>

@@ -11,7 +11,7 @@
 namespace kiln {
 namespace {
 
-// Vertices per batch, so that their error functions fit in a CPU's caches.
+// Number of vertices per batch, chosen so that the batch's error functions fit in a CPU's caches.
 constexpr std::size_t kVerticesPerBatch = std::size_t{1} << 16;
 
 }  // namespace
@@ -24,8 +24,8 @@ kiln_volume_grid make_grid(const Volume& volume, const ContourOptions& options,
   grid.iso = voxels.iso;
   grid.outside = voxels.outside;
   grid.below = options.inside == Inside::below ? 1 : 0;
-  // Normals transform by the inverse transpose. Up to a factor, the determinant, its rows are cross products of the
-  // axes.
+  // Normals transform by the inverse transpose of the axes' matrix. Its rows are the cross products
+  // of the axes, divided by the determinant.
   const auto& a = volume.axes;
   const double sign = std::copysign(1.0, a[0][0] * (a[1][1] * a[2][2] - a[1][2] * a[2][1]) -
                                              a[0][1] * (a[1][0] * a[2][2] - a[1][2] * a[2][0]) +
@@ -88,8 +88,8 @@ cl::Array<kiln_volume_crossing> find_crossings(cl::Context& context, DeviceSlab&
     const std::uint32_t begin = cells.plane_edges()[first];
     grid.count = cells.plane_edges()[last] - begin;
     if (grid.count == 0) continue;
-    // Returns the voxel planes that padded planes first to last - 1 need, including neighbouring planes, which
-    // gradients read.
+    // Finds the voxel planes that padded planes `first` to `last` - 1 need. Gradients read
+    // neighbouring planes, too.
     const std::uint32_t low = std::min(grid.size[2] - 1, first < 4 ? 0 : first - 4);
     const std::uint32_t high = std::max(low + 1, std::min(grid.size[2], last + 3));
     const cl::Array<std::byte>& voxels = slabs.load(low, high, grid);
@@ -124,7 +124,7 @@ void find_vertices(cl::Context& context, const cl::Kernel& kernel, kiln_volume_g
   if (begin == end) return;
   const cl::Array<kiln_volume_word> words(context,
                                           std::span<const kiln_volume_word>(cells.words()));
-  // Vertices are computed in batches, to limit the memory on the device.
+  // Vertices are computed in batches to limit the device memory in use.
   const std::size_t part = std::min(end - begin, kVerticesPerBatch);
   cl::Array<std::uint64_t> keys(context, part);
   const cl::Array<kiln_volume_qef> qefs(context, part);

@@ -28,7 +28,7 @@ class DeviceSlab {
         std::min<std::size_t>(planes_, std::max<std::size_t>(bytes / plane_bytes_, 8)));
   }
   std::uint32_t step() const { return slab_planes_; }
-  /// Uploads voxel planes [first, last) unless they are loaded.
+  /// Uploads voxel planes `first` to `last` - 1 unless they are on the device already.
   const cl::Array<std::byte>& load(std::uint32_t first, std::uint32_t last,
                                    kiln_volume_grid& grid) {
     if (first < first_ || last > last_) {
@@ -70,8 +70,9 @@ cl::Array<kiln_volume_crossing> find_crossings(cl::Context& context, DeviceSlab&
                                                const cl::Kernel& kernel, kiln_volume_grid grid,
                                                const CellGrid& cells, const PlaneRange& planes);
 
-/// Computes vertices begin to end - 1, whose keys must be set, and their error functions if the surface stores error
-/// functions. \param crossings  crossings of all edges
+/// Computes vertices `begin` to `end` - 1, and their error functions if the surface stores them.
+/// The keys of the vertices must be set.
+/// \param crossings  crossings of all edges
 void find_vertices(cl::Context& context, const cl::Kernel& kernel, kiln_volume_grid grid,
                    const CellGrid& cells, const cl::Array<kiln_volume_crossing>& crossings,
                    std::size_t begin, std::size_t end, FineSurface& surface);

@@ -12,7 +12,8 @@
 namespace kiln {
 namespace {
 
-/// Root-mean-square distance of a vertex to the crossings' planes of its fine vertices, in cells.
+/// Root-mean-square distance of a vertex to the tangent planes at the crossings of the fine
+/// vertices that it represents, in cells.
 double vertex_error(const FineSurface& surface, const Volume& volume,
                     const SimplifiedIsosurface& low_poly, std::uint32_t vertex) {
   const auto axis = [&](std::size_t k) {
@@ -46,8 +47,8 @@ IsosurfaceChange::IsosurfaceChange(const SimplifiedIsosurface& low_poly,
                                    const IsosurfaceFaces& faces)
     : triangles(faces.triangles),
       is_remaining(faces.triangles.size(), 1),
-      into(low_poly.positions.size()) {
-  std::iota(into.begin(), into.end(), 0U);
+      merged_into(low_poly.positions.size()) {
+  std::iota(merged_into.begin(), merged_into.end(), 0U);
 }
 
 void IsosurfaceChange::make_polygons(SimplifiedIsosurface& low_poly) const {
@@ -101,11 +102,12 @@ std::vector<std::uint32_t> IsosurfaceChange::renumber_vertices(
       if (corner != kNoVertex) corner = number[corner];
     }
   }
-  for (std::uint32_t v = 0; v < number.size(); ++v) number[v] = number[into[v]];
+  for (std::uint32_t v = 0; v < number.size(); ++v) number[v] = number[merged_into[v]];
   return number;
 }
 
-/// Assigns each vertex the fine vertices of all vertices merged into it.
+/// Lists for each vertex the fine vertices that were represented by it or by a vertex merged into
+/// it.
 void IsosurfaceChange::assign_leaves(const std::vector<std::uint32_t>& number,
                                      SimplifiedIsosurface& low_poly) const {
   std::vector<std::uint32_t> leaf_begins(low_poly.positions.size() + 1, 0);
@@ -128,18 +130,18 @@ void IsosurfaceChange::assign_leaves(const std::vector<std::uint32_t>& number,
 
 std::vector<std::uint32_t> IsosurfaceChange::apply_to_low_poly(const FineSurface& surface,
                                                                SimplifiedIsosurface& low_poly) {
-  for (std::uint32_t& to : into) {
-    while (into[to] != to) to = into[to];
+  for (std::uint32_t& to : merged_into) {
+    while (merged_into[to] != to) to = merged_into[to];
   }
   for (Triangle& t : triangles) {
-    for (std::uint32_t& v : t) v = into[v];
+    for (std::uint32_t& v : t) v = merged_into[v];
   }
   make_polygons(low_poly);
   std::vector<std::uint32_t> number = renumber_vertices(low_poly);
   assign_leaves(number, low_poly);
   std::vector<std::uint8_t> has_new_leaves(low_poly.positions.size(), 0);
-  for (std::uint32_t v = 0; v < into.size(); ++v) {
-    if (into[v] == v || number[v] == kNoVertex) continue;
+  for (std::uint32_t v = 0; v < merged_into.size(); ++v) {
+    if (merged_into[v] == v || number[v] == kNoVertex) continue;
     has_new_leaves[number[v]] = 1;
   }
   for (std::uint32_t v = 0; v < has_new_leaves.size(); ++v) {
@@ -176,7 +178,7 @@ IsosurfacePatch::IsosurfacePatch(const FineSurface& surface, const SimplifiedIso
   std::vector<std::uint8_t> is_free_in_patch;
   for (std::uint32_t i = 0; i < faces.triangles.size(); ++i) {
     if (!touches(free, faces.triangles[i])) continue;
-    all_.push_back(i);
+    replaced_triangles_.push_back(i);
     Triangle t = faces.triangles[i];
     for (std::uint32_t& v : t) {
       if (number[v] == kNoVertex) {
@@ -189,7 +191,7 @@ IsosurfacePatch::IsosurfacePatch(const FineSurface& surface, const SimplifiedIso
     }
     triangles.push_back(t);
   }
-  find_fixed(is_free_in_patch);
+  find_fixed_vertices(is_free_in_patch);
   remove_duplicates();
   for (std::uint32_t t = 0; t < low_poly_triangles_.size(); ++t) {
     if (std::binary_search(seeds_in.begin(), seeds_in.end(), low_poly_triangles_[t]))
@@ -198,7 +200,7 @@ IsosurfacePatch::IsosurfacePatch(const FineSurface& surface, const SimplifiedIso
   collect_fine_quads(surface, low_poly, is_free_in_patch);
 }
 
-void IsosurfacePatch::find_fixed(std::span<const std::uint8_t> free) {
+void IsosurfacePatch::find_fixed_vertices(std::span<const std::uint8_t> free) {
   is_fixed.resize(points.size());
   for (std::size_t v = 0; v < is_fixed.size(); ++v) is_fixed[v] = free[v] == 0;
   SideLists(triangles, points.size())
@@ -208,7 +210,8 @@ void IsosurfacePatch::find_fixed(std::span<const std::uint8_t> free) {
       });
 }
 
-/// Removes duplicate triangles of equal orientation, which EdgeCollapser does not accept.
+/// Removes all but one of several triangles with the same corners and the same orientation, since
+/// EdgeCollapser does not accept them.
 void IsosurfacePatch::remove_duplicates() {
   std::vector<std::pair<Triangle, std::uint32_t>> sorted_triangles;
   for (std::uint32_t i = 0; i < triangles.size(); ++i) {
@@ -225,10 +228,10 @@ void IsosurfacePatch::remove_duplicates() {
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     if (is_repeated[i] != 0) continue;
     other_triangles.push_back(triangles[i]);
-    low_poly_triangles_.push_back(all_[i]);
+    low_poly_triangles_.push_back(replaced_triangles_[i]);
   }
   triangles = std::move(other_triangles);
-  all_ = low_poly_triangles_;
+  replaced_triangles_ = low_poly_triangles_;
 }
 
 /// Collects the quads of the fine surface whose corners are represented by vertices of the patch.
@@ -293,14 +296,14 @@ void IsosurfacePatch::apply_collapses(
 void IsosurfacePatch::apply_to_low_poly(const FineSurface& surface, const Volume& volume,
                                         SimplifiedIsosurface& low_poly) const {
   IsosurfaceChange change(low_poly, faces_);
-  for (const std::uint32_t t : all_) change.is_remaining[t] = 0;
+  for (const std::uint32_t t : replaced_triangles_) change.is_remaining[t] = 0;
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     change.is_remaining[low_poly_triangles_[i]] = 1;
     for (std::size_t k = 0; k < 3; ++k)
       change.triangles[low_poly_triangles_[i]][k] = vertices_[triangles[i][k]];
   }
   for (const auto& [stays, gone] : merged_vertices_)
-    change.into[vertices_[gone]] = vertices_[stays];
+    change.merged_into[vertices_[gone]] = vertices_[stays];
   std::vector<std::uint32_t> changed;
   for (std::size_t i = 0; i < points.size(); ++i) {
     Vec3& at = low_poly.positions[vertices_[i]];

@@ -21,20 +21,21 @@ struct IsosurfaceFaces {
   std::vector<Triangle> triangles;
 };
 
-/// Edits of triangles and vertices.
+/// An edited copy of a low poly's triangles, and the vertices that the edits merged.
 struct IsosurfaceChange {
   IsosurfaceChange(const SimplifiedIsosurface& low_poly, const IsosurfaceFaces& faces);
 
-  /// Rebuilds polygons from the remaining triangles and removes unused vertices. A vertex inherits the fine vertices
-  /// of those merged into it.
-  /// \returns by old vertex, the new number of the vertex that represents it; VertexTree::kNone: removed
+  /// Rebuilds polygons from the remaining triangles and removes unused vertices. A vertex inherits
+  /// the fine vertices of those merged into it.
+  /// \returns for each old vertex, the new number of the vertex that represents it;
+  ///   VertexTree::kNone if there is none
   std::vector<std::uint32_t> apply_to_low_poly(const FineSurface& surface,
                                                SimplifiedIsosurface& low_poly);
 
   std::vector<Triangle> triangles;
   std::vector<std::uint8_t> is_remaining;  ///< For each triangle, 1 if it remains
   /// For each vertex, the vertex into which it was merged, or itself
-  std::vector<std::uint32_t> into;
+  std::vector<std::uint32_t> merged_into;
 
  private:
   void make_polygons(SimplifiedIsosurface& low_poly) const;
@@ -43,7 +44,8 @@ struct IsosurfaceChange {
                      SimplifiedIsosurface& low_poly) const;
 };
 
-/// Triangles around some triangles of a low poly, scaled to about unit size, with the fine surface there.
+/// A part of a low poly that is repaired: the triangles around some seed triangles, scaled to about
+/// unit size, and the fine surface that they represent.
 class IsosurfacePatch {
  public:
   /// \param seeds  triangles to include, with two rings around them
@@ -52,11 +54,11 @@ class IsosurfacePatch {
 
   Vec3 to_world(const Vec3d& p) const { return to_float(p * size_ + box_center_); }
   Vec3d to_unit(const Vec3& p) const { return (to_double(p) - box_center_) * (1 / size_); }
-  /// Rounds a point to single precision.
+  /// Rounds a point to the nearest one that the low poly can store in single precision.
   Vec3d snap(const Vec3d& p) const { return to_unit(to_world(p)); }
 
-  /// Copies the result of edge collapses.
-  /// \param merges pairs of vertices: the kept one, the removed one
+  /// Replaces the patch's triangles and points by the result of edge collapses.
+  /// \param merges  pairs of the vertex that is kept and the vertex that was merged into it
   void apply_collapses(const CollapseMesh& mesh,
                        std::span<const std::pair<std::uint32_t, std::uint32_t>> merges);
   /// Writes the patch back to the low poly.
@@ -72,7 +74,7 @@ class IsosurfacePatch {
   std::vector<Triangle> fine_triangles;
 
  private:
-  void find_fixed(std::span<const std::uint8_t> free);
+  void find_fixed_vertices(std::span<const std::uint8_t> free);
   void remove_duplicates();
   void collect_fine_quads(const FineSurface& surface, const SimplifiedIsosurface& low_poly,
                           std::span<const std::uint8_t> free);
@@ -83,7 +85,8 @@ class IsosurfacePatch {
   std::vector<std::uint32_t> vertices_;  ///< For each point of the patch, the low poly's vertex
   /// For each triangle of the patch, the low poly's triangle
   std::vector<std::uint32_t> low_poly_triangles_;
-  std::vector<std::uint32_t> all_;  ///< The low poly's triangles that the patch replaces
+  std::vector<std::uint32_t>
+      replaced_triangles_;  ///< The low poly's triangles that the patch replaces
   std::vector<std::pair<std::uint32_t, std::uint32_t>> merged_vertices_;
 };
 

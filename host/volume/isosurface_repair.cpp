@@ -20,7 +20,8 @@
 namespace kiln {
 namespace {
 
-// Criteria of SimplifyCheck, applied to the fine vertices that the corners represent.
+// The criteria of SimplifyCheck are applied to the fine vertices that a triangle's corners
+// represent.
 using flaw_rules::is_flat;
 using flaw_rules::is_thin;
 using flaw_rules::kMaxAwayCosine;
@@ -31,11 +32,12 @@ using flaw_rules::unit_or_zero;
 
 /// Maximum number of rounds of finding and repairing flaws.
 constexpr int kMaxRepairRounds = 4;
-/// Another round follows only if at least one in kFlawsPerRepair flaws was repaired.
+/// Another round follows only if the last round repaired at least one in kFlawsPerRepair flaws.
 constexpr std::size_t kFlawsPerRepair = 2;
 /// Minimum height of a repaired triangle, as a share of its longest side.
 constexpr double kMinHeightShare = 1e-4;
-/// Minimum cosine between a fine vertex's normal and a triangle's side for the vertex to belong to that side.
+/// Minimum cosine between a fine vertex's normal and the normal of one side of a triangle for the
+/// vertex to count as part of that side.
 constexpr double kMinSideCosine = 0.3;
 
 /// A low poly and its fine surface.
@@ -60,9 +62,10 @@ struct RepairContext {
            Vec3d(leaf.normal[0], leaf.normal[1], leaf.normal[2]));
     }
   }
-  /// True if simplification closed a gap between a triangle and its reverse: the fine vertices whose normals agree with
-  /// the triangle's lie below those whose normals oppose it.
-  bool closed_a_gap(const Triangle& t) const {
+  /// True if simplification closed a gap between a triangle and another one with the same corners
+  /// in reverse order. This is so if the fine vertices whose normals agree with the triangle's lie,
+  /// on average, below those whose normals oppose it.
+  bool has_closed_gap(const Triangle& t) const {
     const Vec3d normal = unit_or_zero(normal_of(corners(t)));
     double height_sum_above = 0, height_sum_below = 0;
     std::size_t fine_count_above = 0, fine_count_below = 0;
@@ -90,7 +93,8 @@ struct RepairContext {
     }
     return max_cosine > -kMaxSuspiciousCosine && min_cosine < kMaxSuspiciousCosine;
   }
-  /// True if the nearest fine vertices of the corners face away from a triangle.
+  /// True if fine vertices face away from a triangle: for at least three of four points of the
+  /// triangle, the nearest fine vertex does.
   bool may_face_away(const Triangle& t) const {
     const TriangleCorners p = corners(t);
     const Vec3d normal = unit_or_zero(normal_of(p));
@@ -116,23 +120,25 @@ struct RepairContext {
   }
 };
 
-/// Removes pairs of triangles that are back to back where a gap closed; counts other repeated triangles.
+/// Removes pairs of triangles that lie back to back where simplification closed a gap; counts the
+/// other triangles that have the same corners as another one.
 void remove_closed_gaps(const FineSurface& surface, SimplifiedIsosurface& low_poly,
                         IsosurfaceFlaws& flaws) {
   const IsosurfaceFaces faces(low_poly);
   const RepairContext context{surface, low_poly};
-  struct Item {
+  struct SortedTriangle {
     Triangle sorted;
     std::uint32_t triangle;
-    bool even;  ///< True if the triangle's corners are an even permutation of the sorted corners.
+    bool
+        is_even_permutation;  ///< True if the corners are an even permutation of the sorted corners
   };
-  std::vector<Item> sorted_triangles(faces.triangles.size());
+  std::vector<SortedTriangle> sorted_triangles(faces.triangles.size());
   parallel_for(sorted_triangles.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       Triangle t = lowest_first(faces.triangles[i]);
-      const bool even = t[1] < t[2];
-      if (!even) std::swap(t[1], t[2]);
-      sorted_triangles[i] = {t, static_cast<std::uint32_t>(i), even};
+      const bool is_even_permutation = t[1] < t[2];
+      if (!is_even_permutation) std::swap(t[1], t[2]);
+      sorted_triangles[i] = {t, static_cast<std::uint32_t>(i), is_even_permutation};
     }
   });
   const VertexLists triangles_by_vertex(
@@ -150,22 +156,22 @@ void remove_closed_gaps(const FineSurface& surface, SimplifiedIsosurface& low_po
       if (count < 2) continue;
       std::array<std::vector<std::uint32_t>, 2> sides;
       for (std::size_t i = begin; i < end; ++i) {
-        sides[sorted_triangles[of[i].index].even ? 0 : 1].push_back(of[i].index);
+        sides[sorted_triangles[of[i].index].is_even_permutation ? 0 : 1].push_back(of[i].index);
       }
       const std::size_t pairs = std::min(sides[0].size(), sides[1].size());
       const Triangle& first = faces.triangles[of[begin].index];
-      if (pairs > 0 && context.closed_a_gap(first)) {
+      if (pairs > 0 && context.has_closed_gap(first)) {
         if (gone.empty()) gone.resize(sorted_triangles.size(), 0);
         for (const auto& side : sides) {
           for (std::size_t i = 0; i < pairs; ++i) gone[side[i]] = 1;
         }
         flaws.removed_back_to_back += 2 * pairs;
         if (count - 2 * pairs < 2) continue;
-        flaws.repeated.count += count - 2 * pairs - 1;
+        flaws.duplicates.count += count - 2 * pairs - 1;
       } else {
-        flaws.repeated.count += count - 1;
+        flaws.duplicates.count += count - 1;
       }
-      flaws.repeated.place = context.triangle_center(first);
+      flaws.duplicates.place = context.triangle_center(first);
     }
   }
   if (gone.empty()) return;
@@ -179,14 +185,14 @@ std::vector<std::uint32_t> find_suspects(const RepairContext& context,
                                          const IsosurfaceFaces& faces) {
   const std::vector<Triangle>& triangles = faces.triangles;
   std::vector<Vec3d> normals(triangles.size());
-  std::vector<std::uint8_t> is_suspect(triangles.size(), 0);
+  std::vector<std::uint8_t> may_be_flawed(triangles.size(), 0);
   parallel_for(triangles.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       normals[t] = unit_or_zero(normal_of(context.corners(triangles[t])));
       int opposed_corners = 0;
       for (const std::uint32_t v : triangles[t])
         opposed_corners += dot(normals[t], to_double(context.low_poly.normals[v])) < 0;
-      is_suspect[t] = opposed_corners >= 2 || is_flat(context.corners(triangles[t]));
+      may_be_flawed[t] = opposed_corners >= 2 || is_flat(context.corners(triangles[t]));
     }
   });
   std::vector<std::uint8_t> back_to_back(triangles.size(), 0);
@@ -196,13 +202,13 @@ std::vector<std::uint32_t> find_suspects(const RepairContext& context,
       if (SideLists::forward(of[i - 1]) == SideLists::forward(of[i])) continue;
       const std::uint32_t a = of[i - 1].index / 3, b = of[i].index / 3;
       const double cosine = dot(normals[a], normals[b]);
-      if (cosine < kMaxSuspiciousCosine) is_suspect[a] = is_suspect[b] = 1;
+      if (cosine < kMaxSuspiciousCosine) may_be_flawed[a] = may_be_flawed[b] = 1;
       if (cosine < kMaxBackToBackCosine && of.size() == 2) back_to_back[a] = back_to_back[b] = 1;
     }
   });
   std::vector<std::uint32_t> candidates, result;
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
-    if (is_suspect[t] != 0) candidates.push_back(t);
+    if (may_be_flawed[t] != 0) candidates.push_back(t);
   }
   std::vector<std::uint8_t> is_confirmed(candidates.size(), 0);
   parallel_for(candidates.size(), 16, [&](std::size_t begin, std::size_t end) {
@@ -250,14 +256,14 @@ class FixedVerticesConstraint : public CollapseConstraint {
     return is_fixed_[vertex] == 0;
   }
 
-  /// Pairs of merged vertices: the kept one and the removed one.
+  /// Pairs of the vertex that was kept and the vertex that was merged into it
   std::vector<std::pair<std::uint32_t, std::uint32_t>> merges;
 
  private:
   std::vector<std::uint8_t> is_fixed_;
 };
 
-/// Repairs a patch as far as possible.
+/// Repairs as many flaws of a patch as possible, and counts those that remain.
 void mend_patch(IsosurfacePatch& patch, IsosurfaceFlaws& flaws) {
   SimplifyCheck check(patch.fine_points, patch.fine_triangles);
   const auto bad = [&](const TriangleCorners& corners) {
@@ -286,14 +292,15 @@ void mend_patch(IsosurfacePatch& patch, IsosurfaceFlaws& flaws) {
     if (found.count() * kFlawsPerRepair > last * (kFlawsPerRepair - 1)) break;
   }
   flaws.mended += flaws_before - std::min(flaws_before, found.count());
-  const auto left = [&](const std::vector<std::uint32_t>& list, IsosurfaceFlaws::Left& to) {
+  const auto left = [&](const std::vector<std::uint32_t>& list,
+                        IsosurfaceFlaws::RemainingFlaws& to) {
     to.count = list.size();
     if (list.empty()) return;
     Vec3d sum{};
     for (const std::uint32_t v : patch.triangles[list[0]]) sum += patch.points[v];
     to.place = patch.to_world(sum * (1.0 / 3));
   };
-  left(found.flat, flaws.flat);
+  left(found.flat, flaws.degenerate);
   left(found.folded, flaws.folded);
 }
 

@@ -11,24 +11,25 @@ namespace kiln {
 
 /// Flaws of a low poly, counted in triangles.
 struct IsosurfaceFlaws {
-  std::uint64_t mended = 0;  ///< Repaired folds and degenerate triangles
-  /// Triangles removed in pairs that were back to back without solid between them
+  std::uint64_t mended = 0;  ///< Number of folded or degenerate triangles that were repaired
+  /// Number of triangles removed in pairs that lay back to back with no solid between them
   std::uint64_t removed_back_to_back = 0;
-  /// Number of remaining flaws, and the position of one of them: world units, relative to the volume's
-  /// origin.
-  struct Left {
+  /// Remaining flaws of one kind: their number, and the position of one of them in world units,
+  /// relative to the volume's origin.
+  struct RemainingFlaws {
     std::uint64_t count = 0;
     Vec3 place{};
   };
-  Left folded;    ///< Triangles that face away from the fine surface.
-  Left flat;      ///< Triangles without area.
-  Left repeated;  ///< Triangles with the corners of another one.
+  RemainingFlaws folded;      ///< Triangles that face away from the fine surface.
+  RemainingFlaws degenerate;  ///< Triangles without area.
+  RemainingFlaws duplicates;  ///< Triangles with the same corners as another one
 };
 
-/// Removes pairs of triangles back to back between which a gap closed; each edge keeps equal numbers of triangles in
-/// both directions. At folds and degenerate triangles, vertices are moved or edges collapsed by
-/// EdgeCollapser::repair_triangle(), which keeps the topology. Open borders do not move. Walls that became two
-/// triangles back to back are kept, since removing them would open a hole.
+/// Repairs flaws in two steps. First, where simplification closed a gap of the surface, it removes
+/// the pairs of triangles that now lie back to back; so each edge keeps equal numbers of triangles
+/// in both directions. Pairs that represent a thin wall are kept, since removing them would open a
+/// hole. Then, at folded and degenerate triangles, EdgeCollapser::repair_triangle() moves vertices or
+/// collapses edges, which keeps the topology. Vertices on open borders do not move.
 IsosurfaceFlaws repair_isosurface(const FineSurface& surface, const Volume& volume,
                                   SimplifiedIsosurface& low_poly);
 

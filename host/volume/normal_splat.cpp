@@ -18,7 +18,7 @@ auto view(const Vector& vector) {
   return std::span<const typename Vector::value_type>(vector.data(), vector.size());
 }
 
-/// Rows and texels of the mip pyramids of all charts.
+/// Memory layout of the mip pyramids of all charts.
 struct ChartPyramids {
   struct PyramidLevel {
     std::vector<std::uint32_t> row_charts, first_rows;
@@ -40,7 +40,7 @@ ChartPyramids make_pyramids(const Atlas& atlas) {
     for (std::size_t i = 0; i < charts; ++i) {
       const kiln_volume_chart& chart = atlas.charts[i];
       rows.first_rows[i] = static_cast<std::uint32_t>(rows.row_charts.size());
-      // A pyramid ends at 1 x 1 texels; charts that are 1 x 1 at the previous level have no further one.
+      // A chart's pyramid ends with the level of 1 x 1 texels.
       if (level > 0 &&
           (std::max(chart.size[0], chart.size[1]) + (1U << (level - 1)) - 1) >> (level - 1) == 1) {
         continue;
@@ -76,20 +76,20 @@ class DeviceCharts {
   /// \returns the number of texels that contain fine vertices
   std::uint64_t splat_fine_vertices(const FineSurface& surface,
                                     const SimplifiedIsosurface& low_poly) {
-    const cl::Array<kiln_volume_vertex> fine(context_, view(surface.vertices));
+    const cl::Array<kiln_volume_vertex> vertices(context_, view(surface.vertices));
     const cl::Array<std::uint32_t> begins(context_, view(low_poly.leaf_begins));
     const cl::Array<std::uint32_t> leaves(context_, view(low_poly.leaves));
     const cl::Array<float> normals(
         context_, std::span<const float>(&low_poly.normals[0].x, 3 * low_poly.normals.size()));
     const cl::Array<std::uint32_t> fine_vertex_counts(context_, atlas_.charts.size());
     context_.launch(context_.kernel("volume_map", "kiln_volume_map_splat"), kernel_params_.charts,
-                    kLocal, kernel_params_, charts_, begins, leaves, fine, normals, texels_,
+                    kLocal, kernel_params_, charts_, begins, leaves, vertices, normals, texels_,
                     fine_vertex_counts);
     const std::vector<std::uint32_t> known = fine_vertex_counts.download(context_);
     return std::accumulate(known.begin(), known.end(), std::uint64_t{0});
   }
-  /// Runs a kernel over the rows of a level. \param middle  the kernel's arguments between the parameters and the
-  /// texels
+  /// Runs a kernel over all rows of a level.
+  /// \param middle  kernel arguments that are passed after the parameters and before the texels
   template <typename... Middle>
   void run(const char* family, const char* name, std::uint32_t level, const Middle&... middle) {
     kernel_params_.level = level;
@@ -98,7 +98,7 @@ class DeviceCharts {
                     charts_, level_rows_[level].row_charts, level_rows_[level].first_rows,
                     middle..., texels_);
   }
-  /// Fills empty texels from their surroundings.
+  /// Fills texels without fine vertices by push-pull.
   void fill() {
     const std::uint32_t last = levels();
     for (std::uint32_t level = 1; level < last; ++level) {
@@ -130,7 +130,8 @@ class DeviceCharts {
       context_.finish();
     }
     run("volume_seam", "kiln_volume_seam_gather", 1, first_texels_, ring);
-    // Levels beyond a seam's reach contribute nothing and are skipped (seam_fade in volume_seam.cl).
+    // Levels coarser than the width of the band along seams contribute nothing and are skipped
+    // (seam_fade in volume_seam.cl).
     std::uint32_t last = levels();
     while (last > 2 && static_cast<float>(1U << (last - 1)) >= 2 * kernel_params_.reach) --last;
     for (std::uint32_t level = 2; level < last; ++level) {
@@ -144,7 +145,7 @@ class DeviceCharts {
                     kernel_params_.charts, kLocal, kernel_params_, charts_, texels_);
     context_.finish();
   }
-  /// Downloads the finest level.
+  /// Downloads the texels of the finest level.
   RawVector<float> download(std::uint64_t texels) const {
     RawVector<float> values(4 * texels);
     texels_.read(context_, values);
@@ -167,8 +168,8 @@ class DeviceCharts {
   std::vector<Rows> level_rows_;
 };
 
-/// Copies charts to their positions in the map.
-/// \param flat value of the first two channels outside of charts
+/// Copies the charts to their positions in the map.
+/// \param flat  value of the first two channels outside of charts
 Image compose_map(const RawVector<float>& values, const Atlas& atlas, std::uint32_t size,
                   float flat) {
   Image image;

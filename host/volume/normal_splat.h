@@ -9,9 +9,9 @@
 
 namespace kiln {
 
-/// \param texels_per_cell texels per cell of the volume: the width of the band along seams in which charts
-/// are changed
-/// \param splatted  [out] texels that contain fine vertices
+/// \param texels_per_cell  texels per cell of the volume. This is also the width of the band along
+///   seams in which charts are changed so that they agree at the seam.
+/// \param splatted  [out] number of texels that contain fine vertices
 Image splat_normals(cl::Context& context, const FineSurface& surface,
                     const SimplifiedIsosurface& low_poly, const Atlas& atlas,
                     double texels_per_cell, const ExtractOptions& options, std::uint64_t& splatted);

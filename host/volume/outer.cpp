@@ -17,21 +17,21 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kPlanesPerTask = 16;  // Number of voxel planes per task of a parallel loop
-/// A region of empty voxels counts as outside if it has at least 1 / kOuterDivisor as many voxels on the volume's
-/// border as the region that has most there.
+/// A region of empty voxels is outside if it has at least 1 / kOuterDivisor as many voxels on the
+/// volume's border as the region that has most of them there.
 constexpr std::uint64_t kOuterDivisor = 20;
 
 /// Maximum number of runs, since runs have 32-bit numbers.
 constexpr std::uint64_t kMaxRuns = 0xFFFFFFFE;
 
-/// A run of outside voxels of a row, first to last.
-struct Run {
+/// Consecutive outside voxels of a row, from `first` to `last`.
+struct VoxelRun {
   std::uint32_t first, last;
 };
 
 /// Peak memory per run: the run, its parent, its border voxels, and whether it is open.
 constexpr std::uint64_t kBytesPerRun =
-    sizeof(Run) + sizeof(std::uint32_t) + sizeof(std::uint64_t) + sizeof(char);
+    sizeof(VoxelRun) + sizeof(std::uint32_t) + sizeof(std::uint64_t) + sizeof(char);
 
 /// One bit per padded voxel, in CellGrid's layout.
 class BitVolume {
@@ -94,7 +94,7 @@ void dilate_along(const BitVolume& from, BitVolume& to, int axis,
   });
 }
 
-/// Dilates by a cube of 2 * radius + 1 voxels.
+/// Dilates by a cube with sides of 2 * radius + 1 voxels.
 void dilate(BitVolume& bits, std::uint32_t radius, const std::vector<std::uint64_t>& mask) {
   BitVolume other(bits.size(), bits.row_words());
   for (int axis = 0; axis < 3; ++axis) {
@@ -114,8 +114,8 @@ class OutsideRegions {
   }
 
   std::size_t run_count() const { return outside_runs_.size(); }
-  const Run& run(std::size_t index) const { return outside_runs_[index]; }
-  /// The runs of the row at y and z (in voxels) are first_run(row) to first_run(row + 1) - 1.
+  const VoxelRun& run(std::size_t index) const { return outside_runs_[index]; }
+  /// The runs of a row have the indices first_run(row) to first_run(row + 1) - 1.
   std::uint32_t first_run(std::size_t row) const { return first_runs_[row]; }
 
   /// For each run, 1 if its region is connected with the outside.
@@ -126,7 +126,7 @@ class OutsideRegions {
       const std::size_t y = row % ny, z = row / ny;
       const bool side = y == 0 || y + 1 == ny || z == 0 || z + 1 == nz;
       for (std::uint32_t i = first_runs_[row]; i < first_runs_[row + 1]; ++i) {
-        const Run& run = outside_runs_[i];
+        const VoxelRun& run = outside_runs_[i];
         const std::uint64_t count =
             side ? run.last - run.first + 1 : (run.first == 1 ? 1 : 0) + (run.last == nx ? 1 : 0);
         if (count != 0) border_voxels[region_sets_.find(i)] += count;
@@ -179,12 +179,13 @@ class OutsideRegions {
   }
 
   void write_runs(std::size_t y, std::size_t z) {
-    Run* out = outside_runs_.data() + first_runs_[(z - 1) * solid_.size()[1] + y - 1];
+    VoxelRun* out = outside_runs_.data() + first_runs_[(z - 1) * solid_.size()[1] + y - 1];
     const std::uint64_t* row = solid_.row(y, z);
     // Runs start and end where a bit differs from the previous one.
     std::uint32_t x = 1;
     const std::uint32_t end = solid_.size()[0] + 1;
-    // Position of the first bit of this value at or after x, or the end of the row
+    // Finds the position of the next bit with this value, from x on; the end of the row if there is
+    // none
     const auto next = [&](bool solid) {
       while (x < end) {
         const std::uint64_t word = (solid ? row[x >> 6] : ~row[x >> 6]) >> (x & 63);
@@ -237,12 +238,12 @@ class OutsideRegions {
 
   const BitVolume& solid_;
   std::vector<std::uint32_t> first_runs_;
-  std::vector<Run> outside_runs_;
-  /// Regions as sets of touching runs; the lowest run represents each region
+  std::vector<VoxelRun> outside_runs_;
+  /// Sets of touching runs; a set is a region, and the run with the lowest number represents it
   DisjointSets region_sets_{0};
 };
 
-/// Sets the bits first to last of a row.
+/// Sets bits `first` to `last` of a row.
 void set_bits(std::uint64_t* row, std::uint32_t first, std::uint32_t last) {
   for (std::uint32_t w = first >> 6; w <= last >> 6; ++w) {
     std::uint64_t bits = ~std::uint64_t{0};
@@ -261,7 +262,8 @@ std::uint64_t fill_unreached(CellGrid& cells, std::uint32_t gap, const std::stri
   const auto line = [&](std::size_t y, std::size_t z) {
     return cells.plane(static_cast<std::uint32_t>(z)) + y * words;
   };
-  // Peak memory: three volumes of bits, for the solid, the reached voxels, and a copy during dilation.
+  // Peak memory: three volumes of bits (the solid, the reached voxels, and a temporary copy for
+  // dilation).
   require_memory("The outside of volume '" + name + "'", 3 * sizeof(std::uint64_t) * words *
                                                              (std::uint64_t{size[1]} + 2) *
                                                              (std::uint64_t{size[2]} + 2));

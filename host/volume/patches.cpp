@@ -10,7 +10,7 @@ std::uint32_t corner(std::uint32_t axis, std::uint32_t along, std::uint32_t u, s
   return along << axis | u << ((axis + 1) % 3) | v << ((axis + 2) % 3);
 }
 
-struct EdgeSets {
+struct EdgePartition {
   std::array<std::uint8_t, 12> parent{};
   std::uint32_t find(std::uint32_t edge) const {
     while (parent[edge] != edge) edge = parent[edge];
@@ -31,7 +31,8 @@ struct Face {
 Face face(std::uint32_t index) {
   const std::uint32_t axis = index / 2, side = index % 2;
   const std::uint32_t u = (axis + 1) % 3, v = (axis + 2) % 3;
-  // Along u, an edge's offsets are (v, axis); along v, they are (axis, u).
+  // An edge along u has the number 4 u + (offset along v) + 2 (offset along the axis), and an edge
+  // along v the number 4 v + (offset along the axis) + 2 (offset along u).
   return {{corner(axis, side, 0, 0), corner(axis, side, 1, 0), corner(axis, side, 1, 1),
            corner(axis, side, 0, 1)},
           {4 * u + 0 + 2 * side, 4 * v + side + 2, 4 * u + 1 + 2 * side, 4 * v + side + 0}};
@@ -42,8 +43,8 @@ bool is_ambiguous(const Face& face, std::uint32_t signs) {
   return inside(0) == inside(2) && inside(1) == inside(3) && inside(0) != inside(1);
 }
 
-EdgeSets trace_sheets(std::uint32_t signs, std::uint32_t flipped) {
-  EdgeSets sheets;
+EdgePartition trace_sheets(std::uint32_t signs, std::uint32_t flipped) {
+  EdgePartition sheets;
   for (std::uint32_t edge = 0; edge < 12; ++edge) {
     sheets.parent[edge] = static_cast<std::uint8_t>(edge);
   }
@@ -51,7 +52,8 @@ EdgeSets trace_sheets(std::uint32_t signs, std::uint32_t flipped) {
     const Face f = face(index);
     const auto inside = [&](std::size_t k) { return signs >> f.corners[k] & 1; };
     if (is_ambiguous(f, signs)) {
-      // The two lines on an ambiguous face separate its inside corners, or its outside corners if the face is flipped.
+      // The two lines on an ambiguous face separate the two corners inside of the solid from each
+      // other, or if the face is flipped, the two corners outside.
       const std::uint32_t separated_state = index == flipped ? 0 : 1;
       for (std::size_t k = 0; k < 4; ++k) {
         if (inside(k) == separated_state) sheets.join(f.edges[k], f.edges[(k + 3) % 4]);
@@ -84,7 +86,7 @@ SheetTable::SheetTable() {
       }
     }
     for (std::uint32_t flipped = 0; flipped < kFlipChoices; ++flipped) {
-      const EdgeSets sheets = trace_sheets(signs, flipped);
+      const EdgePartition sheets = trace_sheets(signs, flipped);
       std::array<std::uint32_t, 12> number{};
       std::uint8_t count = 0;
       for (std::uint32_t edge = 0; edge < 12; ++edge) {
@@ -99,7 +101,7 @@ SheetTable::SheetTable() {
     for (std::uint32_t index = 0; index < 6; ++index) {
       const Face f = face(index);
       if (!is_ambiguous(f, signs)) continue;
-      // The face's two lines belong to different sheets: it is not doubled.
+      // If the face's two lines belong to different sheets, the face is not doubled.
       if (sheet_of_edge(signs, kNoFace, f.edges[0]) != sheet_of_edge(signs, kNoFace, f.edges[2]))
         continue;
       if (doubled_faces_[signs] != kNoFace) {

@@ -9,13 +9,13 @@ namespace kiln {
 /// Divides a cell's crossed edges into sheets of surface, by the signs of its corners alone (Nielson 2004, "Dual
 /// Marching Cubes").
 ///
-/// Edges are numbered as in shared/volume.h, corners x + 2 y + 4 z, faces 2 axis + side. On an ambiguous face, whose
-/// corners alternate, the surface separates the two inside corners; if the face is "flipped", the two outside
-/// corners.
+/// Edges are numbered as in shared/volume.h, corners as x + 2 y + 4 z, and faces as 2 * axis +
+/// side. On an ambiguous face, whose corners alternate, the surface separates the two inside
+/// corners; if the face is "flipped", the two outside corners.
 class SheetTable {
  public:
   static constexpr std::uint32_t kNoFace = 6;
-  // Choices of the flipped face: one of six, or none
+  // Number of choices for the flipped face: one of six faces, or none
   static constexpr std::uint32_t kFlipChoices = 7;
 
   static const SheetTable& get();
@@ -25,20 +25,21 @@ class SheetTable {
   std::uint32_t sheet_count(std::uint32_t corners, std::uint32_t flipped) const {
     return sheet_counts_[corners][flipped];
   }
-  /// The sheet that crosses an edge.
+  /// Index of the sheet that crosses an edge.
   std::uint32_t sheet_of_edge(std::uint32_t corners, std::uint32_t flipped,
                               std::uint32_t edge) const {
     return sheets_of_edges_[corners][flipped] >> (2 * edge) & 3;
   }
-  /// One bit for each of the cell's 12 edges; 1: crossed.
+  /// Bit mask of the cell's 12 edges; 1: the surface crosses the edge.
   std::uint32_t crossed_edges(std::uint32_t corners) const { return crossed_edges_[corners]; }
 
-  /// The ambiguous face on which both lines belong to the same sheet, or kNoFace. If this holds in both cells at a
-  /// face, the two vertices would share two edges of the dual mesh (four faces at an edge). Such a face must be
+  /// The doubled face of a cell: the ambiguous face on which both lines belong to the same sheet;
+  /// kNoFace if there is none. If a face is doubled in both of its cells, their two vertices would
+  /// share two edges of the dual mesh, so that an edge would have four faces. Such a face must be
   /// flipped, which splits the sheet in both cells (Wenger 2013, "Isosurfaces", section 3.3.5).
   std::uint32_t doubled_face(std::uint32_t corners) const { return doubled_faces_[corners]; }
 
-  /// A crossed edge of each of the two lines on an ambiguous face.
+  /// For each of the two lines on an ambiguous face, one of the crossed edges at its ends.
   static std::array<std::uint32_t, 2> opposite_edges(std::uint32_t face);
 
  private:

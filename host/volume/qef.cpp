@@ -48,7 +48,8 @@ Qef::Minimum Qef::find_minimum(const Vec3d& low, const Vec3d& high) const {
   Matrix3 v;
   diagonalise(m, v);
   const double largest = std::max({m[0][0], m[1][1], m[2][2]});
-  // Restricts the matrix, the right-hand side, and the step from the crossings' mean to the well-determined subspace.
+  // Restricts the linear system to the subspace that the quadric determines well. The unknown is
+  // the step from the mean of the crossings.
   std::array<double, 3> step{}, right{};
   Matrix3 damped_matrix{};
   for (std::size_t k = 0; k < 3; ++k) {
@@ -69,8 +70,9 @@ Qef::Minimum Qef::find_minimum(const Vec3d& low, const Vec3d& high) const {
     step[i] = clamped;
   }
   if (outside_distance) {
-    // Finds the minimum within the box by coordinate descent. Small terms keep undetermined directions at the mean and
-    // make the matrix positive definite, so the descent converges.
+    // Finds the minimum within the box by coordinate descent. A small term on the diagonal keeps
+    // undetermined directions at the mean, and makes the matrix positive definite, so that the
+    // descent converges.
     for (std::size_t i = 0; i < 3; ++i) damped_matrix[i][i] += 1e-3 * largest;
     for (int round = 0; round < 24; ++round) {
       double step_length = 0;

@@ -8,7 +8,8 @@
 
 namespace kiln {
 
-/// Allocator that leaves elements uninitialized unless a value is given, so that resizing touches no memory page.
+/// Allocator that leaves elements uninitialized unless a value is given, so that resizing a vector
+/// does not write to its memory.
 template <typename T>
 struct RawAllocator : std::allocator<T> {
   static_assert(std::is_trivially_copyable_v<T>);

@@ -10,7 +10,8 @@ std::uint32_t next_corner(const kiln_volume_chart& chart, std::uint32_t k) {
   return k + 1 == chart.corners ? 0 : k + 1;
 }
 
-/// Groups items by group number: the begin of each group, and its members in their order.
+/// Groups items by group number: finds where each group begins in the list of members, and lists
+/// the members of each group in ascending order.
 void group_members(const std::vector<std::uint32_t>& group_of, std::size_t groups,
                    std::vector<std::uint32_t>& begins, std::vector<std::uint32_t>& members) {
   begins.assign(groups + 1, 0);
@@ -42,7 +43,7 @@ ChartAdjacency find_chart_adjacency(std::span<const kiln_volume_chart> charts,
   ChartAdjacency chart_adjacency;
   std::vector<std::uint32_t> vertex_of(4 * charts.size(), ChartAdjacency::kNone);
   struct Side {
-    /// The vertices at both ends in one integer, the lower one in the high bits
+    /// Numbers of the vertices at both ends; the lower number is in the high bits
     std::uint64_t vertices;
     std::uint32_t number;
   };

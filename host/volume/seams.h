@@ -9,7 +9,8 @@
 
 namespace kiln {
 
-/// Corners and sides are numbered 4 * chart + corner; a side starts at that corner.
+/// Vertices and edges that charts share. The corners and sides of charts are numbered 4 * chart +
+/// corner; a side starts at the corner of the same number.
 struct ChartAdjacency {
   static constexpr std::uint32_t kNone = 0xFFFFFFFF;
 
@@ -21,7 +22,7 @@ struct ChartAdjacency {
   std::vector<std::uint32_t> edge_begins, edge_members;
 };
 
-/// Number of texels on a chart's sides, ends included.
+/// Number of texels along all sides of a chart, corners included.
 std::uint32_t ring_texels(const kiln_volume_chart& chart);
 
 /// \param vertices  number of the low poly's vertices

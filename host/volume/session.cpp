@@ -15,7 +15,8 @@ namespace {
 
 constexpr std::size_t kSlabBytes = std::size_t{1} << 30;
 
-double session_lap(std::chrono::steady_clock::time_point& last) {
+/// Returns the seconds since `last`, and sets `last` to now.
+double restart_session_clock(std::chrono::steady_clock::time_point& last) {
   const auto now = std::chrono::steady_clock::now();
   const double seconds = std::chrono::duration<double>(now - last).count();
   last = now;
@@ -32,7 +33,7 @@ struct KILN_HIDDEN VolumeSession::Impl {
   Device device;
   Volume volume;
   ContourOptions options;
-  FineContour fine;
+  FineContour fine_contour;
   ContourReport report;
   std::optional<VertexTree> tree;
   Update last{};
@@ -41,26 +42,27 @@ struct KILN_HIDDEN VolumeSession::Impl {
       : device(on),
         volume(std::move(given)),
         options(contour),
-        fine(context_of(device), options, true, true, kSlabBytes) {
+        fine_contour(context_of(device), options, true, true, kSlabBytes) {
     follow_changes({0, volume.size[2]});
   }
 
-  /// Updates the contour after changes in some voxel planes. Strong exception guarantee.
+  /// Updates the contour and the tree after changes in some voxel planes. Strong exception
+  /// guarantee.
   void follow_changes(const PlaneRange& planes) {
     auto clock = std::chrono::steady_clock::now();
     ContourReport new_report;
-    const UnchangedVertices kept = fine.update(volume, planes, new_report);
+    const UnchangedVertices kept = fine_contour.update(volume, planes, new_report);
     report = std::move(new_report);
-    last.kept = kept.before + (fine.surface().keys.size() - kept.new_suffix_begin);
-    last.vertices = fine.surface().keys.size() - last.kept;
-    last.seconds_contour = session_lap(clock);
+    last.kept = kept.prefix_end + (fine_contour.surface().keys.size() - kept.new_suffix_begin);
+    last.vertices = fine_contour.surface().keys.size() - last.kept;
+    last.seconds_contour = restart_session_clock(clock);
     const bool open = options.border == VolumeBorder::open;
-    VertexTree next(fine.surface(), volume.size, open, {tree ? &*tree : nullptr, kept});
+    VertexTree next(fine_contour.surface(), volume.size, open, {tree ? &*tree : nullptr, kept});
     tree = std::move(next);
-    last.seconds_tree = session_lap(clock);
+    last.seconds_tree = restart_session_clock(clock);
   }
 
-  /// Swaps the voxels of a box with those in `voxels`.
+  /// Exchanges the voxels of a box for those in `voxels`.
   void swap_voxels(const VolumeRegion& region, std::span<std::byte> voxels) {
     const std::size_t bytes = size_of(volume.type);
     const std::size_t row = region.size[0] * bytes;
@@ -93,8 +95,8 @@ ExtractResult VolumeSession::extract(const ExtractOptions& options) const {
         "The session contoured its volume with other options: give extract() the same ones, or "
         "make another session.");
   }
-  return extract_from(context_of(impl_->device), impl_->volume, impl_->fine.surface(), *impl_->tree,
-                      options, impl_->report, 0);
+  return extract_from(context_of(impl_->device), impl_->volume, impl_->fine_contour.surface(),
+                      *impl_->tree, options, impl_->report, 0);
 }
 
 void VolumeSession::update(const VolumeRegion& region, std::span<const std::byte> voxels) {

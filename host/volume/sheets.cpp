@@ -9,8 +9,10 @@
 namespace kiln {
 namespace {
 
-/// Computes, for each cell, its signs, its flipped face, and the number of vertices before it in its plane.
-/// \param doubled_face_cells  [out] for each plane, the cells with a doubled face (SheetTable) that is not flipped
+/// Computes for each cell its signs, its flipped face, and the number of vertices in earlier cells
+/// of its plane.
+/// \param doubled_face_cells  [out] for each plane, the cells with a doubled face (SheetTable) that
+///   is not flipped
 void find_records(const CellGrid& cells, RawVector<CellRecord>& records,
                   std::vector<std::uint32_t>& first,
                   std::vector<std::vector<CellPlace>>& doubled_face_cells) {
@@ -48,24 +50,25 @@ void find_records(const CellGrid& cells, RawVector<CellRecord>& records,
   std::partial_sum(first.begin(), first.end(), first.begin());
 }
 
-ForkedVertex find_forked_vertex(const CellGrid& cells, const RawVector<CellRecord>& records,
-                                const CellPlace& place) {
+DoubledFaceVertex find_doubled_face_vertex(const CellGrid& cells,
+                                           const RawVector<CellRecord>& records,
+                                           const CellPlace& place) {
   const SheetTable& table = SheetTable::get();
   const CellRecord& record = records[cells.cell(place)];
   const std::uint32_t face = table.doubled_face(record.corners);
   CellPlace neighbour_beyond = place;
   neighbour_beyond[face / 2] += face % 2 == 0 ? ~0U : 1U;
   const CellRecord& other = records[cells.cell(neighbour_beyond)];
-  ForkedVertex fork{};
+  DoubledFaceVertex doubled{};
   for (std::size_t k = 0; k < 2; ++k) {
     const auto vertex = [&](const CellRecord& cell, std::uint32_t side) {
       const std::uint32_t edge = SheetTable::opposite_edges(side)[k];
       return cell.first_vertex + table.sheet_of_edge(cell.corners, cell.flipped, edge);
     };
-    fork.stem = vertex(record, face);
-    fork.forked_neighbours[k] = vertex(other, face ^ 1U);
+    doubled.vertex = vertex(record, face);
+    doubled.neighbours[k] = vertex(other, face ^ 1U);
   }
-  return fork;
+  return doubled;
 }
 
 }  // namespace
@@ -102,7 +105,7 @@ Sheets find_sheets(const CellGrid& cells) {
   });
   for (const auto& plane : doubled_face_cells) {
     for (const CellPlace& place : plane)
-      sheets.forked_vertices.push_back(find_forked_vertex(cells, records, place));
+      sheets.doubled_face_vertices.push_back(find_doubled_face_vertex(cells, records, place));
   }
   return sheets;
 }

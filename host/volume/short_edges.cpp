@@ -37,7 +37,7 @@ class ZeroEdgeCollapser {
       }
     }
   }
-  std::uint32_t find(std::uint32_t vertex) const {
+  std::uint32_t find_representative(std::uint32_t vertex) const {
     for (auto at = merged_into_.find(vertex); at != merged_into_.end();
          at = merged_into_.find(vertex)) {
       vertex = at->second;
@@ -76,7 +76,7 @@ class ZeroEdgeCollapser {
     };
     neighbours(a, at_a, near_a);
     neighbours(b, at_b, near_b);
-    // The vertex would have no polygons left.
+    // Merging the two would leave a vertex without polygons.
     if (near_a.empty() || near_b.empty()) return false;
     std::set_intersection(near_a.begin(), near_a.end(), near_b.begin(), near_b.end(),
                           std::back_inserter(common));
@@ -93,7 +93,7 @@ class ZeroEdgeCollapser {
       const bool was_quad = sides(p) == 4;
       std::rotate(std::find(p.begin(), p.end(), b), std::find(p.begin(), p.end(), b) + 1, p.end());
       if (was_quad) {
-        p[3] = kNoCorner;  // The polygon's corners in order, from the one after b
+        p[3] = kNoCorner;  // Now a triangle: the corners of the quad without b, in order
       } else {
         p = {kNoCorner, kNoCorner, kNoCorner, kNoCorner};
       }
@@ -163,18 +163,19 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> collapse_short_edges(
   }
   if (edges.empty()) return result;
   collapser.collect_polygons();
-  // The pass over the polygons is repeated, since one collapse may make another possible.
+  // Repeats the pass over all polygons, since one collapse may make another possible.
   for (bool changed = true; changed;) {
     changed = false;
     for (const auto& [first, second] : edges) {
-      const auto [a, b] = std::minmax({collapser.find(first), collapser.find(second)});
+      const auto [a, b] = std::minmax(
+          {collapser.find_representative(first), collapser.find_representative(second)});
       if (a != b && collapser.collapse(a, b)) changed = true;
     }
   }
   std::erase_if(polygons, [](const PolygonCorners& p) { return p[0] == kNoCorner; });
   for (const auto& [first, second] : edges) {
     for (const std::uint32_t vertex : {first, second}) {
-      const std::uint32_t stands = collapser.find(vertex);
+      const std::uint32_t stands = collapser.find_representative(vertex);
       if (stands != vertex) result.emplace_back(vertex, stands);
     }
   }

@@ -17,14 +17,16 @@ using PolygonCorners = std::array<std::uint32_t, 4>;
 /// True if two positions are equal up to rounding of floats.
 bool same_place(const Vec3& a, const Vec3& b);
 
-/// Merges neighbouring vertices at the same position: integer data at an integer iso value place the vertices of
-/// several cells on one voxel. Polygons at a merged edge lose a corner; triangles are removed. An edge is kept if
-/// collapsing it would change the topology: if it is not between two polygons, if it would close the open border, or
-/// if polygons at both ends share other corners (the link condition of Dey et al. 1999, "Topology preserving edge
-/// contraction", with quads as single faces). Edges are processed in the order of the polygons.
+/// Merges adjacent vertices that have the same position. Such vertices occur in integer data with
+/// an integer iso value, where the vertices of several cells may lie on the same voxel. A quad at a
+/// collapsed edge becomes a triangle; a triangle there is removed. An edge is kept if collapsing it
+/// would change the topology: if it is not between two polygons, if it would close the open border,
+/// or if polygons at both ends share other corners (the link condition of Dey et al. 1999,
+/// "Topology preserving edge contraction", with quads as single faces). Edges are processed in the
+/// order of the polygons.
 /// \param at     position of a vertex
 /// \param count  number of vertices that may be merged; higher ones are kept
-/// \returns pairs of removed vertices and the vertices that replace them (none of which is removed)
+/// \returns pairs of a removed vertex and the vertex that replaces it, which itself is not removed
 std::vector<std::pair<std::uint32_t, std::uint32_t>> collapse_short_edges(
     std::vector<PolygonCorners>& polygons, const std::function<Vec3(std::uint32_t)>& at,
     std::uint32_t count = 0xFFFFFFFF);

@@ -18,10 +18,11 @@ namespace {
 constexpr std::uint32_t kNone = VertexTree::kNone;
 constexpr float kNoLimit = std::numeric_limits<float>::infinity();
 
-/// Connected parts of the fine surface.
+/// Connected parts of the fine surface. A part consists of the fine vertices below one root of the
+/// vertex tree.
 struct SurfaceParts {
-  std::vector<std::uint32_t> part_root;  ///< Root of each node in the tree
-  /// Number of fine vertices of each part, by the part's root
+  std::vector<std::uint32_t> part_root;  ///< Root above each node of the tree
+  /// Number of fine vertices of each part, indexed by the part's root
   std::vector<std::uint32_t> part_sizes;
   std::uint32_t largest = 0;
 
@@ -53,8 +54,9 @@ std::vector<std::uint8_t> find_small_parts(const VertexTree& tree, double min_pa
   return result;
 }
 
-/// For each cluster, the error limit at which its fine vertices are merged, by the cluster itself or by an ancestor.
-std::vector<float> merging_limits(const VertexTree& tree, bool keep_topology) {
+/// For each cluster, the lowest error limit at which its fine vertices are merged into one vertex,
+/// which represents the cluster itself or one of its ancestors.
+std::vector<float> find_merge_limits(const VertexTree& tree, bool keep_topology) {
   const std::uint32_t leaves = tree.leaves();
   std::vector<float> merge_limits(tree.count() - leaves);
   for (std::uint32_t node = tree.count(); node-- > leaves;) {
@@ -67,8 +69,9 @@ std::vector<float> merging_limits(const VertexTree& tree, bool keep_topology) {
   return merge_limits;
 }
 
-/// Finds the error limit at which at most `faces` triangles remain. A quad loses one triangle when the two ends of a
-/// side are merged, and its other triangle when the ends of a second side are merged.
+/// Finds the error limit at which at most `faces` triangles remain. A quad loses one of its
+/// triangles when the ends of one of its sides are merged, and the other when the ends of a second
+/// side are merged.
 float limit_for_faces(const FineSurface& surface, const VertexTree& tree,
                       const std::vector<std::uint8_t>& small, const std::vector<float>& limits,
                       std::size_t faces) {
@@ -76,7 +79,7 @@ float limit_for_faces(const FineSurface& surface, const VertexTree& tree,
   parallel_for(surface.edges.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const FineEdge& edge = surface.edges[i];
-      float first = -1, second = -1;  // Edges without a quad have no triangles to lose
+      float first = -1, second = -1;  // Without a quad, both triangles count as lost at any limit
       if (edge.is_quad() && (small.empty() || small[edge.vertices[0]] == 0)) {
         first = second = kNoLimit;
         for (std::size_t k = 0; k < 4; ++k) {
@@ -98,7 +101,7 @@ float limit_for_faces(const FineSurface& surface, const VertexTree& tree,
     }
   });
   if (loss_limits.size() <= faces) return -1;
-  // Sorted index of the last of the triangle losses that the goal needs.
+  // Selects the limit of the last triangle that must be lost to reach the goal.
   const auto last =
       loss_limits.begin() + static_cast<std::ptrdiff_t>(loss_limits.size() - faces - 1);
   std::nth_element(loss_limits.begin(), last, loss_limits.end());
@@ -123,8 +126,9 @@ Vec3d normal_of(const Vec3& a, const Vec3& b, const Vec3& c) {
   return cross(to_double(b) - to_double(a), to_double(c) - to_double(a));
 }
 
-/// True if a quad's triangles fit the normals better with the diagonal from corner 1 to 3 than with that from 0 to 2;
-/// the smallest cosine of both triangles decides.
+/// True if a quad's triangles agree better with the vertex normals if the quad is split along the
+/// diagonal from corner 1 to 3 than along that from 0 to 2. The measure is the smallest cosine
+/// between a triangle's normal and a vertex normal.
 bool prefers_other_diagonal(const SimplifiedIsosurface& low_poly,
                             const SimplifiedIsosurface::Polygon& polygon) {
   const auto& c = polygon.corners;
@@ -149,8 +153,9 @@ std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) {
   return std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
 }
 
-/// Rotates quads so that the better diagonal runs from corner 0 to 2. Uses the other diagonal if the better one is
-/// already an edge of other polygons, which would get more than two triangles.
+/// Rotates the corners of quads so that the better diagonal runs from corner 0 to 2. The other
+/// diagonal is used where another polygon already has the better one as an edge, which would
+/// otherwise get more than two triangles.
 void choose_diagonals(SimplifiedIsosurface& low_poly) {
   std::unordered_set<std::uint64_t> used_diagonals;
   used_diagonals.reserve(3 * low_poly.polygons.size());
@@ -174,9 +179,10 @@ void choose_diagonals(SimplifiedIsosurface& low_poly) {
   }
 }
 
-/// Collapses zero-length edges between fine vertices, and updates which vertex represents the removed ones. Clusters
-/// whose boxes touch at a corner are not merged: they represent larger parts of the surface, which one chart could
-/// not hold.
+/// Collapses edges of zero length between vertices that represent a single fine vertex, and updates
+/// `representative` for the removed ones. Vertices that represent larger clusters are not merged,
+/// even at the same position: each represents a larger piece of the surface, and one chart could
+/// not hold both.
 void merge_zero_length_edges(SimplifiedIsosurface& low_poly,
                              std::vector<std::uint32_t>& representative, std::uint32_t leaves,
                              const std::function<Vec3(std::uint32_t)>& place) {
@@ -202,7 +208,8 @@ std::uint64_t count_joined_sets(DisjointSets& sets, const std::vector<std::uint8
   return count;
 }
 
-/// \param at_border by vertex: 1 if border edges may end there; empty: at all vertices
+/// \param at_border  for each vertex, 1 if border edges may end there; empty: they may end at all
+///   vertices
 SimplifiedIsosurface::Pieces count_pieces(const std::vector<PolygonCorners>& polygons,
                                           std::size_t vertices,
                                           const std::vector<std::uint8_t>& at_border) {
@@ -251,7 +258,8 @@ SimplifiedIsosurface::Pieces count_fine_pieces(const FineSurface& surface,
   return count_pieces(polygons, surface.keys.size(), at_border);
 }
 
-std::uint64_t quads_left(const FineSurface& surface, const std::vector<std::uint8_t>& small) {
+std::uint64_t count_remaining_quads(const FineSurface& surface,
+                                    const std::vector<std::uint8_t>& small) {
   if (small.empty()) return surface.quads;
   return static_cast<std::uint64_t>(std::count_if(
       surface.edges.begin(), surface.edges.end(),
@@ -285,10 +293,10 @@ SimplifiedIsosurface simplify_isosurface(const FineSurface& surface, const Verte
   const std::uint32_t leaves = tree.leaves();
   SimplifiedIsosurface low_poly;
   const std::vector<std::uint8_t> small = find_small_parts(tree, options.min_part, low_poly);
-  const std::vector<float> limits = merging_limits(tree, options.keep_topology);
+  const std::vector<float> limits = find_merge_limits(tree, options.keep_topology);
   low_poly.aimed_faces = options.faces;
   if (options.faces == 0 && options.share < 1) {
-    const double initial_faces = 2 * static_cast<double>(quads_left(surface, small));
+    const double initial_faces = 2 * static_cast<double>(count_remaining_quads(surface, small));
     low_poly.aimed_faces = static_cast<std::uint64_t>(std::ceil(initial_faces * options.share));
   }
   float limit = static_cast<float>(options.error);
@@ -315,7 +323,7 @@ SimplifiedIsosurface simplify_isosurface(const FineSurface& surface, const Verte
     }
   }
 
-  // Collects polygons with distinct vertices, in parallel and in edge order.
+  // Collects the polygons whose corners remain distinct, in parallel and in the order of the edges.
   constexpr std::size_t kEdgesPerPart = 1 << 15;
   std::vector<std::vector<SimplifiedIsosurface::Polygon>> parts(
       (surface.edges.size() + kEdgesPerPart - 1) / kEdgesPerPart);
@@ -352,7 +360,7 @@ SimplifiedIsosurface simplify_isosurface(const FineSurface& surface, const Verte
   };
   merge_zero_length_edges(low_poly, representative, leaves, place);
 
-  // Numbers used vertices in tree order.
+  // Numbers the used vertices in the order of their nodes in the tree.
   std::vector<std::uint32_t> number(tree.count(), kNone);
   for (const SimplifiedIsosurface::Polygon& polygon : low_poly.polygons) {
     for (const std::uint32_t corner : polygon.corners) {
@@ -369,7 +377,7 @@ SimplifiedIsosurface simplify_isosurface(const FineSurface& surface, const Verte
     low_poly.error = std::max(low_poly.error, double{cluster.error});
     if (!cluster.is_one_sheet) ++low_poly.changed_topology;
   }
-  // Lists the fine vertices of each vertex.
+  // Lists the fine vertices that each vertex represents.
   low_poly.leaf_begins.assign(count + 1, 0);
   for (std::uint32_t leaf = 0; leaf < leaves; ++leaf) {
     const std::uint32_t vertex = number[representative[leaf]];

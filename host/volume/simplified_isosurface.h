@@ -12,12 +12,13 @@ namespace kiln {
 
 struct SimplifiedIsosurface {
   struct Polygon {
-    /// Counter-clockwise as seen from outside, with the diagonal from corner 0 to 2; a triangle's last one is kNone.
+    /// Corners counter-clockwise as seen from outside. Quads are split along the diagonal from
+    /// corner 0 to 2; the last corner of a triangle is kNone.
     std::array<std::uint32_t, 4> corners;
     bool is_quad() const { return corners[3] != VertexTree::kNone; }
   };
   std::vector<Vec3> positions;  ///< World units, relative to the volume's origin
-  std::vector<Vec3> normals;    ///< Mean normals of the fine vertices
+  std::vector<Vec3> normals;    ///< Mean normals of the fine vertices that each vertex represents
   std::vector<Polygon> polygons;
   /// Fine vertices that vertex v represents: leaves[leaf_begins[v]] to leaves[leaf_begins[v + 1] - 1].
   std::vector<std::uint32_t> leaf_begins;
@@ -28,27 +29,31 @@ struct SimplifiedIsosurface {
 
   std::uint64_t faces = 0;  ///< Number of triangles
   double error = 0;         ///< Largest error of a cluster, in cells
-  /// Number of clusters whose surface is not a single sheet: merging them changes the topology
+  /// Number of clusters that were replaced by one vertex although their surface is not a single
+  /// sheet, which changed the topology
   std::uint64_t changed_topology = 0;
   std::uint64_t parts = 0;          ///< Number of connected parts of the fine surface
   std::uint64_t dropped_parts = 0;  ///< Number of parts removed because they are small
-  /// Topology of the fine surface without small parts, and of the low poly; computed only if the topology is kept and
-  /// the volume's border is open.
+  /// Numbers of parts and border loops, to compare the fine surface without small parts with the
+  /// low poly; computed only if the topology is kept and the volume's border is open.
   struct Pieces {
-    std::uint64_t parts = 0;         ///< Number of parts, connected over polygons
+    std::uint64_t parts = 0;         ///< Number of parts that are connected by polygons
     std::uint64_t border_loops = 0;  ///< Number of loops of border edges
     bool operator==(const Pieces&) const = default;
   };
   Pieces fine_pieces, pieces;
-  bool is_goal_reached = true;    ///< False if more faces remain than requested
-  double error_limit = 0;         ///< Error limit in effect, in cells; 0 for a goal of faces
-  std::uint64_t aimed_faces = 0;  ///< Goal of faces, requested or from a share of the fine surface
+  bool is_goal_reached = true;  ///< False if more faces remain than requested
+  /// Error limit that was used, in cells; 0 if a number of faces was the goal
+  double error_limit = 0;
+  /// Number of faces that was the goal: requested, or computed from the share of the fine surface
+  std::uint64_t aimed_faces = 0;
 };
 
 struct IsosurfaceOptions {
   std::uint32_t faces = 0;
-  double error = 0;  ///< Largest error in cells, if `faces` is 0
-  /// Maximum share of the fine triangles that remains; the error limit is raised until it is met
+  double error = 0;  ///< Maximum error in cells; used if `faces` is 0
+  /// Maximum number of triangles, as a share of the fine surface's; the error limit is raised until
+  /// it is met
   double share = 1;
   bool keep_topology = true;
   double min_part =

@@ -14,16 +14,16 @@ namespace {
 
 /// Topological invariants that decide whether a cluster is one sheet.
 struct ClusterTopology {
-  std::int32_t doubled_euler = 0;  ///< Twice the Euler characteristic of its surface
-  std::uint16_t crossed = 0;       ///< Bits of the node's edges that are crossed
-  /// Bits of the node's edges that are crossed more than once
+  std::int32_t doubled_euler = 0;  ///< Twice the Euler characteristic of the cluster's surface
+  std::uint16_t crossed = 0;       ///< Mask of the node's edges that the surface crosses
+  /// Mask of the node's edges that the surface crosses more than once
   std::uint16_t crossed_repeatedly = 0;
-  /// Number of lines on each face of the node (2 axis + side) that end at the volume's open border, at most
-  /// 3.
-  std::array<std::uint8_t, 6> ends{};
+  /// For each face of the node (2 * axis + side), the number of lines of the surface on it that end
+  /// at the volume's open border; counted up to 3.
+  std::array<std::uint8_t, 6> border_line_ends{};
 };
 
-/// Bits of the four edges of each face. Faces are 2 axis + side.
+/// For each face of a node (2 * axis + side), the mask of its four edges.
 constexpr std::array<std::uint16_t, 6> make_face_edges() {
   std::array<std::uint16_t, 6> result{};
   for (std::uint32_t axis = 0; axis < 3; ++axis) {
@@ -46,16 +46,18 @@ bool is_one_sheet(const ClusterTopology& topology) {
   for (std::size_t face = 0; face < kFaceEdges.size(); ++face) {
     const int met = std::popcount(static_cast<std::uint16_t>(topology.crossed & kFaceEdges[face]));
     // A line on a face connects two of the face's crossings, or a crossing with the open border.
-    if (met + topology.ends[face] != 0 && met + topology.ends[face] != 2) return false;
-    ends += topology.ends[face];
+    if (met + topology.border_line_ends[face] != 0 && met + topology.border_line_ends[face] != 2)
+      return false;
+    ends += topology.border_line_ends[face];
   }
   return ends <= 2 && std::popcount(topology.crossed) >= (ends == 0 ? 3 : 1);
 }
 
-/// Sums over the fine vertices of a cluster at which the surface ends at the volume's open border, by side: 2 axis,
-/// + 1 for the far one. They keep the vertex on the border plane. Without them, where the surface is perpendicular to
-/// the border, the error function would be the same at every distance from the border, and the vertex would move to the
-/// cluster's mean.
+/// Sums over those fine vertices of a cluster at which the surface ends at the volume's open
+/// border. They are indexed by the side of the volume: 2 * axis, plus 1 for the far side. They keep
+/// the vertex on the border plane. Without them, where the surface is perpendicular to the border,
+/// the error function would have the same value at every distance from the border, and the vertex
+/// would move to the cluster's mean.
 struct BorderSums {
   std::array<double, 6> sum{};  ///< Sums of the fine vertices' coordinates along the axis
   std::array<std::uint32_t, 6> count{};
@@ -66,8 +68,9 @@ struct BorderSums {
       count[k] += other.count[k];
     }
   }
-  /// Restricts a box to the border planes that the cluster touches. \returns half the distance of two opposite planes
-  /// if it touches both, since a vertex cannot lie on both; otherwise 0
+  /// Restricts a box to the border planes that the cluster touches.
+  /// \returns half the distance between two opposite border planes if the cluster touches both,
+  ///   since a vertex cannot lie on both; otherwise 0
   double restrict_to_border(std::array<double, 3>& low, std::array<double, 3>& high) const {
     double border_plane_gap = 0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -87,7 +90,8 @@ struct BorderSums {
   }
 };
 
-/// Computes the border sums of fine vertices: those at crossed edges in the outermost voxel planes.
+/// Computes the border sums of each fine vertex whose cell has a crossed edge in an outermost plane
+/// of voxels.
 std::vector<BorderSums> find_border_sums(const FineSurface& surface) {
   std::vector<BorderSums> border_sums(surface.keys.size());
   for (const FineEdge& edge : surface.edges) {
@@ -119,15 +123,17 @@ std::vector<BorderSums> find_border_sums(const FineSurface& surface) {
   return border_sums;
 }
 
-/// Pairs of the four cells around an edge that are adjacent along u, and along v.
+/// Of the four cells around an edge, the two pairs that are adjacent along u, and the two that are
+/// adjacent along v.
 constexpr std::array<std::array<std::uint32_t, 2>, 2> kCellPairsAcrossU = {{{0, 1}, {3, 2}}};
 constexpr std::array<std::array<std::uint32_t, 2>, 2> kCellPairsAcrossV = {{{1, 2}, {0, 3}}};
 
-/// The line in which the surface crosses the face between the two cells at an edge in the open border.
+/// The line in which the surface crosses the face between the two cells at an edge in the open
+/// border. The line ends at that edge.
 struct BorderLineAcross {
   std::uint32_t axis;  ///< Axis along which the cells are adjacent
-  std::uint8_t level;  ///< The cells are in one node from this level + 1 on
-  /// The lower and the upper cell: indices among the edge's four cells
+  std::uint8_t level;  ///< The cells lie in the same node from this level + 1 upwards
+  /// Indices of the lower and the upper cell among the edge's four cells
   std::array<std::uint32_t, 2> sides;
 };
 
@@ -142,9 +148,10 @@ BorderLineAcross find_border_line(const FineEdge& edge) {
           both(kCellPairsAcrossV[0]) ? kCellPairsAcrossV[0] : kCellPairsAcrossV[1]};
 }
 
-/// Finds the edges in the open border at which a line between two cells ends. Lines with both ends at one edge are
-/// skipped: they are no polygon's side, so they connect nothing.
-std::vector<std::uint32_t> border_line_end_edges(const FineSurface& surface) {
+/// Finds the edges in the open border at which the line between two cells ends (BorderLineAcross).
+/// Such a line is the dual of a polygon's side. If both of its ends lie in the border, no polygon
+/// has that side, so the line connects no vertices and is skipped.
+std::vector<std::uint32_t> find_border_line_ends(const FineSurface& surface) {
   struct BorderLineEnd {
     std::uint64_t cells;
     std::uint32_t edge;
@@ -189,7 +196,8 @@ std::vector<std::uint32_t> border_line_end_edges(const FineSurface& surface) {
   return result;
 }
 
-/// For each of the four cells at an edge, which of the cell's edges along the axis it is: u + 2 v (shared/volume.h).
+/// For each of the four cells around an edge: which of the cell's four edges along that axis it is,
+/// as u + 2 v (shared/volume.h).
 constexpr std::array<std::uint32_t, 4> kEdgeOfCell = {3, 2, 0, 1};
 
 }  // namespace
@@ -198,10 +206,10 @@ const VertexTree::Cluster* VertexTree::find_earlier_cluster(const EarlierTree& e
                                                             std::uint32_t leaf,
                                                             std::uint32_t level) {
   const UnchangedVertices& kept = earlier.kept;
-  if (leaf >= kept.before && leaf < kept.new_suffix_begin) return nullptr;
+  if (leaf >= kept.prefix_end && leaf < kept.new_suffix_begin) return nullptr;
   const VertexTree& tree = *earlier.tree;
   std::uint32_t node =
-      leaf < kept.before ? leaf : leaf - kept.new_suffix_begin + kept.old_suffix_begin;
+      leaf < kept.prefix_end ? leaf : leaf - kept.new_suffix_begin + kept.old_suffix_begin;
   do {
     node = tree.parent(node);
     if (node == kNone) return nullptr;
@@ -213,7 +221,7 @@ const VertexTree::Cluster* VertexTree::find_earlier_cluster(const EarlierTree& e
 VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_t, 3>& size,
                        bool open, const EarlierTree& earlier)
     : has_open_border_(open), leaves_(static_cast<std::uint32_t>(surface.keys.size())) {
-  std::vector<BorderSums> border_sums;  // BorderSums sums by node
+  std::vector<BorderSums> border_sums;  // Border sums of each node
   if (open) border_sums = find_border_sums(surface);
   DisjointSets sets(leaves_);
   parents_.assign(leaves_, kNone);
@@ -222,14 +230,14 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
   std::vector<ClusterTopology> cluster_topologies;  // Topological invariants of each cluster
   const auto is_there = [](std::uint32_t vertex) { return vertex != CellGrid::kNone; };
 
-  // Indices of edges whose cells are not all in one node yet, so that they can still connect sets, and of edges that
-  // lie on nodes' edges; both ascending.
+  // Indices of edges in ascending order. `joining`: their cells are not all in one node yet, so
+  // they may still connect sets. `framing`: they lie on edges of nodes at this level.
   const auto edge_count = static_cast<std::uint32_t>(surface.edges.size());
   std::vector<std::uint32_t> joining(edge_count), framing, border_end_edges;
   for (std::uint32_t i = 0; i < edge_count; ++i) joining[i] = i;
   framing = joining;
   if (open) {
-    border_end_edges = border_line_end_edges(surface);
+    border_end_edges = find_border_line_ends(surface);
     std::erase_if(framing, [&](std::uint32_t i) { return !surface.edges[i].is_quad(); });
     std::erase_if(joining, [&](std::uint32_t i) {
       return !surface.edges[i].is_quad() &&
@@ -254,7 +262,7 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
       a = sets.find(a);
       b = sets.find(b);
       if (a == b) return;
-      // A set that another union of this level has already enlarged has no node yet.
+      // A set that was already enlarged at this level has no node yet.
       for (const std::uint32_t set : {a, b}) {
         if (node_of_set[set] != kNone) growing_children.push_back({set, node_of_set[set]});
       }
@@ -287,9 +295,10 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
       const std::uint32_t node = node_of_set[sets.find(vertex)];
       return node < first ? nullptr : &cluster_topologies[node - leaves_];
     };
-    // Euler characteristic V - E + F. Each child has counted its own crossings and lines. A crossing that two children
-    // share, and a line on the face between them, must be counted once in their parent. The line is handled at the
-    // crossings at its two ends, each of which contributes half.
+    // Computes the Euler characteristic V - E + F. Each child has counted its own crossings and
+    // lines. A crossing that two children share, and a line on the face between them, must be
+    // counted only once in their parent. A line is corrected in two halves, one at each of the
+    // crossings at its ends.
     for (const std::uint32_t index : joining) {
       const FineEdge& edge = surface.edges[index];
       const bool u = edge.u_level == plane, v = edge.v_level == plane;
@@ -298,7 +307,7 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
       const auto lines = [&](const auto& sides, bool apart) {
         for (const auto& [a, b] : sides) {
           if (!is_there(at[a]) || !is_there(at[b])) continue;
-          // If the other two of the four cells lie in another node, or have no vertex, these two alone share the
+          // If the other two cells lie in another node, or have no vertex, only these two share the
           // crossing.
           topology_at(at[a])->doubled_euler += apart ? 1 - 2 : 1;
         }
@@ -306,7 +315,8 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
       if (u) lines(kCellPairsAcrossU, edge.v_level > plane);
       if (v) lines(kCellPairsAcrossV, edge.u_level > plane);
       if (u && v) {
-        // All four cells lie in one node. Each has counted the crossing, which must be counted once.
+        // All four cells lie in one node, and each has counted the crossing, which must be counted
+        // only once.
         int cells_in_node = 0;
         std::uint32_t cell_of_node = 0;
         for (const std::uint32_t vertex : at) {
@@ -317,7 +327,7 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
         }
         if (cells_in_node > 1) topology_at(cell_of_node)->doubled_euler -= 2 * (cells_in_node - 1);
       } else if ((u && edge.v_level < plane) || (v && edge.u_level < plane)) {
-        // Two pairs of cells, each of which has already counted the crossing once.
+        // Two pairs of cells meet here, and each pair has already counted the crossing once.
         const auto& [near, far] = u ? kCellPairsAcrossU : kCellPairsAcrossV;
         const bool one = is_there(at[near[0]]) || is_there(at[far[0]]);
         const bool other = is_there(at[near[1]]) || is_there(at[far[1]]);
@@ -350,7 +360,7 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
       for (const std::uint32_t upper : {0U, 1U}) {
         ClusterTopology* topology = topology_at(edge.vertices[line.sides[upper]]);
         if (topology == nullptr) continue;
-        std::uint8_t& ends = topology->ends[2 * line.axis + 1 - upper];
+        std::uint8_t& ends = topology->border_line_ends[2 * line.axis + 1 - upper];
         ends = static_cast<std::uint8_t>(std::min(ends + 1, 3));
       }
     }
@@ -360,7 +370,8 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
       return !later(edge.u_level) && !later(edge.v_level);
     });
 
-    // Sorts the children by cluster, stably, so that sums do not depend on the number of threads.
+    // Sorts the children by cluster with a stable sort, so that the order of sums does not depend
+    // on the number of threads.
     const std::uint32_t fresh = count() - first;
     std::vector<std::uint32_t> begins(fresh + 1), children(growing_children.size());
     for (const GrowingChild& child : growing_children) ++begins[parents_[child.node] - first + 1];
@@ -398,7 +409,7 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
             cluster.error = std::max(cluster.error, child_cluster.error);
           }
         }
-        // The node's box, from any cell within it.
+        // Computes the node's box from any cell within the node.
         CellPlace node;
         if (leaf < leaves_) {
           node = unpack_cell_place(surface.keys[leaf]);
@@ -439,9 +450,9 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
     }
     return a;
   };
-  for (const ForkedVertex& fork : surface.forked_vertices) {
-    std::uint32_t node = common(fork.forked_neighbours[0], fork.forked_neighbours[1]);
-    const std::uint32_t end = node == kNone ? kNone : common(node, fork.stem);
+  for (const DoubledFaceVertex& doubled : surface.doubled_face_vertices) {
+    std::uint32_t node = common(doubled.neighbours[0], doubled.neighbours[1]);
+    const std::uint32_t end = node == kNone ? kNone : common(node, doubled.vertex);
     for (; node != end && node != kNone; node = parents_[node]) {
       clusters_[node - leaves_].is_one_sheet = false;
     }

@@ -21,12 +21,13 @@ class VertexTree {
  public:
   static constexpr std::uint32_t kNone = 0xFFFFFFFF;
 
-  /// An earlier tree, whose clusters are reused where nothing changed; the result is the same as without it.
+  /// The tree before an update. Its clusters are reused where nothing changed; the result is the
+  /// same as that of a new tree.
   struct EarlierTree {
     const VertexTree* tree = nullptr;
     UnchangedVertices kept;
   };
-  /// \param open  the volume has an open border
+  /// \param open  true if the volume has an open border
   VertexTree(const FineSurface& surface, const std::array<std::uint32_t, 3>& size, bool open,
              const EarlierTree& earlier = {nullptr, {}});
 
@@ -38,7 +39,8 @@ class VertexTree {
   struct Cluster {
     Qef qef;
     Vec3d place{};  ///< Position in padded coordinates
-    /// Root-mean-square error in cells: the cluster's own or that of a descendant, whichever is largest
+    /// Root-mean-square error in cells: the largest of the cluster's own error and those of its
+    /// descendants
     float error;
     /// True if one vertex may replace its descendants without changing the topology
     bool is_one_sheet;

@@ -60,7 +60,7 @@ FiniteRange find_finite_range(const Volume& volume) {
           high = std::max(high, value);
         }
       }
-      if (bad == end - begin) low = high = 0;  // No voxel of this range is finite
+      if (bad == end - begin) low = high = 0;  // All voxels of this range are non-finite
       const std::lock_guard lock(mutex);
       finite_range.not_finite += bad;
       finite_range.infinite_count += infinite_count;
@@ -130,8 +130,8 @@ const char* DeviceVoxels::type_name() const {
   }
 }
 
-DeviceVoxels device_voxels(const Volume& volume, const ContourOptions& options, double& lowest,
-                           double& highest) {
+DeviceVoxels convert_voxels(const Volume& volume, const ContourOptions& options, double& lowest,
+                            double& highest) {
   check(volume, options);
   DeviceVoxels result;
   result.data = volume.voxels.data();
@@ -152,8 +152,8 @@ DeviceVoxels device_voxels(const Volume& volume, const ContourOptions& options, 
   }
   result.not_finite = finite_range.not_finite;
   double outside = options.inside == Inside::above ? finite_range.lowest : finite_range.highest;
-  // Infinite voxels inside the solid get the depth of the deepest finite voxel inside, or if there is none, that
-  // of the farthest voxel outside.
+  // Infinite voxels inside the solid get the value of the deepest finite voxel inside. If no finite
+  // voxel is inside, they get the mirror image, at the iso value, of the farthest value outside.
   const bool is_solid_above = options.inside == Inside::above;
   const bool has_infinity_inside =
       (is_solid_above ? finite_range.infinite_count : finite_range.minus_infinite_count) != 0;
@@ -163,7 +163,8 @@ DeviceVoxels device_voxels(const Volume& volume, const ContourOptions& options, 
     result.infinity_value = has_finite_inside ? farthest : 2 * options.iso - outside;
   }
   if (has_infinity_inside || (size_of(volume.type) >= 4 && volume.type != VoxelType::f32)) {
-    // Voxels are stored as differences to the iso value, so that no digits near it are lost.
+    // Voxels are stored as differences to the iso value, so that single precision loses no digits
+    // of values near it.
     const auto relative = [&](double value) {
       const double difference = value - options.iso;
       if (std::isnan(difference) || std::isinf(value)) return static_cast<float>(value);
@@ -172,8 +173,8 @@ DeviceVoxels device_voxels(const Volume& volume, const ContourOptions& options, 
       if (rounded_difference == 0 && difference != 0) return difference < 0 ? -FLT_MIN : FLT_MIN;
       return rounded_difference;
     };
-    // Differences that underflow in float only matter if all differences are small: otherwise, such voxels are as good
-    // as on the surface.
+    // Differences too small for a float only matter if all differences are small. Otherwise such
+    // voxels can be taken to lie on the surface.
     const bool tiny = finite_range.highest - finite_range.lowest < 1e6 * double{FLT_MIN};
     const auto changes = [&](double value) {
       const double size = std::abs(value - options.iso);

@@ -40,7 +40,7 @@ void expect_nothing_lost(const fs::path& folder, const Words& words, const std::
   const auto before = all_files(folder);
   const ProcessResult result = call_kiln(words);
   EXPECT_EQ(result.exit_code, 2) << what << ": " << result.errors;
-  EXPECT_NE(result.errors.find("written over"), std::string::npos) << what << ": " << result.errors;
+  EXPECT_NE(result.errors.find("overwritten"), std::string::npos) << what << ": " << result.errors;
   EXPECT_TRUE(all_files(folder) == before) << what;
 }
 

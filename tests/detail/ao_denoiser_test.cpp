@@ -244,11 +244,11 @@ TEST(AoDenoiser, SpreadsToTheSquareAroundATexel) {
     std::vector<std::uint32_t> expected = square(6, 7, reach);
     std::erase(expected, at);
     std::erase(expected, at + 1);
-    EXPECT_EQ(denoiser.spread(std::vector{at}, reach, unsure), expected) << reach;
+    EXPECT_EQ(denoiser.mark_nearby(std::vector{at}, reach, unsure), expected) << reach;
     EXPECT_EQ(std::count(unsure.begin(), unsure.end(), 1),
               static_cast<std::ptrdiff_t>(expected.size() + 2));
-    EXPECT_TRUE(denoiser.spread(std::vector{at}, reach, unsure).empty());
-    EXPECT_TRUE(denoiser.spread({}, reach, unsure).empty());
+    EXPECT_TRUE(denoiser.mark_nearby(std::vector{at}, reach, unsure).empty());
+    EXPECT_TRUE(denoiser.mark_nearby({}, reach, unsure).empty());
   }
   // All neighbours are marked already: the second step goes on from them all the same.
   std::vector<std::uint8_t> unsure(place.size());
@@ -257,7 +257,7 @@ TEST(AoDenoiser, SpreadsToTheSquareAroundATexel) {
     unsure[texel] = 1;
     std::erase(ring, texel);
   }
-  EXPECT_EQ(denoiser.spread(std::vector{7 * kSide + 6}, 2, unsure), ring);
+  EXPECT_EQ(denoiser.mark_nearby(std::vector{7 * kSide + 6}, 2, unsure), ring);
 }
 
 TEST(AoDenoiser, CastsFewRaysWhereSmoothingIsRight) {

@@ -176,7 +176,7 @@ TEST(TextureFilter, ClampsAndMirrorsAsAPictureThatIsLaidOutSo) {
 TEST(TextureFilter, NumbersThatAreNoneCountAsZero) {
   Image image{2, 1, 1, {std::numeric_limits<float>::quiet_NaN(), 1}};
   const FilteredTexture texture(shared(image), TextureKind::linear);
-  EXPECT_EQ(texture.replaced(), 1U);
+  EXPECT_EQ(texture.replaced_values(), 1U);
   EXPECT_NEAR(mean_of(texture, 0.5, 0.5, {{{1, 0}, {0, 1}}}), 0.5, 1e-6);
   EXPECT_THROW(FilteredTexture(shared(Image{2, 1, 1, {0, 0}}), TextureKind::normal), Error);
   EXPECT_THROW(FilteredTexture(shared(Image{}), TextureKind::srgb), Error);

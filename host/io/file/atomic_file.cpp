@@ -15,7 +15,8 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kBufferBytes = std::size_t{1} << 18;
-constexpr int kMaxSymlinks = 40;  // Limit on symbolic links that lead to one another, as in Linux
+// Maximum number of symbolic links that are followed in a row, as in Linux
+constexpr int kMaxSymlinks = 40;
 
 }  // namespace
 
@@ -45,7 +46,8 @@ AtomicFile::AtomicFile(std::filesystem::path destination, bool allow_unnamed)
 
 AtomicFile::~AtomicFile() { discard(); }
 
-// Examines the destination: nothing, a file to replace, or a device to write to directly.
+// Finds out what is at the destination: nothing, a file to replace, or a device to write to
+// directly.
 void AtomicFile::examine_destination() {
   const std::optional<os::FileFacts> found = os::facts_of(target_);
   if (!found) {
@@ -69,7 +71,7 @@ void AtomicFile::examine_destination() {
   if (!error) target_ = followed;
 }
 
-// If a link's target does not exist, that target is the file to create.
+// A link may point to a file that does not exist; then that file is created.
 void AtomicFile::follow_links() {
   std::error_code error;
   for (int links = 0; std::filesystem::is_symlink(target_, error); ++links) {
@@ -110,7 +112,7 @@ int AtomicFile::create_named() {
   }
 }
 
-// Links an unnamed file to a hidden name.
+// Gives an unnamed file a hidden name.
 void AtomicFile::name_file() {
   if (is_written_directly_ || !temporary_.empty()) return;
   HeldFile file;
@@ -139,7 +141,8 @@ void AtomicFile::close_stream() {
   if (std::fclose(stream) != 0) fail("", errno);
 }
 
-// Sets permissions, and starts flushing to the medium while the next file is produced.
+// Sets the file's permissions, and starts flushing it to the medium, so that this overlaps with the
+// next file's production.
 void AtomicFile::send(int descriptor) const {
   if (mode_ && !os::set_permissions(descriptor, *mode_) && errno != EPERM) fail("", errno);
   os::begin_sync(descriptor);  // HeldFile::sync() waits until the data is on the medium
@@ -162,7 +165,8 @@ void AtomicFile::commit() {
       send(os::file_of(stream_));
       if (temporary_.empty()) {
         file.descriptor = os::duplicate(os::file_of(stream_));
-        if (file.descriptor < 0) name_file();  // Too many files are open to keep an unnamed one
+        // An unnamed file must stay open, and too many files are open already
+        if (file.descriptor < 0) name_file();
       }
       std::FILE* const stream = std::exchange(stream_, nullptr);
       errno = 0;

@@ -11,8 +11,8 @@
 
 namespace kiln {
 
-/// A temporary file in the destination's folder. commit() renames it over the destination, or hands it
-/// to the open OutputSet; without commit(), the destructor removes it.
+/// A temporary file in the destination's folder. commit() renames it to the destination, or passes
+/// it to the open OutputSet, which does so later. Without commit(), the destructor removes it.
 ///
 /// On file systems with O_TMPFILE (Linux) the file has no name until it is complete, so that even a
 /// killed process leaves no file; elsewhere it has a hidden name. Replaced files keep their permissions;
@@ -30,7 +30,7 @@ class AtomicFile {
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
 
-  /// The destination that the constructor received.
+  /// The destination as the caller gave it.
   const std::filesystem::path& destination() const { return destination_; }
   /// The file's current name; empty while it is unnamed (before close_stream()).
   const std::filesystem::path& temporary() const { return temporary_.path(); }
@@ -62,7 +62,7 @@ class AtomicFile {
   void discard() noexcept;
 
   std::filesystem::path destination_;
-  std::filesystem::path target_;  ///< The destination, absolute, with links resolved
+  std::filesystem::path target_;  ///< Absolute path of the destination with links resolved
   TemporaryName temporary_;
   std::optional<unsigned> mode_;  ///< Permissions of the replaced file
   std::vector<char> buffer_;      ///< Buffer of the stream

@@ -9,8 +9,8 @@ namespace {
 
 /// Largest number of unpacked bytes per packed byte, rounded up.
 constexpr std::uint64_t max_unpack_ratio(Packing packing) {
-  // Deflate (RFC 1951): at best, a length of 258 takes one bit and its distance another, which gives 4 x 258 unpacked
-  // bytes per byte.
+  // Deflate (RFC 1951): the best code has one bit for a length of 258 and one for its distance, so
+  // 8 bits unpack to 4 x 258 bytes.
   constexpr std::uint64_t kMaxDeflateRatio = 1032;
   switch (packing) {
     case Packing::none:
@@ -26,8 +26,8 @@ constexpr std::uint64_t max_unpack_ratio(Packing packing) {
     case Packing::exr_b44:
       return 11;  // 3 bytes encode a flat block of 4 x 4 values of 2 bytes
     case Packing::exr_dwa:
-      // A block of 8 x 8 values of 4 bytes takes at least 2 bytes, which are deflated; run lengths of
-      // deflated bytes have a lower ratio.
+      // A block of 8 x 8 values of 4 bytes takes at least 2 bytes, which deflate compresses
+      // further. Runs of deflated bytes unpack at a lower ratio.
       return kMaxDeflateRatio * 128;
   }
   return kMaxDeflateRatio;

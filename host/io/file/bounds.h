@@ -1,4 +1,5 @@
-// Bounds of sizes, by a file's content and by available memory, checked before allocation.
+// Bounds of sizes that follow from a file's content and from available memory. They are checked
+// before memory is allocated.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +10,7 @@
 
 namespace kiln {
 
-/// Compression methods of files.
+/// Compression methods in files.
 enum class Packing {
   none,
   deflate,  ///< zlib, gzip, PNG, OpenEXR's ZIP and ZIPS
@@ -24,13 +25,14 @@ enum class Packing {
 /// 2^64 - 1. The derivations are in the source.
 std::uint64_t most_unpacked(Packing packing, std::uint64_t packed);
 
-/// Limits of an image in a file, in addition to the limits that follow from the file's size.
+/// Limits on an image in a file, in addition to those that follow from the file's size.
 struct ImageLimits {
   /// Largest number of pixels. A height field of 2^30 pixels would exceed the limit on triangles.
   std::uint64_t pixels = (std::uint64_t{1} << 30) - 1;
 };
 
-/// The error that a reader reports if memory is insufficient; an argument of require_memory().
+/// Makes the error that a reader reports if memory is insufficient; an argument of
+/// require_memory().
 /// \param place  place in the file, such as "dataWindow"
 MemoryFailure memory_failure(FailWith fail, std::string place);
 

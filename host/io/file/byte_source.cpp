@@ -20,7 +20,7 @@ namespace {
 
 class FileSource final : public ByteSource {
  public:
-  /// The file is opened before it is checked, so that the checked file is the one that is read.
+  /// Opens the file before checking it, so that no other file can take its place in between.
   FileSource(const std::filesystem::path& path, FailWith fail) : report_error_(std::move(fail)) {
     note_whether_file(path);
     file_ = os::open_to_read(path);
@@ -65,7 +65,7 @@ class FileSource final : public ByteSource {
   std::size_t read_at(std::uint64_t offset, void* to, std::size_t count) const override {
     if (offset >= size_) return 0;
     count = static_cast<std::size_t>(std::min<std::uint64_t>(count, size_ - offset));
-    // Fewer without an error: another process has truncated the file.
+    // If fewer bytes are read without an error, another process has truncated the file.
     const std::size_t have = os::read_fully(file_, offset, to, count);
     if (have < count && errno != 0) {
       report_error_("byte " + std::to_string(offset + have),
@@ -105,8 +105,8 @@ class UncompressedStream final : public ByteStream {
     at_ += got;
     return got;
   }
-  std::uint64_t at_most() const override { return source_.size() - at_; }
-  bool exact() const override { return true; }
+  std::uint64_t max_remaining() const override { return source_.size() - at_; }
+  bool is_exact() const override { return true; }
 
  private:
   const ByteSource& source_;
@@ -118,7 +118,7 @@ class InflatingStream final : public ByteStream {
   InflatingStream(const ByteSource& source, std::uint64_t offset, FailWith fail)
       : source_(source), at_(std::min(offset, source.size())), report_error_(std::move(fail)) {
     buffer_.resize(std::size_t{1} << 18);
-    // MAX_WBITS + 32 lets zlib detect gzip or zlib by the header.
+    // With MAX_WBITS + 32, zlib recognizes gzip and zlib streams by their header.
     if (inflateInit2(&zlib_, MAX_WBITS + 32) != Z_OK) throw std::bad_alloc();
   }
   ~InflatingStream() override { inflateEnd(&zlib_); }
@@ -151,13 +151,13 @@ class InflatingStream final : public ByteStream {
     }
     return have;
   }
-  std::uint64_t at_most() const override {
+  std::uint64_t max_remaining() const override {
     if (is_stream_ended_) return 0;
-    // zlib may hold a partial byte, and 32 KiB in its window.
+    // zlib itself may hold a part of a byte, and 32 KiB in its window.
     const std::uint64_t left = source_.size() - at_ + zlib_.avail_in + 1;
     return most_unpacked(Packing::deflate, left + 64);
   }
-  bool exact() const override { return false; }
+  bool is_exact() const override { return false; }
 
  private:
   void refill() {
@@ -168,7 +168,7 @@ class InflatingStream final : public ByteStream {
   }
   std::string place() const { return "byte " + std::to_string(at_ - zlib_.avail_in); }
 
-  /// A gzip file may consist of several members.
+  /// A gzip file may consist of several members, which are decompressed one after the other.
   bool next_member() {
     unsigned char magic[2] = {};
     const std::uint64_t next = at_ - zlib_.avail_in;

@@ -21,8 +21,9 @@ namespace {
 std::mutex created_mutex;
 std::vector<std::filesystem::path> created_folders;
 
-/// Opens a path that names an open descriptor of the process, or something other than a regular file (a pipe,
-/// /dev/null). Writes go there directly and replace no file.
+/// Opens a path that is not an ordinary file: one that names an open descriptor of the process, a
+/// pipe, or a device such as /dev/null. Such paths are written to directly, and no file is
+/// replaced.
 /// \returns -1 for an ordinary path
 int open_stream(const std::filesystem::path& path) {
   if (os::is_device_name(path)) return -1;  // AtomicFile refuses it
@@ -69,7 +70,7 @@ void create_output_folder(const std::filesystem::path& folder) {
                                        "' cannot be created (" + error.message() +
                                        "): choose another place.");
   }
-  if (!made) return;  // another process created it, or the path ends in a slash
+  if (!made) return;  // Another process created it, or the path ends in a slash
   const std::filesystem::path whole = os::absolute(folder, error);
   const std::lock_guard lock(created_mutex);
   created_folders.push_back(error ? folder : whole);
@@ -98,9 +99,9 @@ void save_text(const std::filesystem::path& path, std::string_view text) {
 
 void remove_empty_output_folders() noexcept {
   const std::lock_guard lock(created_mutex);
-  // Folders are removed in reverse order of creation.
+  // Folders are removed in the reverse order of their creation.
   while (!created_folders.empty()) {
-    // The removal is meant to fail for folders that are not empty.
+    // This fails for folders that are not empty, as it should.
     os::remove_folder(created_folders.back().c_str());
     created_folders.pop_back();
   }
@@ -114,7 +115,7 @@ void prepare_output_folder(const std::filesystem::path& folder) {
   if (!fs::exists(target, error)) {
     refuse_broken_link(target);
     std::vector<fs::path> missing_folders;
-    // A root is no folder that could be missing; the name of a drive alone is its current folder.
+    // A root folder cannot be missing, and a drive's name alone stands for its current folder.
     for (fs::path part = target; part.has_relative_path() && !fs::exists(part, error);
          part = part.parent_path()) {
       missing_folders.push_back(part);

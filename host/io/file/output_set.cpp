@@ -16,21 +16,21 @@
 namespace kiln {
 namespace {
 
-/// Largest number of open unnamed files, which disappear if the process is killed. Above this number, files are named
-/// and closed, since a process may have 1,024 files open by default.
+/// Maximum number of unnamed files, which disappear if the process is killed, but must stay open.
+/// Further files are named and closed, since by default a process may have 1,024 open files.
 constexpr std::size_t kMaxUnnamedFiles = 256;
 
-using FileIndex = std::unordered_map<std::string, std::size_t>;  // of os::name_key()
+using FileIndex = std::unordered_map<std::string, std::size_t>;  // By os::name_key()
 
 struct OutputState {
   std::mutex mutex;
   bool is_open = false;
   std::vector<HeldFile> files;
-  FileIndex by_target;       ///< First index in `files` of each target
-  FileIndex by_destination;  ///< Last index of each destination
+  FileIndex by_target;       ///< For each target, the index in `files` of its first file
+  FileIndex by_destination;  ///< For each destination, the index in `files` of its last file
   std::set<os::FileId> read;
 
-  /// Rebuilds the indices after files were removed.
+  /// Computes both indices anew after files were removed.
   void rebuild_indices() {
     by_target.clear();
     by_destination.clear();
@@ -39,7 +39,7 @@ struct OutputState {
       by_destination[os::name_key(files[i].destination)] = i;
     }
   }
-  /// Moves the held files out of the set.
+  /// Removes all files from the set, and returns them.
   std::vector<HeldFile> release_files() {
     std::vector<HeldFile> all = std::exchange(files, {});
     rebuild_indices();
@@ -58,7 +58,7 @@ std::filesystem::path bytes_of(const HeldFile& file) {
                                 : file.temporary.path();
 }
 
-/// A file's absolute name, before links are followed.
+/// Absolute path of a file's destination, without following links.
 std::filesystem::path absolute_name(const HeldFile& file) {
   return os::absolute_normal(file.destination);
 }
@@ -68,7 +68,8 @@ std::filesystem::path absolute_name(const HeldFile& file) {
 OutputSet::OutputSet() {
   const std::lock_guard lock(output_state().mutex);
   if (output_state().is_open) {
-    throw Error(ErrorCode::usage, "An OutputSet is open already, and a process has one at a time.");
+    throw Error(ErrorCode::usage,
+                "An OutputSet is open already: a process can have only one at a time.");
   }
   output_state().is_open = true;
 }
@@ -84,7 +85,7 @@ OutputSet::~OutputSet() {
 namespace {
 
 void place_held(std::vector<HeldFile>& files) {
-  // Also refuses outputs whose file was read as an input after the output had been written.
+  // An output may have been read as an input after it had been written; this is refused here, too.
   for (const HeldFile& file : files) {
     if (const auto found = os::facts_of(file.target)) refuse_input(file.destination, found->id);
   }
@@ -104,7 +105,8 @@ void OutputSet::commit() {
 
 namespace {
 
-/// Moves the files of a run out of the set. The caller holds the lock.
+/// Removes the files that a run has written from the set, and returns them. The caller must hold
+/// the lock.
 std::vector<HeldFile> extract_files_of(const InputLog& run) {
   std::vector<HeldFile>& files = output_state().files;
   const auto first = std::stable_partition(files.begin(), files.end(),
@@ -170,7 +172,8 @@ bool hold_output(HeldFile& file) {
   const std::lock_guard lock(output_state().mutex);
   if (!output_state().is_open) return false;
   file.run = current_input_log();
-  // All accepted files of one target have the same absolute name and run, so that checking the first of them suffices.
+  // All files that were accepted for a target have the same absolute name and run, so it suffices
+  // to compare with the first one.
   const std::size_t number = output_state().files.size();
   if (number >= kMaxUnnamedFiles) file.name();
   const auto [first, is_new] = output_state().by_target.emplace(os::name_key(file.target), number);
@@ -185,13 +188,13 @@ bool hold_output(HeldFile& file) {
     if (same_key && other.destination.filename() != file.destination.filename()) {
       throw Error(ErrorCode::usage, "'" + file.destination.string() + "' and '" +
                                         other.destination.string() +
-                                        "' are one name on Windows: choose another for one.");
+                                        "' are the same name on Windows: rename one of them.");
     }
     if (!same_key) {
-      throw Error(ErrorCode::usage, "'" + file.destination.string() + "' and '" +
-                                        other.destination.string() +
-                                        "' would be one file, by a link: remove the link, or "
-                                        "choose another folder for the output.");
+      throw Error(ErrorCode::usage,
+                  "'" + file.destination.string() + "' and '" + other.destination.string() +
+                      "' would be the same file because of a link: remove the link, or "
+                      "choose another folder for the output.");
     }
   }
   output_state().by_destination[os::name_key(file.destination)] = number;
@@ -204,9 +207,10 @@ void refuse_input(const std::filesystem::path& destination, os::FileId file) {
     const std::lock_guard lock(output_state().mutex);
     if (output_state().read.count(file) == 0) return;
   }
-  throw Error(ErrorCode::usage, "'" + destination.string() +
-                                    "' would be written over, and it is read, too: choose another "
-                                    "name or folder for the output.");
+  throw Error(ErrorCode::usage,
+              "'" + destination.string() +
+                  "' is an input of this run and would be overwritten: choose another "
+                  "name or folder for the output.");
 }
 
 void register_input(os::FileId file) {

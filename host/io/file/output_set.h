@@ -1,4 +1,4 @@
-// Input and output files of a run; implementation of OutputSet of kiln/files.h.
+// The input and output files of a run; the implementation of OutputSet in kiln/files.h.
 #pragma once
 
 #include <cstddef>
@@ -11,21 +11,25 @@
 
 namespace kiln {
 
-/// Hands a finished file to the open set. \returns false if none is open: the caller then places the file.
-/// Throws Error(usage) if links make it identical to another file of the set.
+/// Passes a finished file to the open set.
+/// \returns false if no set is open; then the caller places the file
+/// \throws Error(usage) if links make it the same file as another one of the set
 bool hold_output(HeldFile& file);
 
-/// Commits the files of the open set that a run wrote, as OutputSet::commit() does for all files. It serves several
-/// concurrent runs. A run is identified by its log of inputs (base/input_log.h). May be called from any thread.
+/// Commits those files of the open set that one run wrote, as OutputSet::commit() does for all
+/// files; for several runs at the same time. A run is identified by its log of inputs
+/// (base/input_log.h). May be called from any thread.
 /// \throws Error(output)
 void commit_outputs(const InputLog& run);
-/// Deletes the files that a run wrote to the open set and did not commit. May be called from any thread.
+/// Deletes the files that a run wrote to the open set, unless they were committed. May be called
+/// from any thread.
 void discard_outputs(const InputLog& run);
-/// An uncommitted file, and the path of its bytes.
+/// A file that is not committed yet, and the path at which its bytes can be read.
 struct HeldOutput {
   std::filesystem::path destination, bytes;
 };
-/// Uncommitted files of a run; if several have the same destination, only the last one.
+/// The uncommitted files of a run. Of several with the same destination, only the last one is
+/// included.
 std::vector<HeldOutput> outputs_of(const InputLog& run);
 /// Number of uncommitted files in the open set.
 std::size_t held_outputs();

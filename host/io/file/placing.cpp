@@ -59,7 +59,7 @@ const char* remedy_for(int error_number) {
   }
 }
 
-/// An open folder, locked against other processes that place files in it.
+/// An open folder that is locked against other processes that place files in it.
 class LockedFolder {
  public:
   /// \throws Error(output) if another process keeps it locked for kMaxLockSeconds
@@ -77,7 +77,7 @@ class LockedFolder {
   }
   LockedFolder(LockedFolder&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
   LockedFolder(const LockedFolder&) = delete;
-  /// Flushes the folder's entries to the medium.
+  /// Flushes the list of the folder's files to the medium.
   void sync() const {
     if (descriptor_ >= 0) os::sync(descriptor_);
   }
@@ -95,10 +95,11 @@ bool is_plain(std::string_view name) {
   return !name.empty() && name != "." && name != ".." && name.find('/') == name.npos;
 }
 
-/// Completes a journal. The folder is locked, so the process that wrote the journal has ended.
+/// Completes the renames that a journal lists. Since the folder is locked, the process that wrote
+/// the journal has ended.
 void complete_journal(const fs::path& folder, const fs::path& journal) {
   const std::optional<os::FileFacts> facts = os::facts_of_link(journal);
-  // Journals of other users are ignored.
+  // Journals of other users are ignored, since they may be forged.
   if (!facts || !facts->is_regular || !facts->is_own || facts->bytes > kMaxJournalBytes) return;
   std::ifstream file(journal, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(file), {}};
@@ -110,7 +111,7 @@ void complete_journal(const fs::path& folder, const fs::path& journal) {
     const auto& [temporary, target, backup] = std::tie(names[i], names[i + 1], names[i + 2]);
     if (!temporary.starts_with(kHiddenPrefix) || !is_plain(temporary) || !is_plain(target))
       continue;
-    // The rename fails if it was done already.
+    // The rename fails if the process had done it before it was killed.
     if (!os::replace(folder / temporary, folder / target)) errno = 0;
     if (backup.starts_with(kHiddenPrefix) && is_plain(backup)) {
       os::remove_file((folder / backup).c_str());
@@ -119,9 +120,9 @@ void complete_journal(const fs::path& folder, const fs::path& journal) {
   os::remove_file(journal.c_str());
 }
 
-/// Removes leftovers of killed processes without a journal: links to old files, which are only created under the lock,
-/// and unfinished files of processes that ended. A process that is not visible to this one (on another machine or in
-/// a container) counts as ended if its file has not changed for a week.
+/// Removes what killed processes left without a journal: links to old files, which are only created
+/// while the folder is locked, and unfinished files. A process that cannot be queried, since it is
+/// on another machine or in a container, counts as ended if its file has not changed for a week.
 void remove_leftovers(const fs::path& path) {
   constexpr std::int64_t kWeekSeconds = std::int64_t{7} * 24 * 3600;
   const std::optional<os::FileFacts> facts = os::facts_of_link(path);
@@ -129,7 +130,7 @@ void remove_leftovers(const fs::path& path) {
   const std::string name = path.filename().string();
   const NameState state = state_of_name(name, "tmp");
   const bool aged = std::time(nullptr) - facts->modified > kWeekSeconds;
-  if (state == NameState::left || (state == NameState::unknown && aged) ||
+  if (state == NameState::ended || (state == NameState::unknown && aged) ||
       state_of_name(name, "old") != NameState::foreign) {
     os::remove_file(path.c_str());
   }
@@ -149,7 +150,7 @@ void complete_journals(const fs::path& folder) {
   for (const fs::path& path : other_paths) remove_leftovers(path);
 }
 
-/// A transaction of renames that can be undone.
+/// A transaction of several renames, which can be undone.
 class Placement {
  public:
   explicit Placement(std::vector<HeldFile>& files) : files_(files), backups_(files.size()) {
@@ -157,12 +158,13 @@ class Placement {
       const fs::path folder = canonical_folder(file.target.parent_path());
       file.target = folder / file.target.filename();
     }
-    // Reserve memory before files are created: an allocation may fail between any two steps.
+    // All memory is reserved before files are created, so that no allocation can fail between two
+    // steps.
     journals_.reserve(folders_.size());
-    new_.reserve(files.size());
+    new_files_.reserve(files.size());
   }
-  /// After an exception, removes links to old files and journals: in this case, no file was renamed, or all were
-  /// restored.
+  /// After an exception, removes the links to old files and the journals. At that point no file was
+  /// renamed, or all were restored.
   ~Placement() { undo(); }
   Placement(const Placement&) = delete;
   Placement& operator=(const Placement&) = delete;
@@ -182,8 +184,8 @@ class Placement {
   }
 
  private:
-  /// The first path of a folder represents it: a folder may have several paths because of links and mounts, and
-  /// locking a folder twice would deadlock.
+  /// The first path of a folder stands for all of its paths. Links and mounts may give a folder
+  /// several, and locking it twice would deadlock.
   fs::path canonical_folder(const fs::path& path) {
     const std::optional<os::FileFacts> facts = os::facts_of(path);
     for (const fs::path& folder : folders_) {
@@ -194,14 +196,15 @@ class Placement {
     return path;
   }
 
-  /// Keeps old files as hard links; on file systems without hard links, old files cannot be restored.
+  /// Keeps old files as hard links. On file systems without hard links, old files cannot be
+  /// restored.
   void link_old_files() {
     for (std::size_t i = 0; i < files_.size(); ++i) {
       TemporaryName name(files_[i].target.parent_path(), "old");
       if (os::add_name(files_[i].target, name.path())) {
         backups_[i] = std::move(name);
       } else if (errno == ENOENT) {
-        new_.push_back(i);
+        new_files_.push_back(i);
       }
     }
   }
@@ -246,12 +249,12 @@ class Placement {
     const fs::path& target = files_[i].target;
     if (!backups_[i].empty()) {
       if (os::replace(backups_[i].path(), target)) backups_[i].release();
-    } else if (std::find(new_.begin(), new_.end(), i) != new_.end()) {
+    } else if (std::find(new_files_.begin(), new_files_.end(), i) != new_files_.end()) {
       os::remove_file(target.c_str());
     }
   }
 
-  /// Removes the links to old files and the journals after all files were placed.
+  /// After all files were placed, removes the links to old files and the journals.
   void drop_backups() {
     for (HeldFile& file : files_) file.temporary.release();
     undo();
@@ -268,7 +271,7 @@ class Placement {
 
   std::vector<HeldFile>& files_;
   std::vector<TemporaryName> backups_, journals_;
-  std::vector<std::size_t> new_;  ///< Indices of files that did not replace an old file
+  std::vector<std::size_t> new_files_;  ///< Indices of the files that did not replace an old one
   std::vector<fs::path> folders_;
   std::vector<LockedFolder> locks_;
 };
@@ -335,7 +338,7 @@ void place_files(std::vector<HeldFile>& files) {
   HeldFile& file = files.front();
   file.sync();
   const LockedFolder folder(file.target.parent_path());
-  // Otherwise an older file in the journal may replace this one later
+  // Completes journals first: later, one of them might replace this file by an older one
   complete_journals(file.target.parent_path());
   file.name();
   if (!os::replace(file.temporary.path(), file.target)) {
@@ -358,7 +361,7 @@ void finish_interrupted(const fs::path& folder) noexcept {
     complete_journals(folder);
     lock.sync();
   } catch (...) {
-    // Out of memory: the next process that writes to the folder completes the journal.
+    // Memory is insufficient. The next process that writes to the folder will complete the journal.
     return;
   }
 }

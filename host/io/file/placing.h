@@ -1,4 +1,4 @@
-// Places finished files at their destinations: all of them, or none.
+// Moves finished files to their destinations: either all of them, or none.
 #pragma once
 
 #include <filesystem>
@@ -9,18 +9,18 @@
 
 namespace kiln {
 
-/// A finished file that is not placed yet.
+/// A finished file that is not at its destination yet.
 struct HeldFile {
   HeldFile() = default;
-  ~HeldFile();  ///< Removes the file if it was not placed
+  ~HeldFile();  ///< Removes the file, unless it was placed
   HeldFile(HeldFile&& other) noexcept;
   HeldFile& operator=(HeldFile&& other) noexcept;
 
   std::filesystem::path destination;  ///< Path as the caller gave it, for messages
-  std::filesystem::path target;       ///< Absolute, with links resolved
+  std::filesystem::path target;       ///< Absolute path of the destination with links resolved
   TemporaryName temporary;            ///< Empty while the file is unnamed
   int descriptor = -1;                ///< Descriptor of the file while it is unnamed; else -1
-  const void* run = nullptr;          ///< Run that wrote the file, see commit_outputs()
+  const void* run = nullptr;          ///< Run that wrote the file; see commit_outputs()
 
   /// Waits until the file's bytes are on the medium.
   /// \throws Error(output)
@@ -31,16 +31,18 @@ struct HeldFile {
   void discard() noexcept;
 };
 
-/// Renames all files to their targets, in order; if several files have the same target, the last one remains.
+/// Renames all files to their targets, in order. If several files have the same target, the last
+/// one remains.
 ///
-/// Transactions of killed processes in these folders are completed first. If one file cannot be placed, all old files
-/// are restored. From a journal in each folder, the next process completes the transaction of a killed one. A lock
-/// keeps two processes from mixing their files.
+/// First, interrupted transactions of killed processes in these folders are completed. If a file
+/// cannot be placed, all old files are restored. Each folder gets a journal, from which the next
+/// process can complete the transaction if this one is killed. A lock ensures that two processes do
+/// not mix their files.
 /// \throws Error(output)
 void place_files(std::vector<HeldFile>& files);
 
-/// Completes the transaction of a killed process in a folder, as recorded in its journal, if there is one. Waits for
-/// processes that are placing files in the folder.
+/// If a killed process has left a journal in a folder, completes its transaction. Waits for
+/// processes that are placing files there.
 void finish_interrupted(const std::filesystem::path& folder) noexcept;
 
 /// Throws an Error(output) that names a destination, the reason (from errno if not zero) and a

@@ -14,8 +14,8 @@
 namespace kiln {
 namespace {
 
-// States of names that a signal handler may have to remove. The names have fixed memory and lock-free states, since a
-// handler may run between any two instructions.
+// State of a name that a signal handler may have to remove. Names are stored in fixed memory with
+// lock-free states, since a handler may interrupt the process between any two instructions.
 enum SlotState : int { kSlotFree, kSlotTaken, kSlotLive };
 
 struct Slot {
@@ -79,8 +79,8 @@ NameState state_of_name(std::string_view name, std::string_view ending) {
   constexpr std::string_view kDigits = "0123456789";
   if (!take(".kiln-")) return NameState::foreign;
   const std::string_view mark = take_run("0123456789abcdef");
-  const bool has_mark = mark.size() == 16 && name.starts_with('-');  // Earlier versions created
-                                                                     // names without a mark
+  // Earlier versions created names without a mark
+  const bool has_mark = mark.size() == 16 && name.starts_with('-');
   if (has_mark) take("-");
   const std::string process_text(has_mark ? take_run(kDigits) : mark);
   if (process_text.empty() || process_text.size() > 9 ||
@@ -89,7 +89,7 @@ NameState state_of_name(std::string_view name, std::string_view ending) {
     return NameState::foreign;
   }
   if (!has_mark || mark != os::process_mark()) return NameState::unknown;
-  return os::is_gone(std::stol(process_text)) ? NameState::left : NameState::live;
+  return os::is_gone(std::stol(process_text)) ? NameState::ended : NameState::running;
 }
 
 void register_created_folder(const std::filesystem::path& folder) noexcept {
@@ -105,7 +105,8 @@ void remove_temporary_files() noexcept {
   for (Slot& slot : name_slots) {
     if (slot.state == kSlotLive) os::remove_file(slot.path.data());
   }
-  // Removes folders in reverse order of creation. The removal is meant to fail for folders that are not empty.
+  // Removes folders in the reverse order of their creation. This fails for folders that are not
+  // empty, as it should.
   for (std::size_t i = folder_slots.size(); i-- > 0;) {
     if (folder_slots[i].state == kSlotLive) os::remove_folder(folder_slots[i].path.data());
   }

@@ -6,12 +6,14 @@
 
 namespace kiln {
 
-/// A hidden name in a folder, registered so that a signal handler can remove it (remove_temporary_files()).
-/// If too many are registered, or the name is too long, it is not registered; its owner removes it all the same.
+/// A hidden name in a folder. It is registered, so that a signal handler can remove the file
+/// (remove_temporary_files()). If too many names are registered, or the name is too long, it is not
+/// registered, and only its owner removes the file.
 class TemporaryName {
  public:
   TemporaryName() = default;
-  /// A name of the form `.kiln-MARK-PROCESS-NUMBER.ENDING` (os::process_mark()) that this process has not used yet.
+  /// Creates a name of the form `.kiln-MARK-PROCESS-NUMBER.ENDING` (os::process_mark()) that this
+  /// process has not used yet.
   explicit TemporaryName(const std::filesystem::path& folder, const char* ending = "tmp");
   ~TemporaryName() { release(); }
   TemporaryName(TemporaryName&& other) noexcept;
@@ -27,23 +29,23 @@ class TemporaryName {
   int slot_ = -1;
 };
 
-/// Whether the process of a hidden name is still running.
+/// Whether the process that created a hidden name is still running.
 enum class NameState {
-  foreign,  ///< Kiln did not create the name
-  live,     ///< The process that created the name is running
-  unknown,  ///< The process is on another machine, or was started before the last boot
-  left,     ///< The process has ended
+  foreign,  ///< The name was not created by Kiln
+  running,  ///< The process that created the name is running
+  unknown,  ///< The process ran on another machine, or before the last boot
+  ended,    ///< The process has ended
 };
 /// \param name  a file's name, without its folder  \param ending  required ending, such as "tmp"
 NameState state_of_name(std::string_view name, std::string_view ending);
 
-/// Registers a folder for remove_temporary_files(), which removes it if it is empty. It is not registered if too many
-/// folders are, or if its name is too long.
+/// Registers a folder, so that remove_temporary_files() removes it if it is empty. It is not
+/// registered if too many folders are, or if its name is too long.
 void register_created_folder(const std::filesystem::path& folder) noexcept;
 /// Unregisters all folders.
 void unregister_created_folders() noexcept;
 
-/// Largest number of names that are tried for one file.
+/// Maximum number of names to try for one file.
 inline constexpr int kNameAttempts = 100;
 
 }  // namespace kiln

@@ -10,12 +10,14 @@
 
 namespace kiln {
 
-/// Splits text into tokens at blanks. A line ends with LF, CR LF or CR. Numbers are read by
-/// std::from_chars: locale-free, correctly rounded, "nan" and "inf" included; a leading '+' is allowed.
+/// Splits text into tokens, which are separated by blanks. A line ends with LF, CR LF or CR.
+/// Numbers are read by std::from_chars: independent of the locale, correctly rounded, and including
+/// "nan" and "inf"; a leading '+' is allowed, too.
 class TextScanner {
  public:
-  /// \param comment       the character that starts a comment at the beginning of a word, or 0
-  /// \param continuation  true: a backslash at a line's end joins it with the next line
+  /// \param comment       a word that begins with this character is a comment; 0: there are no
+  ///   comments
+  /// \param continuation  true: a backslash at the end of a line joins it with the next line
   explicit TextScanner(std::string_view text, char comment = 0, bool continuation = false)
       : at_(text.data()),
         begin_(at_),
@@ -28,7 +30,7 @@ class TextScanner {
   std::size_t remaining() const { return static_cast<std::size_t>(end_ - at_); }
   std::string place() const { return "line " + std::to_string(line_); }
 
-  /// The next token of this line; empty at the line's end.
+  /// The next token in this line; empty at the end of the line.
   std::string_view token_in_line() {
     skip_blanks();
     const char* start = at_;
@@ -36,7 +38,7 @@ class TextScanner {
     return {start, static_cast<std::size_t>(at_ - start)};
   }
 
-  /// The next token, which may be on a later line; empty at the end of the text.
+  /// The next token in this line or a later one; empty at the end of the text.
   std::string_view token() {
     for (;;) {
       const std::string_view found = token_in_line();
@@ -45,8 +47,8 @@ class TextScanner {
     }
   }
 
-  /// Returns the rest of this line without surrounding blanks, as a name. Comments are not recognised, since
-  /// names may hold the character ("Material #25").
+  /// The rest of this line as a name, without blanks at both ends. Comments are not recognised,
+  /// since names may contain their character ("Material #25").
   std::string_view rest_of_line() {
     while (at_ != end_ && (is_blank(*at_) || joins_lines())) {
       if (is_blank(*at_)) {
@@ -62,15 +64,15 @@ class TextScanner {
     return {start, static_cast<std::size_t>(stop - start)};
   }
 
-  /// The comment at the start of a line, with its first character; empty if there is none. Call it only
-  /// at a line's start.
+  /// The comment at the start of a line, including its first character; empty if there is none. May
+  /// only be called at the start of a line.
   std::string_view comment() {
     while (at_ != end_ && is_blank(*at_)) ++at_;
     if (comment_ == 0 || at_ == end_ || *at_ != comment_) return {};
     return rest_of_line();
   }
 
-  /// Moves to the start of the next line; false at the end of the text.
+  /// Moves to the start of the next line. Returns false at the end of the text.
   bool next_line() {
     while (at_ != end_ && !ends_line(*at_)) {
       if (!joins_lines()) {
@@ -126,7 +128,8 @@ class TextScanner {
   std::uint64_t line_ = 1;
 };
 
-/// Parses non-finite numbers as Microsoft's C library writes them, such as "1.#INF00" and "-1.#IND".
+/// Parses the non-finite numbers that Microsoft's C library writes, such as "1.#INF00" and
+/// "-1.#IND".
 inline std::optional<double> to_non_finite(std::string_view token) {
   const double sign = token.starts_with('-') ? -1 : 1;
   if (sign < 0) token.remove_prefix(1);
@@ -137,8 +140,8 @@ inline std::optional<double> to_non_finite(std::string_view token) {
   return std::nullopt;
 }
 
-/// The whole token as a number; nullopt if it is not a number. A number beyond the range of double becomes infinity
-/// or zero.
+/// The number that a token consists of; nullopt if it is not a number. Numbers beyond the range of
+/// double become infinity or zero.
 inline std::optional<double> to_double(std::string_view token) {
   if (token.size() > 1 && token[0] == '+' && token[1] != '-') token.remove_prefix(1);
   double value = 0;
@@ -164,7 +167,7 @@ inline std::optional<std::int64_t> to_integer(std::string_view token) {
   return value;
 }
 
-/// A token for a message: at most 40 characters, unprintable ones replaced by '?'.
+/// A token as shown in messages: at most 40 characters, with '?' for unprintable ones.
 inline std::string printable(std::string_view token) {
   std::string text(token.substr(0, 40));
   for (char& c : text) {

@@ -27,8 +27,9 @@ Color interpolate_color(const Color& a, const Color& b, float share) {
   return result;
 }
 
-/// \param four  true: blocks always have four colours (BC2, BC3). false: if the first endpoint is not greater than
-///              the second, index 2 is their mean and index 3 is transparent black (BC1)
+/// \param four  true: blocks always have four colours (BC2, BC3). false (BC1): if the first
+///   endpoint is not greater than the second, the colour of index 2 is their mean, and that of
+///   index 3 is transparent black
 void decode_colors(const std::uint8_t* block, bool four, BlockTexels& texels) {
   const std::uint32_t first = word(block, 2), second = word(block + 2, 2);
   const std::uint32_t indices = word(block + 4, 4);
@@ -47,7 +48,8 @@ void decode_channel(const std::uint8_t* block, std::size_t channel, BlockTexels&
   for (std::size_t i = 0; i < 16; ++i) texels[i][channel] = values[i] / 255;
 }
 
-/// BC4_SNORM: endpoints are from -127 to 127 (-128 counts as -127); two of the eight shades may be -1 and 1.
+/// BC4_SNORM. Endpoints are from -127 to 127; -128 counts as -127. Two of the eight shades may be
+/// -1 and 1.
 void decode_signed_channel(const std::uint8_t* block, std::size_t channel, BlockTexels& texels) {
   const auto end_of = [](std::uint8_t byte) {
     return static_cast<float>(std::max(-127, byte < 128 ? int{byte} : int{byte} - 256));
@@ -66,15 +68,15 @@ void decode_signed_channel(const std::uint8_t* block, std::size_t channel, Block
   }
 }
 
-/// A mode of BC7: the number of bits of each part.
+/// Layout of a mode of BC7: the number of bits of each field.
 struct Mode {
-  /// Number of subsets; number of bits of the partition, the rotation and the index selection
+  /// Number of subsets; then the bits of the partition, of the rotation and of the index selection
   unsigned subsets, partition, rotation, selector;
-  /// Bits per channel of an endpoint; alpha 0: opaque
+  /// Bits per channel of an endpoint; without bits, alpha is 1
   unsigned color, alpha;
-  /// One more low bit (p-bit) per endpoint, or per subset
+  /// True if a further low bit (p-bit) follows for each endpoint, or for each subset
   bool own_low_bits, shared_low_bits;
-  unsigned index, second_index;  ///< Bits per index; 0: no second set of indices
+  unsigned index, second_index;  ///< Bits per index; 0: there is no second set of indices
 };
 constexpr std::array<Mode, 8> kModes = {{{3, 4, 0, 0, 4, 0, true, false, 3, 0},
                                          {2, 6, 0, 0, 6, 0, false, true, 3, 0},
@@ -85,7 +87,8 @@ constexpr std::array<Mode, 8> kModes = {{{3, 4, 0, 0, 4, 0, true, false, 3, 0},
                                          {1, 0, 0, 0, 7, 7, true, false, 4, 0},
                                          {2, 6, 0, 0, 5, 5, true, false, 2, 0}}};
 
-/// Partition tables for two subsets and for three: the subset of each texel, two bits per texel, lowest bits first.
+/// Partition tables for two and for three subsets. They give the subset of each texel in two bits,
+/// starting at the lowest bits.
 constexpr std::array<std::uint32_t, 64> kTwoSubsets = {
     0x50505050, 0x40404040, 0x54545454, 0x54505040, 0x50404000, 0x55545450, 0x55545040, 0x54504000,
     0x50400000, 0x55555450, 0x55544000, 0x54400000, 0x55555440, 0x55550000, 0x55555500, 0x55000000,
@@ -104,8 +107,8 @@ constexpr std::array<std::uint32_t, 64> kThreeSubsets = {
     0x500AA550, 0xAAAA4444, 0x66660000, 0xA5A0A5A0, 0x50A050A0, 0x69286928, 0x44AAAA44, 0x66666600,
     0xAA444444, 0x54A854A8, 0x95809580, 0x96969600, 0xA85454A8, 0x80959580, 0xAA141414, 0x96960000,
     0xAAAA1414, 0xA05050A0, 0xA0A5A5A0, 0x96000000, 0x40804080, 0xA9A8A9A8, 0xAAAAAA44, 0x2A4A5254};
-/// Anchor texels, whose index lacks its highest bit: of the second subset of two, and of the second and third subset
-/// of three.
+/// Anchor texels, whose indices lack the highest bit, as it is 0. The tables are for the second of
+/// two subsets, and for the second and the third of three.
 constexpr std::array<std::uint8_t, 64> kTwoSubsetAnchor = {
     15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 2,  8, 2, 2, 8,
     8,  15, 2,  8,  2,  2,  8,  8,  2,  2,  15, 15, 6,  8,  2,  8,  15, 15, 2, 8, 2, 2,
@@ -119,7 +122,7 @@ constexpr std::array<std::uint8_t, 64> kLastSubsetAnchor = {
     15, 8, 3, 15, 6,  10, 15, 15, 10, 8,  15, 3,  15, 10, 10, 8,  9,  10, 6,  15, 8,  15,
     3,  6, 6, 8,  15, 3,  15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 3,  15, 15, 8};
 
-/// Weight of the second endpoint in 64ths, from the number of index bits and the index.
+/// Weight of the second endpoint in 64ths, for an index of `bits` bits.
 unsigned weight_of(unsigned bits, unsigned index) {
   static constexpr std::array<std::uint8_t, 4> kWeights2 = {0, 21, 43, 64};
   static constexpr std::array<std::uint8_t, 8> kWeights3 = {0, 9, 18, 27, 37, 46, 55, 64};
@@ -145,7 +148,7 @@ class Bits {
   unsigned at_ = 0;
 };
 
-/// Expands `bits` bits to eight by repeating the highest ones.
+/// Expands a value of `bits` bits to eight bits by repeating its highest bits.
 unsigned widen_bits(unsigned value, unsigned bits) {
   value <<= 8 - bits;
   return value | value >> bits;

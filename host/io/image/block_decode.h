@@ -14,11 +14,12 @@ std::size_t block_bytes(BlockFormat format);
 /// Number of channels of a format: 1 (BC4), 2 (BC5) or 4.
 std::uint32_t block_channels(BlockFormat format);
 
-/// Texels of a block, by rows, four channels each; missing channels are 0, missing alpha is 1.
+/// The texels of a block by rows, with four channels each. Missing channels are 0, a missing alpha
+/// is 1.
 using BlockTexels = std::array<std::array<float, 4>, 16>;
 
-/// Decodes a block to values in [0, 1]; a signed value n becomes n/2 + 1/2. BC7's reserved mode gives zeros, as
-/// specified.
+/// Decodes a block to values in [0, 1]; a signed value n becomes n/2 + 1/2. BC7's reserved mode
+/// gives zeros, as the specification says.
 /// \param block  block_bytes() bytes
 void decode_block(BlockFormat format, const std::uint8_t* block, BlockTexels& texels);
 

@@ -28,26 +28,40 @@
 namespace kiln {
 namespace {
 
-// Default compression. Measured at 4096^2 RGB half on two Zen 3 cores, detail in every texel | a
-// smooth map with empty background: PIZ 0.38 s 51 MB | 0.21 s 19 MB; ZIP at zlib's level 1 0.72 s 59
-// MB | 0.30 s 17 MB, at 4 (the default) 0.92 s 57 MB | 0.43 s 15 MB; ZIPS 0.86 s 60 MB | 0.49 s 16
-// MB; RLE 0.28 s 81 MB | 0.31 s 33 MB; none 0.10 s 101 MB. Float: PIZ 2.1 s 158 MB | 1.9 s 107 MB,
-// ZIP at 4 4.9 s 194 MB | 2.9 s 131 MB. PIZ (wavelet and Huffman coding, lossless) is part of every
-// OpenEXR.
+// Default compression. PIZ (wavelet and Huffman coding, lossless) is part of every OpenEXR.
+//
+// Measured at 4096^2 RGB half on two Zen 3 cores:
+//
+//                     detail in every texel   smooth, empty background
+//   PIZ               0.38 s    51 MB         0.21 s   19 MB
+//   ZIP, level 1      0.72 s    59 MB         0.30 s   17 MB
+//   ZIP, level 4      0.92 s    57 MB         0.43 s   15 MB   (the default level)
+//   ZIPS              0.86 s    60 MB         0.49 s   16 MB
+//   RLE               0.28 s    81 MB         0.31 s   33 MB
+//   none              0.10 s   101 MB
+//   float: PIZ        2.1 s    158 MB         1.9 s   107 MB
+//   float: ZIP 4      4.9 s    194 MB         2.9 s   131 MB
 constexpr Imf::Compression kCompression = Imf::PIZ_COMPRESSION;
 
-// Side of a mip-map's tiles; bands are complete rows of tiles. Measured with the bunny's map, 4096^2 RGB and its
-// levels, half | float, on two cores of a loaded AMD EPYC with AVX-512: 64 1.6 s 24 MB | 5.6 s 127 MB; 128 0.6 s 22
-// MB | 3.0 s 114 MB; 256 0.35 s 22 MB | 2.3 s 109 MB. PIZ initialises tables of 65,536 entries for every tile.
+// Side of the tiles of a mip-map; bands are complete rows of tiles. PIZ initialises tables of
+// 65,536 entries for every tile, so small tiles are slow.
+//
+// Measured with the bunny's map at 4096^2 RGB and its levels, on two cores of a loaded AMD EPYC
+// with AVX-512:
+//
+//   side    half               float
+//   64      1.6 s    24 MB     5.6 s   127 MB
+//   128     0.6 s    22 MB     3.0 s   114 MB
+//   256     0.35 s   22 MB     2.3 s   109 MB
 constexpr std::uint32_t kTileSize = 256;
 
 constexpr std::array<std::array<const char*, 4>, 5> kNames = {
     {{}, {"Y"}, {"R", "G"}, {"R", "G", "B"}, {"R", "G", "B", "A"}}};
 
-// A slice whose pixel (x, y) lies at base + (y * width + x) * stride.
+// Makes a slice in which pixel (x, y) lies at base + (y * width + x) * stride.
 template <typename T>
-Imf::Slice slice(Imf::PixelType type, T* base, std::int64_t x0, std::int64_t y0, std::size_t stride,
-                 std::size_t row) {
+Imf::Slice make_slice(Imf::PixelType type, T* base, std::int64_t x0, std::int64_t y0,
+                      std::size_t stride, std::size_t row) {
   const auto origin =
       reinterpret_cast<std::intptr_t>(base) -
       static_cast<std::intptr_t>(sizeof(T)) *
@@ -55,7 +69,7 @@ Imf::Slice slice(Imf::PixelType type, T* base, std::int64_t x0, std::int64_t y0,
   return {type, reinterpret_cast<char*>(origin), stride * sizeof(T), row * sizeof(T)};
 }
 
-// The channels to read, in order; empty if they do not form an image.
+// Names of the channels to read, in order; empty if they do not form an image.
 std::vector<std::string> choose_channels(const Imf::ChannelList& list) {
   std::vector<std::string> layer_prefixes = {""};
   for (auto it = list.begin(); it != list.end(); ++it) {
@@ -103,7 +117,7 @@ std::vector<std::string> checked_channels(const Imf::ChannelList& list, const Fa
   std::vector<std::string> names = choose_channels(list);
   if (names.empty()) {
     fail("channels", "it holds " + list_channels(list) + ", but R, G, B, A or Y are needed",
-         "Save it with those.");
+         "Save it with these channels.");
   }
   for (const std::string& name : names) {
     const Imf::Channel& channel = list[name];
@@ -136,16 +150,17 @@ Image read_exr(const ByteSource& source, const std::string& name, const FailWith
   image.pixels.resize(count);
   Imf::FrameBuffer buffer;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    buffer.insert(names[i], slice(Imf::FLOAT, image.pixels.data() + i, window.min.x, window.min.y,
-                                  image.channels, std::size_t{image.width} * image.channels));
+    buffer.insert(names[i],
+                  make_slice(Imf::FLOAT, image.pixels.data() + i, window.min.x, window.min.y,
+                             image.channels, std::size_t{image.width} * image.channels));
   }
   file.setFrameBuffer(buffer);
   file.readPixels(data.min.y, data.max.y);
   return image;
 }
 
-// Calls write(buffer, first row, rows) for one band of an image after the other; the buffer holds the
-// band's pixels as T. The image begins at row `top` of the file.
+// Calls write(buffer, first row, number of rows) for each band of an image in turn. The buffer
+// holds the band's pixels, converted to T. The image begins at row `top` of the file.
 template <typename T, typename Write>
 void for_each_band(const Image& image, std::size_t top, Imf::PixelType type, int threads,
                    const Write& write) {
@@ -157,8 +172,8 @@ void for_each_band(const Image& image, std::size_t top, Imf::PixelType type, int
     Imf::FrameBuffer buffer;
     for (std::size_t i = 0; i < image.channels; ++i) {
       buffer.insert(kNames[image.channels][i],
-                    slice(type, band.data() + i, 0, static_cast<std::int64_t>(top + first),
-                          image.channels, row));
+                    make_slice(type, band.data() + i, 0, static_cast<std::int64_t>(top + first),
+                               image.channels, row));
     }
     write(buffer, static_cast<int>(top + first), static_cast<int>(count));
   }

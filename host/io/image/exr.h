@@ -24,8 +24,8 @@
 
 namespace kiln {
 
-/// Writes half or float, PIZ: channels Y, or R G, or R G B, or R G B A. Values are unchanged (half:
-/// rounded to nearest even, beyond 65504 to infinity).
+/// Writes half or float values with PIZ compression, in the channels Y, or R G, or R G B, or R G B
+/// A. Floats are unchanged; halves are rounded to nearest even, and become infinite above 65504.
 /// \throws Error(output)
 void save_exr(const Image& image, const std::filesystem::path& path,
               const SaveImageOptions& options);
@@ -43,7 +43,7 @@ std::vector<std::byte> encode_exr(const Image& image, const SaveImageOptions& op
 void save_exr_mips(const std::vector<const Image*>& levels, const std::filesystem::path& path,
                    const SaveImageOptions& options);
 
-/// Stores the origin of positions, unless it is 0, and texts.
+/// Adds attributes for texts, and for the origin of positions unless it is 0.
 /// \param prefix  prefix of the attributes' names: "" or "LAYER."
 void put_texts(Imf::Header& header, const std::string& prefix, const std::array<double, 3>& origin,
                const std::vector<ImageText>& texts);
@@ -51,7 +51,7 @@ void put_texts(Imf::Header& header, const std::string& prefix, const std::array<
 /// \throws Error(usage) for invalid texts (ImageText)
 void check_texts(const std::vector<ImageText>& texts);
 
-/// OpenEXR's input from the ByteSource that was checked before.
+/// OpenEXR's input, which reads from the ByteSource that was checked.
 class ExrSource : public Imf::IStream {
  public:
   /// All arguments must outlive the stream.
@@ -68,8 +68,8 @@ class ExrSource : public Imf::IStream {
   std::uint64_t position_ = 0;
 };
 
-/// OpenEXR's output to an AtomicFile. OpenEXR writes the end of a file in a destructor, which ignores errors: call
-/// check() after the destructor.
+/// OpenEXR's output, which writes to an AtomicFile. OpenEXR writes the end of a file in a
+/// destructor, which ignores errors; so check() must be called after that.
 class ExrStream : public Imf::OStream {
  public:
   explicit ExrStream(AtomicFile& file);
@@ -112,10 +112,11 @@ void write_exr(const std::filesystem::path& path, const Write& write) {
   file.commit();
 }
 
-/// Rows that are converted and written at a time: a multiple of every compression's block of rows.
+/// Number of rows that are converted and written at a time. It is a multiple of the number of rows
+/// that any compression method packs together.
 inline constexpr std::size_t kExrBandRows = 256;
 
-/// Rows [first, first + count) of an image, as T.
+/// Rows `first` to `first` + `count` - 1 of an image, converted to T.
 template <typename T>
 void convert_rows(const Image& image, std::size_t first, std::size_t count, std::vector<T>& band,
                   int threads) {
@@ -132,8 +133,8 @@ void convert_rows(const Image& image, std::size_t first, std::size_t count, std:
       threads);
 }
 
-/// Number of threads for OpenEXR: `threads`, or the number of cores if that is 0. Starts OpenEXR's global thread pool
-/// if it is empty.
+/// Number of threads for OpenEXR: `threads`, or the number of cores if that is 0. Starts OpenEXR's
+/// global thread pool if it has no threads yet.
 int exr_threads(int threads);
 
 }  // namespace kiln

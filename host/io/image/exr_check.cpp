@@ -5,20 +5,22 @@
 #include "io/image/exr.h"
 #include "io/image/exr_header.h"
 
-// OpenEXR allocates the memory that the header declares, and leaves part of a buffer uninitialised if a block's bytes
-// do not fill it. So each block is checked before OpenEXR reads it.
+// OpenEXR allocates as much memory as the header declares. If the bytes of a block do not fill a
+// buffer, the rest of it stays uninitialised. Therefore each block is checked before OpenEXR reads
+// it.
 namespace kiln {
 namespace {
 
 const std::string kExportAgain = "Export or copy the file again.";
 
-// Limits on the pixels of the display window outside of the data window: kMaxEmptyPixels (8192 x 4096), or more if
-// they are at most 15 in 16 of all pixels.
+// Limits on the number of pixels in the display window that lie outside of the data window. Up to
+// kMaxEmptyPixels (8192 x 4096) are allowed; more only if they are at most 15 in 16 of all pixels.
 constexpr std::uint64_t kMaxEmptyPixels = std::uint64_t{1} << 25;
 constexpr std::uint64_t kMaxDisplayToDataRatio = 16;
-// Number of pixels by which a row of tiles may extend beyond the image.
+// Maximum number of pixels by which a row of tiles may extend beyond the image.
 constexpr std::uint64_t kTileRowPixels = std::uint64_t{1} << 22;
-// Maximum pixels of a row of tiles. OpenEXR counts them in an int, which could overflow above this.
+// Maximum number of pixels of a row of tiles. OpenEXR counts them in an int, which might overflow
+// above this.
 constexpr std::uint64_t kMaxTileRowPixels = std::uint64_t{1} << 30;
 
 std::string sides_text(const ExrBox& box) {
@@ -54,7 +56,7 @@ void check_windows(const ExrPart& part, const FailWith& fail, const ImageLimits&
 
 void check_tiles(const ExrPart& part, const FailWith& fail) {
   if (!part.tiled) return;
-  // OpenEXR buffers a row of tiles, including parts beyond the image.
+  // OpenEXR buffers a row of tiles, including the parts that lie beyond the image.
   const std::uint64_t most =
       std::min(std::max(4 * part.data.pixels(), kTileRowPixels), kMaxTileRowPixels);
   if (std::max(part.data.width(), part.tile_width) * part.tile_height > most) {
@@ -65,7 +67,7 @@ void check_tiles(const ExrPart& part, const FailWith& fail) {
   }
 }
 
-/// The pixels of a block of the finest level.
+/// The pixels that a block of the finest level holds.
 ExrBox block_box(const ExrPart& part, std::uint64_t i) {
   ExrBox box = part.data;
   const std::uint64_t across = part.tiled ? part.tiles_x() : 1;
@@ -143,11 +145,11 @@ ExrPlan check_exr(const ByteSource& source, const FailWith& fail, std::uint32_t 
   check_tiles(part, fail);
   check_blocks(source, headers, fail);
   ExrBox block = block_box(part, 0);
-  if (part.tiled) {  // Tiles have their full size at the border, too
+  if (part.tiled) {  // Tiles are stored in full size, even at the border
     block.x1 = block.x0 + static_cast<std::int64_t>(part.tile_width) - 1;
     block.y1 = block.y0 + static_cast<std::int64_t>(part.tile_height) - 1;
   }
-  // Each thread has two buffers: for packed and for unpacked bytes.
+  // Each thread has one buffer for packed bytes and one for unpacked ones.
   const std::uint64_t each = 4 * std::max<std::uint64_t>(1, part.bytes_of(block));
   const std::uint64_t most = part.bytes_of(part.data) / each;
   ExrPlan plan;

@@ -164,8 +164,8 @@ constexpr std::array<TypeSize, 24> kTypeSizes = {{{"box2f", 16},
                                                   {"v3f", 12},
                                                   {"v3i", 12}}};
 
-/// The length of an attribute of a known type must match the type: OpenEXR reads the type's size, regardless
-/// of the stored length, and interprets the following bytes as lengths.
+/// Checks that an attribute of a known type has the length of that type: OpenEXR reads that many
+/// bytes regardless of the stored length, and would take the bytes after them for lengths.
 void check_size(Cursor& cursor, const std::string& name, const std::string& type, std::size_t end) {
   const std::size_t begin = cursor.at(), size = end - begin;
   const auto check = [&](bool fits) {
@@ -198,7 +198,7 @@ void check_size(Cursor& cursor, const std::string& name, const std::string& type
   cursor.go_to(begin);
 }
 
-/// Reads one header. False for the empty header that ends a list of headers.
+/// Reads one header. Returns false for the empty header at the end of the list.
 bool read_part(Cursor& cursor, std::uint32_t largest, ExrPart& part,
                std::vector<std::uint64_t>& manifests) {
   bool any = false;
@@ -231,15 +231,15 @@ void check_complete(const Cursor& cursor, const ExrPart& part) {
   if (part.tiled && part.tile_width == 0) lacks("tiles");
 }
 
-/// Number of multiples of the step from a to b.
-std::uint64_t samples(std::int64_t a, std::int64_t b, std::int64_t step) {
+/// Number of multiples of `step` from a to b, inclusive.
+std::uint64_t count_multiples(std::int64_t a, std::int64_t b, std::int64_t step) {
   const auto floor = [step](std::int64_t v) {
     return v >= 0 ? v / step : -((-v + step - 1) / step);
   };
   return static_cast<std::uint64_t>(floor(b) - floor(a - 1));
 }
 
-/// Sizes of all levels along one axis, the finest first.
+/// Sizes of all levels along one axis, starting with the finest.
 std::vector<std::uint64_t> level_sizes(std::uint64_t size, std::uint64_t until, bool round_up) {
   std::vector<std::uint64_t> result;
   for (std::uint64_t span = 1, k = 0;; span *= 2, ++k) {
@@ -255,9 +255,9 @@ std::uint64_t ExrPart::bytes_of(const ExrBox& box) const {
   std::uint64_t sum = 0;
   for (const ExrChannel& channel : channels) {
     const bool all = channel.dx == 1 && channel.dy == 1;
-    sum += channel.bytes *
-           (all ? box.pixels()
-                : samples(box.x0, box.x1, channel.dx) * samples(box.y0, box.y1, channel.dy));
+    sum += channel.bytes * (all ? box.pixels()
+                                : count_multiples(box.x0, box.x1, channel.dx) *
+                                      count_multiples(box.y0, box.y1, channel.dy));
   }
   return sum;
 }
@@ -305,7 +305,8 @@ ExrHeaders read_exr_headers(const ByteSource& source, const FailWith& fail, std:
     if (headers.parts.size() > kMaxExrParts) cursor.fail("header", "it has more than 1024 parts");
   }
   const std::string& type = headers.parts.front().type;
-  // Parts of a deep type are refused even without the flag, since OpenEXR would read them as deep data.
+  // Parts of a deep type are refused even if the file's flag is not set, since OpenEXR would read
+  // them as deep data.
   if ((!headers.multi_part && (version & kDeepFlag) != 0) || type.starts_with("deep")) {
     cursor.fail("type", "it holds deep data; flatten it to one value a pixel");
   }

@@ -1,5 +1,6 @@
-// Headers of an OpenEXR file, parsed without OpenEXR, because OpenEXR allocates the memory that they declare before
-// it reads the data. The layout: "OpenEXR File Layout", https://openexr.com/en/latest/OpenEXRFileLayout.html.
+// Reads the headers of an OpenEXR file without OpenEXR, which would allocate the memory that they
+// declare before reading the data. The layout: "OpenEXR File Layout",
+// https://openexr.com/en/latest/OpenEXRFileLayout.html.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +12,7 @@
 
 namespace kiln {
 
-/// Pixels from (x0, y0) to (x1, y1), inclusive.
+/// The pixels from (x0, y0) to (x1, y1), both included.
 struct ExrBox {
   std::int64_t x0 = 0, y0 = 0, x1 = -1, y1 = -1;
   std::uint64_t width() const { return static_cast<std::uint64_t>(x1 - x0 + 1); }
@@ -39,7 +40,7 @@ struct ExrPart {
   unsigned level_mode = 0;  ///< 0: a single level, 1: mip-map, 2: rip-map
   bool round_up = false;
 
-  /// Unpacked bytes of the pixels in a box.
+  /// Number of unpacked bytes of the pixels in a box.
   std::uint64_t bytes_of(const ExrBox& box) const;
   /// Number of columns of tiles of the finest level.
   std::uint64_t tiles_x() const { return (data.width() + tile_width - 1) / tile_width; }
@@ -52,27 +53,28 @@ struct ExrPart {
 struct ExrHeaders {
   bool multi_part = false;
   std::vector<ExrPart> parts;  ///< At least one
-  std::uint64_t end = 0;       ///< End of the headers: offset of the tables of blocks
-  /// Offsets of the types of ID manifests. OpenEXR 3.1 reads 4 bytes too many for an attribute of that type, and then
-  /// misreads the following attributes, so ExrSource replaces the type's name by an unknown one.
+  std::uint64_t end = 0;       ///< End of the headers, where the tables of block offsets start
+  /// Offsets of the type names of attributes that hold ID manifests. OpenEXR 3.1 reads 4 bytes too
+  /// many for such an attribute, and then misreads those after it. So ExrSource replaces the type's
+  /// name by an unknown one.
   std::vector<std::uint64_t> manifests;
 };
 
-/// \param largest  largest width and height of a window
-/// \throws what `fail` throws: truncated, not OpenEXR, or an invalid field
+/// \param largest  maximum width and height of a window
+/// \throws what `fail` throws, if the file is truncated, not OpenEXR, or has an invalid field
 ExrHeaders read_exr_headers(const ByteSource& source, const FailWith& fail, std::uint32_t largest);
 
-/// Plan for reading the first part.
+/// How to read the first part.
 struct ExrPlan {
-  int threads = 0;  ///< OpenEXR's threads, such that its buffers, two per thread, stay below the
-                    ///< image's size
-  std::uint64_t buffers = 0;             ///< Size of the buffers, bytes
+  /// Number of OpenEXR's threads. Each has two buffers, which together stay below the image's size
+  int threads = 0;
+  std::uint64_t buffers = 0;             ///< Total size of OpenEXR's buffers, in bytes
   std::vector<std::uint64_t> manifests;  ///< Same as ExrHeaders::manifests
 };
 
-/// Refuses files for which OpenEXR would allocate memory that the file's content does not justify:
-/// checks the headers and every block of the first part. A block's bytes must exist, not overlap, and
-/// suffice for its pixels.
+/// Checks the headers, and every block of the first part: its bytes must exist, must not overlap
+/// those of other blocks, and must suffice for its pixels. Thus it refuses files for which OpenEXR
+/// would allocate more memory than their content justifies.
 /// \throws what `fail` throws
 ExrPlan check_exr(const ByteSource& source, const FailWith& fail, std::uint32_t largest,
                   const ImageLimits& limits);

@@ -16,7 +16,8 @@
 namespace kiln {
 namespace {
 
-// OpenEXR limits names of attributes to 255 bytes; the other bytes are for the keyword of a layer's text.
+// Maximum length of a layer's name. OpenEXR limits names of attributes to 255 bytes, of which the
+// rest is for the keyword of a layer's text.
 constexpr std::size_t kMaxLayerNameBytes = 128;
 
 [[noreturn]] void throw_usage(const std::string& text) { throw Error(ErrorCode::usage, text); }

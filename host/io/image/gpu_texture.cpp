@@ -25,8 +25,9 @@ constexpr std::size_t kBlockSide = 4,
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// The eight values that a block can represent, its shades, evenly spaced from one endpoint to the other. If the first
-/// endpoint is not greater than the second, there are six such shades, and the other two are 0 and 255.
+/// The shades of a block: the eight values that it can represent, evenly spaced from one endpoint
+/// to the other. If the first endpoint is not greater than the second, only six are spaced so, and
+/// the other two are 0 and 255.
 std::array<float, 8> shades_of(std::uint8_t first, std::uint8_t second) {
   const float a = first, b = second;
   std::array<float, 8> shades{a, b};
@@ -44,8 +45,8 @@ struct Endpoints {
   int low = 0, high = 0;
 };
 
-/// Squared error of values, each quantised to the nearest of evenly spaced shades, or to 0 or 255 in blocks with
-/// these two shades.
+/// Squared error of values that are each quantised to the nearest shade: `steps` + 1 evenly spaced
+/// ones, and with 5 steps also 0 and 255.
 float error_of(const BlockValues& values, const Endpoints& endpoints, int steps) {
   const auto low = static_cast<float>(endpoints.low);
   const auto step = static_cast<float>(endpoints.high - endpoints.low) / static_cast<float>(steps);
@@ -71,7 +72,8 @@ float error_of(const BlockValues& values, const Endpoints& endpoints, int steps)
   return squared_errors[0];
 }
 
-/// Coordinate descent: moves the endpoints while the error decreases; the step is halved repeatedly.
+/// Coordinate descent: moves the endpoints by `step` as long as the error decreases, then by half
+/// as much, and so on.
 void improve_endpoints(const BlockValues& values, int steps, int step, Endpoints& best,
                        float& least) {
   for (; step > 0; step /= 2) {
@@ -94,8 +96,9 @@ void improve_endpoints(const BlockValues& values, int steps, int step, Endpoints
   }
 }
 
-/// Searches the best endpoints near the extremes of the values; values that 0 and 255 represent are left out.
-/// \returns the error
+/// Searches the best endpoints near the lowest and the highest value. With 5 steps, values that the
+/// shades 0 and 255 represent are ignored.
+/// \returns the squared error
 float search_endpoints(const BlockValues& values, int steps, Endpoints& best) {
   float low = 255, high = 0;
   for (const float value : values) {
@@ -106,13 +109,13 @@ float search_endpoints(const BlockValues& values, int steps, Endpoints& best) {
   if (low > high) low = high = 0;
   best = {static_cast<int>(std::floor(low)), static_cast<int>(std::ceil(high))};
   float least_error = error_of(values, best, steps);
-  // Moving the endpoints inward from the extremes is useful by at most half a shade.
+  // It never helps to move an endpoint inward by more than half of the distance between shades.
   const auto range = static_cast<unsigned>(best.high - best.low);
   improve_endpoints(values, steps, static_cast<int>(std::bit_floor(std::max(1U, range / 14))), best,
                     least_error);
   if (steps == 7) return least_error;
-  // Values near 0 and 255 may use those two shades, so the best endpoints of the other values may lie anywhere; a
-  // coarse grid of them is tried.
+  // If values near 0 and 255 use those two shades, the best endpoints for the other values may lie
+  // anywhere, so a coarse grid of endpoints is tried.
   constexpr int kCoarseStep = 16;
   Endpoints coarse_endpoints;
   float error = std::numeric_limits<float>::infinity();
@@ -129,7 +132,7 @@ float search_endpoints(const BlockValues& values, int steps, Endpoints& best) {
 
 std::size_t blocks_along(std::uint32_t side) { return (side + kBlockSide - 1) / kBlockSide; }
 
-/// A level's texels in the file's layout.
+/// The texels of a level in the layout of the file.
 Bytes texels_of(const Image& image, const TextureFormat& format) {
   const std::size_t rows = format.in_blocks ? blocks_along(image.height) : image.height;
   const std::size_t row = format.in_blocks
@@ -251,7 +254,8 @@ std::vector<std::byte> encode_ktx2(std::span<const Image* const> levels, Texture
   Bytes descriptor;
   const std::uint32_t bits = format.in_blocks ? 64 : 8, samples = format.channels;
   const std::uint32_t size = 24 + 16 * samples;
-  // RGBSDA 1, BC4 131, BC5 132; primaries of sRGB; transfer linear 1 or sRGB 2.
+  // Codes of the Data Format: colour models RGBSDA 1, BC4 131 and BC5 132; the primaries of sRGB;
+  // transfer functions linear 1 and sRGB 2.
   const std::uint32_t color_model = !format.in_blocks ? 1 : samples == 1 ? 131 : 132;
   const std::uint32_t side = format.in_blocks ? kBlockSide - 1 : 0;
   put_words(descriptor, {size + 4, 0, 2U | size << 16U,
@@ -259,8 +263,8 @@ std::vector<std::byte> encode_ktx2(std::span<const Image* const> levels, Texture
                          side | side << 8U, samples * bits / 8, 0});
   for (std::uint32_t c = 0; c < samples; ++c) {
     const std::uint32_t channel = c == 3 ? 15 : c;
-    const std::uint32_t linear = c == 3 && format.is_srgb ? 1U << 4U : 0;  // Alpha is always linear
-                                                                           // sRGB-encoded
+    // Alpha is linear even if the colours are sRGB-encoded
+    const std::uint32_t linear = c == 3 && format.is_srgb ? 1U << 4U : 0;
     put_words(descriptor, {c * bits | (bits - 1) << 16U | (channel | linear) << 24U, 0, 0,
                            format.in_blocks ? 0xFFFFFFFFU : 255U});
   }
@@ -286,7 +290,7 @@ std::vector<std::byte> encode_ktx2(std::span<const Image* const> levels, Texture
   file.resize(at);
   file.insert(file.end(), descriptor.begin(), descriptor.end());
   file.insert(file.end(), keys.begin(), keys.end());
-  for (std::uint32_t k = count; k-- > 0;) {  // The smallest level comes first
+  for (std::uint32_t k = count; k-- > 0;) {  // KTX 2 stores the smallest level first
     const Bytes texels = texels_of(*levels[k], format);
     Bytes packed_level(ZSTD_compressBound(texels.size()));
     const std::size_t written = ZSTD_compress(packed_level.data(), packed_level.size(),

@@ -11,7 +11,7 @@
 
 namespace kiln {
 
-/// True for formats with a mip chain in 8 bits or blocks.
+/// True for formats of GPU textures, which store a mip chain in 8 bits or in blocks.
 inline bool is_texture(ImageFormat format) {
   return format == ImageFormat::ktx2 || format == ImageFormat::dds;
 }
@@ -20,27 +20,28 @@ inline bool is_texture(ImageFormat format) {
 struct TextureFormat {
   std::uint32_t vulkan, dxgi;  ///< VkFormat, DXGI_FORMAT
   std::uint32_t channels;      ///< 1, 2 or 4
-  bool is_srgb, in_blocks;     ///< in_blocks: stored as BC4 blocks, 8 bytes per channel
+  bool is_srgb, in_blocks;     ///< `in_blocks`: stored as BC4 blocks, 8 bytes per channel
 
-  /// The format for an image, by TextureUse.
+  /// The format for an image, which depends on its use.
   static TextureFormat of(const Image& image, TextureUse use);
 };
 
-/// Sixteen values of [0, 255], by rows.
+/// The 16 values of a block, by rows, in [0, 255].
 using BlockValues = std::array<float, 16>;
 
-/// Encodes BC4: two endpoints and an index per value, with nearly the smallest squared error. Endpoints are searched
-/// from the extremes inward and outward; the step is halved repeatedly.
+/// Encodes a BC4 block: two endpoints, and an index for each value. The squared error is nearly the
+/// smallest one. The search for endpoints starts at the lowest and highest value; its step is
+/// halved repeatedly.
 std::array<std::uint8_t, 8> encode_bc4(const BlockValues& values);
 /// Decodes BC4 as a GPU interpolates it.
 BlockValues decode_bc4(std::span<const std::uint8_t> block);
 
-/// Encodes rows 4 y to 4 y + 3 of an image, with consecutive BC4 blocks for the channels. Beyond the image's sides,
-/// its last texel is repeated.
+/// Encodes rows 4 y to 4 y + 3 of an image. The BC4 blocks of a texel block's channels follow each
+/// other. Beyond the image's sides, its last texel is repeated.
 void encode_blocks(const Image& image, const TextureFormat& format, std::size_t y,
                    std::uint8_t* to);
 
-/// \param levels  the image, and its mip-maps, down to 1 x 1 or to a larger size
+/// \param levels  the image and its mip levels, down to 1 x 1 or to a larger size
 std::vector<std::byte> encode_ktx2(std::span<const Image* const> levels, TextureUse use);
 std::vector<std::byte> encode_dds(std::span<const Image* const> levels, TextureUse use);
 

@@ -26,80 +26,81 @@ const char* const kExportAgain = "Export or copy the file again.";
 
 enum class NumberType { unorm, snorm, sfloat };
 
-/// Texel format: blocks, or consecutive numbers.
+/// How texels are stored: in blocks, or as consecutive numbers.
 struct TexelStorage {
   std::optional<BlockFormat> block = std::nullopt;
   std::uint32_t channels = 0, bytes = 0;  ///< Bytes per number: 1, 2 or 4
   NumberType number = NumberType::unorm;
   bool blue_first = false;
-  bool no_alpha = false;  ///< The fourth channel is ignored (X8)
+  bool no_alpha = false;  ///< True if the fourth channel is to be ignored (formats with X8)
 
   bool is_float() const { return !block && number == NumberType::sfloat; }
-  /// Bytes of a level, at most 2^64 - 1 for sides of 32 bits.
+  /// Number of bytes of a level; cannot overflow for sides of 32 bits.
   std::uint64_t size(std::uint64_t width, std::uint64_t height) const {
     if (!block) return width * height * channels * bytes;
     return (width + kSide - 1) / kSide * ((height + kSide - 1) / kSide) * block_bytes(*block);
   }
 };
 
-TexelStorage in_blocks(BlockFormat format) { return {format}; }
-TexelStorage number_storage(std::uint32_t channels, std::uint32_t bytes,
-                            NumberType number = NumberType::unorm, bool blue_first = false) {
+TexelStorage make_block_storage(BlockFormat format) { return {format}; }
+TexelStorage make_number_storage(std::uint32_t channels, std::uint32_t bytes,
+                                 NumberType number = NumberType::unorm, bool blue_first = false) {
   return {std::nullopt, channels, bytes, number, blue_first};
 }
 
-/// A format and its codes in Vulkan (VkFormat) and DXGI (DXGI_FORMAT); 0: the format does not exist there.
+/// A texel format, with its code in Vulkan (VkFormat) and in DXGI (DXGI_FORMAT); 0 if it has none
+/// there.
 struct FormatRow {
   std::uint32_t vulkan, dxgi;
   TexelStorage storage;
 };
 const FormatRow kFormats[] = {
-    {9, 61, number_storage(1, 1)},
-    {10, 63, number_storage(1, 1, NumberType::snorm)},
-    {15, 0, number_storage(1, 1)},
-    {16, 49, number_storage(2, 1)},
-    {17, 51, number_storage(2, 1, NumberType::snorm)},
-    {22, 0, number_storage(2, 1)},
-    {23, 0, number_storage(3, 1)},
-    {29, 0, number_storage(3, 1)},
-    {30, 0, number_storage(3, 1, NumberType::unorm, true)},
-    {36, 0, number_storage(3, 1, NumberType::unorm, true)},
-    {37, 28, number_storage(4, 1)},
-    {38, 31, number_storage(4, 1, NumberType::snorm)},
-    {43, 29, number_storage(4, 1)},
-    {0, 27, number_storage(4, 1)},
-    {44, 87, number_storage(4, 1, NumberType::unorm, true)},
-    {50, 91, number_storage(4, 1, NumberType::unorm, true)},
+    {9, 61, make_number_storage(1, 1)},
+    {10, 63, make_number_storage(1, 1, NumberType::snorm)},
+    {15, 0, make_number_storage(1, 1)},
+    {16, 49, make_number_storage(2, 1)},
+    {17, 51, make_number_storage(2, 1, NumberType::snorm)},
+    {22, 0, make_number_storage(2, 1)},
+    {23, 0, make_number_storage(3, 1)},
+    {29, 0, make_number_storage(3, 1)},
+    {30, 0, make_number_storage(3, 1, NumberType::unorm, true)},
+    {36, 0, make_number_storage(3, 1, NumberType::unorm, true)},
+    {37, 28, make_number_storage(4, 1)},
+    {38, 31, make_number_storage(4, 1, NumberType::snorm)},
+    {43, 29, make_number_storage(4, 1)},
+    {0, 27, make_number_storage(4, 1)},
+    {44, 87, make_number_storage(4, 1, NumberType::unorm, true)},
+    {50, 91, make_number_storage(4, 1, NumberType::unorm, true)},
     {0, 88, {{}, 4, 1, NumberType::unorm, true, true}},
     {0, 93, {{}, 4, 1, NumberType::unorm, true, true}},
-    {70, 56, number_storage(1, 2)},
-    {76, 54, number_storage(1, 2, NumberType::sfloat)},
-    {77, 35, number_storage(2, 2)},
-    {83, 34, number_storage(2, 2, NumberType::sfloat)},
-    {84, 0, number_storage(3, 2)},
-    {90, 0, number_storage(3, 2, NumberType::sfloat)},
-    {91, 11, number_storage(4, 2)},
-    {97, 10, number_storage(4, 2, NumberType::sfloat)},
-    {100, 41, number_storage(1, 4, NumberType::sfloat)},
-    {103, 16, number_storage(2, 4, NumberType::sfloat)},
-    {106, 6, number_storage(3, 4, NumberType::sfloat)},
-    {109, 2, number_storage(4, 4, NumberType::sfloat)},
-    // Vulkan has BC1 with alpha and without; its fourth colour is black in both.
+    {70, 56, make_number_storage(1, 2)},
+    {76, 54, make_number_storage(1, 2, NumberType::sfloat)},
+    {77, 35, make_number_storage(2, 2)},
+    {83, 34, make_number_storage(2, 2, NumberType::sfloat)},
+    {84, 0, make_number_storage(3, 2)},
+    {90, 0, make_number_storage(3, 2, NumberType::sfloat)},
+    {91, 11, make_number_storage(4, 2)},
+    {97, 10, make_number_storage(4, 2, NumberType::sfloat)},
+    {100, 41, make_number_storage(1, 4, NumberType::sfloat)},
+    {103, 16, make_number_storage(2, 4, NumberType::sfloat)},
+    {106, 6, make_number_storage(3, 4, NumberType::sfloat)},
+    {109, 2, make_number_storage(4, 4, NumberType::sfloat)},
+    // Vulkan distinguishes BC1 with alpha and without. The fourth colour is black in both.
     {131, 0, {BlockFormat::bc1, 0, 0, NumberType::unorm, false, true}},
     {132, 0, {BlockFormat::bc1, 0, 0, NumberType::unorm, false, true}},
-    {133, 71, in_blocks(BlockFormat::bc1)},
-    {134, 72, in_blocks(BlockFormat::bc1)},
-    {0, 70, in_blocks(BlockFormat::bc1)},
-    {135, 74, in_blocks(BlockFormat::bc2)},
-    {136, 75, in_blocks(BlockFormat::bc2)},
-    {137, 77, in_blocks(BlockFormat::bc3)},
-    {138, 78, in_blocks(BlockFormat::bc3)},
-    {139, 80, in_blocks(BlockFormat::bc4)},
-    {140, 81, in_blocks(BlockFormat::bc4_signed)},
-    {141, 83, in_blocks(BlockFormat::bc5)},
-    {142, 84, in_blocks(BlockFormat::bc5_signed)},
-    {145, 98, in_blocks(BlockFormat::bc7)},
-    {146, 99, in_blocks(BlockFormat::bc7)},
+    {133, 71, make_block_storage(BlockFormat::bc1)},
+    {134, 72, make_block_storage(BlockFormat::bc1)},
+    {0, 70, make_block_storage(BlockFormat::bc1)},
+    {135, 74, make_block_storage(BlockFormat::bc2)},
+    {136, 75, make_block_storage(BlockFormat::bc2)},
+    {137, 77, make_block_storage(BlockFormat::bc3)},
+    {138, 78, make_block_storage(BlockFormat::bc3)},
+    {139, 80, make_block_storage(BlockFormat::bc4)},
+    {140, 81, make_block_storage(BlockFormat::bc4_signed)},
+    {141, 83, make_block_storage(BlockFormat::bc5)},
+    {142, 84, make_block_storage(BlockFormat::bc5_signed)},
+    {145, 98, make_block_storage(BlockFormat::bc7)},
+    {146, 99, make_block_storage(BlockFormat::bc7)},
 };
 
 std::optional<TexelStorage> storage_of(std::uint32_t FormatRow::*number, std::uint32_t format) {
@@ -142,7 +143,7 @@ float number_at(const std::uint8_t* from, const TexelStorage& storage) {
   }
 }
 
-/// Removes ignored channels, and alpha of opaque blocks.
+/// Removes channels that are to be ignored, and alpha if a block format is opaque.
 void drop_ignored_alpha(Image& image) {
   const std::size_t texels = image.pixels.size() / 4;
   for (std::size_t i = 0; i < texels; ++i) {
@@ -209,8 +210,8 @@ void divide_by_alpha(Image& image) {
   }
 }
 
-/// The value of a key in KTX 2's key and value data; empty if it is missing, or the data are
-/// damaged.
+/// The value of a key in the key/value data of a KTX 2 file; empty if the key is missing or the
+/// data is damaged.
 std::string_view value_of(std::string_view data, std::string_view key) {
   constexpr std::size_t kAlignment = 4;
   while (data.size() >= 4) {
@@ -227,7 +228,8 @@ std::string_view value_of(std::string_view data, std::string_view key) {
   return {};
 }
 
-/// Applies KTXswizzle: a letter for each of red, green, blue and alpha names the stored channel, or is 0 or 1.
+/// Applies KTXswizzle. Its letters say for red, green, blue and alpha which stored channel they
+/// are, or that they are 0 or 1.
 void swizzle(Image& image, std::string_view letters) {
   static constexpr std::string_view kLetters = "rgba01";
   if (letters.size() != 4 || letters == "rgba" ||
@@ -245,7 +247,8 @@ void swizzle(Image& image, std::string_view letters) {
   if (letters[3] == '1') drop_ignored_alpha(image);
 }
 
-/// Applies KTXorientation, whose letters name the directions of the stored columns and rows: "rd" is as in an Image.
+/// Applies KTXorientation. Its letters give the direction of the stored columns and rows: with
+/// "rd", they are as in an Image.
 void orient(Image& image, std::string_view letters) {
   if (letters.size() < 2) return;
   if (letters[1] == 'u') {
@@ -266,11 +269,12 @@ void orient(Image& image, std::string_view letters) {
 constexpr std::string_view kKtx2("\xABKTX 20\xBB\r\n\x1A\n", 12);
 constexpr std::size_t kKtx2Header = 80, kKtx2Level = 24;
 
-/// Fields of a KTX 2 header that describe the first level.
+/// The fields of a KTX 2 header that are needed to read the first level.
 struct Ktx2Header {
   std::uint32_t format, width, height, depth, layers, faces, scheme, model = 0, flags = 0;
   std::string_view keys;
-  std::uint64_t at, packed, size;  ///< Offset, packed and unpacked bytes of the first level
+  /// Offset of the first level, and its number of packed and of unpacked bytes
+  std::uint64_t at, packed, size;
 
   explicit Ktx2Header(std::string_view bytes)
       : format(word_at(bytes, 12)),
@@ -292,8 +296,8 @@ struct Ktx2Header {
     if (first <= bytes.size() && bytes.size() - first >= length) keys = bytes.substr(first, length);
   }
 
-  /// Why the level cannot be read; empty if it can.
-  /// \param remedy  receives the remedy
+  /// Why the first level cannot be read; empty if it can.
+  /// \param remedy  [out] remedy for the message
   std::string refusal_reason(std::string& remedy) const {
     constexpr std::uint32_t kEtc1s = 163, kUastc = 166, kBasisLz = 1, kZstd = 2, kZlib = 3;
     remedy = "Convert it to PNG.";
@@ -325,7 +329,7 @@ struct Ktx2Header {
   }
 };
 
-/// The first level's bytes before supercompression.
+/// Undoes the supercompression of the first level.
 std::string unpack_level(const ByteSource& source, std::string_view bytes, const Ktx2Header& header,
                          std::uint64_t size, const FailWith& fail) {
   const std::string_view packed = bytes.substr(header.at, header.packed);
@@ -356,7 +360,7 @@ std::string unpack_level(const ByteSource& source, std::string_view bytes, const
     return level;
   }
 #ifdef KILN_HAS_ZSTD
-  // A block of 3 bytes and one literal unpacks to at most 128 KiB.
+  // A Zstandard block of 3 bytes and one literal unpacks to at most 128 KiB.
   constexpr std::uint64_t kMaxZstdRatio = std::uint64_t{1} << 15U;
   check(size / kMaxZstdRatio <= packed.size());
   std::string level(size, '\0');
@@ -372,12 +376,13 @@ std::string unpack_level(const ByteSource& source, std::string_view bytes, const
 #endif
 }
 
-/// Checks the memory for a level. \throws what `fail` throws
+/// Checks that memory suffices for a level.
+/// \throws what `fail` throws
 void check_size(std::uint64_t width, std::uint64_t height, const TexelStorage& storage,
                 const ImageLimits& limits, const FailWith& fail) {
   if (std::min(width, height) < 1 || std::max(width, height) > kLargestImageSide ||
       width * height > limits.pixels) {
-    // Throws the error for too many pixels
+    // This throws the error for too many pixels
     empty_image(width, height, 1, 0, "header", limits, fail);
   }
   require_memory("its " + size_text(width, height) + " pixels", storage.size(width, height),
@@ -389,7 +394,7 @@ void check_size(std::uint64_t width, std::uint64_t height, const TexelStorage& s
 bool is_ktx2(std::string_view head) { return head.starts_with(kKtx2); }
 bool is_dds(std::string_view head) { return head.starts_with("DDS "); }
 
-std::string why_not_ktx2(std::span<const std::byte> given) {
+std::string explain_unreadable_ktx2(std::span<const std::byte> given) {
   const std::string_view bytes(reinterpret_cast<const char*>(given.data()), given.size());
   if (!is_ktx2(bytes) || bytes.size() < kKtx2Header + kKtx2Level) return "it is not a KTX 2 file";
   std::string remedy;
@@ -398,7 +403,8 @@ std::string why_not_ktx2(std::span<const std::byte> given) {
 
 namespace {
 
-/// The texel format that the head of a KTX 2 or DDS file states; nullopt if it is none that is read, or an old one.
+/// The texel format that the first bytes of a KTX 2 or DDS file give; nullopt if Kiln does not read
+/// it, or if a DDS is older than Direct3D 10.
 std::optional<TexelStorage> stated_storage(const ByteSource& source) {
   constexpr std::size_t kMaxDdsHeaderBytes = 148;
   const std::string head = source.head(kMaxDdsHeaderBytes);
@@ -481,7 +487,8 @@ struct ChannelMasks {
   }
 };
 
-/// Format of a DDS file from before Direct3D 10, which has a four-character code or a number of D3DFORMAT.
+/// Texel format of a DDS file older than Direct3D 10, which gives a four-character code or a number
+/// of D3DFORMAT.
 std::optional<TexelStorage> storage_of_letters(std::string_view letters, bool& premultiplied) {
   struct Row {
     std::string_view letters;
@@ -490,25 +497,25 @@ std::optional<TexelStorage> storage_of_letters(std::string_view letters, bool& p
   };
   using namespace std::string_view_literals;
   static const Row rows[] = {
-      {"DXT1", in_blocks(BlockFormat::bc1)},
-      {"DXT2", in_blocks(BlockFormat::bc2), true},
-      {"DXT3", in_blocks(BlockFormat::bc2)},
-      {"DXT4", in_blocks(BlockFormat::bc3), true},
-      {"DXT5", in_blocks(BlockFormat::bc3)},
-      {"RXGB", in_blocks(BlockFormat::bc3)},
-      {"ATI1", in_blocks(BlockFormat::bc4)},
-      {"BC4U", in_blocks(BlockFormat::bc4)},
-      {"BC4S", in_blocks(BlockFormat::bc4_signed)},
-      {"ATI2", in_blocks(BlockFormat::bc5)},
-      {"BC5U", in_blocks(BlockFormat::bc5)},
-      {"BC5S", in_blocks(BlockFormat::bc5_signed)},
-      {"\x24\0\0\0"sv, number_storage(4, 2)},
-      {"\x6F\0\0\0"sv, number_storage(1, 2, NumberType::sfloat)},
-      {"\x70\0\0\0"sv, number_storage(2, 2, NumberType::sfloat)},
-      {"\x71\0\0\0"sv, number_storage(4, 2, NumberType::sfloat)},
-      {"\x72\0\0\0"sv, number_storage(1, 4, NumberType::sfloat)},
-      {"\x73\0\0\0"sv, number_storage(2, 4, NumberType::sfloat)},
-      {"\x74\0\0\0"sv, number_storage(4, 4, NumberType::sfloat)},
+      {"DXT1", make_block_storage(BlockFormat::bc1)},
+      {"DXT2", make_block_storage(BlockFormat::bc2), true},
+      {"DXT3", make_block_storage(BlockFormat::bc2)},
+      {"DXT4", make_block_storage(BlockFormat::bc3), true},
+      {"DXT5", make_block_storage(BlockFormat::bc3)},
+      {"RXGB", make_block_storage(BlockFormat::bc3)},
+      {"ATI1", make_block_storage(BlockFormat::bc4)},
+      {"BC4U", make_block_storage(BlockFormat::bc4)},
+      {"BC4S", make_block_storage(BlockFormat::bc4_signed)},
+      {"ATI2", make_block_storage(BlockFormat::bc5)},
+      {"BC5U", make_block_storage(BlockFormat::bc5)},
+      {"BC5S", make_block_storage(BlockFormat::bc5_signed)},
+      {"\x24\0\0\0"sv, make_number_storage(4, 2)},
+      {"\x6F\0\0\0"sv, make_number_storage(1, 2, NumberType::sfloat)},
+      {"\x70\0\0\0"sv, make_number_storage(2, 2, NumberType::sfloat)},
+      {"\x71\0\0\0"sv, make_number_storage(4, 2, NumberType::sfloat)},
+      {"\x72\0\0\0"sv, make_number_storage(1, 4, NumberType::sfloat)},
+      {"\x73\0\0\0"sv, make_number_storage(2, 4, NumberType::sfloat)},
+      {"\x74\0\0\0"sv, make_number_storage(4, 4, NumberType::sfloat)},
   };
   for (const Row& row : rows) {
     if (row.letters != letters) continue;
@@ -560,7 +567,7 @@ Image parse_dds(const ByteSource& source, const std::string& file, const ImageLi
     if ((flags & (kAlpha | kAlphaAlone)) != 0) channel_masks.of[3] = word_at(bytes, 104);
     if ((flags & kLuminance) != 0) channel_masks.of[1] = channel_masks.of[2] = 0;
     format = std::to_string(channel_masks.bits) + " bits a pixel";
-    storage = number_storage(1, channel_masks.bits / 8);
+    storage = make_number_storage(1, channel_masks.bits / 8);
     if (channel_masks.bits % 8 != 0 || channel_masks.bits < 8 || channel_masks.bits > 32)
       storage.reset();
   }

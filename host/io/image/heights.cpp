@@ -1,4 +1,4 @@
-// Reading of height fields: pictures whose numbers are unscaled heights, and metadata of GeoTIFF.
+// Reads height fields: pictures whose values are unscaled heights, and metadata of GeoTIFF.
 #include <array>
 #include <cmath>
 #include <memory>
@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kFormatHeadBytes = 32;
 
-/// Largest value of a PNG's channels; 1 for all other pictures.
+/// The value that a PNG stores for 1; 1 for all other pictures.
 double largest_stored(const std::string& head) {
   constexpr std::size_t kBitDepthOffset = 24, kColourTypeOffset = 25;
   constexpr char kPalette = 3;
@@ -34,15 +34,15 @@ bool is_tiff(const std::string& head) {
   return false;
 }
 
-/// Metres per degree of longitude and of latitude at a latitude, on the ellipsoid WGS 84, by the usual trigonometric
-/// series.
+/// Length in metres of a degree of longitude and of a degree of latitude, at a given latitude on
+/// the ellipsoid WGS 84; by the usual trigonometric series.
 std::array<double, 2> metres_of_degree(double latitude) {
   const double phi = latitude * std::numbers::pi / 180;
   return {111412.84 * std::cos(phi) - 93.5 * std::cos(3 * phi) + 0.118 * std::cos(5 * phi),
           111132.92 - 559.82 * std::cos(2 * phi) + 1.175 * std::cos(4 * phi)};
 }
 
-/// Metres per unit of length by its code in GeoTIFF; 0: unknown.
+/// Length in metres of a unit that a GeoTIFF gives by its code; 0: unknown.
 double metres_of_unit(unsigned code) {
   constexpr unsigned kMetre = 9001, kFoot = 9002, kSurveyFoot = 9003;
   return code == kMetre ? 1 : code == kFoot ? 0.3048 : code == kSurveyFoot ? 1200.0 / 3937 : 0;
@@ -66,11 +66,11 @@ void apply_geography(const TiffGeography& geography, const std::string& file, He
   if (warnings == nullptr) return;
   warnings->push_back(
       {"spacing-in-degrees",
-       formatted("The height field '%s' has its pixels' distance in degrees: at latitude %.4g a "
-                 "pixel was taken as %.5g by %.5g %s. Give ",
+       formatted("The pixel distances of the height field '%s' are in degrees. At latitude %.4g, a "
+                 "pixel was taken to be %.5g by %.5g %s. If that is not exact enough, give ",
                  file.c_str(), latitude, heights.spacing[0], heights.spacing[1],
                  up > 0 && up < 1 ? "feet" : "metres") +
-           option("extent") + ", or project it (gdalwarp) where that is too rough.",
+           option("extent") + ", or project the file (gdalwarp).",
        1});
 }
 #endif

@@ -55,7 +55,7 @@ void check_options(const SaveImageOptions& options) {
   check_texts(options.texts);
 }
 
-/// The given texts, and one with the origin of positions: three numbers separated by blanks.
+/// The given texts, and one with the origin of positions as three numbers.
 std::vector<ImageText> png_texts(const SaveImageOptions& options) {
   std::vector<ImageText> texts = options.texts;
   const std::array<double, 3>& origin = options.origin;
@@ -110,7 +110,7 @@ FailWith image_failure(std::string file, std::string kind) {
 
 namespace {
 
-/// A kind of picture. `parse` is null in builds without its library.
+/// A picture format that can be read. `parse` is null if this build lacks the library for it.
 struct ReadableFormat {
   std::string name;
   const char* library;
@@ -160,8 +160,7 @@ const ReadableFormat kPictures[] = {
     {"KTX 2", "", "", parse_ktx2},       {"DDS", "", "", parse_dds},
 };
 
-/// Detects the format by the first bytes. TGA has no magic number, so its extension is required,
-/// too.
+/// Detects the format by the first bytes. TGA has no magic number, so the extension must fit, too.
 std::optional<PictureKind> picture_kind(const std::string& head, const std::string& file) {
   using namespace std::string_literals;
   if (head.starts_with("\x89PNG\r\n\x1a\n")) return kPng;
@@ -267,7 +266,7 @@ bool is_exr(ImageFormat format) {
   return format == ImageFormat::exr_half || format == ImageFormat::exr_float;
 }
 
-/// Refuses names with the extension of another format, which would mislead other programs.
+/// Refuses names whose extension belongs to another format, which would mislead other programs.
 void check_extension(const std::filesystem::path& path, ImageFormat format) {
   const std::string extension = lower_extension(path);
   const std::string_view own = extension_of(format);
@@ -275,9 +274,10 @@ void check_extension(const std::filesystem::path& path, ImageFormat format) {
   for (const std::string_view other :
        {".png", ".exr", ".tif", ".tiff", ".tga", ".webp", ".ktx2", ".dds"}) {
     if (extension != other) continue;
-    throw Error(ErrorCode::usage, "'" + path.string() + "' would hold what is named " +
+    throw Error(ErrorCode::usage, "The extension of '" + path.string() +
+                                      "' belongs to another format than that of the file (" +
                                       std::string(own) +
-                                      ": set SaveImageOptions::format to what the name says.");
+                                      "): set SaveImageOptions::format, or rename the file.");
   }
 }
 

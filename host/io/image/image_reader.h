@@ -10,25 +10,25 @@
 
 namespace kiln {
 
-/// Largest width and height of an image.
+/// Maximum width and height of an image.
 inline constexpr std::uint32_t kLargestImageSide = 65536;
 
-/// Throws Error(input) "Could not read '<file>' as <kind>: <place>: <problem>. <remedy>"; without " as
-/// <kind>" where `kind` is empty.
+/// Makes the function that throws a reader's errors: Error(input) "Could not read '<file>' as
+/// <kind>: <place>: <problem>. <remedy>", without " as <kind>" if `kind` is empty.
 FailWith image_failure(std::string file, std::string kind);
 
-/// Parses a picture of any format that load_image() reads. The first bytes determine the format; TGA is recognised by
-/// its name, too.
+/// Parses a picture in any format that load_image() reads. The first bytes determine the format;
+/// for TGA, the extension must fit, too.
 /// \param file  file name for messages
 /// \throws Error(input)
 Image parse_image(const ByteSource& source, const std::string& file,
                   const ImageLimits& limits = {});
 
-/// True if a picture holds linear light: see holds_linear_light() in kiln/image.h, for files.
+/// True if the numbers in a file are linear light; see holds_linear_light() in kiln/image.h.
 bool holds_linear_light(const ByteSource& source, const std::string& file);
 
-/// True for a GPU texture (KTX 2, DDS) of two channels, which are usually x and y of normals. Pictures of grey and
-/// alpha in other formats are none.
+/// True for a GPU texture (KTX 2, DDS) of two channels, which usually are x and y of normals. False
+/// for other formats, in which two channels are grey and alpha.
 bool is_two_channel_texture(const ByteSource& source, const std::string& file);
 
 /// Parses any PNG: palettes and transparency are expanded; numbers of 1 to 16 bits are divided by their maximum;
@@ -44,7 +44,8 @@ Image parse_png(const ByteSource& source, const std::string& file, const ImageLi
 ///         refused before allocation, with the name of the field.
 Image parse_exr(const ByteSource& source, const std::string& file, const ImageLimits& limits = {});
 
-/// Checks that a PNG's chunks are complete, and hold enough image data for the size in IHDR.
+/// Checks that the chunks of a PNG are complete, and that they contain enough data for the size
+/// that IHDR declares.
 /// \throws what `fail` throws
 void check_png(const ByteSource& source, const FailWith& fail, const ImageLimits& limits);
 

@@ -13,14 +13,15 @@
 namespace kiln {
 namespace {
 
-/// Largest number of scans of a progressive file: each scan takes a pass over the whole image, but may have only a
-/// few bytes.
+/// Maximum number of scans of a progressive file. A scan may have only a few bytes, but takes a
+/// pass over the whole image.
 constexpr int kMaxScans = 500;
 
-// libjpeg reports errors through a function that must not return. longjmp() must not cross a frame with
-// destructors, so all owned objects are members of this struct, outside of the functions that call setjmp().
+// libjpeg reports errors through a function that must not return, so it calls longjmp(). That must
+// not skip destructors, so all objects with destructors are members of this struct, which lives
+// outside of the functions that call setjmp().
 struct Jpeg {
-  jpeg_error_mgr errors{};  // must be the first member, so that it has the address of the struct
+  jpeg_error_mgr errors{};  // Must be the first member, since the struct is found by its address
   jpeg_decompress_struct info{};
   jpeg_progress_mgr progress{};
   std::jmp_buf jump_target{};
@@ -40,7 +41,8 @@ Jpeg& jpeg_of(j_common_ptr info) { return *reinterpret_cast<Jpeg*>(info->err); }
   std::longjmp(jpeg.jump_target, 1);
 }
 
-// Warnings are errors: most report pixels that libjpeg invented, and a map that is partly grey would seem valid.
+// Treats warnings as errors. Most of them say that libjpeg invented pixels, and a map that is
+// partly grey would seem to be valid.
 void on_message(j_common_ptr info, int level) {
   if (level >= 0) return;  // Trace messages are ignored
   const int code = info->err->msg_code;
@@ -106,8 +108,8 @@ Image parse_jpeg(const ByteSource& source, const std::string& file, const ImageL
   const std::uint32_t channels = jpeg.info.num_components == 1 ? 1 : 3;
   jpeg.info.out_color_space = channels == 1 ? JCS_GRAYSCALE : JCS_RGB;
   const std::uint64_t pixels = std::uint64_t{jpeg.info.image_width} * jpeg.info.image_height;
-  // Each block of 8 x 8 values of a component takes at least one bit, and a component has at least 1/16 of the
-  // pixels' values.
+  // A block of 8 x 8 values of a component takes at least one bit, and a component may have as few
+  // as 1/16 of the pixels' values.
   if (pixels / (std::uint64_t{64} * 16 * 8) > bytes.size()) {
     fail("header",
          "it says " + std::to_string(jpeg.info.image_width) + " x " +

@@ -16,9 +16,9 @@ namespace {
 
 constexpr int kDefaultJpegQuality = 90;
 
-// As in jpeg_read.cpp, all owned objects live outside the function that calls setjmp().
+// As in jpeg_read.cpp, objects with destructors live outside of the function that calls setjmp().
 struct JpegWriter {
-  jpeg_error_mgr errors{};  // must be the first member, so that it has the address of the struct
+  jpeg_error_mgr errors{};  // Must be the first member, since the struct is found by its address
   jpeg_compress_struct info{};
   std::jmp_buf jump_target{};
   unsigned char* bytes = nullptr;
@@ -81,7 +81,7 @@ std::vector<std::byte> encode_jpeg(const Image& image, const PictureEncoding& en
   const std::vector<std::uint8_t> rows = bytes_of(image, encoding.dither, encoding.use);
   const int quality =
       encoding.quality == 0 ? kDefaultJpegQuality : static_cast<int>(encoding.quality);
-  // Chroma subsampling is only used for colours, since the channels of other maps are independent.
+  // Chroma is only subsampled for colours. In other maps the channels are independent.
   const bool halves_colours = encoding.use == TextureUse::color && quality < kDefaultJpegQuality;
   JpegWriter jpeg;
   jpeg_std_error(&jpeg.errors);

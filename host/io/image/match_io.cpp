@@ -26,8 +26,8 @@
 namespace kiln {
 namespace {
 
-// Largest side of a map in texel samples: the largest side in texels times the largest number of samples along a
-// texel's side.
+// Maximum side of a map in texel samples: the maximum side in texels times the maximum number of
+// samples along a texel's side.
 constexpr std::uint32_t kMaxSampleSide = 16384 * 16;
 constexpr std::uint32_t kMaxSamplesPerTexelSide = 16;
 
@@ -52,7 +52,7 @@ constexpr std::array<ChannelType, 5> kChannels = {{{"distance", Imf::FLOAT},
                                     ". Save the match again with " + option("save_match()") + ".");
 }
 
-/// A match's channels in memory, for reading or writing.
+/// A frame buffer for reading or writing the channels of a match in memory.
 Imf::FrameBuffer frame_buffer(const Match& match, const std::vector<std::uint32_t>& status_values) {
   static_assert(sizeof(float) == sizeof(std::uint32_t));
   const std::array<const void*, kChannels.size()> data = {
@@ -67,7 +67,7 @@ Imf::FrameBuffer frame_buffer(const Match& match, const std::vector<std::uint32_
   return buffer;
 }
 
-/// A 64-bit number as text; 0 if it is missing.
+/// Reads a 64-bit number that is stored as text; 0 if it is missing.
 std::uint64_t read_number(const Imf::Header& header, const char* name) {
   const auto* attribute = header.findTypedAttribute<Imf::StringAttribute>(name);
   std::uint64_t value = 0;
@@ -103,7 +103,7 @@ void read_attributes(const Imf::Header& header, const std::string& file, Match& 
   }
 }
 
-/// Bytes per texel sample: the match's data, and the status as OpenEXR reads it.
+/// Bytes per texel sample: the data of the match, and the status in the type that OpenEXR reads.
 constexpr std::uint64_t kSampleBytes = 4 * sizeof(float) + 1 + sizeof(std::uint32_t);
 
 Match read_match(const ByteSource& source, const std::string& file, const ExrPlan& plan) {
@@ -147,7 +147,7 @@ Match read_match(const ByteSource& source, const std::string& file, const ExrPla
 void save_match(const Match& match, const std::filesystem::path& path) {
   validate(match);
   Imf::Header header(static_cast<int>(match.width), static_cast<int>(match.height));
-  // ZIP at its fastest level, since weights and distances hardly compress at any level.
+  // ZIP at its fastest level: barycentric weights and distances hardly compress at any level.
   header.compression() = Imf::ZIP_COMPRESSION;
   header.zipCompressionLevel() = 1;
   for (const ChannelType& channel : kChannels) {
@@ -166,7 +166,7 @@ void save_match(const Match& match, const std::filesystem::path& path) {
 }
 
 Match parse_match(const ByteSource& source, const std::string& file, const ImageLimits& limits) {
-  // The remedy of every failure is replaced by the same one.
+  // All failures get the same remedy, in place of their own.
   const FailWith failure = [inner = image_failure(file, kMatchKind)](const std::string& place,
                                                                      const std::string& problem,
                                                                      const Message&) {

@@ -10,7 +10,7 @@
 namespace kiln {
 
 /// \param file    file name for messages
-/// \param limits  limit on the number of texel samples
+/// \param limits  limits on the number of texel samples
 /// \throws Error(input) that names the file and the field
 Match parse_match(const ByteSource& source, const std::string& file, const ImageLimits& limits);
 

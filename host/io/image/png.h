@@ -14,18 +14,21 @@
 
 namespace kiln {
 
-/// Compression effort of a PNG. The pixels are the same.
+/// How much effort is spent on compressing a PNG. The pixels do not depend on it.
 enum class Deflate {
-  fast,      ///< Run lengths only, on all threads
-  small,     ///< The best filter for a sample of rows; libdeflate if it was built in, else zlib
-  smallest,  ///< As `small`, at the library's highest level: seconds per million pixels
+  fast,  ///< Searches run lengths only, on all threads
+  /// Chooses the filter that is best for a sample of the rows; uses libdeflate if it was built in,
+  /// otherwise zlib
+  small,
+  /// As `small`, at the highest level of the library, which takes seconds per million pixels
+  smallest,
 };
 
 /// Settings of a PNG.
 struct PngOptions {
   int bits = 16;                        ///< Bits per channel: 8 or 16
-  Dither dither = Dither::off;          ///< Used for 8 bits only
-  int threads = 0;                      ///< 0: one per core
+  Dither dither = Dither::off;          ///< Used with 8 bits only
+  int threads = 0;                      ///< Number of threads; 0: one per core
   std::vector<ImageText> texts = {};    ///< Texts; each becomes a tEXt chunk
   TextureUse use = TextureUse::values;  ///< Content of the channels, for Dither::automatic
   Deflate deflate = Deflate::fast;
@@ -47,33 +50,36 @@ void save_png(const Image& image, const std::filesystem::path& path, const PngOp
 /// Selects which squares of an 8-bit image are dithered.
 class DitherBlocks {
  public:
-  /// Side of a square that is dithered or rounded as a whole, texels.
+  /// Side in texels of the squares that are dithered or not.
   static constexpr std::size_t kSide = 32;
   /// \param use  content of the image: for normals, Dither::automatic rounds z instead of dithering it
   DitherBlocks(const Image& image, Dither dither, TextureUse use = TextureUse::values);
-  /// Creates an object that dithers no square.
+  /// Dithers no square.
   DitherBlocks() = default;
 
-  bool anywhere() const { return everywhere_ || !blocks_.empty(); }
-  /// Channels to dither in the square of a texel, one bit each.
+  bool anywhere() const { return dithers_everywhere_ || !blocks_.empty(); }
+  /// Which channels are dithered in the square that contains a texel, as one bit each.
   std::uint8_t channels_at(std::size_t x, std::size_t y) const {
-    return everywhere_ ? 0xFF : blocks_.empty() ? 0 : blocks_[y / kSide * columns_ + x / kSide];
+    return dithers_everywhere_ ? 0xFF
+           : blocks_.empty()   ? 0
+                               : blocks_[y / kSide * columns_ + x / kSide];
   }
 
  private:
-  bool everywhere_ = false;
+  bool dithers_everywhere_ = false;
   std::size_t columns_ = 0;
-  std::vector<std::uint8_t> blocks_;  ///< Empty: no dithering
+  std::vector<std::uint8_t> blocks_;  ///< Empty: no square is dithered
 };
 
-/// Quantises a row to the bytes of a PNG, without the filter byte; 16-bit values are big-endian.
+/// Quantises a row to the bytes that a PNG stores, without the filter byte; 16-bit values are
+/// big-endian.
 /// \param y   row of the whole image
 /// \param to  receives the bytes of all values
 /// \param first_row  the row of the whole image with which `image` begins
 void quantise_row(const Image& image, int bits, const DitherBlocks& dither, std::size_t y,
                   std::uint8_t* to, std::size_t first_row = 0);
 
-/// Receives a file's bytes, one piece after the other.
+/// Receives the bytes of a file in consecutive pieces.
 using PutBytes = std::function<void(std::string_view)>;
 
 /// Writes a PNG row by row: the bytes of write_png() with Deflate::fast.

@@ -5,15 +5,15 @@
 
 #include "io/image/image_reader.h"
 
-// libpng allocates memory for the pixels that a header declares. So the length of the IDAT chunks, which hold their
-// data, is checked first; other chunks do not count. "Portable Network Graphics, Third Edition",
-// https://www.w3.org/TR/png-3/.
+// libpng allocates memory for as many pixels as the header declares. Therefore the length of the
+// IDAT chunks, which contain the pixels, is checked first; other chunks do not count. "Portable
+// Network Graphics, Third Edition", https://www.w3.org/TR/png-3/.
 namespace kiln {
 namespace {
 
 const std::string kExportAgain = "Export or copy the file again.";
 
-/// A small sequential read buffer, since a file may have millions of empty chunks.
+/// A small buffer for reading in order, since a file may have millions of empty chunks.
 class FileWindow {
  public:
   explicit FileWindow(const ByteSource& source) : source_(source) {}
@@ -70,8 +70,9 @@ Header read_header(const unsigned char* bytes, const FailWith& fail) {
   return header;
 }
 
-/// Number of bytes to which the image data must inflate: a filter byte and the pixels for each row of each pass.
-std::uint64_t raw_bytes(const Header& header) {
+/// Number of bytes that the image data must unpack to: for each row of each pass, a filter byte and
+/// the pixels.
+std::uint64_t count_raw_bytes(const Header& header) {
   const auto pass = [&](std::uint64_t width, std::uint64_t height) {
     return width == 0 ? 0 : height * (1 + (width * header.bits_per_pixel + 7) / 8);
   };
@@ -126,10 +127,10 @@ void check_png(const ByteSource& source, const FailWith& fail, const ImageLimits
     at += length + 12;
   }
   const std::uint64_t most = most_unpacked(Packing::deflate, data);
-  if (raw_bytes(header) > most) {
+  if (count_raw_bytes(header) > most) {
     fail("IHDR",
          sides_text(header) + " of " + std::to_string(header.bits_per_pixel) + " bits, " +
-             std::to_string(raw_bytes(header)) + " bytes, but the " + std::to_string(data) +
+             std::to_string(count_raw_bytes(header)) + " bytes, but the " + std::to_string(data) +
              " bytes of its IDAT chunks hold at most " + std::to_string(most),
          kExportAgain);
   }

@@ -16,8 +16,8 @@
 namespace kiln {
 namespace {
 
-// libpng reports errors by longjmp(), which must not cross a frame with destructors, so all owned objects are members
-// of this struct, outside of the functions that call setjmp().
+// libpng reports errors by longjmp(), which must not skip destructors. So all objects with
+// destructors are members of this struct, which lives outside of the functions that call setjmp().
 struct PngReader {
   png_structp png = nullptr;
   png_infop info = nullptr;
@@ -41,8 +41,8 @@ struct PngReader {
   png_longjmp(png, 1);
 }
 
-void on_warning(png_structp, png_const_charp) {}  // Warnings concern colour profiles and comments,
-                                                  // which are not used.
+// Warnings concern colour profiles and comments, which are not used.
+void on_warning(png_structp, png_const_charp) {}
 
 // Exceptions must not pass through libpng.
 void on_read(png_structp png, png_bytep to, std::size_t count) {
@@ -62,11 +62,11 @@ bool read_header(PngReader& reader) {
   png_set_read_fn(reader.png, &reader, on_read);
   png_set_user_limits(reader.png, kLargestImageSide, kLargestImageSide);
   png_set_chunk_malloc_max(reader.png, 8000000);
-  // Skips text, profiles and other ancillary chunks. libpng would keep a thousand texts, each inflated
-  // to 8 MB.
+  // Text, profiles and other ancillary chunks are skipped: libpng would keep up to a thousand
+  // texts, each unpacked to 8 MB.
   png_set_keep_unknown_chunks(reader.png, PNG_HANDLE_CHUNK_NEVER, nullptr, -1);
   png_read_info(reader.png, reader.info);
-  // Expands palettes to RGB, fewer than 8 bits to 8, transparency to alpha
+  // Converts palettes to RGB, fewer than 8 bits to 8, and transparency to an alpha channel
   png_set_expand(reader.png);
   if (std::endian::native == std::endian::little) png_set_swap(reader.png);
   reader.passes = png_set_interlace_handling(reader.png);
@@ -107,7 +107,7 @@ void to_floats(const PngReader& reader, const std::uint8_t* row, float* to) {
   }
 }
 
-// Bytes of memory for the pixels, and for rows before conversion to floats.
+// Bytes of memory for the pixels, and for rows before they are converted to floats.
 std::uint64_t memory_for(const PngReader& reader, std::size_t band) {
   return std::uint64_t{reader.width} * reader.height * static_cast<unsigned>(reader.channels) *
              sizeof(float) +
@@ -131,7 +131,8 @@ Image parse_png(const ByteSource& source, const std::string& file, const ImageLi
   if (reader.info == nullptr) throw std::bad_alloc();
   check(read_header(reader));
 
-  // Interlaced images need all rows at once and several passes; others are read in bands.
+  // An interlaced image needs all rows in memory and several passes. Other images are read in bands
+  // of rows.
   const std::size_t band = reader.passes > 1 ? reader.height : std::min(reader.height, 256U);
   require_memory(
       "its " + std::to_string(reader.width) + " x " + std::to_string(reader.height) + " pixels",

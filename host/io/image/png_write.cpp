@@ -21,16 +21,23 @@
 #include "io/image/png.h"
 #include "io/image/run_deflate.h"
 
-// libpng's writer is not used, since it deflates on one thread, which is nearly all of the time. A PNG is a
-// signature and a few chunks (PNG specification, 3rd edition, section 5); its stream may be concatenated
-// from pieces that are deflated separately (as pigz does). Tests read every written file by libpng.
+// libpng's writer is not used, since it deflates on one thread, which takes nearly all of the time.
+// A PNG consists of a signature and a few chunks (PNG specification, 3rd edition, section 5). Its
+// compressed stream may be the concatenation of pieces that are deflated separately, as pigz does.
+// Tests read every written file with libpng.
 //
-// The filter "up" with zlib's run-length strategy, for every row. Measured at 4096^2 RGB on two Zen 3 cores,
-// seconds and MB, writing included: detail in every texel (16 bits) up + RLE 0.47 s 89.6 MB, sub + RLE 0.75
-// s 89.6 MB, Paeth + RLE 0.74 s 89.9 MB, up + level 1 2.2 s 90.7 MB; the same at 8 bits 0.40 s 31.2 MB
-// against 0.96 s 34.4 MB. Searching for matches costs most and finds none in the texture of a normal map;
-// empty background consists of runs. For large images run_deflate searches runs alone, in half of zlib's
-// time or less.
+// All rows have the filter "up", and zlib's run-length strategy compresses them. Measured at 4096^2
+// RGB on two Zen 3 cores, writing included, with detail in every texel:
+//
+//                       16 bits            8 bits
+//   up + RLE            0.47 s  89.6 MB    0.40 s  31.2 MB
+//   sub + RLE           0.75 s  89.6 MB
+//   Paeth + RLE         0.74 s  89.9 MB
+//   up + zlib level 1   2.2 s   90.7 MB    0.96 s  34.4 MB
+//
+// Searching for matches takes most of the time, and there are none in the texture of a normal map;
+// empty background consists of runs. For large images, run_deflate() searches runs alone, in half
+// of zlib's time or less.
 namespace kiln {
 namespace {
 
@@ -38,16 +45,16 @@ constexpr std::uint8_t kFilterUp = 2;
 
 using Bytes = std::vector<std::uint8_t>;
 
-// Bytes of a band of rows: small enough to keep all threads busy, large enough that the five bytes
-// of each joint are negligible. A band also converts the row above it, so wide images have bands of
-// at least kMinBandRows rows.
+// Number of bytes in a band of rows. It is small enough to keep all threads busy, and large enough
+// that the five bytes between two bands are negligible. The row above a band has to be quantised
+// twice, so bands of wide images have at least kMinBandRows rows.
 constexpr std::size_t kBandBytes = std::size_t{1} << 18;
 constexpr std::size_t kMinBandRows = 8;
-// Bytes of pixels below which file size matters more than time.
+// Below this number of bytes of pixels, the file's size matters more than time.
 constexpr std::size_t kSmallImageBytes = std::size_t{1} << 21;
 
 #ifdef KILN_HAS_DEFLATE
-// libdeflate's checksums use vector instructions, zlib's of Debian 12 do not.
+// libdeflate computes checksums with vector instructions; zlib in Debian 12 does not.
 std::uint32_t crc_of(std::span<const std::uint8_t> bytes) {
   return libdeflate_crc32(0, bytes.data(), bytes.size());
 }
@@ -74,7 +81,7 @@ Bytes open_chunk(const char* type) {
   return bytes;
 }
 
-// Sets a chunk's length at its start, and appends its checksum.
+// Writes a chunk's length to the space at its start, and appends its checksum.
 void close_chunk(Bytes& bytes) {
   const auto length = static_cast<std::uint32_t>(bytes.size() - 8);
   for (int i = 0; i < 4; ++i) bytes[i] = static_cast<std::uint8_t>(length >> (24 - 8 * i));
@@ -88,8 +95,8 @@ Bytes chunk(const char* type, const Bytes& data) {
   return bytes;
 }
 
-// Adding 1.5 * 2^52 leaves no bits below one: the sum is rounded to nearest, ties to even, in one
-// step, and its low bits are the integer. lrint does the same but is not vectorised.
+// Adding 1.5 * 2^52 rounds to an integer, ties to even, since no bits below 1 are left; the low
+// bits of the sum are that integer. std::lrint gives the same but is not vectorised.
 std::uint32_t round_to_integer(double value) {
   const double sum = value + 6755399441055744.0;
   std::uint64_t bits = 0;
@@ -97,13 +104,13 @@ std::uint32_t round_to_integer(double value) {
   return static_cast<std::uint32_t>(bits);
 }
 
-// NaN fails every comparison and so becomes 0.
+// All comparisons with NaN are false, so NaN becomes 0.
 double clamp_unit(float value) {
   const float positive = value > 0.0F ? value : 0.0F;
   return static_cast<double>(positive < 1.0F ? positive : 1.0F);
 }
 
-// Bayer's matrix by bit interleaving of x ^ y and y, as thresholds in (0, 1).
+// Threshold of Bayer's matrix at (x, y), in (0, 1), by interleaving the bits of x ^ y and y.
 double bayer_threshold(std::size_t x, std::size_t y) {
   unsigned rank = 0;
   for (unsigned bit = 0; bit < 3; ++bit) {
@@ -150,10 +157,11 @@ void quantise_row(const Image& image, int bits, const DitherBlocks& dither, std:
 }
 
 DitherBlocks::DitherBlocks(const Image& image, Dither dither, TextureUse use)
-    : everywhere_(dither == Dither::on) {
+    : dithers_everywhere_(dither == Dither::on) {
   if (dither != Dither::automatic) return;
-  // Rounding is visible where a value changes so slowly that texels of one value form a band of kSide or more.
-  // Constant values have no band edges, and noise of a step dithers itself.
+  // Rounding is visible where a value changes so slowly that bands of equal texels are at least
+  // kSide wide. Constant values have no edges between bands, and noise of one step has the effect
+  // of dithering.
   constexpr double kStep = 1.0 / 255, kMinChange = kStep / 16;
   const bool is_normal = use == TextureUse::normal || use == TextureUse::tangent_normal;
   const std::size_t channels =
@@ -220,16 +228,23 @@ void deflate_small(std::span<const std::uint8_t> raw, bool last, const std::stri
 
 // ---- Small files: one stream, whose matches extend over all rows. ------------------------------------
 //
-// One filter is chosen for the whole picture: the one for which libdeflate's fastest level compresses a sample of the
-// rows best. Candidates are up, Paeth, and per row the one of all five with the least entropy. Smooth maps gain most
-// from long matches, which only high levels find: a normal map of 2048 x 2048 has 2.05 MB at level 1, 1.79 at 6, 1.73
-// at 7 (0.8 s), 1.66 at 8 (2.3 s), 1.43 at 10 (5 s); zlib's level 9 1.58 in 14 s. So small pictures get the higher
-// levels.
+// One filter is chosen for the whole picture: the one for which a sample of the rows is smallest at
+// libdeflate's fastest level. The candidates are up, Paeth, and for each row the filter with the
+// least entropy. Smooth maps benefit most from long matches, which only high levels find, so small
+// pictures are compressed at higher levels. Sizes of a normal map of 2048 x 2048:
+//
+//   level   libdeflate          zlib
+//   1       2.05 MB
+//   6       1.79 MB
+//   7       1.73 MB   0.8 s
+//   8       1.66 MB   2.3 s
+//   9                           1.58 MB  14 s
+//   10      1.43 MB   5 s
 
 constexpr std::size_t kMaxSingleStreamBytes = std::size_t{1} << 29;
 constexpr std::size_t kSampleRows = 16, kSampleRowInterval = 64;
 
-/// Filters of PNG's specification, 9.2; kLeastEntropy selects one per row.
+/// Filters of PNG's specification, section 9.2; kLeastEntropy chooses one of them for each row.
 constexpr int kPaeth = 4, kFilters = 5, kLeastEntropy = 5;
 
 void filter_row(int filter, const std::uint8_t* values, const std::uint8_t* above,
@@ -253,12 +268,12 @@ void filter_row(int filter, const std::uint8_t* values, const std::uint8_t* abov
   }
 }
 
-/// n log2(n) in fixed-point integers, so that sums are equal on every machine.
+/// n log2(n) as a fixed-point integer, so that sums are the same on every machine.
 std::uint64_t entropy_term(std::uint32_t n) {
   return n == 0 ? 0 : n * static_cast<std::uint64_t>(std::lround(std::log2(n) * 4096));
 }
 
-/// Filters one row, and writes its filter byte first.
+/// Filters one row; the filter's number precedes the row's bytes.
 /// \param scratch  buffer with as many bytes as the row
 void filter_by(int filter, const std::uint8_t* values, const std::uint8_t* above, std::size_t pixel,
                std::size_t size, std::uint8_t* to, Bytes& scratch) {
@@ -269,7 +284,7 @@ void filter_by(int filter, const std::uint8_t* values, const std::uint8_t* above
     filter_row(tried, values, above, pixel, size, scratch.data());
     std::array<std::uint32_t, 256> counts{};
     for (const std::uint8_t byte : scratch) ++counts[byte];
-    std::uint64_t sum = 0;  // Grows as the entropy decreases
+    std::uint64_t sum = 0;  // Larger for lower entropy
     for (const std::uint32_t count : counts) sum += entropy_term(count);
     if (tried != 0 && sum <= best) continue;
     best = sum;
@@ -278,7 +293,7 @@ void filter_by(int filter, const std::uint8_t* values, const std::uint8_t* above
   }
 }
 
-/// Filters rows from `first` on, as many as fit in `to`.
+/// Filters as many rows as fit in `to`, beginning with row `first`.
 void filter_rows(const Layout& layout, int filter, std::size_t first, std::span<std::uint8_t> to) {
   const std::size_t size = layout.row_bytes();
   const std::size_t pixel = size / layout.image.width;
@@ -292,7 +307,7 @@ void filter_rows(const Layout& layout, int filter, std::size_t first, std::span<
 }
 
 #ifdef KILN_HAS_DEFLATE
-/// Appends a zlib stream by libdeflate to `to`.
+/// Deflates with libdeflate, and appends the zlib stream to `to`.
 void deflate_whole(std::span<const std::uint8_t> raw, int level, Bytes& to) {
   const std::unique_ptr<libdeflate_compressor, void (*)(libdeflate_compressor*)> compressor(
       libdeflate_alloc_compressor(level), libdeflate_free_compressor);
@@ -308,7 +323,7 @@ int level_for(std::size_t bytes) {
   return bytes <= std::size_t{1} << 20 ? 10 : bytes <= std::size_t{1} << 22 ? 8 : 7;
 }
 #else
-/// Appends a zlib stream by zlib to `to`.
+/// Deflates with zlib, and appends the zlib stream to `to`.
 void deflate_whole(std::span<const std::uint8_t> raw, int level, Bytes& to) {
   z_stream stream{};
   if (deflateInit2(&stream, level, Z_DEFLATED, 15, 9, Z_FILTERED) != Z_OK) throw std::bad_alloc();

@@ -10,11 +10,12 @@
 namespace kiln {
 namespace {
 
-// Symbols of RFC 1951, sections 3.2.5 and 3.2.7.
+// Numbers of symbols of RFC 1951, sections 3.2.5 and 3.2.7.
 constexpr std::size_t kSymbols = 286, kEnd = 256, kFirstLength = 257;
 constexpr std::size_t kMinRun = 3, kMaxRun = 258;
 constexpr int kMaxCodeBits = 15;
-// Typical number of bytes of a block, which share Huffman codes. Half or double this number changes file sizes by 0.1%.
+// Typical number of bytes that share Huffman codes in a block. With half or twice as many, file
+// sizes change by 0.1%.
 constexpr std::size_t kBlock = std::size_t{1} << 16;
 // The token of a run of n bytes is kFirstRunToken + n; the token of a literal is its byte.
 constexpr std::size_t kFirstRunToken = 256, kTokens = kFirstRunToken + kMaxRun + 1;
@@ -44,8 +45,8 @@ constexpr std::array<LengthCode, kMaxRun + 1> kLengthCodes = make_length_codes()
 using Counts = std::array<std::uint32_t, kSymbols>;
 using Lengths = std::array<std::uint8_t, kSymbols>;
 
-/// Number of bytes from `at` on that equal `byte`, up to `most`.
-std::size_t run_of(const std::uint8_t* at, std::size_t most, std::uint8_t byte) {
+/// Number of consecutive bytes, from `at` on, that equal `byte`; at most `most`.
+std::size_t count_run(const std::uint8_t* at, std::size_t most, std::uint8_t byte) {
   std::uint64_t eight_bytes = 0, all = byte * 0x0101010101010101U;
   std::size_t length = 0;
   for (; length + sizeof(eight_bytes) <= most; length += sizeof(eight_bytes)) {
@@ -56,29 +57,31 @@ std::size_t run_of(const std::uint8_t* at, std::size_t most, std::uint8_t byte) 
   return length;
 }
 
-/// True if the four bytes from `at` on are the same.
-bool four_same(const std::uint8_t* at) {
+/// True if the four bytes at `at` are equal.
+bool are_four_equal(const std::uint8_t* at) {
   std::uint32_t four_bytes = 0;
   std::memcpy(&four_bytes, at, sizeof(four_bytes));
   return four_bytes == std::rotl(four_bytes, 8);
 }
 
-/// True if any four consecutive bytes among the eight from `at` on may be equal; certainly true if they are.
-bool any_four_same(const std::uint8_t* at) {
+/// True if four consecutive bytes among the eight at `at` are equal; occasionally also if they are
+/// not.
+bool may_have_four_equal(const std::uint8_t* at) {
   std::uint64_t eight_bytes = 0;
   std::memcpy(&eight_bytes, at, sizeof(eight_bytes));
-  // Each byte is 0 if it equals its neighbour; the last byte is compared with the first.
+  // A byte of `change` is 0 if the byte equals its neighbour; the last byte is compared with the
+  // first.
   const std::uint64_t change = (eight_bytes ^ std::rotr(eight_bytes, 8));
   const std::uint64_t same = (change - 0x0101010101010101U) & ~change & 0x8080808080808080U;
   return (same & same >> 8 & same >> 16) != 0;
 }
 
-/// Splits bytes into literals and runs, and counts them.
-/// \param tokens  buffer for one token per byte
-/// \returns number of tokens
-std::size_t tokens_of(std::span<const std::uint8_t> raw, std::uint16_t* tokens, Counts& counts) {
-  // Two alternating counters per byte, since the same byte often repeats before its counter is
-  // updated.
+/// Splits bytes into tokens, which are literals and runs, and counts their symbols.
+/// \param tokens  buffer with room for one token per byte
+/// \returns the number of tokens
+std::size_t make_tokens(std::span<const std::uint8_t> raw, std::uint16_t* tokens, Counts& counts) {
+  // Two counters per token are used in turn. The same token often repeats, and one counter would
+  // have to be updated before its next use.
   std::array<std::array<std::uint32_t, kTokens>, 2> token_counts{};
   std::uint16_t* to = tokens;
   const std::uint8_t* at = raw.data();
@@ -89,16 +92,16 @@ std::size_t tokens_of(std::span<const std::uint8_t> raw, std::uint16_t* tokens, 
   };
   if (at != end) put(*at++);
   while (at != end) {
-    if (end - at > 6 && !any_four_same(at - 1)) {
+    if (end - at > 6 && !may_have_four_equal(at - 1)) {
       for (int i = 0; i < 5; ++i) put(*at++);
       continue;
     }
-    if (end - at < static_cast<std::ptrdiff_t>(kMinRun) || !four_same(at - 1)) {
+    if (end - at < static_cast<std::ptrdiff_t>(kMinRun) || !are_four_equal(at - 1)) {
       put(*at++);
       continue;
     }
     const std::size_t most = std::min(kMaxRun, static_cast<std::size_t>(end - at));
-    const std::size_t length = run_of(at, most, at[-1]);
+    const std::size_t length = count_run(at, most, at[-1]);
     put(kFirstRunToken + length);
     at += length;
   }
@@ -112,14 +115,15 @@ std::size_t tokens_of(std::span<const std::uint8_t> raw, std::uint16_t* tokens, 
   return static_cast<std::size_t>(to - tokens);
 }
 
-/// Computes lengths of Huffman codes without a limit.
+/// Computes the lengths of Huffman codes, without an upper limit.
 ///
-/// Symbols are sorted by count once; nodes are made with increasing counts, so that the next two to join are at the
-/// front of either list. Of equal counts, symbols come before nodes, and lower symbols and older nodes before others.
-/// \returns the longest length
-int huffman(const Counts& counts, Lengths& lengths) {
+/// Symbols are sorted by count once. Nodes are made in the order of increasing counts, so the two
+/// items to join next are always at the front of the list of symbols or of nodes. Of equal counts,
+/// symbols come before nodes, lower symbols before higher ones, and older nodes before newer ones.
+/// \returns the greatest length
+int compute_huffman_lengths(const Counts& counts, Lengths& lengths) {
   constexpr unsigned kSymbolBits = 16;
-  std::array<std::uint64_t, kSymbols> sorted;  // count and symbol
+  std::array<std::uint64_t, kSymbols> sorted;  // Count in the high bits, symbol in the low bits
   std::size_t used = 0;
   for (std::uint32_t i = 0; i < kSymbols; ++i) {
     if (counts[i] != 0) sorted[used++] = std::uint64_t{counts[i]} << kSymbolBits | i;
@@ -127,7 +131,7 @@ int huffman(const Counts& counts, Lengths& lengths) {
   lengths.fill(0);
   if (used == 0) return 0;
   std::sort(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(used));
-  // The first `used` places are the sorted symbols, the nodes follow.
+  // The first `used` entries stand for the sorted symbols, those after them for nodes.
   std::array<std::uint16_t, 2 * kSymbols> parent{};
   std::array<std::uint64_t, 2 * kSymbols> weight;
   for (std::size_t i = 0; i < used; ++i) weight[i] = sorted[i] >> kSymbolBits;
@@ -157,10 +161,11 @@ int huffman(const Counts& counts, Lengths& lengths) {
   return longest;
 }
 
-/// Lengths of at most kMaxCodeBits: counts are flattened until they fit.
-Lengths code_lengths(Counts counts) {
+/// Computes code lengths of at most kMaxCodeBits: counts are made more equal until the codes are
+/// short enough.
+Lengths compute_code_lengths(Counts counts) {
   Lengths lengths{};
-  while (huffman(counts, lengths) > kMaxCodeBits) {
+  while (compute_huffman_lengths(counts, lengths) > kMaxCodeBits) {
     for (std::uint32_t& count : counts) count = count == 0 ? 0 : count / 2 + 1;
   }
   return lengths;
@@ -172,7 +177,7 @@ std::uint32_t reversed(std::uint32_t code, int bits) {
   return result;
 }
 
-/// Canonical codes, with bits in the order of output.
+/// The canonical codes for these lengths, with their bits in the order in which they are written.
 std::array<std::uint32_t, kSymbols> codes_of(const Lengths& lengths) {
   std::array<std::uint32_t, kMaxCodeBits + 2> next{};
   for (const std::uint8_t length : lengths) {
@@ -187,16 +192,17 @@ std::array<std::uint32_t, kSymbols> codes_of(const Lengths& lengths) {
   return codes;
 }
 
-/// The bits of a token, and their number. A run consists of its code, its extra bits, and a 0 for the distance.
+/// The bits that stand for a token, and how many they are. For a run, these are the code of its
+/// length, the extra bits, and a 0 for its distance.
 struct TokenBits {
   std::uint32_t bits = 0;
-  std::uint32_t count = 0;  // at most 15, or 15 + 5 + 1
+  std::uint32_t count = 0;  // At most 15; for a run, at most 15 + 5 + 1
 };
 
 class BitWriter {
  public:
   explicit BitWriter(std::vector<std::uint8_t>& bytes) : bytes_(bytes), size_(bytes.size()) {}
-  /// Reserves room for a number of bytes.
+  /// Reserves memory for a number of further bytes.
   void reserve(std::size_t more) { bytes_.resize(size_ + more + sizeof(std::uint64_t)); }
   /// \param count  at most 32
   void put(std::uint32_t bits, int count) {
@@ -204,10 +210,11 @@ class BitWriter {
     const std::uint16_t first = 0;
     put({&first, 1}, &one);
   }
-  /// \param token_bits  bits per token
+  /// \param token_bits  bits of each kind of token
   void put(std::span<const std::uint16_t> tokens, const TokenBits* token_bits) {
-    // A local copy of the state: written bytes may alias members, which would thus be reloaded after each write.
-    Held held{held_, bytes_.data() + size_};
+    // Works on a local copy of the state: the compiler must assume that writing bytes may change
+    // members, and would reload these after each write.
+    HeldBits held{held_, bytes_.data() + size_};
     std::size_t i = 0;
     for (; i + 2 <= tokens.size(); i += 2) {
       held.add(token_bits[tokens[i]]);
@@ -228,12 +235,12 @@ class BitWriter {
   void finish() { bytes_.resize(size_); }
 
  private:
-  /// Pending bits: fewer than 8 between calls, at most 49 before a flush.
+  /// Bits that are not written yet: fewer than 8 between calls, at most 49 within one.
   struct Bits {
     std::uint64_t bits = 0;
     std::uint32_t count = 0;
   };
-  struct Held {
+  struct HeldBits {
     Bits bits;
     std::uint8_t* to;
     void add(const TokenBits& token) {
@@ -259,15 +266,16 @@ class BitWriter {
   Bits held_;
 };
 
-/// Writes the block's header. Lengths are written with 4 bits each, since run-length codes would save
-/// only a few bytes.
+/// Writes the header of a block. Each code length takes 4 bits; run-length coding of the lengths
+/// would save only a few bytes.
 void put_header(const Lengths& lengths, bool last, BitWriter& writer) {
   writer.put(last ? 1 : 0, 1);
   writer.put(2, 2);  // Dynamic codes
   writer.put(kSymbols - kFirstLength, 5);
   writer.put(0, 5);  // One distance code
   writer.put(19 - 4, 4);
-  // In the order of RFC 1951: 16, 17 and 18 have no code, 0 to 15 have 4 bits.
+  // The code lengths come in the order that RFC 1951 gives: 16, 17 and 18 have no code, 0 to 15
+  // have 4 bits.
   for (int i = 0; i < 19; ++i) writer.put(i < 3 ? 0 : 4, 3);
   for (const std::uint8_t length : lengths) writer.put(reversed(length, 4), 4);
   writer.put(reversed(1, 4), 4);  // The distance code has one bit
@@ -286,16 +294,17 @@ std::array<TokenBits, kTokens> bits_of_tokens(const Lengths& lengths,
   return token_bits;
 }
 
-/// Writes a block, which is the last of the stream if `last` is true.
+/// Writes a block.
+/// \param last  true if it is the last one of the stream
 /// \param room  buffer for the tokens of a block
 void put_block(std::span<const std::uint8_t> raw, bool last, std::uint16_t* room,
                BitWriter& writer) {
   Counts counts{};
-  const std::span<const std::uint16_t> tokens(room, tokens_of(raw, room, counts));
-  const Lengths lengths = code_lengths(counts);
+  const std::span<const std::uint16_t> tokens(room, make_tokens(raw, room, counts));
+  const Lengths lengths = compute_code_lengths(counts);
   const std::array<std::uint32_t, kSymbols> codes = codes_of(lengths);
   const std::array<TokenBits, kTokens> token_bits = bits_of_tokens(lengths, codes);
-  // A run has at most 5 extra bits and one for the distance.
+  // A run has at most 5 extra bits, and one bit for its distance.
   std::uint64_t bits = 0;
   for (std::size_t i = 0; i < kSymbols; ++i) {
     bits += counts[i] * (lengths[i] + (i < kFirstLength ? 0ULL : 6ULL));
@@ -309,7 +318,8 @@ void put_block(std::span<const std::uint8_t> raw, bool last, std::uint16_t* room
 }  // namespace
 
 void run_deflate(std::span<const std::uint8_t> raw, bool last, std::vector<std::uint8_t>& to) {
-  // Blocks of equal size: a short one at the end would hardly pay for its header.
+  // All blocks have about the same size, since a short one at the end would hardly be worth its
+  // header.
   const std::size_t blocks = std::max<std::size_t>(1, (raw.size() + kBlock / 2) / kBlock);
   const std::size_t block_bytes = (raw.size() + blocks - 1) / blocks;
   const auto tokens = std::make_unique_for_overwrite<std::uint16_t[]>(block_bytes);
@@ -320,7 +330,7 @@ void run_deflate(std::span<const std::uint8_t> raw, bool last, std::vector<std::
     put_block(block, last && raw.empty(), tokens.get(), writer);
   } while (!raw.empty());
   writer.reserve(16);
-  if (!last) writer.put(0, 3);  // an empty stored block
+  if (!last) writer.put(0, 3);  // An empty stored block, which ends at a byte boundary
   writer.align();
   if (!last) writer.put(0xFFFF0000U, 32);
   writer.finish();

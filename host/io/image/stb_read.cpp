@@ -27,11 +27,12 @@
 namespace kiln {
 namespace {
 
-/// A file's bytes for stb_image's callbacks. stb_image silently reads zeros past the end, so this records it.
+/// The bytes of a file, for stb_image's callbacks. stb_image silently reads zeros past the end, so
+/// this struct records whether it did.
 struct StbBytes {
   const ByteSource& source;
   std::uint64_t at = 0;
-  /// Buffer of stb_image, which it fills ahead of use, so that a short read into it is not an error
+  /// stb_image's buffer. stb_image fills it ahead of use, so it is no error if fewer bytes are left
   const char* buffer = nullptr;
   bool is_cut_short = false;
   std::exception_ptr error = nullptr;
@@ -51,8 +52,8 @@ int on_read(void* user, char* to, int count) {
   bytes.at += got;
   if (got != 0 && (to == bytes.buffer || got == wanted)) return static_cast<int>(got);
   bytes.is_cut_short = true;
-  // Line ends are supplied after the end of the file, since stb_image would loop forever with other bytes in Radiance
-  // HDR: zeros are runs of length 0, and all other bytes continue a header line.
+  // After the end of the file, line ends are supplied. With other bytes stb_image would never end
+  // for Radiance HDR: zeros are runs of length 0, and all others continue a line of the header.
   std::fill(to + got, to + wanted, '\n');
   return count;
 }
@@ -77,7 +78,8 @@ struct Free {
   void operator()(void* memory) const { stbi_image_free(memory); }
 };
 
-/// stb_image flips rows stored bottom-up, but not columns stored right to left.
+/// stb_image reverses rows that are stored bottom-up, but not columns that are stored from right to
+/// left.
 void mirror_columns(Image& image) {
   for (std::size_t y = 0; y < image.height; ++y) {
     for (std::size_t x = 0; x < image.width / 2; ++x) {
@@ -117,7 +119,7 @@ Image parse_stb(const ByteSource& source, const std::string& file, const std::st
   }
   StbBytes bytes{.source = source};
   std::unique_ptr<void, Free> pixels;
-  // empty_image() checks the size, before stb_image allocates its pixels.
+  // This checks the size before stb_image allocates its own pixels.
   Image image =
       empty_image(wide, high, static_cast<std::uint32_t>(channels),
                   wide * high * 4 * (holds_floats ? sizeof(float) : 1), "header", limits, fail);

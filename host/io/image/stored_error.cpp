@@ -14,15 +14,15 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kBandRows = 4;  // Rows of a block
+constexpr std::size_t kBandRows = 4;  // Number of rows per block
 
-/// z of a unit normal from x and y, all encoded as n/2 + 1/2.
+/// z of a unit normal, computed from x and y. All three are encoded as n/2 + 1/2.
 float z_of_xy(float x, float y) {
   const float a = 2 * x - 1, b = 2 * y - 1;
   return std::sqrt(std::max(0.0F, 1 - a * a - b * b)) / 2 + 0.5F;
 }
 
-/// A few rows as decoded from a file. It has the image's number of channels or fewer.
+/// Some rows of an image as they would be decoded from a file, which may have fewer channels.
 class StoredRows {
  public:
   /// \param first_row  the file's row with which the image begins; 0 for textures and lossy formats
@@ -76,7 +76,8 @@ class StoredRows {
     for (std::size_t k = 0; k < kBandRows && kBandRows * band + k < image_.height; ++k) {
       for (std::size_t x = 0; x < image_.width; ++x) {
         const float* const from = lossy_.at(x, kBandRows * band + k);
-        for (std::size_t c = 0; c < channels_; ++c) {  // Opaque alpha is not stored
+        // A file does not store alpha if it is opaque everywhere
+        for (std::size_t c = 0; c < channels_; ++c) {
           decoded_values_[(k * image_.width + x) * channels_ + c] =
               c < lossy_.channels ? from[c] : 1;
         }
@@ -94,7 +95,7 @@ class StoredRows {
   std::vector<float> decoded_values_;
 };
 
-/// Squared error, or error angle, of one texel.
+/// Squared error of a texel, or for normals, the angle.
 double error_of(const float* value, std::size_t channels, const float* stored,
                 std::size_t stored_channels, TextureUse use) {
   const bool is_normal = use == TextureUse::normal || use == TextureUse::tangent_normal;

@@ -1,4 +1,4 @@
-// TGA, and 8-bit pixels shared with WebP.
+// TGA, and the 8-bit pixels that WebP encodes, too.
 #include <algorithm>
 #include <cstddef>
 #include <utility>

@@ -23,7 +23,7 @@
 namespace kiln {
 namespace {
 
-/// The source of bytes for libtiff's callbacks, and libtiff's messages.
+/// The file's bytes for libtiff's callbacks, and the messages of libtiff.
 struct Tiff {
   const ByteSource& source;
   std::uint64_t at = 0;
@@ -47,8 +47,8 @@ struct Tiff {
   return words;
 }
 
-// Returns 1, so that libtiff's own handlers, which print, are not called. The first message is the
-// most specific.
+// Stores a message. Returns 1, so that libtiff's own handlers, which print, are not called. Only
+// the first message is kept, since it is the most specific.
 [[gnu::format(printf, 4, 0)]] int on_error(TIFF* /*file*/, void* user, const char* /*module*/,
                                            const char* format, va_list arguments) {
   auto& tiff = *static_cast<Tiff*>(user);
@@ -90,7 +90,7 @@ void open(Tiff& tiff) {
   if (options == nullptr) throw std::bad_alloc();
   TIFFOpenOptionsSetErrorHandlerExtR(options.get(), on_error, &tiff);
   TIFFOpenOptionsSetWarningHandlerExtR(options.get(), on_warning, &tiff);
-  // The mode's 'm' turns memory mapping off.
+  // "m" in the mode turns off memory mapping.
   tiff.file = TIFFClientOpenExt("", "rm", &tiff, on_read, on_write, on_seek, on_close, on_size,
                                 nullptr, nullptr, options.get());
 }
@@ -102,7 +102,7 @@ T tag_value(TIFF* file, std::uint32_t tag) {
   return value;
 }
 
-/// Tags that describe the pixels.
+/// The tags of a TIFF that describe its pixels.
 struct PixelLayout {
   std::uint32_t width = 0, height = 0;
   std::uint16_t samples = 0, bits = 0, format = 0, colours = 0, planes = 0, packing = 0,
@@ -152,7 +152,8 @@ PixelLayout layout_of(TIFF* file) {
   return pixel_layout;
 }
 
-/// Refuses pixel formats that would be misread. \param heights  true: accept signed numbers
+/// Refuses pixel formats that would be read wrongly.
+/// \param heights  true: signed numbers are accepted
 void check_kind(const PixelLayout& pixel_layout, bool heights, const FailWith& fail) {
   const std::string convert_it = "Save it as RGB or grey, or convert it to PNG or OpenEXR.";
   const std::uint16_t colours = pixel_layout.colours;
@@ -201,7 +202,7 @@ void check_kind(const PixelLayout& pixel_layout, bool heights, const FailWith& f
   }
 }
 
-/// Largest number of unpacked bytes per packed byte; 0 if there is no useful bound.
+/// Largest number of unpacked bytes per packed byte; 0 if no useful bound exists.
 std::uint64_t max_unpack_ratio(std::uint16_t packing) {
   switch (packing) {
     case COMPRESSION_NONE:
@@ -212,13 +213,13 @@ std::uint64_t max_unpack_ratio(std::uint16_t packing) {
     case COMPRESSION_DEFLATE:
       return most_unpacked(Packing::deflate, 1);
     case COMPRESSION_LZW:
-      return 4096;  // 12 bits encode at most a string as long as the table
+      return 4096;  // At best, 12 bits encode a string as long as the table
     default:
       return 0;
   }
 }
 
-/// A value of a row that libtiff has converted to the machine's byte order.
+/// A value of a row that libtiff has already converted to the machine's byte order.
 double value_at(const std::uint8_t* row, std::size_t i, const PixelLayout& pixel_layout) {
   const auto as = [&]<typename T>(T value) {
     std::memcpy(&value, row + i * sizeof(T), sizeof(T));
@@ -251,7 +252,7 @@ double value_at(const std::uint8_t* row, std::size_t i, const PixelLayout& pixel
   }
 }
 
-/// Converts a file's values to an image's.
+/// Converts the numbers in a file to the values of an image.
 class ValueReader {
  public:
   /// \param unscaled  true: integers are not scaled to [0, 1]
@@ -291,11 +292,11 @@ class ValueReader {
   bool unscaled_;
   double max_value_ = 1;
   std::uint16_t* palette_[3] =
-      {};  // Palettes of red, green and blue with 2^bits entries each; owned by libtiff
+      {};  // Palettes of red, green and blue, with 2^bits entries each; libtiff owns them
   bool has_palette_ = false;
 };
 
-/// Reads strips or tiles into the image. False if libtiff failed.
+/// Reads all strips or tiles into the image. Returns false if libtiff failed.
 bool read_blocks(Tiff& tiff, const PixelLayout& pixel_layout, const ValueReader& values,
                  Image& image) {
   const bool has_separate_planes = pixel_layout.planes == PLANARCONFIG_SEPARATE;
@@ -319,7 +320,7 @@ bool read_blocks(Tiff& tiff, const PixelLayout& pixel_layout, const ValueReader&
                                       block.data(), wanted)
                 : TIFFReadEncodedStrip(tiff.file, TIFFComputeStrip(tiff.file, y, sample),
                                        block.data(), wanted);
-        // For some compressions, libtiff replaces missing data and only warns.
+        // With some compression methods, libtiff invents missing data and only warns.
         if (got != wanted || !tiff.warning.empty()) return false;
         const std::uint32_t columns = std::min(pixel_layout.block_width, image.width - x);
         for (std::uint32_t r = 0; r < rows; ++r) {
@@ -347,7 +348,7 @@ void divide_by_alpha(Image& image) {
   }
 }
 
-/// Applies the tag Orientation: row 0 becomes the upper one, column 0 the left one.
+/// Applies the tag Orientation, so that row 0 is the top row and column 0 the left one.
 Image apply_orientation(Image image, std::uint16_t orientation) {
   const bool transposed = orientation >= ORIENTATION_LEFTTOP;
   const bool is_right_to_left =
@@ -381,13 +382,13 @@ bool tiff_holds_floats(const ByteSource& source) {
 
 namespace {
 
-// Numbers of the tags of GeoTIFF 1.1 and of GDAL, and of GeoTIFF's keys.
+// Tags of GeoTIFF 1.1 and of GDAL, and keys of GeoTIFF.
 constexpr std::uint32_t kPixelScale = 33550, kTiePoint = 33922, kTransformation = 34264,
                         kGeoKeys = 34735, kGdalNoData = 42113;
 constexpr unsigned kModelType = 1024, kLengthUnit = 3076, kHeightUnit = 4099;
 constexpr unsigned kGeographic = 2;
 
-/// The values of a tag unknown to libtiff; none if it is missing, or of another type.
+/// The values of a tag that libtiff does not know; empty if it is missing or has another type.
 template <typename T>
 std::span<const T> values_of(TIFF* file, std::uint32_t tag, TIFFDataType type) {
   const TIFFField* const field = TIFFFindField(file, tag, TIFF_ANY);
@@ -417,7 +418,7 @@ bool read_geography(TIFF* file, TiffGeography& geography) {
     geography.top = tie[4] + tie[1] * geography.spacing[1];
   }
   const auto map = values_of<double>(file, kTransformation, TIFF_DOUBLE);
-  if (map.size() >= 16) {  // Rows and columns of a rotated grid
+  if (map.size() >= 16) {  // In a rotated grid, the matrix gives the directions of rows and columns
     any = true;
     geography.spacing = {std::hypot(map[0], map[4]), std::hypot(map[1], map[5])};
     geography.top = map[7];
@@ -429,7 +430,7 @@ bool read_geography(TIFF* file, TiffGeography& geography) {
   const auto keys = values_of<std::uint16_t>(file, kGeoKeys, TIFF_SHORT);
   for (std::size_t k = 4; k + 4 <= keys.size(); k += 4) {
     any = true;
-    if (keys[k + 1] != 0) continue;  // The value is stored in another tag
+    if (keys[k + 1] != 0) continue;  // Otherwise the key's value is stored in another tag
     if (keys[k] == kModelType) geography.is_degrees = keys[k + 3] == kGeographic;
     if (keys[k] == kLengthUnit) geography.length_unit = keys[k + 3];
     if (keys[k] == kHeightUnit) geography.height_unit = keys[k + 3];
@@ -444,7 +445,7 @@ bool read_geography(TIFF* file, TiffGeography& geography) {
   return any;
 }
 
-/// \param geography  receives the metadata of a height field; null for other pictures
+/// \param geography  [out] metadata of a height field; null for other pictures
 Image parse(const ByteSource& source, const std::string& file, const ImageLimits& limits,
             TiffGeography* geography) {
   const FailWith fail = image_failure(file, "TIFF");
@@ -483,7 +484,8 @@ Image parse(const ByteSource& source, const std::string& file, const ImageLimits
              std::to_string(source.size()) + " bytes cannot hold them",
          "Export or copy the file again.");
   }
-  // Working memory: a block, packed and unpacked; and a second image if the orientation must be changed.
+  // Working memory: a strip or tile, packed and unpacked, and a second image if the orientation
+  // must be changed.
   const auto block = static_cast<std::uint64_t>(std::max<tmsize_t>(
       0, pixel_layout.tiled ? TIFFTileSize(tiff.file) : TIFFStripSize(tiff.file)));
   const bool changes_orientation = pixel_layout.orientation > ORIENTATION_TOPLEFT;
@@ -492,7 +494,7 @@ Image parse(const ByteSource& source, const std::string& file, const ImageLimits
       (changes_orientation ? capped_product(pixels, pixel_layout.channels() * sizeof(float)) : 0);
   Image image = empty_image(pixel_layout.width, pixel_layout.height, pixel_layout.channels(),
                             working, "header", limits, fail);
-  tiff.warning.clear();  // Ignores warnings about unknown tags
+  tiff.warning.clear();  // Discards warnings about unknown tags
   if (!read_blocks(tiff, pixel_layout, values, image)) give_up("pixels");
   if (pixel_layout.premultiplied) divide_by_alpha(image);
   return apply_orientation(std::move(image), pixel_layout.orientation);

@@ -76,7 +76,7 @@ void write_rows(TIFF* file, const Image& image, bool& has_succeeded) {
 }  // namespace
 
 std::vector<std::byte> encode_tiff(const Image& image, int bits) {
-  // Slightly less than 4 GiB, since tags are added
+  // Slightly less than 4 GiB, since the tags need space, too
   constexpr std::uint64_t kMaxClassicTiffBytes = 0xF0000000U;
   MemoryFile memory_file;
   bool has_succeeded = false;

@@ -14,7 +14,7 @@ Image parse_webp(const ByteSource& source, const std::string& file, const ImageL
   const std::string export_again = "Export or copy the file again.";
   const auto* const data = reinterpret_cast<const std::uint8_t*>(bytes.data());
   if (bytes.size() < 12) fail("", "the file is cut short", export_again);
-  // The file starts with "RIFF", the number of following bytes, and "WEBP".
+  // The file starts with "RIFF", the number of bytes that follow, and "WEBP".
   std::uint64_t declared_bytes = 8;
   for (std::size_t k = 0; k < 4; ++k) declared_bytes += std::uint64_t{data[4 + k]} << (8 * k);
   if (declared_bytes > bytes.size()) {
@@ -32,7 +32,7 @@ Image parse_webp(const ByteSource& source, const std::string& file, const ImageL
   }
   const std::uint32_t channels = webp_features.has_alpha != 0 ? 4 : 3;
   const std::uint64_t row_bytes = static_cast<std::uint64_t>(webp_features.width) * channels;
-  // Working memory: the rows, and libwebp's buffers of 4 bytes per pixel for lossless files.
+  // Working memory: the rows, and for lossless files, libwebp's buffers of 4 bytes per pixel.
   const std::uint64_t working = (row_bytes + 4 * static_cast<std::uint64_t>(webp_features.width)) *
                                 static_cast<std::uint64_t>(webp_features.height);
   Image image = empty_image(static_cast<std::uint64_t>(webp_features.width),

@@ -39,7 +39,8 @@ std::vector<std::byte> encode_webp(const Image& image, const PictureEncoding& en
   webp_config.exact = 1;  // Keeps colours of transparent pixels
   if (is_lossy) {
     webp_config.method = kMethod;
-    webp_config.alpha_quality = 100;  // Alpha is lossless, since alpha tests depend on it
+    // Alpha is stored without loss, since alpha tests depend on it
+    webp_config.alpha_quality = 100;
     webp_config.use_sharp_yuv = encoding.use == TextureUse::color ? 0 : 1;
   }
   picture.use_argb = 1;

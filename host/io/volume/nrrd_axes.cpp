@@ -5,7 +5,7 @@
 namespace kiln {
 namespace {
 
-/// Splits a text into vectors "(x,y,z)" and words; vectors may contain blanks.
+/// Splits a text into words, where a vector "(x,y,z)" is one word and may contain blanks.
 std::vector<std::string> vector_words(std::string_view text) {
   std::vector<std::string> result;
   for (std::size_t at = 0; at < text.size();) {
@@ -40,7 +40,7 @@ std::array<double, 3> vector_of(const VolumeInput& input, const HeaderField& fie
   }
   if (!good) {
     input.fail(field.place(), "\"" + printable(word) + "\" is not a vector of three numbers",
-               "Write it as (x,y,z): Kiln takes spaces of three dimensions.");
+               "Write it as (x,y,z): Kiln reads spaces of three dimensions.");
   }
   return result;
 }
@@ -48,14 +48,14 @@ std::array<double, 3> vector_of(const VolumeInput& input, const HeaderField& fie
 }  // namespace
 
 std::vector<NrrdAxis> parse_axes(const VolumeInput& input, const HeaderFields& fields) {
-  const HeaderField& dimension = required(input, fields, "dimension", "dimension: 3");
+  const HeaderField& dimension = require_field(input, fields, "dimension", "dimension: 3");
   const std::uint64_t count = integer(input, dimension, dimension.value);
   if (count < 3 || count > 16) {
     input.fail(dimension.place(), "it has " + std::to_string(count) + " dimensions",
-               "Kiln takes volumes of three dimensions, and others where they have size 1.");
+               "Kiln reads volumes of three dimensions; further dimensions must have the size 1.");
   }
   std::vector<NrrdAxis> axes(count);
-  const HeaderField& sizes = required(input, fields, "sizes", "sizes: 256 256 128");
+  const HeaderField& sizes = require_field(input, fields, "sizes", "sizes: 256 256 128");
   const auto size_words = words(sizes.value);
   check_count(input, sizes, size_words.size(), axes.size());
   for (std::size_t a = 0; a < axes.size(); ++a) axes[a].size = integer(input, sizes, size_words[a]);
@@ -160,15 +160,15 @@ std::array<std::size_t, 3> choose_axes(const VolumeInput& input, const HeaderFie
   if (kept.size() < 3) {
     input.fail(
         place, "only " + std::to_string(kept.size()) + " dimensions are of space",
-        "Kiln takes volumes of three dimensions; correct \"kinds\" or \"space directions\".");
+        "Kiln reads volumes of three dimensions; correct \"kinds\" or \"space directions\".");
   }
   return {kept[0], kept[1], kept[2]};
 }
 
 namespace {
 
-/// True for the spaces whose basis is left-handed.
-bool left_handed(const VolumeInput& input, const HeaderFields& fields) {
+/// True if the named space has a left-handed basis.
+bool is_left_handed(const VolumeInput& input, const HeaderFields& fields) {
   static constexpr std::pair<std::string_view, bool> kSpaces[] = {
       {"right-anterior-superior", false},
       {"ras", false},
@@ -182,7 +182,7 @@ bool left_handed(const VolumeInput& input, const HeaderFields& fields) {
   if (const HeaderField* dimension = fields.find("spacedimension")) {
     if (integer(input, *dimension, dimension->value) != 3) {
       input.fail(dimension->place(), "the space has " + printable(dimension->value) + " dimensions",
-                 "Kiln takes spaces of three dimensions; save one time step.");
+                 "Kiln reads spaces of three dimensions; save one time step.");
     }
   }
   const HeaderField* space = fields.find("space");
@@ -223,7 +223,7 @@ void place_in_space(const VolumeInput& input, const HeaderFields& fields,
     const auto list = vector_words(origin->value);
     volume.origin = vector_of(input, *origin, list.size() == 1 ? list[0] : origin->value);
   }
-  if (left_handed(input, fields)) {
+  if (is_left_handed(input, fields)) {
     volume.origin[0] = -volume.origin[0];
     for (auto& axis : volume.axes) axis[0] = -axis[0];
   }

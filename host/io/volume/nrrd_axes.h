@@ -1,4 +1,5 @@
-// The axes of a NRRD file: sizes, spacings, directions, and the choice of the volume's three.
+// The axes of a NRRD file: their sizes, spacings and directions, and the choice of three of them
+// for the volume.
 #pragma once
 
 #include <array>
@@ -13,7 +14,7 @@
 
 namespace kiln {
 
-/// An axis of the file.
+/// An axis of a NRRD file.
 struct NrrdAxis {
   std::uint64_t size = 0;
   std::string kind;  ///< The field `kinds` for this axis; empty if missing
@@ -22,17 +23,18 @@ struct NrrdAxis {
   std::optional<double> maximum;  ///< Position of the axis's end
   bool cell_centered = false;
   bool node_centered = false;
-  bool has_direction = false;  ///< `space directions` is given, and not "none" for this axis
+  /// True if `space directions` gives a direction for this axis, not "none"
+  bool has_direction = false;
   std::array<double, 3> direction{};
 };
 
 std::vector<NrrdAxis> parse_axes(const VolumeInput& input, const HeaderFields& fields);
 
-/// Chooses the three axes of the volume.
+/// Chooses the three axes that are the volume's.
 std::array<std::size_t, 3> choose_axes(const VolumeInput& input, const HeaderFields& fields,
                                        const std::vector<NrrdAxis>& axes);
 
-/// Sets the volume's axes and origin, right-handed.
+/// Sets the axes and the origin of the volume, converted to a right-handed space.
 void place_in_space(const VolumeInput& input, const HeaderFields& fields,
                     const std::vector<NrrdAxis>& axes, const std::array<std::size_t, 3>& chosen,
                     Volume& volume);

@@ -4,19 +4,19 @@ namespace kiln {
 
 void add_field(const VolumeInput& input, HeaderField field, HeaderFields& fields) {
   if (fields.find(field.key) != nullptr) {
-    input.fail("line " + std::to_string(field.line), "field \"" + field.shown + "\" comes twice",
-               "Remove one of the lines.");
+    input.fail("line " + std::to_string(field.line),
+               "field \"" + field.written_name + "\" comes twice", "Remove one of the lines.");
   }
   fields.all.push_back(std::move(field));
 }
 
-const HeaderField& required(const VolumeInput& input, const HeaderFields& fields,
-                            std::string_view key, const char* example) {
+const HeaderField& require_field(const VolumeInput& input, const HeaderFields& fields,
+                                 std::string_view key, const char* example) {
   const HeaderField* field = fields.find(key);
   if (field == nullptr) {
-    const std::string shown(example);
-    input.fail("header", "there is no field \"" + shown.substr(0, shown.find_first_of(" :")) + "\"",
-               "Add a line such as \"" + shown + "\", or export the volume again.");
+    const std::string line(example);
+    input.fail("header", "there is no field \"" + line.substr(0, line.find_first_of(" :")) + "\"",
+               "Add a line such as \"" + line + "\", or export the volume again.");
   }
   return *field;
 }

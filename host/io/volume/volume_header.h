@@ -1,4 +1,4 @@
-// Lines and numbers of a volume's text header.
+// Lines and numbers of the text headers of volumes.
 #pragma once
 
 #include <cmath>
@@ -19,11 +19,11 @@ namespace kiln {
 /// A field of a header: its line, name and value.
 struct HeaderField {
   std::uint64_t line = 0;
-  std::string key;    ///< Field name, normalised for comparison
-  std::string shown;  ///< Field name as written in the file
-  std::string value;  ///< Value without surrounding blanks
+  std::string key;           ///< Name of the field, normalised so that names can be compared
+  std::string written_name;  ///< Name of the field as written in the file
+  std::string value;         ///< Value without blanks at both ends
 
-  std::string place() const { return "line " + std::to_string(line) + " (" + shown + ")"; }
+  std::string place() const { return "line " + std::to_string(line) + " (" + written_name + ")"; }
 };
 
 struct HeaderFields {
@@ -50,7 +50,7 @@ class HeaderLines {
     ++number_;
     return line;
   }
-  /// Offset of the next line.
+  /// Offset of the start of the next line.
   std::size_t offset() const { return at_; }
   std::uint64_t number() const { return number_; }
 
@@ -75,7 +75,7 @@ inline std::vector<std::string_view> words(std::string_view text) {
   return result;
 }
 
-/// All words as numbers; nullopt if one of them is not a number.
+/// The numbers that a text consists of; nullopt if one of its words is not a number.
 inline std::optional<std::vector<double>> to_doubles(std::string_view text) {
   std::vector<double> result;
   for (const std::string_view word : words(text)) {
@@ -88,19 +88,20 @@ inline std::optional<std::vector<double>> to_doubles(std::string_view text) {
 
 constexpr const char* kCorrectHeader = "Correct the header, or export the volume again.";
 
-/// Adds a field. \throws Error(input) if the name exists already
+/// Adds a field.
+/// \throws Error(input) if there already is a field of this name
 void add_field(const VolumeInput& input, HeaderField field, HeaderFields& fields);
 
-/// The field with the given name.
-/// \param example  a line that the error suggests if it is missing
-const HeaderField& required(const VolumeInput& input, const HeaderFields& fields,
-                            std::string_view key, const char* example);
+/// The field with the given name, which must exist.
+/// \param example  a line that the error message suggests if the field is missing
+const HeaderField& require_field(const VolumeInput& input, const HeaderFields& fields,
+                                 std::string_view key, const char* example);
 
 /// Parses an integer of 0 or more.
 /// \throws Error(input)
 std::uint64_t integer(const VolumeInput& input, const HeaderField& field, std::string_view word);
 
-/// \throws Error(input) if a list's length differs from the number of dimensions
+/// \throws Error(input) if a list does not have one entry per dimension
 void check_count(const VolumeInput& input, const HeaderField& field, std::size_t found,
                  std::size_t expected);
 

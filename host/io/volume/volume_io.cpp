@@ -1,4 +1,4 @@
-// Reading a volume: selects the reader for a path.
+// Reads a volume: chooses the reader for a path.
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -17,12 +17,12 @@ namespace {
 
 constexpr const char* kFormatNames[] = {"NRRD", "MetaImage", "NIfTI"};
 
-/// The file's name without folder and format extensions.
+/// A file's name, split into its stem and the extensions of its format.
 struct Name {
   std::string stem, extension;
 };
 
-Name split(const std::filesystem::path& path) {
+Name split_name(const std::filesystem::path& path) {
   Name name{path.stem().string(), lower_extension(path)};
   if (name.extension == ".gz") {
     const std::filesystem::path inner = name.stem;
@@ -43,7 +43,7 @@ std::optional<VolumeFormat> format_of(const std::string& extension) {
   return std::nullopt;
 }
 
-/// Name of the format that the first bytes indicate; empty if unknown.
+/// Name of the format that a file's first bytes indicate; empty if none is known.
 std::string looks_like(std::string_view head) {
   const auto at = [head](std::size_t offset, std::string_view magic) {
     return head.size() >= offset && head.substr(offset).starts_with(magic);
@@ -126,7 +126,7 @@ Volume parse_volume(const VolumeInput& input, VolumeFormat format) {
 }
 
 bool is_volume_name(const std::filesystem::path& path) {
-  const Name name = split(path);
+  const Name name = split_name(path);
   return format_of(name.extension).has_value() || name.extension == ".vdb";
 }
 
@@ -135,7 +135,7 @@ namespace {
 Volume load(VolumeInput input, const std::filesystem::path& path) {
   const auto source = open_file(path, input.fail_with());
   input.source = source.get();
-  const Name name = split(path);
+  const Name name = split_name(path);
   const auto format = format_of(name.extension);
   Volume volume;
   if (format) {
@@ -216,7 +216,7 @@ Volume load_raw_volume(const std::filesystem::path& path, const RawVolumeLayout&
                    std::to_string(voxels) + " bytes" +
                    (header != 0 ? " after a header of " + std::to_string(header) : "") +
                    ", but the file has " + std::to_string(source->size()),
-               "Correct the dimensions or the type, or say how many bytes of header to skip.");
+               "Correct the dimensions or the type, or give the number of header bytes to skip.");
   }
   Volume volume;
   volume.name = path.stem().string();

@@ -13,7 +13,7 @@ struct Header {
   std::size_t end = 0;  ///< Offset of the first byte after the header
 };
 
-/// Parses the header: lines "Name = value", up to ElementDataFile.
+/// Parses the lines "Name = value" of a header up to ElementDataFile.
 Header parse_header(const VolumeInput& input, std::string_view text) {
   Header header;
   HeaderLines lines(text);
@@ -38,7 +38,7 @@ Header parse_header(const VolumeInput& input, std::string_view text) {
              "The header is truncated; copy or export the volume again.");
 }
 
-/// The first existing field of several synonyms.
+/// The first field that exists, of several with the same meaning.
 const HeaderField* first_of(const HeaderFields& fields, std::initializer_list<const char*> keys) {
   for (const char* key : keys) {
     if (const HeaderField* field = fields.find(key)) return field;
@@ -79,15 +79,15 @@ std::vector<double> numbers(const VolumeInput& input, const HeaderField& field,
   return *list;
 }
 
-/// Parses DimSize, in which dimensions beyond the third must have size 1.
+/// Parses DimSize. Dimensions after the third must have the size 1.
 std::size_t parse_size(const VolumeInput& input, const HeaderFields& fields, Volume& volume) {
-  const HeaderField& dims = required(input, fields, "ndims", "NDims = 3");
+  const HeaderField& dims = require_field(input, fields, "ndims", "NDims = 3");
   const auto count = to_integer(dims.value);
   if (!count || *count < 3 || *count > 10) {
     input.fail(dims.place(), "it has \"" + printable(dims.value) + "\" dimensions",
-               "Kiln takes volumes of three dimensions, and others where they have size 1.");
+               "Kiln reads volumes of three dimensions; further dimensions must have the size 1.");
   }
-  const HeaderField& field = required(input, fields, "dimsize", "DimSize = 256 256 128");
+  const HeaderField& field = require_field(input, fields, "dimsize", "DimSize = 256 256 128");
   const auto list = words(field.value);
   const auto n = static_cast<std::size_t>(*count);
   check_count(input, field, list.size(), n);
@@ -117,7 +117,7 @@ void place_in_space(const VolumeInput& input, const HeaderFields& fields, std::s
   } else {
     input.warn("missing-spacing", "3 axes have no spacing; it was taken as 1", 3);
   }
-  // Row i of the matrix, in the file's order, is the direction of axis i.
+  // In the order of the file, row i of the matrix is the direction of axis i.
   const HeaderField* matrix = first_of(fields, {"transformmatrix", "rotation", "orientation"});
   if (matrix != nullptr) {
     const auto m = numbers(input, *matrix, dims * dims);
@@ -165,7 +165,7 @@ VoxelPlace voxel_place(const VolumeInput& input, const HeaderFields& fields) {
   return place;
 }
 
-/// Applies HeaderSize, relative to place.offset.
+/// Applies HeaderSize, which is relative to place.offset.
 void skip_header(const VolumeInput& input, const HeaderFields& fields, const ByteSource& data,
                  VoxelPlace& place) {
   const HeaderField* field = fields.find("headersize");
@@ -179,7 +179,7 @@ void skip_header(const VolumeInput& input, const HeaderFields& fields, const Byt
   if (*bytes == -1) {
     if (place.encoding != VoxelEncoding::plain) {
       input.fail(field->place(), "-1 has a meaning for uncompressed data only",
-                 "Say the number of bytes before the voxels.");
+                 "Give the number of bytes before the voxels.");
     }
     place.at_end = true;
     return;
@@ -208,7 +208,7 @@ Volume read_meta_image(const VolumeInput& input) {
   }
   Volume volume;
   volume.type =
-      voxel_type(input, required(input, fields, "elementtype", "ElementType = MET_USHORT"));
+      voxel_type(input, require_field(input, fields, "elementtype", "ElementType = MET_USHORT"));
   if (const HeaderField* channels = fields.find("elementnumberofchannels")) {
     if (to_integer(channels->value) != 1) {
       input.fail(channels->place(), "there are " + printable(channels->value) + " values a voxel",

@@ -20,7 +20,7 @@ constexpr const char* kExportAgain = "Export the volume again as one NIfTI file 
 constexpr const char* kExportAgainBoth = "Copy or export both files again.";
 
 constexpr std::size_t kNifti1HeaderBytes = 348,
-                      kNifti2HeaderBytes = 540;  // Header bytes of both versions
+                      kNifti2HeaderBytes = 540;  // Sizes of the headers of both versions
 
 /// Codes of the header field `datatype`.
 enum : std::int64_t {
@@ -39,7 +39,7 @@ enum : std::int64_t {
   kRgba32 = 2304
 };
 
-/// The fields of the header that Kiln uses, in the machine's byte order.
+/// The fields of the header that Kiln needs, in the machine's byte order.
 struct NiftiFields {
   bool is_nifti2 = false;    ///< True for NIfTI-2
   bool is_detached = false;  ///< True if the voxels are in a separate file
@@ -48,9 +48,11 @@ struct NiftiFields {
   std::int64_t type = 0;
   double offset = 0, slope = 0, intercept = 0;
   std::array<double, 8>
-      pixdim{};  ///< The header's `pixdim`. Item 0: the sign of the third axis; items 1 to 3: spacing
+      /// The header's `pixdim`. Entry 0 is the sign of the third axis; entries 1 to 3 are the
+      /// spacings
+      pixdim{};
   std::int64_t qform_code = 0, sform_code = 0;
-  /// Components b, c, d of the quaternion; offset of the position
+  /// Components b, c and d of the rotation's quaternion; the position of the first voxel
   std::array<double, 3> quaternion{}, qoffset{};
   std::array<std::array<double, 4>, 3> srow{};
 };
@@ -74,12 +76,13 @@ class HeaderBytes {
   bool swap_ = false;
 };
 
-/// Position of voxels in space.
-/// \param pixdim  offset of the 8 numbers of `pixdim`
-/// \param forms   offset of the quaternion, followed by the offsets and the three rows of the sform
+/// Reads the fields for the position of voxels in space.
+/// \param pixdim  offset of the 8 numbers of `pixdim` in the header
+/// \param forms   offset of the quaternion in the header; the offsets and the three rows of the
+///   sform follow
 template <typename T>
-void get_places(const HeaderBytes& header, std::size_t pixdim, std::size_t forms,
-                NiftiFields& fields) {
+void read_places(const HeaderBytes& header, std::size_t pixdim, std::size_t forms,
+                 NiftiFields& fields) {
   const auto number = [&](std::size_t first, std::size_t i) {
     return static_cast<double>(header.get<T>(first + i * sizeof(T)));
   };
@@ -137,14 +140,14 @@ NiftiFields parse_fields(const VolumeInput& input,
     fields.intercept = header.get<double>(184);
     fields.qform_code = header.get<std::int32_t>(344);
     fields.sform_code = header.get<std::int32_t>(348);
-    get_places<double>(header, 104, 352, fields);
+    read_places<double>(header, 104, 352, fields);
   } else {
     fields.offset = header.get<float>(108);
     fields.slope = header.get<float>(112);
     fields.intercept = header.get<float>(116);
     fields.qform_code = header.get<std::int16_t>(252);
     fields.sform_code = header.get<std::int16_t>(254);
-    get_places<float>(header, 76, 256, fields);
+    read_places<float>(header, 76, 256, fields);
   }
   return fields;
 }
@@ -185,7 +188,7 @@ VoxelType voxel_type(const VolumeInput& input, std::int64_t type) {
 void check_fields(const VolumeInput& input, const NiftiFields& fields, Volume& volume) {
   if (fields.dim[0] < 3 || fields.dim[0] > 7) {
     input.fail("dim[0]", "it has " + std::to_string(fields.dim[0]) + " dimensions",
-               "Kiln takes volumes of three dimensions, and others where they have size 1.");
+               "Kiln reads volumes of three dimensions; further dimensions must have the size 1.");
   }
   std::array<std::uint64_t, 3> size{};
   for (std::size_t i = 1; i <= static_cast<std::size_t>(fields.dim[0]); ++i) {
@@ -213,14 +216,14 @@ void check_fields(const VolumeInput& input, const NiftiFields& fields, Volume& v
 
 using Matrix = std::array<std::array<double, 4>, 3>;
 
-/// Method 2 of the standard: a rotation as a quaternion without its first component, the spacing, and the
-/// sign of the third axis.
+/// Method 2 of the standard: a rotation, given as a quaternion without its first component, the
+/// spacings, and the sign of the third axis.
 Matrix qform(const NiftiFields& fields) {
   auto [b, c, d] = fields.quaternion;
   const double squared = b * b + c * c + d * d;
   double a = 1 - squared;
   if (a < 1e-7) {
-    // Rounding of a rotation by 180 degrees may give a length above 1.
+    // For a rotation by 180 degrees, rounding may make the quaternion longer than 1.
     const double scale = 1 / std::sqrt(squared);
     b *= scale;
     c *= scale;
@@ -301,7 +304,7 @@ std::unique_ptr<ByteStream> open_stream(const VolumeInput& input, const ByteSour
                                       : plain_stream(source, 0);
 }
 
-/// The voxel file of a header: the same name with another extension.
+/// Opens the file of voxels that belongs to a header: it has the same name with another extension.
 std::unique_ptr<ByteSource> open_image(const VolumeInput& input) {
   std::string stem = std::filesystem::path(input.file).filename().string();
   const std::string header = lower_case(stem);
@@ -311,7 +314,7 @@ std::unique_ptr<ByteSource> open_image(const VolumeInput& input) {
                "Name the header NAME.hdr, beside the voxels in NAME.img.");
   }
   stem.resize(stem.size() - (packed ? 7 : 4));
-  // As nibabel and FSL write them, both files are compressed, or neither is.
+  // Either both files are compressed or neither is, as nibabel and FSL write them.
   const auto beside = [&](const char* extension) {
     return std::filesystem::path(input.file).parent_path() / (stem + extension);
   };
@@ -324,7 +327,8 @@ std::unique_ptr<ByteSource> open_image(const VolumeInput& input) {
   return input.open_beside(stem + ".img");  // Throws the error for a missing file
 }
 
-/// Skips to the voxels. \param at  current offset of the stream
+/// Skips the bytes before the voxels.
+/// \param at  current offset of the stream
 void skip_to(ByteStream& stream, std::uint64_t at, std::uint64_t begin) {
   std::array<std::byte, 4096> skip_buffer{};
   while (at < begin) {
@@ -345,8 +349,8 @@ Volume read_nifti(const VolumeInput& input) {
     input.fail("header", "the file has only " + std::to_string(have) + " bytes (truncated)",
                "Copy or export the file again.");
   }
-  // Reads the longer header of version 2 only in files of that version: in version 1, the following bytes may be
-  // voxels.
+  // The longer header of version 2 is only read if the file has that version: in version 1, the
+  // bytes after the header may be voxels.
   const bool longer = static_cast<int>(raw[0]) == 0x1c || static_cast<int>(raw[3]) == 0x1c;
   if (longer && have == kNifti1HeaderBytes)
     have += stream->read(raw.data() + kNifti1HeaderBytes, kNifti2HeaderBytes - kNifti1HeaderBytes);

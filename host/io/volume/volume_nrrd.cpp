@@ -15,11 +15,11 @@ namespace {
 
 struct Header {
   HeaderFields fields;
-  std::vector<std::string> files;  ///< Names listed after "data file: LIST"
+  std::vector<std::string> files;  ///< File names listed after "data file: LIST"
   std::size_t end = 0;             ///< Offset of the first byte after the blank line.
 };
 
-/// Field names are compared without case and blanks: "data file" is "datafile".
+/// Names of fields are compared without case and blanks: "data file" is the same as "datafile".
 std::string field_key(std::string_view name) {
   std::string key;
   for (const char c : lower_case(name)) {
@@ -28,7 +28,7 @@ std::string field_key(std::string_view name) {
   return key;
 }
 
-bool known_field(std::string_view key) {
+bool is_known_field(std::string_view key) {
   static constexpr std::string_view kKnownFields[] = {
       "dimension",   "type",       "sizes",
       "spacings",    "encoding",   "endian",
@@ -72,8 +72,8 @@ Header parse_header(const VolumeInput& input, std::string_view text) {
     HeaderField field{lines.number(), field_key(line->substr(0, colon)),
                       printable(line->substr(0, colon)),
                       std::string(trimmed(line->substr(colon + 1)))};
-    if (!known_field(field.key)) {
-      input.fail(place(), "\"" + field.shown + "\" is not a field of NRRD",
+    if (!is_known_field(field.key)) {
+      input.fail(place(), "\"" + field.written_name + "\" is not a field of NRRD",
                  "Correct it, or remove the line.");
     }
     const bool list = field.key == "datafile" && (field.value + " ").starts_with("LIST ");
@@ -130,7 +130,7 @@ VoxelType voxel_type(const VolumeInput& input, const HeaderField& field) {
 
 VoxelPlace voxel_place(const VolumeInput& input, const HeaderFields& fields, VoxelType type) {
   VoxelPlace place;
-  const HeaderField& encoding = required(input, fields, "encoding", "encoding: raw");
+  const HeaderField& encoding = require_field(input, fields, "encoding", "encoding: raw");
   const std::string name = lower_case(encoding.value);
   if (name == "raw") {
     place.encoding = VoxelEncoding::plain;
@@ -151,12 +151,12 @@ VoxelPlace voxel_place(const VolumeInput& input, const HeaderFields& fields, Vox
     }
     place.order = order == "big" ? ByteOrder::big : ByteOrder::little;
   } else if (size_of(type) > 1 && place.encoding != VoxelEncoding::text) {
-    required(input, fields, "endian", "endian: little");
+    require_field(input, fields, "endian", "endian: little");
   }
   return place;
 }
 
-/// Applies `line skip` and `byte skip`, relative to place.offset.
+/// Applies `line skip` and `byte skip`, which are relative to place.offset.
 void skip(const VolumeInput& input, const HeaderFields& fields, const ByteSource& data,
           VoxelPlace& place) {
   if (const HeaderField* lines = fields.find("lineskip")) {
@@ -178,7 +178,7 @@ void skip(const VolumeInput& input, const HeaderFields& fields, const ByteSource
   if (bytes->value == "-1") {
     if (place.encoding != VoxelEncoding::plain) {
       input.fail(bytes->place(), "-1 has a meaning for raw encoding only",
-                 "Say the number of bytes to skip.");
+                 "Give the number of bytes to skip.");
     }
     place.at_end = true;
     return;
@@ -196,7 +196,8 @@ void skip(const VolumeInput& input, const HeaderFields& fields, const ByteSource
   }
 }
 
-/// File names from "slice%03d.raw 1 100 1": a pattern, the first number, the last number and the step.
+/// The file names that a line such as "slice%03d.raw 1 100 1" gives: a pattern, the first number,
+/// the last number and the step.
 std::vector<std::string> numbered_files(const VolumeInput& input, const HeaderField& field) {
   const auto fail = [&](const char* problem) {
     input.fail(
@@ -233,12 +234,13 @@ std::vector<std::string> numbered_files(const VolumeInput& input, const HeaderFi
   return names;
 }
 
-/// The concatenated data of several files. Only one is open at a time, since scans may have more slices than a
-/// process may have open files.
+/// The data of several files, one after the other. Only one file is open at a time, since a scan
+/// may have more slices than a process may have open files.
 class JoinedFiles final : public ByteSource {
  public:
-  /// \param place  start of the data in each file, before skipping
-  /// \param bytes  bytes of all voxels; uncompressed files hold equal shares of them
+  /// \param place  start of the data in each file, before `line skip` and `byte skip`
+  /// \param bytes  number of bytes of all voxels. If the files are not compressed, each contains an
+  ///   equal share
   JoinedFiles(const VolumeInput& input, const HeaderFields& fields, const HeaderField& field,
               const std::vector<std::string>& names, const VoxelPlace& place, std::uint64_t bytes)
       : input_(input) {
@@ -309,12 +311,12 @@ class JoinedFiles final : public ByteSource {
   struct Part {
     std::string name;
     std::uint64_t offset;  ///< Offset of the data in its file
-    std::uint64_t at;      ///< Offset in the concatenation
+    std::uint64_t at;      ///< Offset of the file's data in the whole data
   };
   const VolumeInput& input_;
   std::vector<Part> file_parts_;
   std::uint64_t size_ = 0;
-  mutable std::unique_ptr<ByteSource> open_source_;  // The part that is open
+  mutable std::unique_ptr<ByteSource> open_source_;  // The one file that is open
   mutable std::size_t open_part_ = 0;
 };
 
@@ -325,9 +327,9 @@ Volume read_nrrd(const VolumeInput& input) {
   const Header header = parse_header(input, text);
   const HeaderFields& fields = header.fields;
   Volume volume;
-  volume.type = voxel_type(input, required(input, fields, "type", "type: uint8"));
+  volume.type = voxel_type(input, require_field(input, fields, "type", "type: uint8"));
   const std::vector<NrrdAxis> axes = parse_axes(input, fields);
-  // Sizes are checked first, so that a size of 0 is reported before other faults.
+  // Sizes are checked first, so that a size of 0 is reported even if there are other errors.
   for (const NrrdAxis& axis : axes) {
     check_size(input, fields.find("sizes")->place(), {axis.size, 1, 1}, volume.type);
   }

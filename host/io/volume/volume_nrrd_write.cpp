@@ -11,7 +11,7 @@
 namespace kiln {
 namespace {
 
-/// The shortest decimal text from which the same number is read.
+/// The shortest decimal text that reads as exactly the same number.
 std::string text_of(double value) {
   std::array<char, 32> buffer{};
   const auto [end, status] = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);

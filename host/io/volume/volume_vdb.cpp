@@ -27,7 +27,7 @@ Volume read_openvdb(const VolumeInput& input, const std::filesystem::path&) {
 
 namespace {
 
-constexpr int kEmptyMargin = 2;  // Empty voxels around the active ones
+constexpr int kEmptyMargin = 2;  // Width of the margin of empty voxels around the active ones
 
 bool is_scalar_grid(const openvdb::GridBase& grid) {
   return grid.isType<openvdb::FloatGrid>() || grid.isType<openvdb::DoubleGrid>();
@@ -42,7 +42,7 @@ void fill(const VolumeInput& input, const Grid& grid, Volume& volume) {
   }
   std::array<std::uint64_t, 3> size{};
   for (int a = 0; a < 3; ++a) {
-    // Index beyond which voxels are refused, so that additions of small offsets do not overflow.
+    // Voxels beyond this index are refused, so that adding small offsets cannot overflow.
     constexpr std::int64_t last = std::numeric_limits<std::int32_t>::max() - 8;
     const std::int64_t begin = box.min()[a], end = box.max()[a];
     if (begin < -last || end > last) {
@@ -53,8 +53,8 @@ void fill(const VolumeInput& input, const Grid& grid, Volume& volume) {
         static_cast<std::uint64_t>(end - begin + 1 + 2 * kEmptyMargin);
   }
   const std::uint64_t bytes = check_size(input, place, size, VoxelType::f32);
-  // Maximum number of dense voxels: a few active voxels far apart would otherwise need more memory than any machine
-  // has.
+  // Maximum number of bytes of the dense volume. Otherwise a few active voxels far apart would need
+  // more memory than any machine has.
   constexpr std::uint64_t max_bytes = std::uint64_t{1} << 38;
   if (bytes > max_bytes) {
     input.fail(place,

@@ -1,4 +1,4 @@
-// Validates the sizes and counts in an OpenVDB file that the library uses without checks.
+// Checks sizes and counts in an OpenVDB file, which the library itself does not check.
 #include <array>
 #include <cstring>
 #include <string>
@@ -11,16 +11,18 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t kMinFileVersion = 213;  // Oldest version with the current root nodes
-constexpr std::uint32_t kInstanceVersion =
-    216;  // from here on descriptors name a parent, and transforms
-          // come first
-constexpr std::uint32_t kTextUuidVersion = 218;  // Before this version, 16 binary bytes
-constexpr std::uint32_t kHeaderCompressionVersion =
-    220;  // from here on a byte in the header, until ...
-constexpr std::uint32_t kGridCompressionVersion = 222;  // From this version on, flags per grid
+// Oldest version whose root nodes have the present layout
+constexpr std::uint32_t kMinFileVersion = 213;
+// Since this version, descriptors name a parent, and the transform comes first
+constexpr std::uint32_t kInstanceVersion = 216;
+// Before this version, the UUID is 16 binary bytes
+constexpr std::uint32_t kTextUuidVersion = 218;
+// Since this version, the header has a byte for the compression, until kGridCompressionVersion
+constexpr std::uint32_t kHeaderCompressionVersion = 220;
+// Since this version, each grid has compression flags
+constexpr std::uint32_t kGridCompressionVersion = 222;
 
-/// Reads consecutive little-endian values, with checks of the file's end.
+/// Reads consecutive little-endian values, and checks that the file does not end before.
 class GridFrame {
  public:
   explicit GridFrame(const VolumeInput& input) : input_(input), size_(input.source->size()) {}
@@ -64,7 +66,7 @@ class GridFrame {
     place_ += length;
     return result;
   }
-  /// Checks that a number of elements, of at least `least` bytes each, fits in the rest of the file.
+  /// Checks that `count` elements, of at least `least` bytes each, fit in the rest of the file.
   void check_count(std::uint64_t count, std::uint64_t least, const char* what) const {
     if (count > left() / least) {
       fail(std::to_string(count) + " " + what + " need more than the " + std::to_string(left()) +
@@ -77,7 +79,7 @@ class GridFrame {
   std::uint64_t size_, place_ = 0;
 };
 
-/// Bytes of a metadata value of a type; 0 if variable.
+/// Number of bytes of a metadata value, by its type; 0 if that varies.
 std::uint32_t bytes_of(std::string_view type) {
   constexpr std::pair<std::string_view, std::uint32_t> kSizes[] = {
       {"bool", 1},   {"int32", 4},  {"int64", 8},  {"float", 4},  {"double", 8}, {"vec2i", 8},
@@ -105,7 +107,7 @@ void check_metadata(GridFrame& frame) {
   }
 }
 
-/// Bytes of a transform's map type; 0 if unknown.
+/// Number of bytes of a transform, by the type of its map; 0 if the type is unknown.
 std::uint64_t bytes_of_map(std::string_view type) {
   if (type == "AffineMap" || type == "UnitaryMap") return 128;
   if (type == "ScaleMap" || type == "UniformScaleMap") return 120;
@@ -114,7 +116,7 @@ std::uint64_t bytes_of_map(std::string_view type) {
   return 0;
 }
 
-/// Checks from a grid's start to its root node's table.
+/// Checks a grid from its start to the table of its root node.
 void check_grid(GridFrame& frame, std::uint32_t version, std::string_view tree, bool instance) {
   if (version >= kGridCompressionVersion) frame.skip(4, "compression flags");
   check_metadata(frame);
@@ -129,8 +131,8 @@ void check_grid(GridFrame& frame, std::uint32_t version, std::string_view tree, 
   frame.skip(4 + number, "the root node");
   const auto tiles = frame.value<std::uint32_t>("the number of tiles");
   const auto children = frame.value<std::uint32_t>("the number of nodes");
-  // A tile has its origin, a value and an active flag; a child node has its origin and two masks of 32^3
-  // bits.
+  // A tile has an origin, a value and an active flag; a child node has an origin and two masks of
+  // 32^3 bits.
   frame.check_count(tiles, 12 + number + 1, "tiles");
   frame.check_count(children, 12 + 2 * 4096, "nodes");
 }
@@ -157,7 +159,7 @@ void check_openvdb_frame(const VolumeInput& input) {
   check_metadata(frame);
   const auto grids = frame.value<std::int32_t>("the number of grids");
   if (grids < 0) frame.fail("it is said to have " + std::to_string(grids) + " grids");
-  // Each grid has at least two names and three offsets.
+  // Each grid needs at least two names and three offsets.
   frame.check_count(static_cast<std::uint64_t>(grids), 32, "grids");
   for (std::int32_t i = 0; i < grids; ++i) {
     const std::string grid = "grid " + std::to_string(i);
@@ -168,7 +170,8 @@ void check_openvdb_frame(const VolumeInput& input) {
     const auto begin = frame.value<std::uint64_t>("an offset");
     const auto blocks = frame.value<std::uint64_t>("an offset");
     const auto end = frame.value<std::uint64_t>("an offset");
-    // In files without offsets, a grid follows its descriptor, and the next descriptor follows the grid's tree.
+    // In files without offsets, a grid follows its descriptor, and the next descriptor follows the
+    // tree of the grid.
     if (!has_offsets) {
       check_grid(frame, version, tree, instance);
       return;

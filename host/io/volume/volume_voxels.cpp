@@ -1,4 +1,4 @@
-// Reading of voxels: sizes are checked before allocation; byte order and text are converted.
+// Reads voxels: checks sizes before allocation, and converts byte order and text.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -39,14 +39,14 @@ std::uint64_t voxel_count(const Volume& volume) {
              remedy);
 }
 
-/// Parses one value of the type from a token; false if the token is invalid.
+/// Parses a value of the voxel type from a token. Returns false if the token is invalid.
 template <typename T>
 bool parse_value(std::string_view token, T& value) {
   if constexpr (std::is_floating_point_v<T>) {
     const auto number = to_double(token);
     if (!number) return false;
-    value = static_cast<T>(*number);  // beyond a float's range: becomes infinite, and is counted as
-                                      // such
+    // A number beyond the range of float becomes infinite, and is counted as non-finite
+    value = static_cast<T>(*number);
     return true;
   } else {
     const auto number = to_integer(token);
@@ -64,7 +64,7 @@ void read_text(const VolumeInput& input, const ByteSource& source, const VoxelPl
   const std::uint64_t count = voxel_count(volume);
   const std::uint64_t begin = std::min(place.offset, source.size());
   const std::uint64_t length = source.size() - begin;
-  // Each value has at least a digit and a blank, except for the last.
+  // Each value needs at least a digit and, except for the last, a blank.
   if (length < 2 * count - 1) {
     fail_too_few(input, volume, 2 * count - 1, std::to_string(length) + " bytes of text",
                  place.remedy);
@@ -121,7 +121,7 @@ std::uint64_t check_size(const VolumeInput& input, const std::string& place,
     input.fail(place,
                std::to_string(size[0]) + " x " + std::to_string(size[1]) + " x " +
                    std::to_string(size[2]) + " voxels are more than can be addressed",
-               "Check the header; Kiln takes sizes up to 4294967295.");
+               "Check the header; Kiln reads sizes up to 4294967295.");
   }
   return bytes;
 }
@@ -179,18 +179,20 @@ void count_non_finite(const VolumeInput& input, const Volume& volume) {
 void read_voxels(const VolumeInput& input, ByteStream& stream, ByteOrder order,
                  const Message& remedy, Volume& volume) {
   const std::uint64_t expected = voxel_count(volume) * size_of(volume.type);
-  if (stream.at_most() < expected) {
+  if (stream.max_remaining() < expected) {
     fail_too_few(input, volume, expected,
-                 (stream.exact() ? "" : "at most ") + std::to_string(stream.at_most()), remedy);
+                 (stream.is_exact() ? "" : "at most ") + std::to_string(stream.max_remaining()),
+                 remedy);
   }
   require_memory("its " + sizes_text(volume), expected,
                  memory_failure(input.fail_with(), "voxels"));
-  // Compressed data may be shorter than declared, so the voxels are allocated as the data arrives.
+  // Compressed data may be shorter than declared, so memory for voxels is only allocated as data
+  // arrives.
   std::vector<std::byte>& voxels = volume.voxels;
   std::size_t have = 0;
   while (have < expected) {
-    const std::uint64_t likely = std::max<std::uint64_t>(1 << 22, stream.at_most() / 128);
-    const std::uint64_t step = stream.exact() ? expected : std::max<std::uint64_t>(have, likely);
+    const std::uint64_t likely = std::max<std::uint64_t>(1 << 22, stream.max_remaining() / 128);
+    const std::uint64_t step = stream.is_exact() ? expected : std::max<std::uint64_t>(have, likely);
     const auto next = static_cast<std::size_t>(std::min<std::uint64_t>(expected, have + step));
     voxels.reserve(next);
     voxels.resize(next);
@@ -198,8 +200,8 @@ void read_voxels(const VolumeInput& input, ByteStream& stream, ByteOrder order,
     have += got;
     if (have < next) fail_too_few(input, volume, expected, std::to_string(have), remedy);
   }
-  std::uint64_t trailing = stream.exact() ? stream.at_most() : 0;
-  if (!stream.exact()) {
+  std::uint64_t trailing = stream.is_exact() ? stream.max_remaining() : 0;
+  if (!stream.is_exact()) {
     std::vector<std::byte> skipped_bytes(1 << 16);
     while (const std::size_t got = stream.read(skipped_bytes.data(), skipped_bytes.size()))
       trailing += got;

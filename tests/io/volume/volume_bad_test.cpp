@@ -332,7 +332,7 @@ TEST(BadVolume, Raw) {
   EXPECT_EQ(load_raw_volume(path, {.size = {5, 5, 4}}).voxels.size(), 100u);
   bad(ErrorCode::input, {.size = {5, 5, 5}},
       {"5 x 5 x 5 of u8", "125 bytes", "has 100", "Correct the dimensions"});
-  bad(ErrorCode::input, {.size = {5, 5, 3}}, {"75 bytes", "has 100", "header to skip"});
+  bad(ErrorCode::input, {.size = {5, 5, 3}}, {"75 bytes", "has 100", "header bytes to skip"});
   bad(ErrorCode::input, {.size = {5, 5, 4}, .header_bytes = 1}, {"after a header of 1", "has 100"});
   bad(ErrorCode::input, {.size = {5, 5, 4}, .header_bytes = 1000}, {"after a header of 1000"});
   bad(ErrorCode::input, {.size = {5, 5, 5}, .header_bytes = -1}, {"125 bytes", "has 100"});
