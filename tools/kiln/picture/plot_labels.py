@@ -9,7 +9,7 @@ import numpy as np
 
 MARK_RADIUS = 10  # of a mark, pixels
 GAPS, ANGLES, LEADER_GAP, ORDERS = (4, 12, 24, 38, 54, 74, 98, 130, 170, 220, 280), 20, 10, 6
-# Costs: violations are far more expensive than flaws.
+# Costs of a label's place: unreadable labels cost far more than flaws of the layout.
 OUTSIDE, ON_LABEL, ON_MARK, ON_LINE = 1e7, 1e5, 3e4, 800
 LEADER_ON_LABEL, LEADERS_CROSS, LEADER_ON_MARK, NEARER_OTHER = 5000, 3000, 2000, 600
 
@@ -99,7 +99,7 @@ def place_labels(marks, sizes, panel, kept=(), lines=()):
                 for k, place in chosen.items():
                     if k != i:
                         cost += labels[i].cost_next_to(labels[k], place)
-                # Ties keep the current place, so that the search terminates.
+                # A place of equal cost does not replace the current one, so that the search terminates.
                 if i not in chosen or cost.min() < cost[chosen[i]]:
                     chosen[i] = int(cost.argmin())
                 costs[i] = cost[chosen[i]]
