@@ -56,8 +56,8 @@ struct AssessOptions {
   /// of `avoid`.
   std::uint32_t directions = 512;
   std::vector<Vec3> avoid = {};  ///< Unit directions that the match was made from
-  bool fields = false;           ///< Fill MatchAssessment::fields, too
-  Progress progress = {};        ///< Called between directions; may cancel. See Progress
+  bool fields = false;     ///< Also return the measures of each texel, in MatchAssessment::fields
+  Progress progress = {};  ///< Called between directions; may cancel. See Progress
 };
 
 /// Quality of a correspondence F from the low poly to the high poly, measured without any map:
@@ -82,7 +82,7 @@ struct MatchAssessment {
   /// Section 4.2.1: image_space divided by |p - F(p)|, 0 to 1. Undefined where F(p) is closer than
   /// 1e-6 diagonals to p.
   RayMeasure normalised_image_space = {};
-  /// Section 4.3: over pairs of texels of one chart that share a side.
+  /// Section 4.3: uniformity over pairs of texels of one chart that share a side.
   Uniformity uniformity = {};
   /// The same for texels that are neighbours on the surface across a UV seam. Pairs of texels that are
   /// closer than half a texel are left out, since the ratio of such small steps is noise.
@@ -110,7 +110,7 @@ struct MatchAssessment {
   double largest_step = 0;
 
   std::uint32_t directions = 0;  ///< Number of test directions used
-  AssessmentFields fields = {};  ///< Set if AssessOptions::fields is true
+  AssessmentFields fields = {};  ///< Measures of each texel; set if AssessOptions::fields is true
   double seconds = 0;            ///< Duration of the rating
 };
 

@@ -17,7 +17,8 @@ struct PaddingOptions {
   /// Width of the padding, 0 to 16384 texels; -1: fill the whole map by push-pull (Gortler et al.
   /// 1996)
   std::int32_t texels = kPaddingTexels;
-  bool fill_missed = false;   ///< Also fill TexelState::missed, from neighbouring baked texels
+  /// Fill missed texels, too (TexelState::missed), from neighbouring baked texels
+  bool fill_missed = false;
   bool unit_vectors = false;  ///< Values are unit vectors: averages are normalised
 };
 
@@ -43,7 +44,7 @@ struct AttributeOptions {
 /// A map of the caller's own values.
 struct BakedAttribute {
   Image image = {};  ///< Values without encoding, rows from the top; 0 in empty and missed texels
-  std::vector<std::uint8_t> coverage = {};  ///< Per texel: values of TexelState
+  std::vector<std::uint8_t> coverage = {};  ///< State of each texel: values of TexelState
 };
 
 /// Bakes the caller's own values at the high poly's vertices: bake() for an attribute.

@@ -47,7 +47,7 @@ enum class VertexCoverage : std::uint8_t {
 
 /// Encoding of values as pictures.
 struct EncodingOptions {
-  NormalMapSpace space = NormalMapSpace::tangent;  ///< Space of maps of unit vectors
+  NormalMapSpace space = NormalMapSpace::tangent;  ///< Space of the vectors in maps of unit vectors
   /// How the bitangent is computed in NormalMapSpace::tangent
   Bitangent bitangent = Bitangent::pixel;
   bool flip_y = false;  ///< True: green points down (DirectX); false: up (OpenGL)
@@ -82,8 +82,10 @@ struct ReportOptions {
   /// sessions. The standard error of a share p is sqrt(p (1 - p) / places): 0.1% for a share of 1% and
   /// 8192 places.
   std::uint32_t recall = 8192;
-  bool vertex_coverage = false;  ///< Fill BakeResult::recalled, too
-  bool keep_match = false;       ///< Return the correspondences in BakeResult::match
+  /// Also store for each vertex of the high poly whether a sample represents it, in
+  /// BakeResult::recalled
+  bool vertex_coverage = false;
+  bool keep_match = false;  ///< Return the correspondences in BakeResult::match
 };
 
 /// Options of a bake: maps, match, encoding and report.
@@ -137,7 +139,7 @@ struct TransitionReport {
 
 /// Report of a bake: counts, measures, seconds and warnings.
 struct BakeReport {
-  std::uint64_t texels = 0;   ///< Texels that the low poly covers
+  std::uint64_t texels = 0;   ///< Number of texels that the low poly covers
   std::uint64_t samples = 0;  ///< Samples that the low poly covers
   std::uint64_t outward = 0;  ///< Samples whose point was found by a ray outward
   std::uint64_t inward = 0;   ///< Samples whose point was found by a ray inward
@@ -155,29 +157,34 @@ struct BakeReport {
   double uv_copies_differ = 0;
   /// Triangles of charts without the centre of a sample: they get the nearest free texels.
   std::uint64_t small_triangles = 0;
-  /// Triangles of such charts for which no free texel lies within 8 texels
+  /// Triangles of charts without the centre of a sample for which no free texel lies within 8
+  /// texels
   std::uint64_t small_without_texel = 0;
-  std::uint64_t missed = 0;              ///< Samples without a matched point
-  std::uint64_t gutter_texels = 0;       ///< Texels that padding filled
-  double max_distance = 0;               ///< Search distance in effect, world units
-  double mean_abs_distance = 0;          ///< Mean |distance| of the samples that hit, world units
-  std::optional<ViewReport> views = {};  ///< Set if matched by views
+  std::uint64_t missed = 0;         ///< Samples without a matched point
+  std::uint64_t gutter_texels = 0;  ///< Texels that padding filled
+  double max_distance = 0;          ///< Search distance in effect, world units
+  double mean_abs_distance = 0;     ///< Mean |distance| of the samples that hit, world units
+  /// Report of the views; set if samples were matched by views
+  std::optional<ViewReport> views = {};
   std::optional<TransitionReport> transitions =
       {};  ///< Transitions before blending; set if a fallback was requested
   std::optional<TransitionReport> transitions_blended =
       {};  ///< Transitions after blending; set if it was requested
   std::uint64_t blended_texels =
       0;  ///< Texels of the method into which fallback normals were blended
-  std::optional<VisibilityReport> visibility = {};  ///< Set if matched by visibility
-  std::optional<UvReport> uv = {};                  ///< Set if matched by UVs
+  /// Report of visibility; set if samples were matched by visibility
+  std::optional<VisibilityReport> visibility = {};
+  /// Report of matching by UVs; set if samples were matched by UVs
+  std::optional<UvReport> uv = {};
   EdgeReport edges = {};  ///< Set if ray directions are blended at hard edges; else edges is 0
-  std::optional<CageReport> cage_mesh = {};  ///< Set if rays start from a cage mesh
-  /// Set if it was requested and the match supports it
+  /// Distances of the cage mesh; set if rays start from one
+  std::optional<CageReport> cage_mesh = {};
+  /// Detail that the map lacks; set if it was requested and the match supports it
   std::optional<HighCoverageReport> recall = {};
   double curvature_radius = 0;    ///< Radius in effect, world units; 0 if curvature was not baked
   std::vector<IdEntry> ids = {};  ///< The legend of the map id, if it was baked
-  std::optional<OcclusionReport> occlusion =
-      {};                     ///< Set if ao or bent_normal was baked; for variants see BakedMap
+  /// Report of ambient occlusion; set if ao or bent_normal was baked. For variants see BakedMap
+  std::optional<OcclusionReport> occlusion = {};
   double seconds_recall = 0;  ///< Duration of computing `recall`
   double seconds_build =
       0;  ///< Duration of building structures of the source that no earlier bake had needed
@@ -186,20 +193,23 @@ struct BakeReport {
   double seconds_detail = 0;  ///< Computing the maps' values at the matched points
   double seconds_image = 0;   ///< Padding and encoding
   double seconds_mips = 0;    ///< Finding the charts; making, padding and encoding mip levels
-  std::vector<MapError> errors = {};    ///< Set if ReportOptions::errors is true
-  double seconds_errors = 0;            ///< Duration of the finer evaluation
+  std::vector<MapError> errors = {};  ///< Errors of the maps; set if ReportOptions::errors is true
+  double seconds_errors = 0;          ///< Duration of the finer evaluation
   std::uint64_t peak_device_bytes = 0;  ///< Largest amount of device memory at once
   std::vector<Warning> warnings = {};   ///< Warnings of all steps
 };
 
 /// The maps of a bake, and its report.
 struct BakeResult {
-  std::vector<BakedMap> maps = {};          ///< In the order of BakeOptions::maps, then by cluster
-  std::vector<std::uint8_t> coverage = {};  ///< Per texel, rows from the top: values of TexelState
-  std::optional<Match> match = {};          ///< Set if ReportOptions::keep_match is true
-  std::vector<VertexCoverage> recalled =
-      {};  ///< Per vertex of the high poly, if ReportOptions::vertex_coverage is true
-  std::optional<VisibilityClusters> clusters = {};  ///< Set if more than one cluster was requested
+  std::vector<BakedMap> maps = {};  ///< In the order of BakeOptions::maps, then by cluster
+  /// State of each texel, rows from the top: values of TexelState
+  std::vector<std::uint8_t> coverage = {};
+  std::optional<Match> match = {};  ///< The match; set if ReportOptions::keep_match is true
+  /// Whether a sample represents it, for each vertex of the high poly; filled if
+  /// ReportOptions::vertex_coverage is true
+  std::vector<VertexCoverage> recalled = {};
+  /// Clusters of directions; set if more than one cluster was requested
+  std::optional<VisibilityClusters> clusters = {};
   /// With several clusters: the first cluster's, apart from values that all share
   BakeReport report = {};
   bool cancelled = false;  ///< The progress callback cancelled: there are no maps.

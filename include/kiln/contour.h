@@ -158,7 +158,8 @@ struct ExtractReport {
   std::uint64_t triangles = 0;
   std::uint64_t parts = 0;          ///< Number of connected parts of the full contour
   std::uint64_t dropped_parts = 0;  ///< Number of parts that were removed because they are small
-  double error = 0;                 ///< Largest root mean square distance of a vertex, cells
+  /// Largest root mean square distance of a vertex from the planes of its crossings, cells
+  double error = 0;
   std::uint64_t non_manifold_edges = 0;  ///< Edges of the low poly with more than two triangles
   std::uint64_t mended = 0;              ///< Folded or degenerate triangles that were repaired
   /// Triangles removed in pairs, back to back, where gaps closed

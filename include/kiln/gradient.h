@@ -65,12 +65,13 @@ class GradientReference {
   GradientReference(const Volume& volume, const ContourOptions& contour, const Mesh& low,
                     const GradientOptions& options);
 
-  std::uint64_t covered() const { return covered_; }  ///< Texels that the low poly covers
-  /// Texels without a surface within GradientOptions::reach
+  std::uint64_t covered() const { return covered_; }  ///< Number of texels that the low poly covers
+  /// Number of texels without a surface within GradientOptions::reach
   std::uint64_t no_surface() const { return no_surface_; }
-  /// Texels where the volume's closed border cuts the solid
+  /// Number of texels where the volume's closed border cuts the solid
   std::uint64_t cut() const { return cut_; }
-  std::uint64_t no_gradient() const { return no_gradient_; }  ///< Texels with a zero gradient
+  /// Number of texels with a zero gradient
+  std::uint64_t no_gradient() const { return no_gradient_; }
 
   /// Error of an object-space normal map of the low poly.
   /// \param map  object space, n/2 + 1/2 in the first three channels, GradientOptions::size texels

@@ -221,7 +221,8 @@ void convert(const Image& image, PixelFormat format, std::span<std::byte> pixels
 
 /// One of several images in a file.
 struct ImageLayer {
-  /// 1 to 128 bytes, without dots and zero bytes; channels are named NAME.R and so on
+  /// Name of the layer, 1 to 128 bytes, without dots and zero bytes; its channels are named NAME.R
+  /// and so on
   std::string name = {};
   const Image* image = nullptr;  ///< The caller's; must stay valid until the file is written
   /// Origin like SaveImageOptions::origin, stored as the attribute NAME.origin

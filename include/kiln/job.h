@@ -175,15 +175,17 @@ struct Job {
   std::string save_source = {};
   /// File (EXR) of a saved match, which replaces the search for points
   std::string load_match = {};
-  std::string match_list = {};  ///< File of pairs for PartsBy::list: lines LOW = HIGH, HIGH
+  /// File of pairs for PartsBy::list, with lines of the form LOW = HIGH, HIGH
+  std::string match_list = {};
   /// Pairing of parts; none: samples match all of the high poly
   std::optional<PartsBy> parts_by = {};
   /// Patterns of the parts' names. Its members `by` and `list` are ignored: `parts_by` and
   /// `match_list` replace them
   PartNames part_names = {};
-  std::string view_weights = {};  ///< File for ViewLikelihood::list: lines X Y Z WEIGHT
-  bool reasons = false;           ///< Also write an image of why samples were missed
-  bool keep_hulls = false;        ///< Also bake the collision hulls of the low poly
+  /// File of directions for ViewLikelihood::list, with lines of the form X Y Z WEIGHT
+  std::string view_weights = {};
+  bool reasons = false;     ///< Also write an image of why samples were missed
+  bool keep_hulls = false;  ///< Also bake the collision hulls of the low poly
   /// Use the tangents in the low poly's file; if false, those of MikkTSpace
   bool file_tangents = true;
   /// Make a UV seam of the low poly a hard edge where that reduces the error
@@ -208,9 +210,10 @@ struct Job {
   double fill_holes = 0;    ///< Value of CleanOptions::fill_holes for the high poly
   /// How the low poly is split into texture sets; none: chosen by choose_texture_sets()
   std::optional<SetsBy> sets = {};
-  std::vector<SetSize> set_sizes = {};        ///< Map sizes of single texture sets
-  bool unwrap = false;                        ///< Make new UVs for a given low poly
-  std::string unwrap_method = {};             ///< charts, pairs or squares; empty: charts
+  std::vector<SetSize> set_sizes = {};  ///< Map sizes of single texture sets
+  bool unwrap = false;                  ///< Make new UVs for a given low poly
+  /// Method of unwrapping: charts, pairs or squares; empty: charts
+  std::string unwrap_method = {};
   TexelDensity density = TexelDensity::area;  ///< Texel density of charts that Kiln lays out
 
   /// Alpha mode of all materials of an asset with opacity. None: that of the high poly's materials, or mask if none of

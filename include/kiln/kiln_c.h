@@ -221,7 +221,7 @@ typedef struct kiln_map {
 /// Report of a bake.
 typedef struct kiln_report {
   size_t size;               ///< Size of this struct, set by its init function
-  uint64_t texels;           ///< Texels that the low poly covers
+  uint64_t texels;           ///< Number of texels that the low poly covers
   uint64_t samples;          ///< Samples that the low poly covers
   uint64_t missed;           ///< Samples without a matched point
   double max_distance;       ///< Search distance in effect, world units

@@ -126,10 +126,10 @@ struct ShadowLight {
 
 /// Pieces to which the map id assigns colours.
 enum class IdBy {
-  part,      ///< Connected parts of the high poly
-  material,  ///< Materials (Mesh::materials)
-  group,     ///< Groups (Mesh::groups)
-  object,    ///< Objects (Mesh::objects)
+  part,      ///< Colours identify connected parts of the high poly
+  material,  ///< Colours identify materials (Mesh::materials)
+  group,     ///< Colours identify groups (Mesh::groups)
+  object,    ///< Colours identify objects (Mesh::objects)
   /// Colours of vertices (Mesh::colors): each point gets the colour of the nearest corner,
   /// unchanged
   color,
@@ -232,8 +232,8 @@ enum class MissedTexels {
 
 /// A map that bake() can make.
 struct MapInfo {
-  MapKind kind = {};                    ///< Name, for BakeOptions::maps and for file names
-  std::uint32_t channels = 3;           ///< 1 to 4
+  MapKind kind = {};           ///< Name of the map, for BakeOptions::maps and for file names
+  std::uint32_t channels = 3;  ///< 1 to 4
   MapType type = MapType::unit_vector;  ///< Meaning of its values
   std::string_view holds = {};          ///< What the values are, with their unit
   /// Value that integer formats store as 0. If low and high are both 0, the range depends on the
@@ -275,7 +275,7 @@ struct BakedMap {
   std::vector<Image> mips = {};
   std::uint32_t cluster = 0;  ///< Index of the visibility cluster, see VisibilityOptions::clusters
   MapInfo info = {};          ///< Properties of the map, also of maps that are not in maps()
-  /// Origin of the positions in maps that depend on EncodingOptions::origin; see there.
+  /// Origin of positions in the map; set for maps that depend on EncodingOptions::origin.
   std::array<double, 3> origin{};
   /// Range of each channel that integer formats store: that of EncodingOptions::ranges, or that of the map's
   /// rule, which does not depend on the baked values: MapInfo::low and high; for position the bounding box

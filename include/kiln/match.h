@@ -299,7 +299,7 @@ struct VisibilityOptions {
   ViewLikelihood likelihood = ViewLikelihood::all;  ///< How likely views from the directions are
   /// Likelihood of the views from one direction.
   struct Likelihood {
-    Vec3 direction = {};  ///< From the mesh to the viewer, of any length above 0
+    Vec3 direction = {};  ///< Direction from the mesh to the viewer, of any length above 0
     double weight = 1;    ///< Weight, 0 or more
   };
   /// Number of clusters, 1 to 4; above 1 only with MatchMethod::visibility at texels. Where the
@@ -443,7 +443,7 @@ struct UvReport {
 
 /// A match method that bake() knows.
 struct MatchInfo {
-  MatchMethod method = {};         ///< Name, for MatchOptions::method
+  MatchMethod method = {};         ///< Name of the match, for MatchOptions::method
   std::string_view searches = {};  ///< How the match finds points
   /// Options that affect this match but not all matches: their paths in BakeOptions, separated by blanks.
   /// "match.ray" stands for all that begin with "match.ray.". Those of "match.uv" need UVs of the high poly.

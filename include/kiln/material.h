@@ -24,12 +24,13 @@ enum class MaterialNumber {
 
 /// A picture of a material, and its mapping to the surface.
 struct MaterialPicture {
-  std::filesystem::path file = {};  ///< Path; for an embedded picture, its name in messages
+  /// Path of the file; for an embedded picture its name in messages
+  std::filesystem::path file = {};
   /// Content of a picture that is embedded in the mesh's file, as PNG, JPEG and so on; null: stored in
   /// `file`.
   std::shared_ptr<const std::vector<std::byte>> bytes = {};
-  /// Channel of slots with one number (opacity, roughness, metalness, occlusion), 0 to 3; -1: the slot's
-  /// usual one: the first, or for opacity the alpha of a colour.
+  /// Channel that holds the value of slots with one number (opacity, roughness, metalness, occlusion), 0
+  /// to 3. -1: the usual channel of the slot, which is the first, or for opacity the alpha of a colour.
   int channel = -1;
   std::uint32_t uv_set = 0;  ///< Index of its UV set
   /// Transform from the mesh's UVs to the picture's, both with the origin at the lower left, two rows of an

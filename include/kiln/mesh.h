@@ -51,7 +51,7 @@ struct Mesh {
   std::vector<Triangle> triangles = {};  ///< Indices into positions.
 
   std::vector<Vec2> uvs = {};  ///< Pool of texture coordinates, origin at the lower left.
-  std::vector<Triangle> uv_triangles = {};  ///< Indices into uvs; empty where there are no UVs.
+  std::vector<Triangle> uv_triangles = {};  ///< Indices into `uvs`; empty if there are no UVs.
   std::vector<Vec3> normals = {};  ///< Pool of unit normals; zero: not given, computed when needed.
   std::vector<Triangle> normal_triangles =
       {};  ///< Indices into normals; empty: computed when needed.

@@ -23,7 +23,8 @@ enum class TextureKind {
 /// Channel conventions of a normal texture. The green channel's sign is not detected: a bake warns if slopes suggest +Y
 /// down ("normal-map-green").
 enum class NormalTextureFormat {
-  /// opengl; two_channel if blue cannot be the z of a unit vector ("two-channel-normals")
+  /// opengl, or two_channel if blue cannot be the z of a unit vector; the warning
+  /// "two-channel-normals" reports the latter
   automatic,
   opengl,              ///< Three channels, green up (+Y)
   directx,             ///< Three channels, green down (-Y)
@@ -64,7 +65,7 @@ struct Texture {
   /// identity.
   std::vector<std::array<float, 6>> uv_transforms = {};
   std::vector<std::array<TextureWrap, 2>> wraps =
-      {};  ///< Per material, wrap modes outside of the unit square. Empty: all repeat
+      {};  ///< Wrap modes outside of the unit square, for each material. Empty: all repeat
   /// Per material, the UV set of its picture: Mesh::uv_set, or one of Mesh::other_uvs. Empty: all use Mesh::uvs.
   std::vector<std::uint32_t> uv_sets = {};
   /// Affine function of a filtered value (a vector, or a colour in linear light): times * value +

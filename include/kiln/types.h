@@ -29,7 +29,7 @@ using Triangle = std::array<std::uint32_t, 3>;
 
 /// A length in world units, or as a share of the high poly's bounding-box diagonal.
 struct Length {
-  double value = 0;      ///< World units, or the share: 0.02 is 2%
+  double value = 0;      ///< Length in world units, or share of the diagonal (0.02 is 2%)
   bool relative = true;  ///< `value` is a share of the diagonal
   /// A share of the diagonal.
   static Length share(double of_diagonal) { return {of_diagonal, true}; }

@@ -227,7 +227,7 @@ Mesh from_openmesh(const OpenMeshT& mesh, std::string name = "mesh",
   if (!any_polygon) result.polygons.clear();
   if (vertex_uvs) result.uv_triangles = result.triangles;
   if (vertex_normals) result.normal_triangles = result.triangles;
-  for (Vec3& n : result.normals) {  // unit length, or zero: computed when needed
+  for (Vec3& n : result.normals) {  // unit length, or zero where normals are computed when needed
     const float length = std::sqrt(n.x * n.x + n.y * n.y + n.z * n.z);
     n = length > 0 && std::isfinite(length) ? Vec3{n.x / length, n.y / length, n.z / length}
                                             : Vec3{0, 0, 0};
