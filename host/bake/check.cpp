@@ -14,7 +14,7 @@ namespace kiln {
 namespace {
 
 constexpr std::uint32_t kMaxViews = 512;
-constexpr std::uint32_t kMaxCoveragePlaces = 1U << 20;
+constexpr std::uint32_t kMaxRecallPlaces = 1U << 20;
 
 constexpr const char* kRangeId = "option-range";
 constexpr const char* kContradictionId = "option-contradiction";
@@ -84,9 +84,9 @@ void check_views(const ViewOptions& views) {
   if (views.count && *views.count == 0 && views.directions.empty()) {
     throw_usage_error("No view is requested: use at least one.");
   }
-  if (views.size > kLargestView) {
+  if (views.size > kMaxViewSide) {
     throw_usage_error("The depth views' size is " + std::to_string(views.size) +
-                      ": it must be 1 to " + std::to_string(kLargestView) + " pixels.");
+                      ": it must be 1 to " + std::to_string(kMaxViewSide) + " pixels.");
   }
 }
 
@@ -177,7 +177,8 @@ void check_map(MapKind map, const BakeOptions& options) {
       kContradictionId);
 }
 
-/// Rejects options that depth views do not support: a view contains only the nearest front faces.
+/// Rejects options that depth views do not support, since a view contains only the nearest front
+/// faces.
 void check_occlusion_views(const OcclusionOptions& occlusion) {
   if (occlusion.by != OcclusionBy::views) return;
   const char* unsupported = occlusion.distance                            ? "a distance"
@@ -351,9 +352,9 @@ void validate(const BakeOptions& options) {
   }
   check_two_component(options);
   check_ranges(options);
-  if (options.report.recall > kMaxCoveragePlaces) {
+  if (options.report.recall > kMaxRecallPlaces) {
     throw_usage_error("recall is " + std::to_string(options.report.recall) +
-                      " places: it must be 0 to " + std::to_string(kMaxCoveragePlaces) + ".");
+                      " places: it must be 0 to " + std::to_string(kMaxRecallPlaces) + ".");
   }
   for (const MapKind map : kinds_of(options)) check_map(map, options);
   for (const MapVariant& map : options.variants) check_variant(map, options);

@@ -20,7 +20,8 @@ constexpr std::uint32_t kPlacesOnCopies = 4096;
 constexpr double kMinShareToWarn = 0.05;
 // Maximum distance, as a share of the diagonal, of two points that count as equal if no map holds lengths
 constexpr double kMaxPointDistance = 0.02;
-constexpr double kMaxLengthDistance = 0.001;  // The same if a map holds lengths, such as heights
+// The same maximum distance, if a map holds lengths such as heights
+constexpr double kMaxLengthDistance = 0.001;
 // Minimum cosine of normals that count as equal: 5 degrees
 constexpr double kMinNormalCosine = 0.9962;
 // Maximum difference, of 255, of colours that count as equal
@@ -185,16 +186,18 @@ bool CopyCheck::are_same(const Place& place, const Point& point, const Place& ba
   const auto shown_normal = [&](const Vec3d& normal, const UvFrame& low) {
     return two_sided_ && dot(normal, low.normal) < 0 ? normal * -1.0 : normal;
   };
-  Vec3d carried =
+  Vec3d expected_normal =
       frame_of_copy.transfer_to_triangle(shown_normal(point.normal, frame_of_copy), frame_of_baked);
-  const double size = length(carried);
+  const double size = length(expected_normal);
   if (!(size > 0)) return true;
-  return dot(carried * (1 / size), shown_normal(other.normal, frame_of_baked)) >= kMinNormalCosine;
+  return dot(expected_normal * (1 / size), shown_normal(other.normal, frame_of_baked)) >=
+         kMinNormalCosine;
 }
 
 std::vector<CopyCheck::CopyComparison> CopyCheck::find(std::span<const Place> places) {
   std::vector<CopyComparison> result(places.size());
-  // Two entries for each place: the point on the copy, then the point with the same UV on the baked triangle
+  // Two entries for each place: the point on the UV copy, then the point with the same UV on the baked
+  // triangle
   std::vector<Place> place_pairs;
   std::vector<std::size_t> pair_place;
   for (std::size_t i = 0; i < places.size(); ++i) {
@@ -237,8 +240,11 @@ double CopyCheck::check_copies(const Mesh& low, std::vector<Warning>& warnings) 
   for (std::uint32_t i = 0; i < kPlacesOnCopies; ++i) {
     const auto area_end = std::upper_bound(cumulative_area.begin(), cumulative_area.end(),
                                            area * (i + 0.5) / kPlacesOnCopies);
-    const auto spread = [&](double step) { return i * step - std::floor(i * step); };
-    double u = spread(0.7548776662466927), v = spread(0.5698402909980532);
+    const auto low_discrepancy_coordinate = [&](double step) {
+      return i * step - std::floor(i * step);
+    };
+    double u = low_discrepancy_coordinate(0.7548776662466927),
+           v = low_discrepancy_coordinate(0.5698402909980532);
     if (u + v > 1) {
       u = 1 - u;
       v = 1 - v;

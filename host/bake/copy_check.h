@@ -1,4 +1,4 @@
-// Checks whether triangles that share texels represent the same surface of the high poly.
+// Checks whether triangles that share texels match the same surface of the high poly.
 #pragma once
 
 #include <cstdint>
@@ -26,8 +26,8 @@ class CopyCheck {
 
   enum class CopyOutcome : std::uint8_t {
     missed,  ///< The match finds no point for the copy
-    same,    ///< The match finds the same point as for the triangle whose texels the copy shares
-    other,   ///< The match finds another surface, which the map loses
+    same,    ///< The match finds the same point as on the triangle whose texels the copy shares
+    other,   ///< The match finds another surface, which no texel of the map shows
   };
 
   struct CopyComparison {

@@ -99,7 +99,7 @@ class FinerEvaluation {
   }
 
  private:
-  /// Chooses the texels of a band that are compared.
+  /// Chooses the texels of a band whose errors are measured.
   std::vector<std::uint32_t> choose_texels(std::span<const std::uint32_t> index,
                                            std::uint64_t comparison_interval) {
     std::vector<std::uint32_t> chosen_texels;
@@ -134,7 +134,7 @@ class FinerEvaluation {
   /// Evaluates some texels of a band in all maps. Each keeps all its samples, so that matchers can treat the texels as
   /// a band.
   void make(const TexelBand& texels) {
-    DeviceCorrespondence match(context_, texels.capacity, layers_.any_needs_visibility());
+    DeviceCorrespondence match(context_, texels.capacity, layers_.any_map_needs_visibility());
     match.count = texels.sample_count;
     matcher_.run(texels, match);
     context_.finish();
@@ -244,15 +244,16 @@ void measure_errors(const BakedScene& scene, const BakeProgress& progress, BakeR
     warn_not_reached(scene.options, report);
   }
   if (!compares_errors || scene.options.match.saved != nullptr) return;
-  BakeOptions spread = finer_options(scene, is_compared);
-  if (map_count(spread) == 0) return;
-  spread.samples = std::min(kMaxSamples, kFinerSamples * scene.options.samples);
-  change_occlusion(spread, [&](OcclusionOptions& occlusion) {
-    occlusion.rays = std::max(16U, kReferenceRays / (spread.samples * spread.samples));
+  BakeOptions finer_sampling = finer_options(scene, is_compared);
+  if (map_count(finer_sampling) == 0) return;
+  finer_sampling.samples = std::min(kMaxSamples, kFinerSamples * scene.options.samples);
+  change_occlusion(finer_sampling, [&](OcclusionOptions& occlusion) {
+    occlusion.rays =
+        std::max(16U, kReferenceRays / (finer_sampling.samples * finer_sampling.samples));
   });
-  FinerEvaluation finer(scene, spread);
+  FinerEvaluation finer(scene, finer_sampling);
   finer.run(progress.part(0.5, 1), baked);
-  finer.add_errors_to(spread.samples == kFinerSamples * scene.options.samples
+  finer.add_errors_to(finer_sampling.samples == kFinerSamples * scene.options.samples
                           ? "16 times as many points, matched by themselves"
                           : "256 points a texel, matched by themselves",
                       report);

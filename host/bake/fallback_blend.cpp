@@ -95,8 +95,9 @@ void FallbackBlend::plan(const LowSurface& surface) {
     border_costs_[texel] = cost;
     open_steps.emplace(cost, texel);
   };
-  // Relaxes an edge in Dijkstra's algorithm. Only texels that the method decided are reached.
-  const auto spread = [&](std::uint32_t texel, std::uint32_t cost) {
+  // Relaxes an edge in Dijkstra's algorithm. Only texels whose match comes from the method, not
+  // from the fallback, are reached.
+  const auto relax_neighbours = [&](std::uint32_t texel, std::uint32_t cost) {
     const std::array<std::uint32_t, 8> neighbour_texels = neighbours.of(texel);
     for (std::size_t k = 0; k < 8; ++k) {
       if (neighbour_texels[k] == KILN_VISIBILITY_NO_LINK ||
@@ -108,12 +109,12 @@ void FallbackBlend::plan(const LowSurface& surface) {
   for (std::uint32_t texel = 0; texel < texel_methods_.size(); ++texel) {
     if (!is(texel, DecidingMethod::fallback)) continue;
     border_costs_[texel] = 0;
-    spread(texel, 0);
+    relax_neighbours(texel, 0);
   }
   while (!open_steps.empty()) {
     const auto [cost, texel] = open_steps.top();
     open_steps.pop();
-    if (cost == border_costs_[texel]) spread(texel, cost);
+    if (cost == border_costs_[texel]) relax_neighbours(texel, cost);
   }
   texel_triangles_ = {};
 }

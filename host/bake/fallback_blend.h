@@ -42,8 +42,8 @@ class FallbackBlend {
   /// True if a band has texels that are blended.
   bool has_blended_texels(const TexelBand& band) const;
 
-  /// Function that recomputes texels of a band as blends; it receives the fallback's correspondence and each sample's
-  /// weight of the match.
+  /// Function that recomputes texels of a band as blends. It receives the fallback's correspondences, and for each
+  /// sample the weight of the match.
   using Make =
       std::function<void(const DeviceCorrespondence& other, const cl::Array<float>& shares)>;
 

@@ -31,8 +31,9 @@ Vec3 offset_point(const Vec3& p, const Vec3& direction, double by) {
 }
 
 /// Makes a mesh of both shells from each vertex's offsets, in frame units.
-Mesh shells_mesh(const Mesh& low, const std::vector<Vec3>& directions, const CageShells& shells,
-                 const std::vector<std::uint32_t>& vertex, double unit) {
+Mesh make_shells_mesh(const Mesh& low, const std::vector<Vec3>& directions,
+                      const CageShells& shells, const std::vector<std::uint32_t>& vertex,
+                      double unit) {
   Mesh mesh;
   mesh.name = low.name + "_cage";
   mesh.origin = low.origin;
@@ -82,7 +83,7 @@ FoundCage find_cage(const Source& source, const Mesh& low, const BakeOptions& gi
   BakeOptions options;
   options.match.ray.direction = given.match.ray.direction;
   options.match.ray.edge_width = given.match.ray.edge_width;
-  // Where only the fallback casts rays, their directions are not blended at edges.
+  // If only the fallback casts rays, their directions are not blended at edges.
   if (!obeys(match_row(given.match.method).info, "match.ray.direction"))
     options.match.ray.direction = RayDirection::averaged;
   options.match.two_sided = given.match.two_sided;
@@ -90,7 +91,7 @@ FoundCage find_cage(const Source& source, const Mesh& low, const BakeOptions& gi
   options.match.max_distance = given.match.max_distance;
   check_options(options);
   const LowSurface surface = LowSurface::of(low, high.frame);
-  // The width over which directions are blended at edges does not depend on the search distance.
+  // The width within which directions are blended at edges does not depend on the search distance.
   options.match.max_distance.reset();
   const EdgeTurn turn = edge_turn(options, high, surface);
   MatchRequest request = match_request(options, high, surface);
@@ -109,8 +110,8 @@ FoundCage find_cage(const Source& source, const Mesh& low, const BakeOptions& gi
       fit_shells(needs, surface, corners, low.positions.size(), kShellMargin * diagonal);
   const std::vector<Vec3> directions = ray_directions(low, high.frame.to_frame(low));
   FoundCage cage;
-  cage.mesh = shells_mesh(low, directions, shells, vertex, 1 / high.frame.scale);
-  cage.samples = needs.places.list.size();
+  cage.mesh = make_shells_mesh(low, directions, shells, vertex, 1 / high.frame.scale);
+  cage.samples = needs.points.list.size();
   cage.conflicts = shells.conflicts;
   if (const std::uint64_t flat = count_vertices_without_direction(low, directions); flat > 0) {
     cage.warnings.push_back(warn_of_vertices_without_direction(flat));

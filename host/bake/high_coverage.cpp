@@ -45,10 +45,12 @@ constexpr double kRadiusWidening = 1.0001;
 constexpr double kMinSamplesToCull = 16, kMinSamplesPerTriangleToCull = 0.125;
 // Tolerance for points that lie slightly outside of their triangle, as a share of the length of its sides
 constexpr float kTriangleSlack = 1e-3F;
-// Maximum length of a triangle's list of places. Where more are within reach, the grid is searched instead
+// Maximum length of a triangle's list of places. If more places lie within the search distance of the
+// triangle, the grid is searched instead
 constexpr std::size_t kMaxListedPlaces = 16;
-// States of a triangle of the high poly. kNoPlacesState: no uncovered place is within reach. kSearchGridState: places
-// are found by the grid. From kFirstListState on: index of a list of the places within reach.
+// States of a triangle of the high poly. kNoPlacesState: no uncovered place is within the search distance.
+// kSearchGridState: places are found by the grid. From kFirstListState on: index of the list of the places within the
+// search distance.
 constexpr std::uint32_t kNoPlacesState = 0, kSearchGridState = 1, kFirstListState = 2;
 
 Vec3d face_normal(const Source::Impl& high, const Triangle& t) {
@@ -108,7 +110,7 @@ struct NearestLowFaces {
   std::vector<std::uint32_t> triangle;
 };
 
-/// Result of HighCoverage::spread() for a number of places; cached for all texture sets.
+/// Result of HighCoverage::spread_places() for a number of places; cached for all texture sets.
 struct SpreadPlaces {
   std::uint32_t count = 0;
   HighCoverage::Places places;
@@ -122,14 +124,15 @@ double search_distance(const MatchRequest& request) {
 
 }  // namespace
 
-HighCoverage::Places HighCoverage::spread(const Source::Impl& high, std::uint32_t count) {
+HighCoverage::Places HighCoverage::spread_places(const Source::Impl& high, std::uint32_t count) {
   const auto cached_places = high.by_positions()->get<SpreadPlaces>([&] {
-    return SpreadPlaces{count, spread_places(high, count)};
+    return SpreadPlaces{count, make_spread_places(high, count)};
   });
-  return cached_places->count == count ? cached_places->places : spread_places(high, count);
+  return cached_places->count == count ? cached_places->places : make_spread_places(high, count);
 }
 
-HighCoverage::Places HighCoverage::spread_places(const Source::Impl& high, std::uint32_t count) {
+HighCoverage::Places HighCoverage::make_spread_places(const Source::Impl& high,
+                                                      std::uint32_t count) {
   std::vector<double> area(high.triangles.size());
   parallel_for(area.size(), kPlacesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
@@ -165,7 +168,7 @@ HighCoverage::Places HighCoverage::spread_places(const Source::Impl& high, std::
   return places;
 }
 
-HighCoverage::Places HighCoverage::vertices(const Source::Impl& high) {
+HighCoverage::Places HighCoverage::place_at_vertices(const Source::Impl& high) {
   std::vector<Vec3d> normals(high.positions.size());
   for (const Triangle& t : high.triangles) {
     const Vec3d normal = face_normal(high, t);
@@ -245,8 +248,8 @@ void HighCoverage::select_near_places(const MatchRequest& request, CopyCheck* co
     const Vec3d &ab = face.ab, &ac = face.ac, up = cross(ab, ac);
     const Vec3d direction = to_double(places_[i].position) - face.corner;
     const double area = dot(up, up);
-    // The low poly's nearest point is below the place, or on the triangle's border. A ray that starts on the border
-    // may miss the high poly.
+    // The nearest point of the triangle is the foot of the perpendicular from the place, or lies on the triangle's
+    // border. It is moved inward, since a ray that starts on the border may miss the high poly.
     double u = std::clamp(dot(cross(direction, ac), up) / area, 0.0, 1.0);
     double v = std::clamp(dot(cross(ab, direction), up) / area, 0.0, 1 - u);
     u += (1.0 / 3 - u) * kOriginInset;
@@ -259,7 +262,7 @@ void HighCoverage::select_near_places(const MatchRequest& request, CopyCheck* co
     const std::uint32_t i = place_of_point[k];
     is_lost_by_copies_[i] = comparisons[k].outcome == CopyCheck::CopyOutcome::other ? 1 : 0;
     if (comparisons[k].outcome != CopyCheck::CopyOutcome::same) continue;
-    // The map represents the place if the match finds this place, and not a layer above it.
+    // The map represents the place if the match finds the place itself, and not a surface above it.
     const Vec3d away = comparisons[k].found - to_double(places_[i].position);
     const double copy_radius = std::max(double{place_radii_[i]}, kCopyRadius);
     is_covered_[i] = dot(away, away) <= copy_radius * copy_radius ? 1 : 0;
@@ -431,7 +434,7 @@ void HighCoverage::list_places_by_triangle(const Source::Impl& high) {
       });
       if (places.size() == size_before) continue;
       triangles.push_back(static_cast<std::uint32_t>(t));
-      // Longer lists are discarded; the grid is searched instead.
+      // Lists that are longer are discarded, and the grid is searched instead.
       if (places.size() > size_before + kMaxListedPlaces) places.resize(size_before);
       ends.push_back(static_cast<std::uint32_t>(places.size()));
     }
@@ -442,11 +445,12 @@ void HighCoverage::list_places_by_triangle(const Source::Impl& high) {
     const auto base = static_cast<std::uint32_t>(listed_places_.size());
     listed_places_.insert(listed_places_.end(), places.begin(), places.end());
     for (std::size_t k = 0; k < triangles.size(); ++k) {
-      const bool many = ends[k] == (k == 0 ? 0 : ends[k - 1]);
+      const bool is_list_too_long = ends[k] == (k == 0 ? 0 : ends[k - 1]);
       triangle_state_[triangles[k]] =
-          many ? kSearchGridState
-               : kFirstListState + static_cast<std::uint32_t>(place_list_begins_.size()) - 1;
-      if (!many) place_list_begins_.push_back(base + ends[k]);
+          is_list_too_long
+              ? kSearchGridState
+              : kFirstListState + static_cast<std::uint32_t>(place_list_begins_.size()) - 1;
+      if (!is_list_too_long) place_list_begins_.push_back(base + ends[k]);
     }
   }
 }
@@ -507,7 +511,7 @@ void HighCoverage::record_band(const Source::Impl& high, BandReads& reads,
       if (triangle_state == kSearchGridState) {
         mark_covered_places(sample);
       } else if (mark_listed_places(triangle_state - kFirstListState, sample)) {
-        // All places of this triangle are covered, so that its further samples can be skipped.
+        // All places of this triangle are covered, so its remaining samples can be skipped.
         std::atomic_ref<std::uint32_t>(triangle_state_[triangle_index])
             .store(kNoPlacesState, std::memory_order_relaxed);
       }

@@ -30,11 +30,11 @@ class HighCoverage {
   };
 
   /// Distributes places evenly over the surface. The result is deterministic, and cached by the source.
-  static Places spread(const Source::Impl& high, std::uint32_t count);
+  static Places spread_places(const Source::Impl& high, std::uint32_t count);
   /// Uses the vertices as places, with the mean normals of their faces.
-  static Places vertices(const Source::Impl& high);
+  static Places place_at_vertices(const Source::Impl& high);
 
-  /// Selects the places that are measured: those that views show near the low poly. \param request gives the map's size
+  /// Selects the places that are rated: those that views show near the low poly. \param request gives the map's size
   /// and the search distance
   /// \param copies compares triangles that share texels; null if there are none
   HighCoverage(const MatchRequest& request, Places places, CopyCheck* copies);
@@ -48,15 +48,15 @@ class HighCoverage {
   std::vector<VertexCoverage> vertex_coverage() const;
 
  private:
-  static Places spread_places(const Source::Impl& high, std::uint32_t count);
+  static Places make_spread_places(const Source::Impl& high, std::uint32_t count);
   void select_near_places(const MatchRequest& request, CopyCheck* copies);
   void select_seen_places(const MatchRequest& request);
   /// Indices of the places near the low poly, in the order of a Morton curve. With many texture sets, each
   /// has few places.
   std::vector<std::uint32_t> near_places_in_morton_order() const;
   void build_place_grid();
-  /// Culls triangles for record_band(): on large maps, most samples lie on triangles that have no place within reach, or
-  /// whose places are all covered. The test is conservative, since it uses bounding boxes.
+  /// Culls triangles for record_band(): on large maps, most samples lie on triangles without places within the search
+  /// distance, or with covered places only. The test is conservative, since it uses bounding boxes.
   void list_places_by_triangle(const Source::Impl& high);
   static std::uint64_t cell(const std::array<std::int64_t, 3>& at);
   std::int64_t cell_coordinate(double x) const;
@@ -73,20 +73,21 @@ class HighCoverage {
 
   std::vector<Place> places_;
   double place_spacing_ = 0;
-  /// Radius within which a sample represents the place; 0 if the place is not measured
+  /// Radius around the place within which a sample represents it; 0 if the place is not rated
   std::vector<float> place_radii_;
   /// Sum of cosines between the normal and the directions that see the place
   std::vector<float> cosine_sums_;
   std::vector<std::uint8_t> is_covered_;
-  /// 1 if the place is lost because charts share texels
+  /// 1 if the place is lost because UV charts share texels
   std::vector<std::uint8_t> is_lost_by_copies_;
   /// State of each triangle (list_places_by_triangle()); empty: not computed.
   std::vector<std::uint32_t> triangle_state_;
-  /// Indices of the places within reach of a triangle, list after list, and the index at which each triangle's list
-  /// begins
+  /// Indices of the places within the search distance of each triangle, in one list after another, and the index at
+  /// which each triangle's list begins
   std::vector<std::uint32_t> listed_places_, place_list_begins_;
-  double cells_per_unit_ = 0;                        ///< Cells of the grid per frame unit
-  std::vector<std::uint64_t> occupied_cell_filter_;  ///< Bloom filter of occupied grid cells
+  double cells_per_unit_ = 0;  ///< Cells of the grid per frame unit
+  /// Bloom filter of the grid cells that contain places
+  std::vector<std::uint64_t> occupied_cell_filter_;
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> places_in_cell_;
 };
 

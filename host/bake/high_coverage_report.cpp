@@ -102,7 +102,7 @@ HighCoverageReport HighCoverage::report(const Frame& frame) const {
 
 void warn_about_loss(const HighCoverageReport& recall, const BakeOptions& options,
                      std::vector<Warning>& warnings) {
-  // Losses by shared texels may have been reported already, by the check of UV copies.
+  // The check of UV copies may already have reported losses by shared texels.
   const bool is_reported =
       std::any_of(warnings.begin(), warnings.end(),
                   [](const Warning& warning) { return warning.code == CopyCheck::kWarning; });

@@ -213,17 +213,17 @@ const Image* Layers::unit_vectors() const {
   return nullptr;
 }
 
-bool Layers::any_follows_positions() const {
+bool Layers::any_map_follows_positions() const {
   return std::any_of(layers_.begin(), layers_.end(),
                      [](const Layer& layer) { return layer.row->follows_positions; });
 }
 
-bool Layers::any_reads_around() const {
+bool Layers::any_map_reads_around() const {
   return std::any_of(layers_.begin(), layers_.end(),
                      [](const Layer& layer) { return layer.row->reads_around; });
 }
 
-bool Layers::any_obeys_max_error(const BakeOptions& options) const {
+bool Layers::any_map_obeys_max_error(const BakeOptions& options) const {
   const auto obeys = [&](MapKind kind, const BakeOptions& variant_options) {
     // Errors are at most 1, so a maximum error of 1 or more is always met.
     const double max_error = variant_options.occlusion.max_error;
@@ -236,13 +236,13 @@ bool Layers::any_obeys_max_error(const BakeOptions& options) const {
          });
 }
 
-bool Layers::any_fills_misses() const {
+bool Layers::any_map_fills_misses() const {
   return std::any_of(layers_.begin(), layers_.end(), [](const Layer& layer) {
     return layer.row->info.missed == MissedTexels::neighbours;
   });
 }
 
-bool Layers::any_needs_visibility() const {
+bool Layers::any_map_needs_visibility() const {
   return std::any_of(layers_.begin(), layers_.end(),
                      [](const Layer& layer) { return obeys(layer.row->info, "match.visibility"); });
 }

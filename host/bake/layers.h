@@ -68,15 +68,15 @@ class Layers {
   /// The first map of unit vectors; null if there is none.
   const Image* unit_vectors() const;
   /// True if any map has MapRow::follows_positions.
-  bool any_follows_positions() const;
+  bool any_map_follows_positions() const;
   /// True if any map has MapRow::reads_around.
-  bool any_reads_around() const;
+  bool any_map_reads_around() const;
   /// True if any map holds directions of a match by visibility.
-  bool any_needs_visibility() const;
-  /// True if any map is computed to a given error.
-  bool any_obeys_max_error(const BakeOptions& options) const;
+  bool any_map_needs_visibility() const;
+  /// True if any map is computed to a given error bound.
+  bool any_map_obeys_max_error(const BakeOptions& options) const;
   /// True if any map fills missed texels regardless of MissPolicy.
-  bool any_fills_misses() const;
+  bool any_map_fills_misses() const;
   /// Per texel: empty, baked or missed (image/gutter.h).
   const std::vector<std::uint8_t>& coverage() const { return coverage_; }
 

@@ -11,7 +11,7 @@ namespace kiln {
 namespace {
 
 /// CIELAB coordinates of a linear sRGB colour (D65 white; IEC 61966-2-1, CIE 15).
-Vec3d lab(const float* rgb) {
+Vec3d to_cielab(const float* rgb) {
   const double r = rgb[0], g = rgb[1], b = rgb[2];
   const std::array<double, 3> xyz{(0.4124 * r + 0.3576 * g + 0.1805 * b) / 0.9505,
                                   0.2126 * r + 0.7152 * g + 0.0722 * b,
@@ -43,7 +43,7 @@ double map_difference(const MapRow& row, const float* a, const float* b) {
   }
   if (map.type == MapType::color && map.channels >= 3) {
     const double alpha = map.channels > 3 ? 100 * (double{a[3]} - b[3]) : 0;
-    return std::hypot(length(lab(a) - lab(b)), alpha);
+    return std::hypot(length(to_cielab(a) - to_cielab(b)), alpha);
   }
   double squared_sum = 0;
   const std::uint32_t compared_channels = row.compared_channels;

@@ -14,9 +14,10 @@
 namespace kiln {
 namespace {
 
-/// The search distance in frame units. MatchOptions::max_distance describes the default.
+/// The search distance in units of the meshes' local frame (mesh/frame.h); see
+/// MatchOptions::max_distance for the default.
 double match_distance(const BakeOptions& options, const LowSurface& surface, const Frame& frame) {
-  // A larger distance would find nothing more.
+  // A larger search distance would not find more.
   constexpr double kMaxSearchDistance = 1048576;
   if (options.match.max_distance)
     return std::min(to_frame(*options.match.max_distance, frame), kMaxSearchDistance);
@@ -140,12 +141,13 @@ void add_notes(MatchNotes notes, BakeReport& report) {
   report.warnings.insert(report.warnings.end(), notes.warnings.begin(), notes.warnings.end());
 }
 
-// The warning must depend only on the options, not on structures of the source that an earlier bake has built.
+// The warning may only depend on the options, not on structures of the source that an earlier bake has built.
 void warn_about_duplicates(const Source::Impl& source, const BakeOptions& options,
                            BakeReport& report) {
-  const bool walks = any_in_chain(options, [](const MatchRow& row) { return row.is_refittable; }) &&
-                     (options.match.saved == nullptr || !options.match.fallback.empty());
-  const std::uint64_t count = walks ? source.duplicates() : 0;
+  const bool searches_bvh =
+      any_in_chain(options, [](const MatchRow& row) { return row.is_refittable; }) &&
+      (options.match.saved == nullptr || !options.match.fallback.empty());
+  const std::uint64_t count = searches_bvh ? source.duplicates() : 0;
   if (count == 0) return;
   report.warnings.push_back(
       {"duplicate-triangles",

@@ -41,7 +41,7 @@ bool turns_by_source(const BakeOptions& options);
 /// the distance.
 SheetReach sheet_reach(const BakeOptions& options, const LowSurface& surface);
 
-/// Moves a match's notes to the report.
+/// Moves the notes of a match, such as warnings, to the report.
 void add_notes(MatchNotes notes, BakeReport& report);
 
 /// Makes the matcher that the options select, and the structures of the source that it needs. Adds facts that are

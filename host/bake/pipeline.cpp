@@ -69,7 +69,7 @@ Pipeline::Pipeline(const Scene& scene, BandStorage bands, BakeProgress progress)
   result_.report.seconds_mips = stopwatch_.lap();
 }
 
-/// Determines how directions are blended at hard edges, which may build the high poly's BVH.
+/// Determines how ray directions are blended at hard edges. This may build the high poly's BVH.
 EdgeTurn Pipeline::make_edge_turn() {
   const BakeOptions& options = scene_.options;
   if (options.match.saved == nullptr && options.match.ray.direction == RayDirection::painted &&
@@ -108,7 +108,7 @@ PipelineBand& Pipeline::sample_band(std::uint32_t number) {
   if (band.match.capacity < band.texels.capacity) {
     band.match = DeviceCorrespondence();
     band.match =
-        DeviceCorrespondence(context_, band.texels.capacity, layers_.any_needs_visibility());
+        DeviceCorrespondence(context_, band.texels.capacity, layers_.any_map_needs_visibility());
   }
   band.match.count = band.texels.sample_count;
   return band;
@@ -201,9 +201,10 @@ void Pipeline::make_collectors() {
   const MatchRequest request = match_request(options, scene_.high, surface_);
   CopyCheck* const copies = copy_check_ ? &*copy_check_ : nullptr;
   if (options.report.recall > 0)
-    coverage_.emplace(request, HighCoverage::spread(scene_.high, options.report.recall), copies);
+    coverage_.emplace(request, HighCoverage::spread_places(scene_.high, options.report.recall),
+                      copies);
   if (options.report.vertex_coverage) {
-    vertex_coverage_.emplace(request, HighCoverage::vertices(scene_.high), copies);
+    vertex_coverage_.emplace(request, HighCoverage::place_at_vertices(scene_.high), copies);
   }
   result_.report.seconds_recall += stopwatch_.lap();
 }
@@ -237,7 +238,7 @@ void Pipeline::run_over_bands(const Pass& pass) {
     result_.match = make_empty_match();
   }
   report.seconds_image += stopwatch_.lap();
-  // Matches with a long preparation have reported their own progress.
+  // Matches that take long to prepare have already reported progress.
   const double preparing_share = report.visibility ? kPreparingShare : 0;
   const std::uint32_t count = sampler_.band_count();
   for (std::uint32_t b = 0; b < count; ++b) {
@@ -346,7 +347,7 @@ void Pipeline::warn_about_coarse_views() {
 void Pipeline::report_coverage() {
   BakeReport& report = result_.report;
   if (coverage_) report.recall = coverage_->report(scene_.high.frame);
-  // If nearly all samples missed, the warnings about misses suffice, and lost detail is not reported.
+  // If nearly all samples missed, only the misses are warned of, and lost detail is not reported.
   if (report.recall && report.missed * 50 <= report.samples) {
     warn_about_loss(*report.recall, scene_.options, report.warnings);
   }
@@ -411,7 +412,8 @@ void Pipeline::measure_errors(Clusters& clusters) {
   BakeReport& report = result_.report;
   report.seconds_image += stopwatch_.lap();
   const auto make = [&](const BakeOptions& options) {
-    BakeReport discarded_report;  // The second matcher's notes repeat those of the bake's matcher
+    // The notes of the second matcher are dropped, since they repeat those of the bake's matcher
+    BakeReport discarded_report;
     return make_matcher(scene_.high, surface_, options, discarded_report, clusters, BakeProgress(),
                         edge_turn_.blends_directions());
   };
@@ -433,7 +435,7 @@ double Pipeline::max_point_distance() const {
   const double cage =
       std::max(request.cage.value_or(0) * units_per_frame_unit_,
                result_.report.cage_mesh ? result_.report.cage_mesh->outward_most : 0);
-  // Rays that start on a cage pass through the low poly.
+  // Rays that start on a cage run through the low poly.
   return std::max(cage, request.distance * units_per_frame_unit_ - (request.cage ? cage : 0));
 }
 
@@ -482,7 +484,7 @@ BakeResult Pipeline::run(Clusters& clusters, Image* drawn) {
   if (method_transitions_)
     result_.report.transitions = method_transitions_->measure(*layers_.unit_vectors());
   blend();
-  if (scene_.options.report.errors || layers_.any_obeys_max_error(scene_.options)) {
+  if (scene_.options.report.errors || layers_.any_map_obeys_max_error(scene_.options)) {
     measure_errors(clusters);
   }
   finish_maps(drawn);

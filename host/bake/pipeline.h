@@ -29,10 +29,10 @@ struct PipelineBand {
 /// Memory of bands: each band reuses that of the previous one, or all bands are kept on the device for further bakes.
 enum class BandStorage { reused, kept };
 
-/// Which steps a pass over the bands runs.
+/// Steps that a pass over the bands runs.
 struct Pass {
   bool match = true;              ///< Match the samples again
-  bool update_distances = false;  ///< Keep the matched points, but update their distances
+  bool update_distances = false;  ///< Keep the matched points, and update their distances
   bool compute_maps = true;       ///< Compute all maps from the matched points
 };
 
@@ -54,7 +54,7 @@ class Pipeline {
   /// \param drawn  see Layers::finish(); null: not computed
   BakeResult run(Clusters& clusters, Image* drawn = nullptr);
 
-  // Single stages, for callers that bake repeatedly
+  // Single stages, for callers that bake the same scene repeatedly
 
   /// Samples all bands and keeps them. Requires BandStorage::kept.
   void sample();
@@ -77,7 +77,7 @@ class Pipeline {
   void finish_report();
   /// Resets the report's seconds to 0.
   void restart_stopwatch();
-  /// Seconds since the last stage, for stages of the caller.
+  /// Returns the seconds since the last stage ended, for stages that the caller runs.
   double lap() { return stopwatch_.lap(); }
 
   cl::Context& context() const { return context_; }
@@ -117,7 +117,8 @@ class Pipeline {
   std::shared_ptr<LowSurface> low_;
   LowSurface& surface_;
   CageReach cage_;
-  // The part of a high poly larger than memory that maps read; null if the whole high poly is in memory
+  // For a high poly that is larger than memory: the part of it that maps read. Null if the whole high
+  // poly is in memory
   std::unique_ptr<Source::Impl> streamed_part_;
   TexelSampler sampler_;
   EdgeTurn edge_turn_;

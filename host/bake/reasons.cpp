@@ -68,8 +68,8 @@ class ReasonFinder {
       if (status == SampleStatus::missed) {
         missed.push_back(i);
       } else {
-        note(status == SampleStatus::outermost ? Reason::passed_over : Reason::found, elements[i],
-             points, band.capacity, i, 0);
+        record_reason(status == SampleStatus::outermost ? Reason::passed_over : Reason::found,
+                      elements[i], points, band.capacity, i, 0);
       }
     }
     if (missed.empty()) return;
@@ -94,12 +94,13 @@ class ReasonFinder {
       } else if (farther.triangle[k] != KILN_NO_TRIANGLE) {
         reason = Reason::far;
       }
-      note(reason, elements[i], points, band.capacity, i,
-           reason == Reason::far
-               ? std::abs(double{is_beyond_inner_shell() && repeated.triangle[k] != KILN_NO_TRIANGLE
-                                     ? repeated.distance[k]
-                                     : farther.distance[k]})
-               : 0);
+      record_reason(
+          reason, elements[i], points, band.capacity, i,
+          reason == Reason::far
+              ? std::abs(double{is_beyond_inner_shell() && repeated.triangle[k] != KILN_NO_TRIANGLE
+                                    ? repeated.distance[k]
+                                    : farther.distance[k]})
+              : 0);
     }
   }
 
@@ -125,8 +126,8 @@ class ReasonFinder {
     return dot(normal, direction) <= 0;
   }
 
-  void note(Reason reason, std::size_t element, const std::vector<float>& points, std::size_t plane,
-            std::size_t i, double distance) {
+  void record_reason(Reason reason, std::size_t element, const std::vector<float>& points,
+                     std::size_t plane, std::size_t i, double distance) {
     const auto column = static_cast<std::uint32_t>(element % match_.width / match_.samples);
     const auto row = static_cast<std::uint32_t>(element / match_.width / match_.samples);
     Reason& texel = result_.texels[std::size_t{row} * options_.width + column];

@@ -63,7 +63,8 @@ void count_samples(BandReads& reads, const DeviceCorrespondence& match, double u
   constexpr std::size_t kSamplesPerBlock = 1 << 16;
   std::vector<Sums> blocks((match.count + kSamplesPerBlock - 1) / kSamplesPerBlock);
   parallel_for(match.count, kSamplesPerBlock, [&](std::size_t begin, std::size_t end) {
-    // Sums in several independent variables, which hides the latency of additions, and combines them in a fixed order.
+    // Sums values in several independent variables, which hides the latency of additions, and adds these in a fixed
+    // order.
     constexpr std::size_t kParallelSums = 4;
     std::array<Sums, kParallelSums> parallel_sums;
     const auto add = [&](std::size_t i, Sums& sums) {
@@ -107,7 +108,7 @@ void flatten_below_surface(std::string_view map, Image& image,
     const float size = std::sqrt(normal[0] * normal[0] + normal[1] * normal[1]);
     normal[0] = size > 0 ? normal[0] / size : 1;
     normal[1] = size > 0 ? normal[1] / size : 0;
-    normal[2] = -0.0F;  // -0 marks a texel whose normal was raised
+    normal[2] = -0.0F;  // The value -0 marks a texel whose normal was raised to the horizon
   }
   if (below_surface == 0) return;
   const std::string share =
@@ -155,7 +156,7 @@ std::string triangle_names(const Mesh& mesh, std::uint32_t triangle) {
   std::string names;
   const auto add = [&](const char* what, const std::vector<std::uint32_t>& of,
                        const std::vector<std::string>& list) {
-    // Names that repeat are omitted: in files without names, object and group both have the file's name.
+    // Repeated names are omitted: in files without names, object and group both have the file's name.
     if (of.empty() || names.find("'" + list[of[triangle]] + "'") != std::string::npos) return;
     names += (names.empty() ? "" : ", ") + std::string(what) + " '" + list[of[triangle]] + "'";
     std::replace(names.begin(), names.end(), '\n',

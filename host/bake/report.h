@@ -18,7 +18,8 @@ namespace kiln {
 /// Maximum number of samples in a band, which limits device memory.
 constexpr std::uint32_t kBandSamples = 1U << 20;
 
-/// The same if the high poly is larger than memory: each band reads all of it, so fewer and larger bands are faster.
+/// Maximum number of samples in a band if the high poly is larger than memory: each band reads all of it, so fewer
+/// and larger bands are faster.
 constexpr std::uint32_t kStreamedBandSamples = 1U << 22;
 inline std::uint32_t band_samples(const Source::Impl& high) {
   return high.is_streamed() ? kStreamedBandSamples : kBandSamples;

@@ -74,7 +74,8 @@ BakeSession::Impl::Impl(const Device& device, Mesh&& dense, Mesh&& low_mesh,
 /// True if padding texels are copies of baked texels, so that a partial update can copy them again.
 bool BakeSession::Impl::padding_is_copied() {
   return options.encoding.gutter >= 0 && !options.encoding.mips &&
-         ((options.encoding.miss == MissPolicy::keep && !pipeline.layers().any_fills_misses()) ||
+         ((options.encoding.miss == MissPolicy::keep &&
+           !pipeline.layers().any_map_fills_misses()) ||
           pipeline.result().report.missed == 0);
 }
 
@@ -84,9 +85,9 @@ void BakeSession::Impl::bake_maps(const HighPolyNormals::Change& normal_change, 
   Pass pass;
   pass.match = !baked || (any_moved && !pipeline.keeps_surface_points());
   pass.update_distances =
-      !pass.match && any_moved && (options.report.keep_match || layers.any_follows_positions());
-  pass.compute_maps = pass.match || normal_change.rebuilt || layers.any_reads_around() ||
-                      (any_moved && layers.any_follows_positions());
+      !pass.match && any_moved && (options.report.keep_match || layers.any_map_follows_positions());
+  pass.compute_maps = pass.match || normal_change.rebuilt || layers.any_map_reads_around() ||
+                      (any_moved && layers.any_map_follows_positions());
   if (pass.match) {
     pipeline.prepare_match(visibility);
     texels.invalidate();

@@ -29,10 +29,10 @@ void SessionTexels::prepare(const BakeOptions& options, bool copied) {
   run_kernels_once();
 }
 
-/// Recomputes some texels without a change, so that kernels are compiled before the first update: drivers compile a
-/// kernel at its first launch, PoCL once for grids below 2^16 and once for larger ones.
+/// Recomputes some texels although nothing has changed, so that kernels are compiled before the first update:
+/// drivers compile a kernel at its first launch, PoCL once for grids below 2^16 and once for larger ones.
 void SessionTexels::run_kernels_once() {
-  if (pipeline_.layers().any_reads_around()) return;
+  if (pipeline_.layers().any_map_reads_around()) return;
   for (const std::size_t some : {std::size_t{1}, std::size_t{1} << 16}) {
     if (some > count_) continue;
     chosen_texels_.clear();

@@ -44,8 +44,10 @@ Message streaming_obstacle(const BakeOptions& options) {
            (maps.size() == 1 ? " needs" : " need") + " the whole high poly in memory: bake only " +
            streaming_maps() + ".";
   }
-  const auto stays = [](const MatchRow& row) { return !row.supports_large_high_poly; };
-  if (options.match.saved == nullptr && any_in_chain(options, stays)) {
+  const auto needs_whole_high_poly = [](const MatchRow& row) {
+    return !row.supports_large_high_poly;
+  };
+  if (options.match.saved == nullptr && any_in_chain(options, needs_whole_high_poly)) {
     return Message("the match needs the whole high poly in memory: match by ") +
            match_names([](const MatchRow& row) { return row.supports_large_high_poly; }) + ".";
   }

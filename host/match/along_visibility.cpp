@@ -6,7 +6,7 @@ namespace kiln {
 namespace {
 
 /// Converts a progress callback to one that names this step.
-KeepOn keep_on_with(const Progress& progress) {
+ShareCallback make_share_callback(const Progress& progress) {
   if (!progress) return {};
   return [progress](double done) { return progress(done, "visibility"); };
 }
@@ -26,7 +26,7 @@ class VisibilityMatcher : public Matcher {
     if (field == nullptr) {
       field = std::make_shared<const VisibilityField>(
           context_, request.surface, request.width, request.height, request.visibility,
-          request.source.traversal, report, keep_on_with(request.progress));
+          request.source.traversal, report, make_share_callback(request.progress));
     }
     field_ = field;
   }
@@ -80,7 +80,7 @@ MatchRow row_of(MatchMethod method, std::string_view searches, std::string_view 
 
 MatchRow visibility_match() {
   MatchRow row =
-      row_of(MatchMethod::visibility, "along the mean direction that a place is seen from",
+      row_of(MatchMethod::visibility, "along the mean of the directions that see a sample",
              "match.max_distance match.visibility report.recall");
   row.plan_order = 3;
   row.make = make<false>;
@@ -88,10 +88,11 @@ MatchRow visibility_match() {
 }
 
 MatchRow hybrid_match() {
-  MatchRow row = row_of(MatchMethod::hybrid, "between the direction of visibility and the normal",
-                        "match.max_distance match.visibility.at match.visibility.test "
-                        "match.visibility.directions match.visibility.view_size "
-                        "match.visibility.smoothing match.visibility.likelihood report.recall");
+  MatchRow row =
+      row_of(MatchMethod::hybrid, "along a direction between visibility direction and normal",
+             "match.max_distance match.visibility.at match.visibility.test "
+             "match.visibility.directions match.visibility.view_size "
+             "match.visibility.smoothing match.visibility.likelihood report.recall");
   row.plan_order = row.low_poly_order = 2;
   row.make = make<true>;
   return row;

@@ -18,7 +18,8 @@ class AxisMatcher : public Matcher {
     if (band.sample_count == 0) return;
     const std::size_t size = std::size_t{7} * band.capacity;
     if (axis_points_.size() < size) axis_points_ = cl::Array<float>(context_, size);
-    // The axis is flipped to the side that the low poly faces, so that outward stays outward.
+    // The axis is flipped so that it points to the side that the low poly faces: outward is then
+    // its positive direction.
     context_.launch(context_.kernel("match", "kiln_match_axis"), band.sample_count, kLocal,
                     band.sample_count, band.capacity, axis_.x, axis_.y, axis_.z, band.points,
                     axis_points_);

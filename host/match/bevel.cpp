@@ -30,7 +30,7 @@ constexpr double kMaxEdgeDistance = 0.04, kMinBlendWidth = 0.0005, kDefaultBlend
 // The blend width is the larger of these multiples of the bevel's width and of the high poly's height.
 constexpr double kBlendWidthPerBevel = 0.4;
 constexpr double kBlendWidthPerGap = 2;
-constexpr double kDegrees = 180 / 3.14159265358979323846;
+constexpr double kDegreesPerRadian = 180 / 3.14159265358979323846;
 constexpr double kNoBevel = std::numeric_limits<double>::infinity();
 
 double edge_distance(std::size_t ring, double max_edge_distance) {
@@ -72,17 +72,18 @@ EdgeSidePoint point_beside_edge(const std::array<LowSurface::Corner, 3>& face,
   return {to_float(p), to_float(direction * (1 / size))};
 }
 
-/// Angles and gaps that rays measured along one side of an edge.
+/// What rays measure on one side of an edge: angles between high poly and face, and gaps (heights
+/// of the high poly), per distance from the edge.
 struct SideProfile {
   std::array<std::vector<double>, kEdgeDistances> angles, gaps;
 
-  struct End {
+  struct BevelEnd {
     /// Distance from the edge at which the bevel ends; infinity if no bevel was found
     double bevel = kNoBevel;
     double gap = 0;  ///< Outward height of the high poly at that distance
   };
 
-  End end(double max_edge_distance) const {
+  BevelEnd find_bevel_end(double max_edge_distance) const {
     std::array<double, kEdgeDistances> median_angles{};
     std::size_t last = 0;
     for (std::size_t r = 0; r < kEdgeDistances; ++r) {
@@ -99,14 +100,14 @@ struct SideProfile {
         std::max(kMaxParallelDegrees, kMaxAngleOverMedian * median(outer_angles));
     for (std::size_t r = 0; r < kEdgeDistances && !outer_angles.empty(); ++r) {
       if (!(median_angles[r] <= parallel)) continue;
-      // A bevel that ends before the smallest measured distance counts as none.
+      // A bevel that ends before the smallest measured distance has width 0.
       return {r == 0 ? 0 : edge_distance(r, max_edge_distance), std::max(0.0, median(gaps[r]))};
     }
     return {};
   }
 };
 
-/// Casts rays from points near edges, and collects their angles and gaps.
+/// Casts rays from points near edges, and collects the angles and gaps that they measure.
 class BevelProbes {
  public:
   BevelProbes(const Source::Impl& high, const LowSurface& surface, double max_edge_distance,
@@ -116,32 +117,34 @@ class BevelProbes {
   /// Measures the profiles of both sides of edges [begin, end) of a list.
   std::vector<std::array<SideProfile, 2>> measure_profiles(const HardEdges& hard, std::size_t begin,
                                                            std::size_t end, std::size_t stride,
-                                                           std::size_t places, double reach) const {
-    const std::size_t rays_per_side = places * kEdgeDistances;
+                                                           std::size_t points_per_edge,
+                                                           double reach) const {
+    const std::size_t rays_per_side = points_per_edge * kEdgeDistances;
     const auto count = static_cast<std::uint32_t>((end - begin) * 2 * rays_per_side);
     std::vector<float> planes(7 * std::size_t{count}, 0.0F);
     parallel_for(count, 4096, [&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i) {
         const HardEdges::Edge& edge = hard.edges[(begin + i / (2 * rays_per_side)) * stride];
-        const std::size_t side = i / rays_per_side % 2, along = i / kEdgeDistances % places;
-        const EdgeSidePoint place =
-            point_beside_edge(surface_.triangles[edge.faces[side]], edge,
-                              (static_cast<double>(along) + 0.5) / static_cast<double>(places),
-                              edge_distance(i % kEdgeDistances, farthest_));
-        const Vec3 &p = place.position, &d = place.direction;
+        const std::size_t side = i / rays_per_side % 2,
+                          along = i / kEdgeDistances % points_per_edge;
+        const EdgeSidePoint edge_point = point_beside_edge(
+            surface_.triangles[edge.faces[side]], edge,
+            (static_cast<double>(along) + 0.5) / static_cast<double>(points_per_edge),
+            edge_distance(i % kEdgeDistances, farthest_));
+        const Vec3 &p = edge_point.position, &d = edge_point.direction;
         const float values[6] = {p.x, p.y, p.z, d.x, d.y, d.z};
         for (std::size_t k = 0; k < 6; ++k) planes[k * count + i] = values[k];
       }
     });
     cl::Context& context = context_of(high_.device);
     const cl::Array<float> points(context, std::span<const float>(planes));
-    DeviceCorrespondence met(context, count);
+    DeviceCorrespondence device_hits(context, count);
     RayQuery query;
     query.t_min = -static_cast<float>(reach);
     query.t_max = static_cast<float>(reach);
     query.outermost = true;
-    high_.ray_search().intersect(points, count, count, query, met);
-    const HostCorrespondence hits(context, met, count);
+    high_.ray_search().intersect(points, count, count, query, device_hits);
+    const HostCorrespondence hits(context, device_hits, count);
     const std::vector<std::array<Vec3, 3>> corners = high_.corners_of(hits.triangle);
     std::vector<std::array<SideProfile, 2>> profiles(end - begin);
     for (std::size_t i = 0; i < count; ++i) {
@@ -149,7 +152,7 @@ class BevelProbes {
                             planes[5 * std::size_t{count} + i]};
       const std::size_t e = i / (2 * rays_per_side), side = i / rays_per_side % 2;
       const std::uint32_t face = hard.edges[(begin + e) * stride].faces[side];
-      if (!is_own_upright_face(hits.triangle[i], face, direction)) continue;
+      if (!is_face_of_own_part(hits.triangle[i], face, direction)) continue;
       SideProfile& profile = profiles[e][side];
       profile.angles[i % kEdgeDistances].push_back(angle(corners[i], direction));
       profile.gaps[i % kEdgeDistances].push_back(double{hits.distance[i]});
@@ -158,7 +161,7 @@ class BevelProbes {
   }
 
  private:
-  bool is_own_upright_face(std::uint32_t triangle, std::uint32_t face,
+  bool is_face_of_own_part(std::uint32_t triangle, std::uint32_t face,
                            const Vec3d& direction) const {
     if (triangle == KILN_NO_TRIANGLE || !(dot(direction, direction) > 0)) return false;
     return parts_ == nullptr || parts_->high[triangle] == parts_->low[face];
@@ -168,7 +171,7 @@ class BevelProbes {
     const Vec3d a = to_double(corners[0]);
     const Vec3d normal = cross(to_double(corners[1]) - a, to_double(corners[2]) - a);
     const double cosine = dot(normal, direction) / length(normal);
-    return std::acos(std::clamp(cosine, -1.0, 1.0)) * kDegrees;
+    return std::acos(std::clamp(cosine, -1.0, 1.0)) * kDegreesPerRadian;
   }
 
   const Source::Impl& high_;
@@ -180,7 +183,8 @@ class BevelProbes {
 /// Blend width at an edge; infinity if neither side has an estimate.
 double blend_width(const std::array<SideProfile, 2>& sides, double max_edge_distance,
                    double min_width) {
-  const SideProfile::End a = sides[0].end(max_edge_distance), b = sides[1].end(max_edge_distance);
+  const SideProfile::BevelEnd a = sides[0].find_bevel_end(max_edge_distance),
+                              b = sides[1].find_bevel_end(max_edge_distance);
   if (!(std::min(a.bevel, b.bevel) < kNoBevel)) return kNoBevel;
   const double bevel = !(a.bevel < kNoBevel)   ? b.bevel
                        : !(b.bevel < kNoBevel) ? a.bevel
@@ -199,17 +203,17 @@ Bevels find_bevels(const Source::Impl& high, const LowSurface& surface, const Ha
                min_width = kMinBlendWidth * diagonal;
   const std::size_t stride = 1 + hard.edges.size() / kMaxMeasuredEdges;
   const std::size_t measured = (hard.edges.size() + stride - 1) / stride;
-  const std::size_t places = std::clamp<std::size_t>(
+  const std::size_t points_per_edge = std::clamp<std::size_t>(
       kTargetRayCount / (2 * kEdgeDistances * measured), 1, kMaxPointsPerEdge);
   const std::size_t batch_size =
-      std::max<std::size_t>(1, kTargetRayCount / (2 * kEdgeDistances * places));
+      std::max<std::size_t>(1, kTargetRayCount / (2 * kEdgeDistances * points_per_edge));
   const BevelProbes probes(high, surface, max_edge_distance, parts);
   Bevels result;
   std::vector<double> hits;
   result.widths.assign(hard.edges.size(), 0.0F);
   for (std::size_t begin = 0; begin < measured; begin += batch_size) {
     const std::size_t end = std::min(measured, begin + batch_size);
-    const auto profiles = probes.measure_profiles(hard, begin, end, stride, places, reach);
+    const auto profiles = probes.measure_profiles(hard, begin, end, stride, points_per_edge, reach);
     for (std::size_t e = begin; e < end; ++e) {
       const double width = blend_width(profiles[e - begin], max_edge_distance, min_width);
       if (!(width < kNoBevel)) continue;

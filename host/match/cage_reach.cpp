@@ -42,9 +42,9 @@ CageReach::CageReach(cl::Context& context, const Frame& frame, LowSurface& surfa
   }
   hull_ = surface.cage_hull;
   rays_ = std::make_unique<RayCaster>(context, hull_->positions, hull_->triangles);
-  const SampledPoints places = spread_points(context, surface, kHullTestPoints);
-  hull_distances_ = write_hull_distances(context, places.band.points, places.band.sample_count,
-                                         places.band.capacity);
+  const SampledPoints test_points = spread_points(context, surface, kHullTestPoints);
+  hull_distances_ = write_hull_distances(context, test_points.band.points,
+                                         test_points.band.sample_count, test_points.band.capacity);
   for (const float distance : hull_distances_) {
     surface.cage_length = std::max(surface.cage_length, 2 * double{distance});
   }

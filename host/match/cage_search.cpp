@@ -17,18 +17,21 @@ namespace {
 
 constexpr std::size_t kTargetPointCount = 1 << 18;
 // Thresholds of the search, as shares of the high poly's diagonal.
-constexpr double kMaxSolidHeight = 0.25;  // maximum height at which a solid may end
-constexpr double kMaxFaceDepth = 0.1;     // maximum depth of a face
+// largest height above the low poly at which an interval inside the high poly may end
+constexpr double kMaxSolidHeight = 0.25;
+constexpr double kMaxFaceDepth = 0.1;  // largest depth of a face below the low poly
 // points closer than this below another part are hidden, and ignored
 constexpr double kMinClearance = 0.001;
-// a face above this height does not bound the wall below it
+// only faces up to this height above the low poly can be the outer side of a wall, whose inner side
+// bounds the inner shell
 constexpr double kMaxWallHeight = 0.0025;
-constexpr double kMaxOwnHeight =
-    0.0025;  // faces up to this height always belong to the point below them
+constexpr double kMaxOwnFaceHeight =
+    0.0025;  // a face up to this height always belongs to the point below it
 // A face belongs to another point of the low poly if it is nearer to that point than this share of the ray's
 // length.
 constexpr float kMaxForeignRatio = 0.5F;
-// maximum number of stacked solids: passes of extend_to_solids()
+// maximum number of solids above one another that a point is raised over: passes of
+// extend_to_solids()
 constexpr int kMaxStackedSolids = 4;
 constexpr float kRayStartOffset = 4 * KILN_BVH_EPSILON;  // offset of ray starts past a face
 constexpr float kNoHit = std::numeric_limits<float>::infinity();
@@ -42,18 +45,18 @@ class CageSearch {
     max_depth_ = static_cast<float>(std::max(request.distance, kMaxFaceDepth * diagonal));
     min_clearance_ = static_cast<float>(kMinClearance * diagonal);
     max_wall_height_ = static_cast<float>(kMaxWallHeight * diagonal);
-    max_own_height_ = static_cast<float>(kMaxOwnHeight * diagonal);
-    needs_.places = spread_points(context_, request.surface, kTargetPointCount);
-    turn.set_directions(context_, needs_.places.band);
-    point_count_ = needs_.places.list.size();
+    max_own_face_height_ = static_cast<float>(kMaxOwnFaceHeight * diagonal);
+    needs_.points = spread_points(context_, request.surface, kTargetPointCount);
+    turn.set_directions(context_, needs_.points.band);
+    point_count_ = needs_.points.list.size();
     points_.resize(7 * point_count_);
-    needs_.places.band.points.read(context_, points_);
+    needs_.points.band.points.read(context_, points_);
   }
 
   CageNeeds run() {
     const LowRays low(context_, request_.surface);
     const cl::Array<float> outward_limits(context_, point_count_);
-    low.limits(context_, needs_.places.band, max_height_, outward_limits, 0);
+    low.write_search_limits(context_, needs_.points.band, max_height_, outward_limits, 0);
     outward_limits_ = outward_limits.download(context_);
     needs_.counts.resize(point_count_);
     for (std::size_t i = 0; i < point_count_; ++i)
@@ -91,9 +94,9 @@ class CageSearch {
     }
     const cl::Array<float> points(context_, std::span<const float>(planes));
     const auto count = static_cast<std::uint32_t>(point_count_);
-    DeviceCorrespondence met(context_, count);
-    request_.source.rays().intersect(points, count, count, query, met);
-    const HostCorrespondence found(context_, met, count);
+    DeviceCorrespondence matches(context_, count);
+    request_.source.rays().intersect(points, count, count, query, matches);
+    const HostCorrespondence found(context_, matches, count);
     Hits hits{std::vector<float>(point_count_, kNoHit), std::vector<std::uint8_t>(point_count_)};
     parallel_for(point_count_, 1 << 12, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
@@ -109,7 +112,7 @@ class CageSearch {
   /// True if a face belongs to the point's own part.
   bool is_of_own_part(std::size_t i, std::uint32_t triangle) const {
     return parts_ == nullptr ||
-           parts_->high[triangle] == parts_->low[needs_.places.list[i].triangle];
+           parts_->high[triangle] == parts_->low[needs_.points.list[i].triangle];
   }
 
   Vec3d normal(std::uint32_t triangle) const {
@@ -130,9 +133,9 @@ class CageSearch {
                                                  ? part_matcher(row, request, *parts_, unused_notes)
                                                  : row.make(request, unused_notes);
     const auto count = static_cast<std::uint32_t>(point_count_);
-    DeviceCorrespondence met(context_, count);
-    matcher->run(needs_.places.band, met);
-    return HostCorrespondence(context_, met, count);
+    DeviceCorrespondence matches(context_, count);
+    matcher->run(needs_.points.band, matches);
+    return HostCorrespondence(context_, matches, count);
   }
 
   /// Finds the faces that the bake would match without a cage.
@@ -155,8 +158,9 @@ class CageSearch {
     return from;
   }
 
-  /// Extends heights to the tops of solids that begin within the search distance and end beyond it: solids
-  /// above the face, and solids sunk into it. \returns true if a height changed
+  /// Raises the points' heights to the tops of solids that begin within the search distance and end beyond
+  /// it: solids above the low poly's face, and solids that are sunk into it. \returns true if a height
+  /// changed
   bool extend_to_solids() {
     RayQuery query;
     query.t_max = max_height_;
@@ -172,15 +176,15 @@ class CageSearch {
     }
     query.two_sided = false;
     query.t_max = static_cast<float>(request_.distance);
-    const Hits entered = cast(below, query, true);
+    const Hits inner_side_hits = cast(below, query, true);
     query.t_max = max_height_;
     query.two_sided = request_.two_sided;
     const Hits last = cast(from, query);
     bool has_changed = false;
     for (std::size_t i = 0; i < point_count_; ++i) {
-      const Hits& top = entered.at[i] < kNoHit ? first : last;
+      const Hits& top = inner_side_hits.at[i] < kNoHit ? first : last;
       if (!(top.at[i] < std::min(outward_limits_[i], max_height_))) continue;
-      if (from[i] == kNoHit && !(entered.at[i] < kNoHit)) continue;
+      if (from[i] == kNoHit && !(inner_side_hits.at[i] < kNoHit)) continue;
       face_heights_[i] = top.at[i];
       needs_.found[i] = 1;
       has_changed = true;
@@ -188,11 +192,11 @@ class CageSearch {
     return has_changed;
   }
 
-  /// Discards faces that are far nearer to another part of the low poly: the point's ray missed a raised
-  /// detail, or passed the edge of another part, and hit what lies behind. Such points use the nearest
-  /// face instead.
+  /// Discards faces that are much nearer to another part of the low poly than to the point: the point's
+  /// ray missed a raised detail, or passed the edge of another part, and hit a surface behind it. Such
+  /// points get the nearest face instead.
   void reassign_foreign_faces(const LowRays& low) {
-    const std::vector<std::uint8_t> is_foreign = foreign_faces(low);
+    const std::vector<std::uint8_t> is_foreign = find_foreign_faces(low);
     if (std::find(is_foreign.begin(), is_foreign.end(), 1) == is_foreign.end()) return;
     MatchRequest request = request_;
     request.ray.rule = RayRule::nearest;
@@ -202,15 +206,15 @@ class CageSearch {
       needs_.found[i] = nearest.triangle[i] != KILN_NO_TRIANGLE ? 1 : 0;
       face_heights_[i] = needs_.found[i] != 0 ? nearest.distance[i] : 0;
     }
-    const std::vector<std::uint8_t> again = foreign_faces(low);
+    const std::vector<std::uint8_t> is_still_foreign = find_foreign_faces(low);
     for (std::size_t i = 0; i < point_count_; ++i) {
-      if (again[i] == 0) continue;
+      if (is_still_foreign[i] == 0) continue;
       needs_.found[i] = 0;
       face_heights_[i] = 0;
     }
   }
 
-  std::vector<std::uint8_t> foreign_faces(const LowRays& low) const {
+  std::vector<std::uint8_t> find_foreign_faces(const LowRays& low) const {
     std::vector<float> hits = points_;
     for (std::size_t i = 0; i < point_count_; ++i) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -221,15 +225,15 @@ class CageSearch {
     std::vector<std::uint8_t> is_foreign(point_count_);
     for (std::size_t i = 0; i < point_count_; ++i) {
       const float height = std::abs(face_heights_[i]);
-      is_foreign[i] =
-          needs_.found[i] != 0 && height > max_own_height_ && off[i] < kMaxForeignRatio * height
-              ? 1
-              : 0;
+      is_foreign[i] = needs_.found[i] != 0 && height > max_own_face_height_ &&
+                              off[i] < kMaxForeignRatio * height
+                          ? 1
+                          : 0;
     }
     return is_foreign;
   }
 
-  /// Searches inward for points without a face.
+  /// For points that have no face yet, searches for one inward.
   void search_inward() {
     std::vector<float> from(point_count_, kNoHit);
     for (std::size_t i = 0; i < point_count_; ++i) {
@@ -247,19 +251,19 @@ class CageSearch {
     }
   }
 
-  /// Finds the next faces above and below, which bound the shells.
+  /// Finds the next faces outward and inward of each point's face, which bound the shells.
   void find_bounds() {
     RayQuery query;
     query.t_max = max_height_;
     query.two_sided = true;
-    const Hits up = cast(offsets_above_faces(), query);
+    const Hits outward_hits = cast(offsets_above_faces(), query);
     std::vector<float> from(point_count_, kNoHit);
     for (std::size_t i = 0; i < point_count_; ++i) {
       if (needs_.found[i] == 0 || face_heights_[i] > max_wall_height_) continue;
       from[i] = std::min(face_heights_[i], 0.0F) - max_wall_height_;
     }
     query.two_sided = false;
-    const Hits down = cast(from, query, true);
+    const Hits inward_hits = cast(from, query, true);
     needs_.outward.resize(point_count_);
     needs_.inward.resize(point_count_);
     needs_.outward_most.resize(point_count_);
@@ -269,8 +273,8 @@ class CageSearch {
     for (std::size_t i = 0; i < point_count_; ++i) {
       needs_.outward[i] = std::max(face_heights_[i], 0.0F);
       needs_.inward[i] = std::max(-face_heights_[i], 0.0F);
-      needs_.outward_most[i] = std::min({up.at[i], outward_limits_[i], max_height_});
-      needs_.inward_most[i] = down.at[i] < kNoHit ? -down.at[i] : kNoHit;
+      needs_.outward_most[i] = std::min({outward_hits.at[i], outward_limits_[i], max_height_});
+      needs_.inward_most[i] = inward_hits.at[i] < kNoHit ? -inward_hits.at[i] : kNoHit;
     }
   }
 
@@ -278,11 +282,11 @@ class CageSearch {
   cl::Context& context_;
   const Parts* parts_;
   float max_height_ = 0, max_depth_ = 0, min_clearance_ = 0, max_wall_height_ = 0,
-        max_own_height_ = 0;
+        max_own_face_height_ = 0;
   CageNeeds needs_;
   std::size_t point_count_ = 0;
   std::vector<float> points_;  ///< The seven planes of TexelBand::points, with final directions
-  /// Distance at which the ray outward enters the low poly again
+  /// Distance from each point at which its ray outward enters the low poly again
   std::vector<float> outward_limits_;
   /// Height of each point's face of the high poly; outward is positive
   std::vector<float> face_heights_;

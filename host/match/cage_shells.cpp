@@ -10,13 +10,13 @@
 namespace kiln {
 namespace {
 
-// Height that is added to the needed height, as a share of it
+// Extra height above the needed height, as a share of it
 constexpr double kExtraHeight = 0.25;
 constexpr double kMaxClearanceShare =
-    0.5;  // Maximum share of the free space above the needed height that the added height may use
+    0.5;  // Maximum share of the free space above the needed height that the extra height may use
 constexpr int kSmoothingPasses = 4;
 constexpr int kFittingPasses = 32;
-// Share of the free space that stays free at both of its ends
+// Share of the free space that is kept free at each of its ends
 constexpr double kFreeClearanceShare = 0.05;
 constexpr double kConflictTolerance = 4 * KILN_BVH_EPSILON;
 // the same as KILN_SHELL_LEAST_COSINE in kernels/lib/shell.clh
@@ -33,14 +33,14 @@ struct PointWeights {
 
 std::vector<PointWeights> cage_parts_of(const CageNeeds& needs, const LowSurface& surface,
                                         const std::vector<std::uint32_t>& vertex_of) {
-  std::vector<PointWeights> parts(needs.places.list.size());
+  std::vector<PointWeights> parts(needs.points.list.size());
   for (std::size_t i = 0; i < parts.size(); ++i) {
-    const std::size_t t = needs.places.list[i].triangle;
+    const std::size_t t = needs.points.list[i].triangle;
     const auto& corners = surface.triangles[t];
     const Vec3d a = to_double(corners[0].position);
     Vec3d normal = cross(to_double(corners[1].position) - a, to_double(corners[2].position) - a);
     normal = normal * (1 / length(normal));
-    const double u = needs.places.list[i].u, v = needs.places.list[i].v;
+    const double u = needs.points.list[i].u, v = needs.points.list[i].v;
     const std::array<double, 3> weights = {1 - u - v, u, v};
     for (std::size_t k = 0; k < 3; ++k) {
       parts[i].vertex[k] = vertex_of[3 * t + k];
@@ -65,7 +65,7 @@ class FittedShell {
         own_face_margin_(margin) {}
 
   void fit(const std::vector<std::uint32_t>& vertex_of, std::size_t vertices) {
-    off_.assign(vertices, own_face_margin_);
+    offsets_.assign(vertices, own_face_margin_);
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       if (needs_.found[i] == 0) continue;
       const double target_offset =
@@ -74,20 +74,20 @@ class FittedShell {
       const PointWeights& part = parts_[i];
       const double weights = part.weight[0] + part.weight[1] + part.weight[2];
       for (const std::uint32_t v : part.vertex) {
-        off_[v] = std::max(off_[v], target_offset * part.cosine / weights);
+        offsets_[v] = std::max(offsets_[v], target_offset * part.cosine / weights);
       }
     }
     for (int round = 0; round < kSmoothingPasses; ++round) smooth(vertex_of);
     for (int round = 0; round < kFittingPasses; ++round) {
-      const bool lowered = lower_to_bounds(), raised = raise_to_needs();
+      const bool lowered = lower_to_bounds(), raised = raise_to_needed_heights();
       if (!lowered && !raised) return;
     }
-    raise_to_needs();
+    raise_to_needed_heights();
   }
 
-  const std::vector<double>& off() const { return off_; }
+  const std::vector<double>& offsets() const { return offsets_; }
 
-  /// True if another face than the point's own lies within the shell.
+  /// True if a face other than the point's own lies within the shell.
   bool has_conflict(std::size_t i) const {
     return needs_.counts[i] != 0 && at(i) > max_offset_[i] + kConflictTolerance;
   }
@@ -100,31 +100,34 @@ class FittedShell {
   /// Distance to the shell along the point's ray.
   double at(std::size_t i) const {
     const auto& [v, w, cosine] = parts_[i];
-    return (w[0] * off_[v[0]] + w[1] * off_[v[1]] + w[2] * off_[v[2]]) / cosine;
+    return (w[0] * offsets_[v[0]] + w[1] * offsets_[v[1]] + w[2] * offsets_[v[2]]) / cosine;
   }
 
   /// Raises vertices below their neighbours' mean by half of the difference.
   void smooth(const std::vector<std::uint32_t>& vertex_of) {
-    std::vector<double> sum(off_.size());
-    std::vector<std::uint32_t> count(off_.size());
+    std::vector<double> sum(offsets_.size());
+    std::vector<std::uint32_t> count(offsets_.size());
     for (std::size_t first = 0; first < vertex_of.size(); first += 3) {
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t v = vertex_of[first + k];
-        sum[v] += off_[vertex_of[first + (k + 1) % 3]] + off_[vertex_of[first + (k + 2) % 3]];
+        sum[v] +=
+            offsets_[vertex_of[first + (k + 1) % 3]] + offsets_[vertex_of[first + (k + 2) % 3]];
         count[v] += 2;
       }
     }
-    for (std::size_t v = 0; v < off_.size(); ++v) {
-      if (count[v] > 0) off_[v] = std::max(off_[v], 0.5 * (off_[v] + sum[v] / count[v]));
+    for (std::size_t v = 0; v < offsets_.size(); ++v) {
+      if (count[v] > 0)
+        offsets_[v] = std::max(offsets_[v], 0.5 * (offsets_[v] + sum[v] / count[v]));
     }
   }
 
-  /// Moves the shell along a point's ray, with the smallest change of vertices, and never below the mesh.
+  /// Moves the shell along a point's ray by the smallest change of vertices, but never below the low
+  /// poly.
   void move(std::size_t i, double by) {
     const auto& [v, w, cosine] = parts_[i];
     const double squared_weights = w[0] * w[0] + w[1] * w[1] + w[2] * w[2];
     for (std::size_t k = 0; k < 3; ++k) {
-      off_[v[k]] = std::max(0.0, off_[v[k]] + by * cosine * w[k] / squared_weights);
+      offsets_[v[k]] = std::max(0.0, offsets_[v[k]] + by * cosine * w[k] / squared_weights);
     }
   }
 
@@ -141,7 +144,7 @@ class FittedShell {
     return has_moved;
   }
 
-  bool raise_to_needs() {
+  bool raise_to_needed_heights() {
     bool has_moved = false;
     for (std::size_t i = 0; i < parts_.size(); ++i) {
       if (needs_.found[i] == 0) continue;
@@ -159,7 +162,7 @@ class FittedShell {
   const std::vector<PointWeights>& parts_;
   const std::vector<float>&min_offset_, &max_offset_;
   double own_face_margin_;
-  std::vector<double> off_;
+  std::vector<double> offsets_;
 };
 
 }  // namespace
@@ -173,8 +176,8 @@ CageShells fit_shells(const CageNeeds& needs, const LowSurface& surface,
   outer.fit(vertex_of, vertices);
   inner.fit(vertex_of, vertices);
   CageShells shells;
-  shells.outward.assign(outer.off().begin(), outer.off().end());
-  shells.inward.assign(inner.off().begin(), inner.off().end());
+  shells.outward.assign(outer.offsets().begin(), outer.offsets().end());
+  shells.inward.assign(inner.offsets().begin(), inner.offsets().end());
   for (std::size_t i = 0; i < parts.size(); ++i) {
     if (outer.has_conflict(i)) ++shells.conflicts;
   }

@@ -11,7 +11,8 @@ namespace kiln {
 /// Offsets along the vertices' directions, equal for vertices at the same position. Frame units.
 struct CageShells {
   std::vector<float> outward, inward;
-  std::uint64_t conflicts = 0;  ///< Number of points with another face within the outer shell
+  /// Number of points whose ray crosses another face within the outer shell
+  std::uint64_t conflicts = 0;
 };
 
 /// Each vertex starts with the largest offset that points on the adjacent faces need, plus 25%. Steps

@@ -10,15 +10,15 @@ namespace {
 class ClosestMatcher : public Matcher {
  public:
   ClosestMatcher(const ClosestSearch& finder, const ClosestQuery& query)
-      : finder_(finder), query_(query) {}
+      : closest_search_(finder), query_(query) {}
 
   void run(const TexelBand& band, DeviceCorrespondence& match) override {
     if (band.sample_count == 0) return;
-    finder_.find(band.points, band.sample_count, band.capacity, query_, match);
+    closest_search_.find(band.points, band.sample_count, band.capacity, query_, match);
   }
 
  private:
-  const ClosestSearch& finder_;
+  const ClosestSearch& closest_search_;
   ClosestQuery query_;
 };
 

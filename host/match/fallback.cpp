@@ -8,7 +8,7 @@
 namespace kiln {
 namespace {
 
-/// Runs one method, then the fallbacks in turn for the samples that are still undecided.
+/// Runs one method, and then one fallback after another for the samples that still have no point.
 class FallbackMatcher : public Matcher {
  public:
   FallbackMatcher(cl::Context& context, std::unique_ptr<Matcher> first,
@@ -16,22 +16,22 @@ class FallbackMatcher : public Matcher {
       : context_(context), primary_matcher_(std::move(first)), fallbacks_(std::move(fallbacks)) {}
 
   void run(const TexelBand& band, DeviceCorrespondence& match) override {
-    sample_deciders_.clear();
+    deciding_methods_.clear();
     if (band.sample_count == 0) return;
     primary_matcher_->run(band, match);
-    sample_deciders_.assign(band.sample_count, DecidingMethod::method);
+    deciding_methods_.assign(band.sample_count, DecidingMethod::method);
     const std::vector<std::uint32_t> undecided_samples = find_undecided(match, band.sample_count);
     if (undecided_samples.empty()) return;
-    run_fallback(band, undecided_samples, decided_);
-    SamplePick(context_, undecided_samples).scatter_correspondence(decided_, match);
+    run_fallback(band, undecided_samples, fallback_matches_);
+    SamplePick(context_, undecided_samples).scatter_correspondence(fallback_matches_, match);
     const auto count = static_cast<std::uint32_t>(undecided_samples.size());
     for (const std::uint32_t sample : undecided_samples)
-      sample_deciders_[sample] = DecidingMethod::fallback;
-    for (const std::uint32_t i : find_undecided(decided_, count))
-      sample_deciders_[undecided_samples[i]] = DecidingMethod::nothing;
+      deciding_methods_[sample] = DecidingMethod::fallback;
+    for (const std::uint32_t i : find_undecided(fallback_matches_, count))
+      deciding_methods_[undecided_samples[i]] = DecidingMethod::nothing;
   }
 
-  std::span<const DecidingMethod> deciding_methods() const override { return sample_deciders_; }
+  std::span<const DecidingMethod> deciding_methods() const override { return deciding_methods_; }
 
   bool reads_sample_places() const override {
     return primary_matcher_->reads_sample_places() ||
@@ -49,8 +49,8 @@ class FallbackMatcher : public Matcher {
       std::vector<std::uint32_t> band_indices(undecided_samples.size());
       for (std::size_t i = 0; i < undecided_samples.size(); ++i)
         band_indices[i] = samples[undecided_samples[i]];
-      run_on_samples(*fallbacks_[k], band, band_indices, next_);
-      SamplePick(context_, undecided_samples).scatter_correspondence(next_, found);
+      run_on_samples(*fallbacks_[k], band, band_indices, next_fallback_matches_);
+      SamplePick(context_, undecided_samples).scatter_correspondence(next_fallback_matches_, found);
     }
   }
 
@@ -65,14 +65,14 @@ class FallbackMatcher : public Matcher {
     return samples_with(context_, match, count, is_missed);
   }
 
-  /// Runs one of the fallbacks on some samples of a band, in their order.
+  /// Runs one of the fallbacks on the given samples of a band, in the order of the list.
   void run_on_samples(Matcher& matcher, const TexelBand& band,
                       std::span<const std::uint32_t> samples, DeviceCorrespondence& found) {
     const SamplePick pick(context_, samples);
     if (matcher.needs_whole_texels()) {
-      fit(whole_, band.capacity);
-      matcher.run(band, whole_);
-      found = pick.of(whole_);
+      fit(whole_band_matches_, band.capacity);
+      matcher.run(band, whole_band_matches_);
+      found = pick.of(whole_band_matches_);
       return;
     }
     fit(found, pick.count());
@@ -89,8 +89,8 @@ class FallbackMatcher : public Matcher {
   cl::Context& context_;
   std::unique_ptr<Matcher> primary_matcher_;
   std::vector<std::unique_ptr<Matcher>> fallbacks_;
-  DeviceCorrespondence decided_, next_, whole_;
-  std::vector<DecidingMethod> sample_deciders_;
+  DeviceCorrespondence fallback_matches_, next_fallback_matches_, whole_band_matches_;
+  std::vector<DecidingMethod> deciding_methods_;
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Fallback matches for undecided samples.
+// Fallback matches for samples without a point.
 #pragma once
 
 #include <memory>
@@ -8,7 +8,8 @@
 
 namespace kiln {
 
-/// Runs one match, then the fallbacks in turn for the samples that are still undecided.
+/// Makes a matcher that runs one match, and then one fallback after another for the samples that
+/// still have no point.
 std::unique_ptr<Matcher> with_fallbacks(cl::Context& context, std::unique_ptr<Matcher> first,
                                         std::vector<std::unique_ptr<Matcher>> fallbacks);
 

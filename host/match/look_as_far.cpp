@@ -10,7 +10,8 @@ void look_as_far(const SimplifyReport& made, MatchOptions& match) {
   if (!match.near_distance && made.near_distance() > 0) {
     match.near_distance = Length::share(made.near_distance());
   }
-  // Otherwise the default search distance suffices: it is meant for a low poly close to the high poly.
+  // Otherwise the default search distance suffices, which suits low polys that are close to the high
+  // poly.
   if (made.search_distance() > SimplifyReport().search_distance()) {
     match.max_distance = Length::share(made.search_distance());
   }

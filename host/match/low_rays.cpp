@@ -26,8 +26,8 @@ LowRays::LowRays(cl::Context& context, const LowSurface& surface)
   triangle_normals_ = cl::Array<float>(context, std::span<const float>(normals));
 }
 
-void LowRays::limits(cl::Context& context, const TexelBand& samples, float farthest,
-                     const cl::Array<float>& limits, std::uint32_t first) const {
+void LowRays::write_search_limits(cl::Context& context, const TexelBand& samples, float farthest,
+                                  const cl::Array<float>& limits, std::uint32_t first) const {
   RayQuery query;
   query.t_min = kMinHitDistance;
   query.t_max = std::max(farthest, kMinHitDistance);

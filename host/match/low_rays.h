@@ -20,8 +20,8 @@ class LowRays {
   /// Writes the search limit of each sample: `farthest`, or the distance to the low poly's next front face if
   /// that is nearer; 0 if the sample is inside another part of the low poly.
   /// \param first  start index in `limits`, which may be a plane of the samples' points
-  void limits(cl::Context& context, const TexelBand& samples, float farthest,
-              const cl::Array<float>& limits, std::uint32_t first) const;
+  void write_search_limits(cl::Context& context, const TexelBand& samples, float farthest,
+                           const cl::Array<float>& limits, std::uint32_t first) const;
 
   /// Distances of points from the low poly, up to `farthest`. \param points seven planes, as
   /// TexelBand::points

@@ -29,7 +29,7 @@ std::uint64_t hash_low(const Mesh& low);
 /// Checks that a match was made for these meshes, if it has their hashes. \throws Error(input)
 void check_meshes(const Match& match, std::uint64_t source_hash, std::uint64_t low_hash);
 
-/// Index in the map's match of each sample of a band.
+/// For each sample of a band, its index in the map's match.
 std::vector<std::size_t> sample_elements(cl::Context& context, const TexelBand& band,
                                          const Match& match);
 

@@ -12,7 +12,7 @@
 
 namespace kiln {
 
-/// Which method decided a sample: none, the match itself, or a fallback.
+/// Which method found the point of a sample: none, the match itself, or a fallback.
 enum class DecidingMethod : std::uint8_t { nothing, method, fallback };
 
 /// The report and the warnings of a match.
@@ -44,18 +44,18 @@ class Matcher {
   /// Computes the correspondences of a band's samples. The kernels may still be running when it returns.
   virtual void run(const TexelBand& band, DeviceCorrespondence& match) = 0;
 
-  /// True if the matcher reads more of a band than its points; the band must then hold all samples
-  /// of its texels.
+  /// True if the matcher reads other data of a band than its points; the band must then hold all
+  /// samples of its texels.
   virtual bool needs_whole_texels() const { return false; }
 
   /// True if the matcher reads samples' positions within texels (TexelBand::sample_slot); it then only
   /// supports bands with the number of samples per texel that it was made for.
   virtual bool reads_sample_places() const { return false; }
 
-  /// Which method decided each sample of the last band; empty without fallbacks.
+  /// Which method found the point of each sample of the last band; empty without fallbacks.
   virtual std::span<const DecidingMethod> deciding_methods() const { return {}; }
 
-  /// Runs the fallbacks on some samples of a band, in their order.
+  /// Runs the fallbacks on the given samples of a band, in the order of the list.
   /// \param found receives the results; enlarged if it is too small
   /// \throws Error(internal) without fallbacks
   virtual void run_fallback(const TexelBand& band, std::span<const std::uint32_t> samples,

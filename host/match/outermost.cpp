@@ -31,21 +31,23 @@ class OutermostMatcher : public Matcher {
   void run(const TexelBand& band, DeviceCorrespondence& match) override {
     if (band.sample_count == 0) return;
     rays_.intersect(band.points, band.sample_count, band.capacity, outermost_, match);
-    const std::vector<std::uint32_t> several =
+    const std::vector<std::uint32_t> samples_with_several_hits =
         samples_with(context_, match, band.sample_count,
                      [](std::uint8_t status) { return (status & KILN_RAY_SEVERAL) != 0; });
-    if (!several.empty()) choose_outermost_faces(band, several, match);
+    if (!samples_with_several_hits.empty())
+      choose_outermost_faces(band, samples_with_several_hits, match);
   }
 
  private:
-  /// Decides samples whose rays hit several faces outward.
+  /// Finds the points of samples whose rays hit several faces outward.
   void choose_outermost_faces(const TexelBand& band, const std::vector<std::uint32_t>& samples,
                               DeviceCorrespondence& match) {
     const auto count = static_cast<std::uint32_t>(samples.size());
     const SamplePick pick(context_, samples);
     const TexelBand picked_band = pick.gather_points(band);
     if (!low_) low_.emplace(context_, surface_);
-    low_->limits(context_, picked_band, outermost_.t_max, picked_band.points, 6 * count);
+    low_->write_search_limits(context_, picked_band, outermost_.t_max, picked_band.points,
+                              6 * count);
 
     DeviceCorrespondence result(context_, count), outer(context_, count);
     rays_.intersect(picked_band.points, count, count, nearest_, result);

@@ -81,14 +81,15 @@ class PartMatcher : public Matcher {
 
   void run(const TexelBand& band, DeviceCorrespondence& match) override {
     if (band.sample_count == 0) return;
-    std::vector<std::uint32_t> triangle(band.sample_count), place(band.sample_count);
+    std::vector<std::uint32_t> triangle(band.sample_count), low_indices(band.sample_count);
     band.triangle.read(context_, triangle);
     for (std::vector<std::uint32_t>& list : samples_) list.clear();
     for (std::uint32_t i = 0; i < band.sample_count; ++i) {
-      place[i] = index_in_part_[triangle[i]];
+      low_indices[i] = index_in_part_[triangle[i]];
       samples_[part_of_low_[triangle[i]]].push_back(i);
     }
-    const cl::Array<std::uint32_t> places(context_, std::span<const std::uint32_t>(place));
+    const cl::Array<std::uint32_t> device_low_indices(context_,
+                                                      std::span<const std::uint32_t>(low_indices));
     HostCorrespondence(band.sample_count).write(context_, match);
     for (std::size_t p = 0; p < parts_.size(); ++p) {
       const std::vector<std::uint32_t>& samples = samples_[p];
@@ -96,7 +97,7 @@ class PartMatcher : public Matcher {
       const SamplePick pick(context_, samples);
       TexelBand picked_band = pick.gather_points(band);
       if (parts_[p].matcher->needs_whole_texels()) {
-        picked_band.triangle = pick.of(places, band.sample_count, 1);
+        picked_band.triangle = pick.of(device_low_indices, band.sample_count, 1);
         picked_band.barycentric = pick.of(band.barycentric, band.capacity, 2);
       }
       DeviceCorrespondence result(context_, pick.count());

@@ -58,23 +58,25 @@ class ShellMatcher : public Matcher {
 };
 
 /// Makes the matcher of the requested RayRule.
-std::unique_ptr<Matcher> ray_matcher_of(const MatchRequest& request) {
+std::unique_ptr<Matcher> make_ray_matcher(const MatchRequest& request) {
   const bool cage = request.cage_mesh || request.cage.has_value();
   if (!cage && request.ray.rule == RayRule::outermost) return outermost_matcher(request);
   return std::make_unique<RayMatcher>(request.source.ray_search(), ray_query(request, true));
 }
 
-/// Makes a matcher that searches within near_distance first, and within the full distance for misses.
-std::unique_ptr<Matcher> short_range_rays(const MatchRequest& request) {
+/// Makes a matcher that searches within near_distance first, and then within the full distance for
+/// samples that miss.
+std::unique_ptr<Matcher> make_near_ray_matcher(const MatchRequest& request) {
   MatchRequest near = request;
   near.distance = request.near;
   std::vector<std::unique_ptr<Matcher>> farther_matchers;
-  farther_matchers.push_back(ray_matcher_of(request));
-  return with_fallbacks(context_of(request.source.device), ray_matcher_of(near),
+  farther_matchers.push_back(make_ray_matcher(request));
+  return with_fallbacks(context_of(request.source.device), make_ray_matcher(near),
                         std::move(farther_matchers));
 }
 
-/// Number of the high poly's triangles per sample, if all of them lie under the map. 0 without UVs.
+/// Number of the high poly's triangles per sample, assuming that the map covers them all. 0 without
+/// UVs.
 double triangles_per_sample(const MatchRequest& request) {
   double area = 0;
   for (const std::uint32_t t : request.surface.with_uvs) {
@@ -120,7 +122,7 @@ MatchRow ray_match() {
     const bool cage = request.cage_mesh || request.cage.has_value();
     const bool has_near_search = !cage && request.near > 0 && request.near < request.distance;
     std::unique_ptr<Matcher> rays =
-        has_near_search ? short_range_rays(request) : ray_matcher_of(request);
+        has_near_search ? make_near_ray_matcher(request) : make_ray_matcher(request);
     if (request.cage_mesh && request.surface.cage_kind == CageKind::shells) {
       rays = std::make_unique<ShellMatcher>(std::move(rays), request);
     }

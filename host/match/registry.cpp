@@ -75,7 +75,8 @@ MatchMethod::MatchMethod(std::string_view text) : name(kept_name(text)) {}
 
 const MatchInfo& find_match(std::string_view name) {
   MatchMethod method;
-  method.name = name;  // the caller's string is not stored, since its lifetime is unknown
+  // stores the registry's string, since the lifetime of the caller's is unknown
+  method.name = name;
   return match_row(method).info;
 }
 

@@ -46,9 +46,9 @@ struct MatchRequest {
   const LowSurface& surface;
   std::uint32_t width = 0, height = 0, samples = 1;  ///< Size and samples of the map
   double distance = 0;  ///< Search distance; with a cage, from the cage inward
-  /// Distance of a first, nearer search; 0: there is only one search
+  /// Distance of a first, shorter search; 0: there is only one search
   double near = 0;
-  /// Search distance of samples on open sheets; 0: the same as for others
+  /// Search distance of samples on open sheets; 0: the same as for other samples
   double sheet_reach = 0;
   /// Distance outward from the low poly at which rays start; the first hit counts
   std::optional<double> cage = {};
@@ -59,8 +59,8 @@ struct MatchRequest {
   VisibilityOptions visibility = {};
   UvOptions uv = {};
   RayOptions ray = {};
-  /// True: samples' directions were blended at hard edges, so misses may be retried along averaged
-  /// directions
+  /// True if directions were blended at hard edges, so that samples that miss may be retried along
+  /// averaged directions
   bool turned = false;
   std::uint32_t cluster = 0;  ///< Index of the cluster of visibility directions
   /// Visibility field: created if null, and shared with the requests of further clusters.
@@ -78,13 +78,13 @@ struct MatchRow {
   bool is_refittable = false;
   /// True if the match uses MatchRequest::sheet_reach when no search distance was given.
   bool uses_sheet_reach = false;
-  /// True if the match searches by Source::Impl::ray_search() and closest_search() alone, so that the high poly may be
+  /// True if the match searches only by Source::Impl::ray_search() and closest_search(), so that the high poly may be
   /// larger than memory.
   bool supports_large_high_poly = false;
-  /// True if messages recommend the match as a fallback: it finds nearly all points that a match by views, or
-  /// without a search, misses.
+  /// True if messages recommend the match as a fallback, because it finds nearly all points that matches by
+  /// views or by UVs miss.
   bool is_good_fallback = false;
-  /// Position in the order in which bake_planned(), and plan_low_poly(), try matches; 0: not tried.
+  /// Positions in the orders in which bake_planned() and plan_low_poly() try matches; 0: not tried.
   std::uint8_t plan_order = 0, low_poly_order = 0;
   /// For matches that depend on UVs alone: finds points at arbitrary UVs, as a map of unlimited
   /// size would.

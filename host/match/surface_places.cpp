@@ -23,9 +23,9 @@ double doubled_area(const LowSurface& surface, std::size_t t) {
 }
 
 /// Appends the centroids of a triangle's n x n parts, then points near its corners.
-void add_triangle_points(std::uint32_t t, std::size_t n, std::vector<LowPolyPoint>& places) {
+void add_triangle_points(std::uint32_t t, std::size_t n, std::vector<LowPolyPoint>& points) {
   const auto add = [&](double u, double v) {
-    places.push_back({t, static_cast<float>(u), static_cast<float>(v)});
+    points.push_back({t, static_cast<float>(u), static_cast<float>(v)});
   };
   const auto size = static_cast<double>(n);
   for (std::size_t i = 0; i < n; ++i) {
@@ -43,15 +43,15 @@ void add_triangle_points(std::uint32_t t, std::size_t n, std::vector<LowPolyPoin
 
 }  // namespace
 
-Vec3d position_at(const LowSurface& surface, const LowPolyPoint& place) {
-  const auto& [a, b, c] = surface.triangles[place.triangle];
-  const double u = place.u, v = place.v;
+Vec3d position_at(const LowSurface& surface, const LowPolyPoint& point) {
+  const auto& [a, b, c] = surface.triangles[point.triangle];
+  const double u = point.u, v = point.v;
   return to_double(a.position) * (1 - u - v) + to_double(b.position) * u +
          to_double(c.position) * v;
 }
 
 TexelBand band_of_points(cl::Context& context, const LowSurface& surface, std::size_t count,
-                         const std::function<LowPolyPoint(std::size_t)>& place,
+                         const std::function<LowPolyPoint(std::size_t)>& point,
                          std::uint32_t multiple) {
   TexelBand band;
   band.row_count = 1;
@@ -63,7 +63,7 @@ TexelBand band_of_points(cl::Context& context, const LowSurface& surface, std::s
   std::vector<float> weights(2 * plane), points(7 * plane);
   parallel_for(count, 1 << 12, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const LowPolyPoint at = place(i);
+      const LowPolyPoint at = point(i);
       const auto& [a, b, c] = surface.triangles[at.triangle];
       const double u = at.u, v = at.v, w = 1 - u - v;
       Vec3d direction =
@@ -102,18 +102,18 @@ SampledPoints spread_points(cl::Context& context, const LowSurface& surface,
   const std::size_t triangles = surface.triangles.size();
   double total_area = 0;
   for (std::size_t t = 0; t < triangles; ++t) total_area += doubled_area(surface, t);
-  SampledPoints places;
+  SampledPoints points;
   for (std::size_t t = 0; t < triangles; ++t) {
     const double area = doubled_area(surface, t);
     if (!(area > 0)) continue;
     const double share = area / total_area * static_cast<double>(target_count);
     const auto rows = static_cast<std::size_t>(std::lround(std::sqrt(share)));
     add_triangle_points(static_cast<std::uint32_t>(t),
-                        std::clamp<std::size_t>(rows, 1, kMaxPointRows), places.list);
+                        std::clamp<std::size_t>(rows, 1, kMaxPointRows), points.list);
   }
-  places.band = band_of_points(context, surface, places.list.size(),
-                               [&](std::size_t i) { return places.list[i]; });
-  return places;
+  points.band = band_of_points(context, surface, points.list.size(),
+                               [&](std::size_t i) { return points.list[i]; });
+  return points;
 }
 
 }  // namespace kiln

@@ -18,14 +18,14 @@ struct LowPolyPoint {
   float u = 0, v = 0;  ///< Barycentric weights of the triangle's corners 1 and 2
 };
 
-Vec3d position_at(const LowSurface& surface, const LowPolyPoint& place);
+Vec3d position_at(const LowSurface& surface, const LowPolyPoint& point);
 
 /// Makes samples of points: a map of one row, one sample per texel. Directions are interpolated from the
 /// corners; if these cancel out, the direction is the face's normal.
 /// \param place returns the point with an index below `count`; called from several threads
 /// \param multiple the capacity is rounded up to a multiple of this
 TexelBand band_of_points(cl::Context& context, const LowSurface& surface, std::size_t count,
-                         const std::function<LowPolyPoint(std::size_t)>& place,
+                         const std::function<LowPolyPoint(std::size_t)>& point,
                          std::uint32_t multiple = 1);
 
 struct SampledPoints {

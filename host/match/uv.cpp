@@ -40,7 +40,8 @@ std::string triangles(std::uint64_t count) {
 UvRaster::UvRaster(const Source::Impl& source, std::uint32_t width, std::uint32_t height,
                    std::uint32_t samples, UvPath path)
     : context_(context_of(source.device)),
-      // A run of rows needs millions of loop iterations, but Mesa's llvmpipe aborts loops after 65,535.
+      // One work-item for a whole run of rows would need millions of loop iterations, but Mesa's
+      // llvmpipe aborts loops after 65,535.
       runs_(path == UvPath::automatic
                 ? choose_traversal(context_, Traversal::automatic) == Traversal::cpu
                 : path == UvPath::runs),

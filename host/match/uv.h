@@ -16,7 +16,8 @@ struct UvLayout {
   std::uint32_t shift = 0;
   std::vector<kiln_uv_piece> pieces;  ///< In ascending order of triangles
   std::vector<kiln_uv_clip> clips;    ///< Barycentric coordinates of the clipped pieces' corners
-  std::vector<kiln_uv_task> tasks;  ///< No task crosses a border between runs of KILN_UV_TILE rows
+  /// No task crosses the border between two runs of KILN_UV_TILE rows
+  std::vector<kiln_uv_task> tasks;
   std::vector<std::uint32_t> first_task;  ///< [runs + 1] First task of each run of rows
   std::uint64_t outside = 0;              ///< Triangles that extend beyond the unit square
   std::uint64_t without_area = 0;         ///< Triangles without area in UV space, or not finite

@@ -108,13 +108,14 @@ UvLayout UvLayout::of(const Source::Impl& source, std::uint32_t sample_width,
                       std::uint32_t sample_height) {
   check_uvs(source);
   const PieceBuilder empty_builder{source, UvGrid::of(sample_width, sample_height), {}, {}};
-  constexpr std::size_t kRun = 1 << 14;
+  constexpr std::size_t kTrianglesPerRun = 1 << 14;
   const std::size_t count = source.triangles.size();
-  std::vector<PieceBuilder> runs((count + kRun - 1) / kRun, empty_builder);
+  std::vector<PieceBuilder> runs((count + kTrianglesPerRun - 1) / kTrianglesPerRun, empty_builder);
   parallel_for(runs.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t r = begin; r < end; ++r) {
-      const std::size_t last = std::min(count, (r + 1) * kRun);
-      for (std::size_t t = r * kRun; t < last; ++t) runs[r].add(static_cast<std::uint32_t>(t));
+      const std::size_t last = std::min(count, (r + 1) * kTrianglesPerRun);
+      for (std::size_t t = r * kTrianglesPerRun; t < last; ++t)
+        runs[r].add(static_cast<std::uint32_t>(t));
     }
   });
 

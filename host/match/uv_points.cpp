@@ -17,7 +17,7 @@ constexpr std::size_t kMaxGridSide = 1024;  // maximum number of cells a side of
 // Tolerance of negative weights, so that each point on a shared edge is in at least one of the triangles.
 constexpr double kMinUvWeight = 1e-9;
 
-/// True if a triangle can be matched, by the rules of UvLayout.
+/// True if a triangle can be matched according to the rules of UvLayout.
 bool is_matchable(const Source::Impl& source, std::size_t triangle, const std::array<Vec2, 3>& uv) {
   const auto finite_corner = [&](std::uint32_t i) { return is_finite(source.positions[i]); };
   const Triangle& t = source.triangles[triangle];

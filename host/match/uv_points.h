@@ -1,4 +1,4 @@
-// Points of the high poly at given UVs.
+// Finds the points of the high poly at given UVs.
 #pragma once
 
 #include <cstdint>

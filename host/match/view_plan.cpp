@@ -22,7 +22,7 @@ constexpr double kMaxSteepAreaShare =
 constexpr double kPixelsPerTriangle = 4;
 // Number of candidate directions: one of them is within 15 degrees of any direction.
 constexpr std::uint32_t kCandidateViews = 96;
-constexpr std::uint32_t kProbeSize = 512;
+constexpr std::uint32_t kProbeViewSide = 512;
 
 /// Area of a triangle; 0 for triangles that views ignore.
 double area_of(std::span<const Vec3> positions, const Triangle& triangle) {
@@ -115,7 +115,7 @@ ViewArea view_area(const LowSurface& surface, double reach, double dense_radius)
   for_each_corner(
       [&](const Vec3d& p) { area.radius = std::max(area.radius, length(p - area.center)); });
   area.radius += reach;
-  // Usually both meshes have the same extent, so that the pictures show all of the high poly, whatever the reach is.
+  // Usually both meshes have the same extent, and the pictures then show all of the high poly for any reach.
   if (area.radius > 0.8 * dense_radius) return {{}, dense_radius};
   return area;
 }
@@ -156,8 +156,8 @@ std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
     }
   });
   if (std::find(turned.begin(), turned.end(), 1) != turned.end()) return std::nullopt;
-  // A single view shows all of a height field, but little of its steep walls: a small area of them is
-  // accepted, a large one is not.
+  // A single view shows all of a height field, but resolves steep walls badly, so the area of these
+  // may only be small.
   double steep_area = 0, total_area = 0;
   for (const std::size_t i : surface.usable_triangles()) {
     const auto& [a, b, c] = surface.triangles[i];
@@ -185,14 +185,14 @@ ViewPlan plan_views(const Source::Impl& source, const cl::Array<float>& points, 
   // quality[k * count + i]: cosine between sample i's direction and candidate k if it sees the
   // sample, else 0.
   std::vector<float> view_quality(candidates.size() * count);
-  const std::uint32_t batch = std::min(32U, DepthViews::batch_size(context, kProbeSize));
+  const std::uint32_t batch = std::min(32U, DepthViews::batch_size(context, kProbeViewSide));
   const cl::Array<float> found(context, std::size_t{batch} * count);
   for (std::size_t first = 0; first < candidates.size(); first += batch) {
     const std::size_t last = std::min(candidates.size(), first + batch);
     const DepthViews views(context, source.raster(),
                            {candidates.begin() + static_cast<std::ptrdiff_t>(first),
                             candidates.begin() + static_cast<std::ptrdiff_t>(last)},
-                           kProbeSize, query.two_sided, query.area);
+                           kProbeViewSide, query.two_sided, query.area);
     views.probe(points, count, capacity, query, found);
     found.read(context, std::span(view_quality).subspan(first * count, (last - first) * count));
   }

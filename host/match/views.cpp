@@ -10,7 +10,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t kDefaultViews = 12;
+constexpr std::uint32_t kDefaultViewCount = 12;
 constexpr std::uint32_t kMaxAutomaticViews = 64;
 // Minimum gain of a view, as a share of all samples that the candidates see.
 constexpr double kMinViewGain = 0.004;
@@ -88,11 +88,11 @@ class ViewMatcher : public Matcher {
         return;
       }
     }
-    const std::vector<Vec3d> spread = spread_directions(views.count.value_or(kDefaultViews));
+    const std::vector<Vec3d> spread = spread_directions(views.count.value_or(kDefaultViewCount));
     directions_.insert(directions_.end(), spread.begin(), spread.end());
   }
 
-  /// Samples of a small map of the same low poly.
+  /// Makes samples for a small map of the same low poly.
   TexelBand probe_samples(const LowSurface& surface) const {
     TexelOptions options;
     options.width = options.height = kProbeMapSize;
@@ -126,9 +126,9 @@ class ViewMatcher : public Matcher {
           undersampled_share(source_.positions, source_.triangles, radius, views.size);
     } else {
       // The size is limited so that all views fit on the device together.
-      std::uint32_t limit = kLargestView;
-      const double useful = useful_size(request, radius);
-      while (limit > 1024 && limit - 256 >= useful) limit -= 256;
+      std::uint32_t limit = kMaxViewSide;
+      const double useful_side = useful_size(request, radius);
+      while (limit > 1024 && limit - 256 >= useful_side) limit -= 256;
       while (limit > 1024 && DepthViews::batch_size(context_, limit) < directions_.size()) {
         limit -= 256;
       }

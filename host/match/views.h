@@ -7,7 +7,7 @@
 namespace kiln {
 
 /// Largest side of a view, pixels.
-inline constexpr std::uint32_t kLargestView = 8192;
+inline constexpr std::uint32_t kMaxViewSide = 8192;
 
 /// The normalised direction of a view. \throws Error(usage) for a zero vector
 Vec3d unit_direction(const Vec3& toward);

@@ -19,10 +19,10 @@ constexpr std::uint32_t kMaxDirections = 4096;
 // Distance of ray starts from their point, in frame units: at the smallest visible cosine it exceeds the rounding
 // error of the point's own face.
 constexpr float kVisibilityRayOffset = 1.0F / 65536;
-// Depth tolerance in pixels: a face hides a point only if it is nearer by more than this. A neighbouring face in
-// the same pixel does not.
-constexpr float kBiasPixels = 0.5F;
-constexpr const char* kSeenDefine = "-DKILN_VISIBILITY_SEEN=1";
+// Depth tolerance in pixels: a face hides a point only if it is nearer to the viewer by more than this, so that
+// neighbouring faces in the same pixel do not hide it.
+constexpr float kDepthBiasPixels = 0.5F;
+constexpr const char* kStoreSeenDefine = "-DKILN_VISIBILITY_SEEN=1";
 
 [[noreturn]] void throw_usage_error(const std::string& message) {
   throw Error(ErrorCode::usage, message);
@@ -51,8 +51,8 @@ void check_visibility(const VisibilityOptions& options) {
                       std::to_string(options.view_size) + ": it must be 16 to 2048 pixels.");
   }
   if (options.smoothing > 256) {
-    throw_usage_error("The rounds of smoothing are " + std::to_string(options.smoothing) +
-                      ": they must be 0 to 256.");
+    throw_usage_error("The number of smoothing passes is " + std::to_string(options.smoothing) +
+                      ": it must be 0 to 256.");
   }
   if (options.clusters < 1 || options.clusters > 4) {
     throw_usage_error("The number of clusters is " + std::to_string(options.clusters) +
@@ -84,7 +84,7 @@ void check_visibility(const VisibilityOptions& options) {
 
 std::vector<ProbeDirection> probe_directions(const VisibilityOptions& options) {
   std::vector<ProbeDirection> result;
-  // largest weight of the list; all weights are divided by it to keep sums in range
+  // largest weight of the list, by which all weights are divided so that sums do not overflow
   double max_weight = 0;
   for (const VisibilityOptions::Likelihood& entry : options.likelihoods) {
     max_weight = std::max(max_weight, entry.weight);
@@ -131,14 +131,14 @@ struct VisibilityProbe::Impl {
   cl::Array<kiln_view> device_views;
   cl::Array<float> weights;
   DepthKeys keys;
-  KeepOn keep_on;
+  ShareCallback report_share;
 
   /// Reports progress before the direction with this index.
   void poll(std::size_t next) const {
-    if (!keep_on) return;
+    if (!report_share) return;
     context.finish();
     const double completed = static_cast<double>(next) / static_cast<double>(directions.size());
-    if (!keep_on(completed)) throw Cancelled{};
+    if (!report_share(completed)) throw Cancelled{};
   }
 
   Impl(cl::Context& opened, std::vector<ProbeDirection> probed, std::uint32_t size,
@@ -148,10 +148,10 @@ struct VisibilityProbe::Impl {
         view_size(size),
         traversal(choose_traversal(opened, requested)) {}
 
-  kiln_visibility_params params(const ProbedPoints& places) const {
+  kiln_visibility_params params(const ProbedPoints& probed) const {
     kiln_visibility_params params{};
-    params.count = places.count;
-    params.capacity = places.capacity;
+    params.count = probed.count;
+    params.capacity = probed.capacity;
     params.view_size = view_size;
     return params;
   }
@@ -174,7 +174,7 @@ struct VisibilityProbe::Impl {
       views.push_back(view);
       likely_views.push_back(directions[k].weight);
     }
-    context.finish();  // Waits, since the kernels of the previous batch still use the arrays
+    context.finish();  // Waits for the kernels of the previous batch, which still read the arrays
     if (device_views.size() < views.size()) {
       device_views = cl::Array<kiln_view>(context, views.size());
       weights = cl::Array<float>(context, views.size());
@@ -228,49 +228,51 @@ VisibilityProbe::VisibilityProbe(cl::Context& context, const LowSurface& surface
 VisibilityProbe::~VisibilityProbe() = default;
 VisibilityProbe::VisibilityProbe(VisibilityProbe&&) noexcept = default;
 
-void VisibilityProbe::set_progress(KeepOn keep_on) { impl_->keep_on = std::move(keep_on); }
+void VisibilityProbe::set_progress(ShareCallback report_share) {
+  impl_->report_share = std::move(report_share);
+}
 
 const std::vector<ProbeDirection>& VisibilityProbe::directions() const { return impl_->directions; }
 
-void VisibilityProbe::allocate_seen(ProbedPoints& places) const {
-  if (places.count == 0) return;
-  const std::size_t words = (impl_->directions.size() + 31) / 32;
-  places.seen = cl::Array<std::int32_t>(impl_->context, words * places.capacity);
-  impl_->context.fill(places.seen, std::int32_t{0});
+void VisibilityProbe::allocate_seen(ProbedPoints& probed) const {
+  if (probed.count == 0) return;
+  const std::size_t words_per_point = (impl_->directions.size() + 31) / 32;
+  probed.seen = cl::Array<std::int32_t>(impl_->context, words_per_point * probed.capacity);
+  impl_->context.fill(probed.seen, std::int32_t{0});
 }
 
 const cl::Array<float>& VisibilityProbe::normals() const { return impl_->normals; }
 
-VisibilityProbe::ProbedPoints VisibilityProbe::places(const TexelBand& band) const {
+VisibilityProbe::ProbedPoints VisibilityProbe::make_points(const TexelBand& band) const {
   cl::Context& context = impl_->context;
-  ProbedPoints places;
-  places.count = band.sample_count;
-  places.capacity = (band.sample_count + KILN_VISIBILITY_SAMPLES - 1) / KILN_VISIBILITY_SAMPLES *
+  ProbedPoints probed;
+  probed.count = band.sample_count;
+  probed.capacity = (band.sample_count + KILN_VISIBILITY_SAMPLES - 1) / KILN_VISIBILITY_SAMPLES *
                     KILN_VISIBILITY_SAMPLES;
-  if (places.count == 0) return places;
-  places.points = cl::Array<float>(context, std::size_t{6} * places.capacity);
-  places.sums = cl::Array<float>(context, std::size_t{4} * places.capacity);
-  context.fill(places.points, 0.0F);
-  context.fill(places.sums, 0.0F);
-  kiln_visibility_params params = impl_->params(places);
+  if (probed.count == 0) return probed;
+  probed.points = cl::Array<float>(context, std::size_t{6} * probed.capacity);
+  probed.sums = cl::Array<float>(context, std::size_t{4} * probed.capacity);
+  context.fill(probed.points, 0.0F);
+  context.fill(probed.sums, 0.0F);
+  kiln_visibility_params params = impl_->params(probed);
   params.capacity = band.capacity;
-  params.out_capacity = places.capacity;
+  params.out_capacity = probed.capacity;
   params.scale = impl_->scale;
-  context.launch(context.kernel("visibility", "kiln_visibility_prepare"), places.count, kLocal,
-                 params, band.triangle, impl_->normals, band.points, places.points);
-  return places;
+  context.launch(context.kernel("visibility", "kiln_visibility_prepare"), probed.count, kLocal,
+                 params, band.triangle, impl_->normals, band.points, probed.points);
+  return probed;
 }
 
-VisibilityProbe::ProbedPoints VisibilityProbe::places(std::span<const Vec3> positions,
-                                                      std::span<const Vec3> normals) const {
+VisibilityProbe::ProbedPoints VisibilityProbe::make_points(std::span<const Vec3> positions,
+                                                           std::span<const Vec3> normals) const {
   cl::Context& context = impl_->context;
-  ProbedPoints places;
-  places.count = static_cast<std::uint32_t>(positions.size());
-  places.capacity = (places.count + KILN_VISIBILITY_SAMPLES - 1) / KILN_VISIBILITY_SAMPLES *
+  ProbedPoints probed;
+  probed.count = static_cast<std::uint32_t>(positions.size());
+  probed.capacity = (probed.count + KILN_VISIBILITY_SAMPLES - 1) / KILN_VISIBILITY_SAMPLES *
                     KILN_VISIBILITY_SAMPLES;
-  if (places.count == 0) return places;
-  std::vector<float> planes(std::size_t{6} * places.capacity, 0.0F);
-  const std::size_t plane = places.capacity;
+  if (probed.count == 0) return probed;
+  std::vector<float> planes(std::size_t{6} * probed.capacity, 0.0F);
+  const std::size_t plane = probed.capacity;
   for (std::size_t i = 0; i < positions.size(); ++i) {
     planes[i] = positions[i].x * impl_->scale;
     planes[i + plane] = positions[i].y * impl_->scale;
@@ -279,18 +281,18 @@ VisibilityProbe::ProbedPoints VisibilityProbe::places(std::span<const Vec3> posi
     planes[i + 4 * plane] = normals[i].y;
     planes[i + 5 * plane] = normals[i].z;
   }
-  places.points = cl::Array<float>(context, std::span<const float>(planes));
-  places.sums = cl::Array<float>(context, std::size_t{4} * places.capacity);
-  context.fill(places.sums, 0.0F);
-  return places;
+  probed.points = cl::Array<float>(context, std::span<const float>(planes));
+  probed.sums = cl::Array<float>(context, std::size_t{4} * probed.capacity);
+  context.fill(probed.sums, 0.0F);
+  return probed;
 }
 
-void VisibilityProbe::add_by_views(ProbedPoints& places) {
-  if (places.count == 0) return;
+void VisibilityProbe::add_directions_by_views(ProbedPoints& probed) {
+  if (probed.count == 0) return;
   cl::Context& context = impl_->context;
   const bool is_scalar = impl_->traversal == Traversal::gpu;
   std::string defines = is_scalar ? "-DKILN_VISIBILITY_SCALAR=1" : "";
-  if (!places.seen.empty()) defines += (is_scalar ? " " : "") + std::string(kSeenDefine);
+  if (!probed.seen.empty()) defines += (is_scalar ? " " : "") + std::string(kStoreSeenDefine);
   const std::uint32_t pixels = impl_->view_size * impl_->view_size;
   cl::Array<float> depths;
   for (std::size_t first = 0; first < impl_->directions.size(); first += impl_->batch()) {
@@ -298,30 +300,30 @@ void VisibilityProbe::add_by_views(ProbedPoints& places) {
     impl_->draw();
     const auto count = static_cast<std::uint32_t>(impl_->views.size());
     if (depths.empty()) depths = cl::Array<float>(context, std::size_t{pixels} * count);
-    kiln_visibility_params params = impl_->params(places);
+    kiln_visibility_params params = impl_->params(probed);
     params.count = pixels * count;
     context.launch(context.kernel("visibility", "kiln_visibility_depths"), params.count, kLocal,
                    params, impl_->device_views, impl_->keys.keys, impl_->keys.drawn, depths);
-    params.count = places.count;
+    params.count = probed.count;
     params.view_count = count;
-    params.bias = kBiasPixels / impl_->views[0].scale;
+    params.bias = kDepthBiasPixels / impl_->views[0].scale;
     params.first_direction = static_cast<std::uint32_t>(first);
     const cl::Kernel add = context.kernel("visibility", "kiln_visibility_texels", defines);
     const std::size_t work_items =
-        is_scalar ? places.count : places.capacity / KILN_VISIBILITY_SAMPLES;
-    if (places.seen.empty()) {
+        is_scalar ? probed.count : probed.capacity / KILN_VISIBILITY_SAMPLES;
+    if (probed.seen.empty()) {
       context.launch(add, work_items, kLocal, params, impl_->device_views, impl_->weights, depths,
-                     places.points, places.sums);
+                     probed.points, probed.sums);
     } else {
       context.launch(add, work_items, kLocal, params, impl_->device_views, impl_->weights, depths,
-                     places.points, places.sums, places.seen);
+                     probed.points, probed.sums, probed.seen);
     }
   }
   context.finish();
 }
 
-void VisibilityProbe::add_by_rays(ProbedPoints& places) {
-  if (places.count == 0) return;
+void VisibilityProbe::add_directions_by_rays(ProbedPoints& probed) {
+  if (probed.count == 0) return;
   cl::Context& context = impl_->context;
   if (impl_->rays == nullptr) {
     impl_->rays =
@@ -332,29 +334,29 @@ void VisibilityProbe::add_by_rays(ProbedPoints& places) {
   query.t_max = 4;
   query.two_sided = true;
   // Positions and directions in the ray caster's layout.
-  cl::Array<float> rays(context, std::size_t{7} * places.capacity);
-  const std::vector<float> points = places.points.download(context);
+  cl::Array<float> rays(context, std::size_t{7} * probed.capacity);
+  const std::vector<float> points = probed.points.download(context);
   rays.write(context, points);
-  cl::Array<std::uint8_t> is_hidden(context, places.capacity);
-  kiln_visibility_params params = impl_->params(places);
-  const cl::Kernel aim = context.kernel("visibility", "kiln_visibility_aim");
-  const cl::Kernel add =
-      context.kernel("visibility", "kiln_visibility_add", places.seen.empty() ? "" : kSeenDefine);
+  cl::Array<std::uint8_t> is_hidden(context, probed.capacity);
+  kiln_visibility_params params = impl_->params(probed);
+  const cl::Kernel aim_kernel = context.kernel("visibility", "kiln_visibility_aim");
+  const cl::Kernel add = context.kernel("visibility", "kiln_visibility_add",
+                                        probed.seen.empty() ? "" : kStoreSeenDefine);
   for (std::size_t first = 0; first < impl_->directions.size(); first += impl_->batch()) {
     impl_->choose_views(first, impl_->batch());
     for (std::uint32_t k = 0; k < impl_->views.size(); ++k) {
       if (k % 4 == 0) impl_->poll(first + k);
-      context.launch(aim, places.count, kLocal, params, impl_->device_views, k, places.points,
-                     rays);
-      impl_->rays->occluded(rays, places.count, places.capacity, query, is_hidden);
+      context.launch(aim_kernel, probed.count, kLocal, params, impl_->device_views, k,
+                     probed.points, rays);
+      impl_->rays->occluded(rays, probed.count, probed.capacity, query, is_hidden);
       params.first_direction = static_cast<std::uint32_t>(first);
       const float weight = impl_->directions[first + k].weight;
-      if (places.seen.empty()) {
-        context.launch(add, places.count, kLocal, params, impl_->device_views, k, weight,
-                       places.points, is_hidden, places.sums);
+      if (probed.seen.empty()) {
+        context.launch(add, probed.count, kLocal, params, impl_->device_views, k, weight,
+                       probed.points, is_hidden, probed.sums);
       } else {
-        context.launch(add, places.count, kLocal, params, impl_->device_views, k, weight,
-                       places.points, is_hidden, places.sums, places.seen);
+        context.launch(add, probed.count, kLocal, params, impl_->device_views, k, weight,
+                       probed.points, is_hidden, probed.sums, probed.seen);
       }
     }
   }

@@ -40,7 +40,7 @@ struct ProbeDirection {
 };
 
 /// Called with the completed share; returns false to cancel. May be empty.
-using KeepOn = std::function<bool(double)>;
+using ShareCallback = std::function<bool(double)>;
 
 /// Returns the probe's directions that the options define, without directions of weight 0. \throws Error(usage)
 std::vector<ProbeDirection> probe_directions(const VisibilityOptions& options);
@@ -74,20 +74,20 @@ class VisibilityProbe {
   };
 
   /// Makes probed points of a band's samples, with the normals of their triangles.
-  ProbedPoints places(const TexelBand& band) const;
+  ProbedPoints make_points(const TexelBand& band) const;
   /// Makes probed points of arbitrary positions. \param positions,normals in the surface's frame
-  ProbedPoints places(std::span<const Vec3> positions, std::span<const Vec3> normals) const;
+  ProbedPoints make_points(std::span<const Vec3> positions, std::span<const Vec3> normals) const;
 
   /// Sets a callback that is called several times a second by the functions below, which throw
   /// Cancelled if it returns false.
-  void set_progress(KeepOn keep_on);
+  void set_progress(ShareCallback report_share);
 
   /// Allocates ProbedPoints::seen.
-  void allocate_seen(ProbedPoints& places) const;
+  void allocate_seen(ProbedPoints& probed) const;
 
   /// Adds each direction to the sums of the points that it sees, as tested by depth views or by rays.
-  void add_by_views(ProbedPoints& places);
-  void add_by_rays(ProbedPoints& places);
+  void add_directions_by_views(ProbedPoints& probed);
+  void add_directions_by_rays(ProbedPoints& probed);
 
   /// Sums per triangle corner from pictures whose pixels identify triangles: x y z of the sum of
   /// directions and the sum of weights. Each visible pixel is distributed to the corners by its
@@ -112,7 +112,7 @@ class VisibilityField {
   /// \throws Cancelled
   VisibilityField(cl::Context& context, const LowSurface& surface, std::uint32_t width,
                   std::uint32_t height, const VisibilityOptions& options, Traversal traversal,
-                  VisibilityReport& report, KeepOn keep_on = {});
+                  VisibilityReport& report, ShareCallback report_share = {});
 
   /// Copies a band's samples with their visibility directions, at a cosine of at least
   /// KILN_VISIBILITY_LEAST_RISE to their faces. Samples without a visibility direction keep their own

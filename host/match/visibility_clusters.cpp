@@ -7,8 +7,8 @@ namespace kiln {
 namespace {
 
 constexpr int kClusterIterations = 16;
-/// Axis along which clusters are ordered. It is no axis or diagonal of a mesh, since two clusters are often symmetric
-/// about one of these and would tie.
+/// Axis along which clusters are ordered. It differs from the axes and diagonals, since pairs of clusters are often
+/// symmetric about one of these, and their order would then be ambiguous.
 const Vec3d kOrderingAxis{0.48, 0.29, 0.83};
 
 Vec3d normalized_or(const Vec3d& v, const Vec3d& other) {
@@ -26,8 +26,7 @@ std::vector<Vec3d> cluster_directions(std::span<const SeenDirection> directions,
   for (const SeenDirection& d : directions) sum += d.toward * d.weight;
   if (count == 1) return {normalized_or(sum, directions[0].toward)};
 
-  // Cosine between each direction and the nearest of the centres chosen so far; before the first, between it and the
-  // mean.
+  // For each direction its cosine to the nearest centre that was chosen so far, or to the mean if none was chosen.
   std::vector<double> nearest_cosines(directions.size());
   const Vec3d mean = normalized_or(sum, {0, 0, 0});
   std::transform(directions.begin(), directions.end(), nearest_cosines.begin(),

@@ -19,7 +19,8 @@ struct SeenDirection {
 ///
 /// k-means on the sphere. Initial centres are the direction farthest from the mean, then repeatedly
 /// the one farthest from all centres; 16 iterations; ties go to the lower index. Thus equal directions give equal
-/// clusters. They are ordered along a fixed axis, so that neighbouring points mostly number their clusters alike.
+/// clusters. They are ordered along a fixed axis, so that neighbouring points mostly have the same order of
+/// clusters.
 std::vector<Vec3d> cluster_directions(std::span<const SeenDirection> directions,
                                       std::uint32_t count);
 

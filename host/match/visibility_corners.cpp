@@ -56,10 +56,10 @@ std::vector<DirectionSum> corners_by_rays(cl::Context& context, const LowSurface
       positions[i] = to_float(part_index);
       normals[i] = to_float(normal * (1 / length(normal)));
     }
-    VisibilityProbe::ProbedPoints places = probe.places(positions, normals);
-    probe.add_by_rays(places);
-    const std::vector<float> corner_sums = places.sums.download(context);
-    const std::size_t plane = places.capacity;
+    VisibilityProbe::ProbedPoints probed = probe.make_points(positions, normals);
+    probe.add_directions_by_rays(probed);
+    const std::vector<float> corner_sums = probed.sums.download(context);
+    const std::size_t plane = probed.capacity;
     for (std::size_t i = 0; i < positions.size(); ++i) {
       const std::size_t t = first + i / corner_shares.size();
       if (surface.usable[t] == 0) continue;

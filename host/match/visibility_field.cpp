@@ -18,23 +18,24 @@ constexpr std::size_t kTexelsPerTask = 1 << 14;
 /// Number of samples per band at which the sets of directions that see them take 64 MiB.
 std::uint32_t clustered_samples_per_band(const VisibilityOptions& options, std::size_t directions) {
   if (options.clusters == 1) return 1U << 22;
-  const std::size_t words = (directions + 31) / 32;
-  return static_cast<std::uint32_t>(std::size_t{1} << 24) / static_cast<std::uint32_t>(words);
+  const std::size_t words_per_point = (directions + 31) / 32;
+  return static_cast<std::uint32_t>(std::size_t{1} << 24) /
+         static_cast<std::uint32_t>(words_per_point);
 }
 
 /// Clusters the directions of a band's samples that have widely scattered directions, in the samples' order.
 void cluster_band(cl::Context& context, const VisibilityProbe& probe, const TexelBand& band,
-                  const VisibilityProbe::ProbedPoints& places, const VisibilityOptions& options,
+                  const VisibilityProbe::ProbedPoints& probed, const VisibilityOptions& options,
                   std::uint32_t field_width, std::vector<ClusteredTexel>& clustered_texels) {
   const std::vector<ProbeDirection>& directions = probe.directions();
-  const std::size_t plane = places.capacity;
-  const std::vector<float> sums = places.sums.download(context);
-  const std::vector<float> points = places.points.download(context);
-  const std::vector<std::int32_t> seen_bits = places.seen.download(context);
-  std::vector<std::uint32_t> index(places.count);
+  const std::size_t plane = probed.capacity;
+  const std::vector<float> sums = probed.sums.download(context);
+  const std::vector<float> points = probed.points.download(context);
+  const std::vector<std::int32_t> seen_bits = probed.seen.download(context);
+  std::vector<std::uint32_t> index(probed.count);
   band.texel_index.read(context, index);
   std::vector<std::uint32_t> cluster_means;
-  for (std::uint32_t i = 0; i < places.count; ++i) {
+  for (std::uint32_t i = 0; i < probed.count; ++i) {
     const std::array<float, 4> mean =
         mean_of({Vec3d{sums[i], sums[i + plane], sums[i + 2 * plane]}, sums[i + 3 * plane]});
     if (mean[3] > 0 && deviation_of(mean) > options.cluster_deviation) cluster_means.push_back(i);
@@ -66,7 +67,7 @@ void cluster_band(cl::Context& context, const VisibilityProbe& probe, const Texe
 VisibilityField::VisibilityField(cl::Context& context, const LowSurface& surface,
                                  std::uint32_t width, std::uint32_t height,
                                  const VisibilityOptions& options, Traversal traversal,
-                                 VisibilityReport& report, KeepOn keep_on)
+                                 VisibilityReport& report, ShareCallback report_share)
     : context_(context), width_(width), height_(height) {
   const auto start = std::chrono::steady_clock::now();
   check_visibility(options);
@@ -74,7 +75,7 @@ VisibilityField::VisibilityField(cl::Context& context, const LowSurface& surface
   report.directions = static_cast<std::uint32_t>(directions.size());
   report.by_rays = options.test == VisibilityTest::rays;
   VisibilityProbe probe(context, surface, std::move(directions), options.view_size, traversal);
-  probe.set_progress(std::move(keep_on));
+  probe.set_progress(std::move(report_share));
   if (options.at == VisibilityAt::texel) {
     make_texels(surface, probe, options, report);
   } else {
@@ -102,24 +103,24 @@ void VisibilityField::make_texels(const LowSurface& surface, VisibilityProbe& pr
     for (std::uint32_t b = 0; b < sampler.band_count(); ++b) {
       const TexelBand band = sampler.sample(b);
       if (band.sample_count == 0) continue;
-      VisibilityProbe::ProbedPoints places = probe.places(band);
-      if (options.clusters > 1) probe.allocate_seen(places);
+      VisibilityProbe::ProbedPoints probed = probe.make_points(band);
+      if (options.clusters > 1) probe.allocate_seen(probed);
       if (report.by_rays) {
-        probe.add_by_rays(places);
+        probe.add_directions_by_rays(probed);
       } else {
-        probe.add_by_views(places);
+        probe.add_directions_by_views(probed);
       }
       kiln_visibility_params params{};
-      params.count = places.count;
-      params.capacity = places.capacity;
-      context_.launch(context_.kernel("visibility", "kiln_visibility_scatter"), places.count,
+      params.count = probed.count;
+      params.capacity = probed.capacity;
+      context_.launch(context_.kernel("visibility", "kiln_visibility_scatter"), probed.count,
                       kLocal, params, band.first_row * field_width_, band.texel_index,
-                      band.triangle, places.sums, from, field_triangle_);
+                      band.triangle, probed.sums, from, field_triangle_);
       context_.finish();
       if (options.clusters > 1) {
-        cluster_band(context_, probe, band, places, options, field_width_, clustered_texels);
+        cluster_band(context_, probe, band, probed, options, field_width_, clustered_texels);
       }
-      report.places += places.count;
+      report.places += probed.count;
     }
   }
 

@@ -46,20 +46,20 @@ void fill_unseen(std::vector<std::array<float, 4>>& means, std::vector<std::uint
   while (!unseen.empty()) {
     ring.clear();
     std::vector<std::uint32_t> unseen_points;
-    for (const std::uint32_t place : unseen) {
+    for (const std::uint32_t point : unseen) {
       DirectionSum around;
-      neighbours(place, [&](std::uint32_t other) {
+      neighbours(point, [&](std::uint32_t other) {
         const std::array<float, 4>& mean = means[other];
         if (mean[3] > 0) around.add(Vec3d{mean[0], mean[1], mean[2]}, 1);
       });
       if (around.weight > 0) {
-        ring.emplace_back(place, mean_of(around));
+        ring.emplace_back(point, mean_of(around));
       } else {
-        unseen_points.push_back(place);
+        unseen_points.push_back(point);
       }
     }
     if (ring.empty()) break;
-    for (const auto& [place, mean] : ring) means[place] = mean;
+    for (const auto& [point, mean] : ring) means[point] = mean;
     unseen = std::move(unseen_points);
   }
   report.without = unseen.size();

@@ -29,8 +29,8 @@ struct BytePlanSettings {
   static constexpr std::size_t kMaxTrials = 6;
   /// Another low poly is built only if its predicted error is below this share of the smallest error so far.
   static constexpr double kMaxErrorRatioToTry = 0.98;
-  /// The first low poly gets the share kInitialByteShare of the bytes; its face count follows from the estimate
-  /// kBytesPerFace (48 bytes per vertex, 6 bytes of indices per face).
+  /// The mesh of the first low poly gets the share kInitialByteShare of the bytes. Its face count follows from
+  /// the estimate kBytesPerFace (48 bytes per vertex, 6 bytes of indices per face).
   static constexpr double kInitialByteShare = 0.3, kBytesPerFace = 45;
   /// The first map has the largest size at which the whole budget gives at least this number of bytes per texel, for
   /// lossy and for lossless encodings. With fewer bytes per texel, a map of half the size and higher quality has a
@@ -132,8 +132,8 @@ class BytePlanner {
     return 2 * Settings::kLostSurfacePenalty +
            static_cast<double>(bytes) / static_cast<double>(options_.max_bytes);
   }
-  /// True if a predicted error is clearly below the smallest one so far. A penalty that both have is left out, since it
-  /// would hide every difference.
+  /// True if a predicted error is clearly below the smallest one so far. If both include the penalty for a lost
+  /// surface, it is left out of the comparison, since it would hide every difference.
   static bool is_worth_building(double predicted, double smallest) {
     const double penalty = Settings::kLostSurfacePenalty;
     const bool both_lost = std::min(predicted, smallest) >= penalty && smallest < 2 * penalty;
@@ -194,9 +194,9 @@ class BytePlanner {
     return result;
   }
 
-  /// Decides between hard edges along those of the high poly and normals that are smooth but at seams. Hard edges split
-  /// vertices, which may take the bytes of a larger map. Builds the first low poly once more, with smooth normals, if it
-  /// has hard edges, and keeps the better one.
+  /// Decides between hard edges along those of the high poly, and normals that are smooth except at seams. Hard edges
+  /// split vertices, which may take the bytes of a larger map. Builds the first low poly once more, with smooth
+  /// normals, if it has hard edges, and keeps the better one.
   void choose_normals() {
     if (options_.plan.height_field) return;
     const BuiltLowPoly& hard = low_polys_.front();
@@ -206,15 +206,16 @@ class BytePlanner {
     if (static_cast<double>(split_vertices(smooth)) > Settings::kMaxSmoothVertexRatio * vertices) {
       return;
     }
-    is_smooth_ = true;
+    has_smooth_normals_ = true;
     build_trial(hard.level, hard.trial.baked, /*all_maps=*/false, 0);
-    is_smooth_ = error_of(low_polys_[1]) < error_of(low_polys_[0]);
-    if (is_smooth_) evaluator_.smooth_mapped_normals();
-    // Both have one level; predictions follow from the better one.
-    const std::size_t worse = is_smooth_ ? 0 : 1;
-    dropped_trials_.push_back(low_polys_[worse].trial);
-    low_polys_.erase(low_polys_.begin() + static_cast<std::ptrdiff_t>(worse));
-    learn_from(low_polys_.front());
+    has_smooth_normals_ = error_of(low_polys_[1]) < error_of(low_polys_[0]);
+    if (has_smooth_normals_) evaluator_.smooth_mapped_normals();
+    // Both low polys have the same level. Only the one with the smaller error is kept, and
+    // predictions are calibrated by it.
+    const std::size_t worse_index = has_smooth_normals_ ? 0 : 1;
+    dropped_trials_.push_back(low_polys_[worse_index].trial);
+    low_polys_.erase(low_polys_.begin() + static_cast<std::ptrdiff_t>(worse_index));
+    calibrate_with(low_polys_.front());
   }
 
   void build_trial(std::size_t requested_level, std::uint32_t size, bool all_maps,
@@ -223,8 +224,8 @@ class BytePlanner {
     low_poly.level = level_without_folds(requested_level);
     const UnwrappedLowPoly& unwrapped = evaluator_.unwrapped(low_poly.level, size);
     low_poly.low = unwrapped.mesh;
-    if (is_smooth_) evaluator_.levels().fit_normals(low_poly.low, EdgesUnderMap::smooth);
-    low_poly.trial.has_smooth_normals = is_smooth_;
+    if (has_smooth_normals_) evaluator_.levels().fit_normals(low_poly.low, EdgesUnderMap::smooth);
+    low_poly.trial.has_smooth_normals = has_smooth_normals_;
     low_poly.unwrapped = unwrapped.report;
     low_poly.bake = bake_options(size);
     BakeOptions bake = low_poly.bake;
@@ -257,7 +258,7 @@ class BytePlanner {
     }
     low_poly.errors = evaluator_.mapped_errors(probe);
     low_poly.trial.baked = size;
-    learn_from(low_poly);
+    calibrate_with(low_poly);
     low_poly.normals = probe.with_map(*pictures.normal, bake);
     result_.plan.seconds_measure += watch.total();
     if (all_maps) {
@@ -265,7 +266,8 @@ class BytePlanner {
       other_ladders_.assign(low_poly.ladders.begin() + 1, low_poly.ladders.end());
       other_ladders_size_ = size;
     }
-    // The colours only serve to count bytes; finish() transfers colours to the chosen low poly.
+    // These colours only serve to count bytes; finish() transfers the real colours to the chosen
+    // low poly.
     Mesh colored_mesh = low_poly.low;
     if (!high_.colors.empty())
       colored_mesh.colors.assign(colored_mesh.positions.size(), high_.colors.front());
@@ -277,7 +279,7 @@ class BytePlanner {
     // Only the encodings of the normal map are kept here; other_ladders_ has those of the other pictures.
     low_poly.ladders.resize(1);
     std::vector<PictureLadder> all_ladders = low_poly.ladders;
-    const std::vector<PictureLadder> other_ladders = other_ladders_up_to(size);
+    const std::vector<PictureLadder> other_ladders = limit_other_ladders(size);
     all_ladders.insert(all_ladders.end(), other_ladders.begin(), other_ladders.end());
     low_poly.trial.faces = low_poly.low.triangles.size();
     low_poly.trial.expected = expected;
@@ -285,7 +287,7 @@ class BytePlanner {
   }
 
   /// Makes predictions follow a low poly's measured errors.
-  void learn_from(const BuiltLowPoly& low_poly) {
+  void calibrate_with(const BuiltLowPoly& low_poly) {
     evaluator_.record_measured(low_poly.level, /*mapped=*/true, low_poly.errors);
     const PictureLadder& normals = low_poly.ladders.front();
     for (std::size_t i = 0; i < normals.levels.size(); ++i) {
@@ -295,7 +297,7 @@ class BytePlanner {
   }
 
   /// Encodings of all pictures except normals, limited to the size of a bake.
-  std::vector<PictureLadder> other_ladders_up_to(std::uint32_t size) const {
+  std::vector<PictureLadder> limit_other_ladders(std::uint32_t size) const {
     std::vector<PictureLadder> list = other_ladders_;
     for (PictureLadder& ladder : list) {
       const PictureChoice smallest_choice = ladder.choices.front();
@@ -349,7 +351,7 @@ class BytePlanner {
       choice.error.degrees = std::sqrt(unencoded_degrees * unencoded_degrees + encoding_loss);
       choice.error.steps = steps_per_degree * choice.error.degrees;
     }
-    const std::vector<PictureLadder> other_ladders = other_ladders_up_to(other_ladders_size_);
+    const std::vector<PictureLadder> other_ladders = limit_other_ladders(other_ladders_size_);
     ladders.insert(ladders.end(), other_ladders.begin(), other_ladders.end());
     // the prediction need not fall as the bytes of a choice grow
     for (PictureLadder& ladder : ladders) {
@@ -484,8 +486,8 @@ class BytePlanner {
   ErrorModel model_;
   std::vector<std::uint32_t> sizes_;  ///< Map sizes that are tried, in decreasing order
   std::vector<BuiltLowPoly> low_polys_;
-  bool is_smooth_ = false;                 ///< See choose_normals()
-  std::vector<ByteTrial> dropped_trials_;  ///< Of low polys that choose_normals() dropped
+  bool has_smooth_normals_ = false;        ///< See choose_normals()
+  std::vector<ByteTrial> dropped_trials_;  ///< Trials of low polys that choose_normals() dropped
   /// Encodings of all pictures except normals, from the first bake of all maps
   std::vector<PictureLadder> other_ladders_;
   std::uint32_t other_ladders_size_ = 0;

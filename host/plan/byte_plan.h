@@ -20,9 +20,10 @@ struct BytePlanOptions {
   LowPolyPlanOptions plan = {};
   std::uint64_t max_bytes = 0;  ///< Maximum bytes of the whole file
   PictureFitOptions pictures = {};
-  /// Creates the file's pictures from a bake's maps and its coverage. It may modify the maps
+  /// Callback that creates the file's pictures from a bake's maps and its coverage; it may modify
+  /// the maps
   std::function<AssetMaps(std::vector<BakedMap>&, std::span<const std::uint8_t>)> maps_of = {};
-  /// Bytes of the file without its pictures, for a low poly
+  /// Callback that returns the bytes of the file without its pictures, for a low poly
   std::function<std::uint64_t(const Mesh&)> mesh_bytes = {};
 };
 
@@ -47,8 +48,9 @@ struct ByteTrial {
   double degrees = 0;       ///< Error of normals, in degrees
   std::uint32_t baked = 0;  ///< Side of the baked maps in texels
   bool fits = false;
-  bool has_smooth_normals =
-      false;  ///< Normals are smooth but at seams; else hard along the high poly's hard edges
+  /// True if normals are smooth except at seams; false if there are hard edges along the high
+  /// poly's hard edges
+  bool has_smooth_normals = false;
   std::vector<TrialPicture> pictures;
 };
 

@@ -24,8 +24,8 @@ struct BuiltCandidate {
 /// Copies measured errors into a candidate.
 void set_measured(const NormalError& error, Candidate& candidate);
 
-/// Builds candidates. The measured errors of each candidate correct the predictions of the evaluator and the error
-/// model.
+/// Builds candidates, and corrects the predictions of the evaluator and the error model by the measured errors of
+/// each.
 class CandidateBuilder {
  public:
   /// Creates a builder. \param bake  match options; may change between candidates. All arguments must outlive this

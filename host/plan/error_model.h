@@ -12,13 +12,14 @@ namespace kiln {
 
 /// Errors of a mesh: mean angles of rendered normals in degrees, and the mismatch of its outlines.
 struct LevelErrors {
-  double without_map = 0;   ///< Error of the mesh's own normals
-  double infinite_map = 0;  ///< Error with a map of infinite resolution: the limit f in README.md
+  double without_map = 0;  ///< Error of the mesh's own normals
+  /// Error with a map of infinite resolution, called the limit f in README.md
+  double infinite_map = 0;
   double silhouette_mismatch = 0;  ///< NormalError::one_sided_share
 };
 
 /// The error of a mesh with a map whose side has s texels: e(s) = infinite_map + d / (1 + d h(s)), where d =
-/// without_map - infinite_map. A tiny map reproduces nothing of the detail d, a large one all of it. The sharpness h
+/// without_map - infinite_map. A tiny map reproduces none of the detail d, a large map all of it. The sharpness h
 /// comes from the measured maps of the mesh with the nearest face count. TexelError in match_plan.cpp is the same
 /// model for one mesh and two maps.
 class ErrorModel {
@@ -50,9 +51,9 @@ class ErrorModel {
     double faces = 0, value = 0;
     bool has_own_charts = false;
   };
-  /// Relative differences to the limit, or to the error without a map, count as zero if they are below
-  /// kMinRelativeError. kMinErrorDegrees avoids divisions by 0. Sharpness is proportional to the face count to the
-  /// power of -kSharpnessExponent.
+  /// Differences to the limit, or to the error without a map, are at least kMinRelativeError of these errors.
+  /// kMinErrorDegrees avoids divisions by 0. Sharpness is proportional to the face count to the power of
+  /// -kSharpnessExponent.
   static constexpr double kMinRelativeError = 0.01, kMinErrorDegrees = 1e-9,
                           kSharpnessExponent = 0.15;
 
@@ -60,9 +61,10 @@ class ErrorModel {
     return std::max(level.without_map - level.infinite_map, kMinErrorDegrees);
   }
 
-  /// Finer meshes leave finer detail to the map, so sharpness falls with the face count. Measured exponents were 0.15
-  /// to 0.6; kSharpnessExponent is the smallest. If a finer mesh's error is overestimated, the mesh is never built;
-  /// an underestimate is corrected once the mesh is measured.
+  /// The finer a mesh is, the finer is the detail that it leaves to the map, so its sharpness h at a given map size
+  /// decreases as its face count increases. Measured exponents were 0.15 to 0.6; kSharpnessExponent is the smallest,
+  /// since a finer mesh whose error is overestimated is never built, while an underestimate is corrected once the
+  /// mesh is measured.
   static double nearest(const std::vector<Sharpness>& known, double faces) {
     const auto log_distance = [faces](const Sharpness& s) {
       return std::abs(std::log(s.faces / faces));

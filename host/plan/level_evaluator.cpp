@@ -40,20 +40,21 @@ void LevelEvaluator::make_levels(std::uint32_t finest_faces) {
   ProgressGuard::poll_at(0.05, "simplifying");
   const Stopwatch watch;
   finest_faces_ = finest_faces;
-  set_ = &cache_[finest_faces];
+  level_set_ = &cache_[finest_faces];
   for (auto& nodes : nodes_) nodes.clear();
   for (auto& measured : measured_levels_) measured.clear();
-  if (set_->levels == nullptr) {
+  if (level_set_->levels == nullptr) {
     std::vector<std::uint32_t> faces;
     // All coarser levels are known to exceed the error bound.
     const double min_faces = finest_faces > kFinestFaces ? 1.0 * kFinestFaces : 2.0;
-    for (double goal = std::min<double>(finest_faces, static_cast<double>(high_.triangles.size()));
-         goal >= min_faces || faces.empty(); goal *= kLevelFaceRatio) {
-      const auto face_count = static_cast<std::uint32_t>(std::max(goal, 2.0));
+    for (double target_faces =
+             std::min<double>(finest_faces, static_cast<double>(high_.triangles.size()));
+         target_faces >= min_faces || faces.empty(); target_faces *= kLevelFaceRatio) {
+      const auto face_count = static_cast<std::uint32_t>(std::max(target_faces, 2.0));
       if (faces.empty() || face_count < faces.back()) faces.push_back(face_count);
     }
     if (finest_faces > kFinestFaces) faces.push_back(kFinestFaces);
-    set_->levels = std::make_unique<SimplifyLevels>(
+    level_set_->levels = std::make_unique<SimplifyLevels>(
         high_, faces, options_.height_field ? LevelRule::height_field : LevelRule::shape);
   }
   plan_.seconds_simplify += watch.total();
@@ -139,10 +140,10 @@ void LevelEvaluator::evaluate(std::size_t level, bool mapped) {
   if (nodes_[mapped ? 1 : 0].contains(level)) return;
   ProgressGuard::poll_at(0.2, "evaluating low polys");
   const Stopwatch watch;
-  auto drafts = set_->draft_meshes.find(level);
-  if (drafts == set_->draft_meshes.end()) {
-    drafts =
-        set_->draft_meshes.emplace(level, levels().draft_meshes(level, edges_under_map_)).first;
+  auto drafts = level_set_->draft_meshes.find(level);
+  if (drafts == level_set_->draft_meshes.end()) {
+    drafts = level_set_->draft_meshes.emplace(level, levels().draft_meshes(level, edges_under_map_))
+                 .first;
   }
   const Stopwatch measure_watch;
   const Mesh low = with_placeholder_uvs(drafts->second[mapped ? 1 : 0]);
@@ -156,7 +157,7 @@ void LevelEvaluator::evaluate(std::size_t level, bool mapped) {
 
 void LevelEvaluator::smooth_mapped_normals() {
   edges_under_map_ = EdgesUnderMap::smooth;
-  set_->draft_meshes.clear();
+  level_set_->draft_meshes.clear();
   nodes_[1].clear();
   measured_levels_[1].clear();
 }
@@ -188,8 +189,9 @@ bool LevelEvaluator::choose_match(std::size_t level) {
   const std::size_t nearest_node = level / kNodeStep * kNodeStep;
   evaluate(nearest_node, /*mapped=*/true);
   ProgressGuard::poll_at(0.3, "comparing matches");
-  const NormalProbe probe(
-      impl_of(source_), with_placeholder_uvs(set_->draft_meshes.at(nearest_node)[1]), coarse_view_);
+  const NormalProbe probe(impl_of(source_),
+                          with_placeholder_uvs(level_set_->draft_meshes.at(nearest_node)[1]),
+                          coarse_view_);
   const Stopwatch watch;
   std::shared_ptr<const VisibilityField> field;
   std::vector<MatchMethod> methods = planned_matches(&MatchRow::low_poly_order);
@@ -223,17 +225,17 @@ bool LevelEvaluator::choose_match(std::size_t level) {
 }
 
 const Mesh& LevelEvaluator::mesh(std::size_t level) {
-  const auto found = set_->meshes.find(level);
-  if (found != set_->meshes.end()) return found->second;
+  const auto found = level_set_->meshes.find(level);
+  if (found != level_set_->meshes.end()) return found->second;
   const Stopwatch watch;
-  const Mesh& simplified = set_->meshes[level] = levels().mesh(level);
+  const Mesh& simplified = level_set_->meshes[level] = levels().mesh(level);
   plan_.seconds_simplify += watch.total();
   return simplified;
 }
 
 const UnwrappedLowPoly& LevelEvaluator::unwrapped(std::size_t level, std::uint32_t size) {
-  const auto found = set_->unwrapped.find({level, size});
-  if (found != set_->unwrapped.end()) return found->second;
+  const auto found = level_set_->unwrapped.find({level, size});
+  if (found != level_set_->unwrapped.end()) return found->second;
   const Mesh& simplified = mesh(level);
   ProgressGuard::poll_at(0.4, "laying out charts");
   const Stopwatch watch;
@@ -249,15 +251,15 @@ const UnwrappedLowPoly& LevelEvaluator::unwrapped(std::size_t level, std::uint32
   }
   levels().fit_normals(next.mesh);
   plan_.seconds_unwrap += watch.total();
-  return set_->unwrapped[{level, size}] = std::move(next);
+  return level_set_->unwrapped[{level, size}] = std::move(next);
 }
 
 void LevelEvaluator::solve(std::size_t level) {
   ProgressGuard::poll_at(0.9, "simplifying again, without flaws");
   const Stopwatch watch;
   levels().solve(level);
-  set_->meshes.erase(level);
-  std::erase_if(set_->unwrapped, [&](const auto& item) { return item.first.first == level; });
+  level_set_->meshes.erase(level);
+  std::erase_if(level_set_->unwrapped, [&](const auto& item) { return item.first.first == level; });
   plan_.seconds_simplify += watch.total();
 }
 

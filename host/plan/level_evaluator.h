@@ -25,7 +25,7 @@ struct UnwrappedLowPoly {
   UnwrapReport report;
 };
 
-/// Cached low polys of one high poly. Plans for several sizes on screen share them.
+/// Cache of a high poly's low polys, which plans for several sizes on screen share.
 struct LevelSet {
   std::unique_ptr<SimplifyLevels> levels;
   std::map<std::size_t, Mesh> meshes;  ///< Simplified meshes by level
@@ -44,7 +44,7 @@ template <class IsGood>
 std::optional<std::size_t> coarsest_level(std::size_t begin, std::size_t end,
                                           const IsGood& is_good) {
   using plan_settings::kNodeStep;
-  // Invariant: levels before `good_end` satisfy the predicate, level `bad_level` does not.
+  // Invariant: all levels before `good_end` satisfy the predicate, and level `bad_level` does not.
   std::size_t good_end = begin, bad_level = std::max(begin, end);
   while (good_end < bad_level) {
     std::size_t middle = good_end + (bad_level - good_end) * 2 / 3;
@@ -75,7 +75,7 @@ class LevelEvaluator {
   LevelEvaluator(const Source& source, const Mesh& high, const LowPolyPlanOptions& options,
                  BakeOptions& bake, LowPolyPlan& plan, LevelCache& cache);
 
-  const SimplifyLevels& levels() const { return *set_->levels; }
+  const SimplifyLevels& levels() const { return *level_set_->levels; }
   std::size_t count() const { return levels().count(); }
   double faces(std::size_t level) const { return static_cast<double>(levels().faces(level)); }
   /// Replaces the levels by levels with more faces.
@@ -92,7 +92,8 @@ class LevelEvaluator {
   std::vector<std::size_t> evaluated_levels(bool mapped) const;
   /// Replaces a level's predicted errors by those measured on its final mesh.
   void record_measured(std::size_t level, bool mapped, const LevelErrors& measured);
-  /// From now on, meshes with a map have smooth normals in place of hard edges. Predictions of these start anew.
+  /// From now on, meshes with a map have smooth normals instead of hard edges. Their predicted errors are
+  /// discarded.
   void smooth_mapped_normals();
   /// Errors of a mesh without a map, and with a map of infinite resolution.
   LevelErrors mapped_errors(const NormalProbe& probe) const;
@@ -121,8 +122,8 @@ class LevelEvaluator {
   BakeOptions& bake_;
   LowPolyPlan& plan_;
   LevelCache& cache_;
-  LevelSet* set_ = nullptr;
-  std::uint32_t finest_faces_ = 0;  ///< Faces of the finest level
+  LevelSet* level_set_ = nullptr;
+  std::uint32_t finest_faces_ = 0;  ///< Face count of the finest level
   bool is_frozen_ = false;
   EdgesUnderMap edges_under_map_ = EdgesUnderMap::hard;
   HighPolyView fine_view_, coarse_view_;

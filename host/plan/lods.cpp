@@ -105,9 +105,10 @@ class LodMaker {
   void make_simplified_levels() {
     if (simplified_levels_ != nullptr) return;
     std::vector<std::uint32_t> faces;
-    for (auto goal = static_cast<double>(first().chosen.faces);
-         goal >= kMinLodFaces || faces.empty(); goal *= plan_settings::kLevelFaceRatio) {
-      const auto next = static_cast<std::uint32_t>(goal * plan_settings::kLevelFaceRatio);
+    for (auto target_faces = static_cast<double>(first().chosen.faces);
+         target_faces >= kMinLodFaces || faces.empty();
+         target_faces *= plan_settings::kLevelFaceRatio) {
+      const auto next = static_cast<std::uint32_t>(target_faces * plan_settings::kLevelFaceRatio);
       const std::uint32_t face_count = std::max(next, kMinLodFaces);
       if (faces.empty() || face_count < faces.back()) faces.push_back(face_count);
     }

@@ -59,7 +59,7 @@ class LowPolyPlanner {
   }
 
  private:
-  /// Record of candidates of one map size that exceeded a bound.
+  /// Candidates of one map size that exceeded a bound.
   struct MissRecord {
     /// Finest level among these candidates; it and coarser levels are excluded from the search
     std::size_t first_excluded = SIZE_MAX;
@@ -77,7 +77,8 @@ class LowPolyPlanner {
   }
   bool is_better(const Candidate& a, const Candidate& b) const {
     const auto rank = [&](const Candidate& c) {
-      // The size is too small for the bound of a map other than the normal map, as an earlier bake showed.
+      // An earlier bake showed that this size is too small for the bound of a map other than the normal
+      // map.
       if (c.size < sizes_.front()) return -1;
       return is_sound(c) ? 2 : meets_bounds(c) ? 1 : 0;
     };
@@ -104,8 +105,8 @@ class LowPolyPlanner {
     built_candidates_.push_back(builder_.build(level, size));
     if (!is_sound(built_candidates_.back().candidate)) record_miss(built_candidates_.back());
   }
-  /// Returns the next finer level without folds if one is near, else the level itself. Before a sound candidate exists,
-  /// near means up to eight levels finer; afterwards, up to kMaxBytesRatioWithoutFolds times the bytes.
+  /// Returns the next finer level without folds if there is one within a limit, else the level itself. The limit is
+  /// eight levels as long as no sound candidate exists, and then kMaxBytesRatioWithoutFolds times the bytes.
   std::size_t level_without_folds(const Choice& choice) {
     const auto [level, size] = choice;
     if (can_be_foldless(level)) return level;
@@ -198,14 +199,15 @@ class LowPolyPlanner {
         .value_or(begin);
   }
 
-  /// Bakes the first map, which calibrates the error of texels. Its mesh leaves half of the error to texels, and mesh
-  /// and map have about equal bytes. If a mesh without a map is predicted to be lighter than this mesh with the smallest
-  /// map, it is built first; if none with a map can be lighter than what was built, no map is baked.
+  /// Bakes the first map, which calibrates the error model. Its mesh has half of the error bound, so that texels may
+  /// add the other half, and mesh and map have about equal bytes. If a mesh without a map is predicted to be lighter
+  /// than this mesh with the smallest map, it is built first. If no mesh with a map can then be lighter than it, no map
+  /// is baked.
   void try_first_map() {
     std::optional<std::size_t> mapped_level = coarsest_for_map(finest_level());
     if (!mapped_level && finest_level() == 0 && !coarsest_without_map(HUGE_VAL) &&
         evaluator_.refine()) {
-      // A map is worth its bytes only on levels that do not meet the error bound without one.
+      // A map is only needed on levels that exceed the error bound without one.
       const std::optional<std::size_t> coarsest_unmapped_level = coarsest_without_map(HUGE_VAL);
       if (!coarsest_unmapped_level || reserves_half_for_texels(*coarsest_unmapped_level))
         mapped_level = coarsest_for_map(coarsest_unmapped_level.value_or(0));
@@ -242,7 +244,8 @@ class LowPolyPlanner {
     double max_bytes = HUGE_VAL;
     if (best_built)
       max_bytes = kMaxBytesRatioToTry * static_cast<double>(best_built->candidate.bytes.total());
-    // Meshes without a map come last, because they need the finest levels, which are the slowest to evaluate.
+    // Meshes without a map are searched last, because they need the finest levels, which take longest to
+    // evaluate.
     for (auto at = sizes_.rbegin(); at != sizes_.rend(); ++at) {
       const std::uint32_t size = *at;
       const MissRecord& record = misses_[size];
@@ -335,7 +338,8 @@ class LowPolyPlanner {
           reached_bounds(impl_of(source_), plan_.low, plan_.bake, options_.bounds, *plan_.result);
     }
     if (!are_all_bounds_reached(plan_.bounds) && best_built.candidate.size < sizes_.back()) {
-      // A map other than the normal map exceeds its bound at this size on any mesh, so smaller sizes are excluded.
+      // At this size a map other than the normal map exceeds its bound on any mesh, so this and smaller sizes are
+      // excluded.
       std::erase_if(sizes_, [&](std::uint32_t size) { return size <= best_built.candidate.size; });
       return false;
     }
@@ -401,7 +405,8 @@ void check_plan(const LowPolyPlanOptions& options) {
               "; it must be a share above 0 and below 1, or 0");
   require(options.density != TexelDensity::detail ||
               (options.unwrap == UnwrapMethod::charts && !options.height_field),
-          "density by detail requires large charts, not pairs or height fields");
+          "the texel density detail requires the unwrap method charts, and a high poly that is no "
+          "height field");
   check_bounds(bake, options.bounds);
   require(options.screen == 0 || (options.screen >= 16 && options.screen <= 16384),
           "screen is " + std::to_string(options.screen) + " pixels; it must be 16 to 16384, or 0");

@@ -32,33 +32,34 @@ constexpr double kMaxMissedShare = 0.01;
 /// Tolerance factor of comparisons. A map is large enough if its error is within this factor of an infinite map's
 /// error, and is worth a bake if its predicted error is within this factor of the bound.
 constexpr double kErrorTolerance = 1.05;
-/// Map size at which matches are compared. For comparisons, depth views have half the size, and there is an eighth of
-/// the visibility directions.
+/// Map size at which matches are compared. To save time, comparisons use depth views of half the size, and an eighth
+/// of the visibility directions.
 constexpr std::uint32_t kComparisonSize = 1024;
 
 /// Thrown if the UV layouts of both meshes do not agree at the size of a bake, or if no sample has a point at its UVs.
 struct LayoutMismatch {};
 
-/// Error that texels of a map of size s add to a match's error with an infinite map: 1 / (1 / range + rate s^2). With
-/// a tiny map, the error is that of the mesh without a map; with a large map, it is proportional to the square of the
-/// texel size.
+/// Model of the error that the texels of a map of size s add to a match's error with an infinite map: 1 / (1 / range
+/// + rate s^2). For a tiny map this is `range`, so that the whole error is that of the mesh without a map; for a
+/// large map it is proportional to the square of the texel size.
 class TexelError {
  public:
   double at(std::uint32_t size) const { return 1 / (1 / range_ + rate_ * size * size); }
 
-  /// Sets the range of errors. \param range  error without a map minus error with an infinite one
+  /// Sets the parameter `range` of the model. \param range error without a map minus error with an
+  /// infinite map
   void set_range(double range) { range_ = std::max(range, kMinRange); }
-  /// Calibrates the model by a measured map. \param excess_error  error of a map of this size minus error with an
-  /// infinite one
+  /// Calibrates the model by a measured map. \param excess_error error with a map of this size minus error with
+  /// an infinite map
   void add_measurement(std::uint32_t size, double excess_error) {
     excess_error = std::max(excess_error, kMinRange);
     const double texels = 1.0 * size * size;
-    // The charts of a tiny map have few texels, so it may be worse than no map; the range is raised to at least twice
-    // the measured error.
+    // The charts of a tiny map have few texels, so its error may exceed the error without a map. The parameter range_
+    // is therefore raised to at least twice the measured error.
     range_ = std::max(range_, 2 * excess_error);
     rate_ = (1 / excess_error - 1 / range_) / texels;
     if (texels_ > 0) {
-      // Two measured sizes determine both range and rate.
+      // Two measured sizes determine both parameters of the model.
       const double rate = (1 / excess_error - 1 / excess_error_) / (texels - texels_);
       const double inverse_range = 1 / excess_error - rate * texels;
       if (rate > 0 && inverse_range > 0) {
@@ -221,8 +222,8 @@ class MatchPlanner {
     return plan_.least + texels_.at(largest_size()) > target_error_;
   }
 
-  /// Preparing depth views in addition to a BVH is expensive. If rays miss nothing and no other method has a lower
-  /// error, the error is limited by the low poly's shape and not by the match, so views are skipped.
+  /// Preparing depth views in addition to a BVH is expensive. If rays miss nothing, and no other method has a
+  /// lower error, then the low poly's shape limits the error and not the match, so views are not tried.
   bool views_may_help() const {
     const PlanLimit& first = limit_of(searching_methods().front());
     return first.missed > kMaxMissedShare ||
@@ -354,8 +355,8 @@ class MatchPlanner {
     texels_.add_measurement(std::min(trial.width, trial.height),
                             std::max(error - infinite_map_error(trial.method),
                                      1e-3 * infinite_map_error(trial.method)));
-    // Lost parts of the surface count with the error of the mesh without a map. A later trial is chosen only if it
-    // lowers the error by 2%, or if it is the first one that found a point.
+    // Lost parts of the surface count with the error of the mesh without a map. A later trial replaces the chosen
+    // one only if its error is 2% lower, or if it is the first trial that found a point.
     const double weighted_error = error + trial.lost * plan_.without_map.mean_degrees;
     const bool has_points = !has_no_points(baked.result.report);
     const bool is_first = plan_.trials.size() == 1 || (has_points && !has_chosen_points_);

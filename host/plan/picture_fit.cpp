@@ -181,7 +181,7 @@ PictureError error_over_texels(const Image& map, const Image& picture,
           const double cosine =
               std::clamp(dot / std::sqrt(std::max(square_a * square_b, 1e-30)), -1.0, 1.0);
           rows[y].degrees += std::acos(cosine) * 180 / 3.14159265358979323846;
-          squares = (1 - cosine) / 2;  // Square of half the chord between unit vectors
+          squares = (1 - cosine) / 2;  // Square of half the distance between two unit vectors
         } else {
           for (std::uint32_t c = 0; c < map.channels; ++c) {
             const double difference = map_value[c] - picture_value[c];

@@ -16,7 +16,8 @@ namespace kiln {
 
 /// Error of a picture against the map, averaged over the surface or over rendered pixels.
 struct PictureError {
-  double steps = 0;    ///< Mean length of the difference of all channels, in steps of 1/255
+  /// Mean over the texels of the length of the difference vector of all channels, in steps of 1/255
+  double steps = 0;
   double degrees = 0;  ///< Mean angle of normals; 0 for other pictures
 };
 
@@ -49,8 +50,8 @@ struct PictureFitOptions {
   /// for pictures that `format` cannot store. A set `quality` or `max_normal_error` excludes other encodings.
   EncodeMapsOptions encode = {};
   bool any_format = true;
-  bool all_qualities =
-      false;  ///< True for the final file: every third quality is tried instead of a few
+  /// True: encode every third quality, as for the final file; false: encode only a few qualities
+  bool all_qualities = false;
   std::uint64_t max_picture_bytes = 0;  ///< Maximum bytes of a picture; larger ones are skipped
   /// Measures a decoded normal map; if empty, the error is the mean angle to the texels of the full-size map
   NormalMapError normal_error = {};
@@ -68,17 +69,18 @@ std::vector<PictureLadder> picture_ladders(const AssetMaps& maps, const PictureF
 /// ladder with `all_qualities`, and does not depend on where the few qualities lie. Inserted choices have no data.
 void add_intermediate_qualities(PictureLadder& ladder);
 
-/// A combination of encodings: one of each picture's choices.
+/// A combination of encodings: one choice for each picture.
 struct PictureFit {
   std::vector<std::size_t> choices;  ///< For each picture, index into PictureLadder::choices
   std::uint64_t bytes = 0;           ///< Sum of the bytes of all pictures
-  double error = 0;                  ///< Weighted sum of PictureError::steps
+  /// Sum of PictureError::steps, weighted by the pictures' shares of the surface
+  double error = 0;
 };
 
 /// The choices with the smallest sum of errors within `bytes`; nullopt if even the smallest choices exceed it.
 std::optional<PictureFit> least_error(std::span<const PictureLadder> ladders, std::uint64_t bytes);
 
-/// Sum of the pictures' bytes, each in its smallest encoding.
+/// Returns the sum of the bytes of all pictures, each in its smallest encoding.
 std::uint64_t least_bytes(std::span<const PictureLadder> ladders);
 
 }  // namespace kiln

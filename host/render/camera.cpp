@@ -27,9 +27,9 @@ Vec3d to_option_axes(const Vec3d& v, bool z_up) { return z_up ? Vec3d{v.x, -v.z,
 
 Vec3d unit(const Vec3d& v) { return v * (1 / length(v)); }
 
-/// Direction of the key light. By default it comes from the front, above, on the left. Flat meshes such as terrains and
-/// reliefs would hardly be shaded by that; for these, the angle between the light and the mean normal is 60 degrees, so
-/// that slopes are visible.
+/// Direction of the key light. By default the light comes from the front, from above and from the left. Flat meshes
+/// such as terrains and reliefs would show hardly any shading with it; for these, the angle between the light and the
+/// mean normal is 60 degrees, so that slopes are visible.
 Vec3d key_light(const Vec3d& facing, const Camera& camera) {
   constexpr double kMinSheetFacing = 0.7;
   const Vec3d default_light = {-0.5145, 0.6860, 0.5145};
@@ -66,8 +66,9 @@ CameraTarget CameraTarget::of(const Mesh& mesh) {
     area += length(normal);
   }
   if (area > 0) target.facing = target.facing * (1 / area);
-  constexpr double kMaxFrameDistance =
-      1;  // Largest coordinate in frame units; vertices farther out are not shown, see Frame
+  // Largest coordinate in units of the mesh's local frame (see Frame); vertices farther out are not
+  // shown
+  constexpr double kMaxFrameDistance = 1;
   for (std::size_t i = 0; i < is_used_vertex.size(); ++i) {
     if (!is_used_vertex[i]) continue;
     const Vec3 point = target.frame.to_frame(mesh, i);
@@ -97,7 +98,7 @@ Camera Camera::fit(const CameraTarget& target, const RenderOptions& options) {
     low_y = std::min(low_y, y);
     high_y = std::max(high_y, y);
   }
-  // The minimum extent gives a picture even to a line that is seen end-on.
+  // A minimum extent is used so that even a line that is seen end-on gives a picture.
   constexpr double kMarginShare = 0.04;
   const double extent_x = high_x - low_x, extent_y = high_y - low_y;
   const double extent = std::max({extent_x, extent_y, 1e-6});

@@ -13,7 +13,7 @@
 
 namespace kiln {
 
-/// The vertices that a camera shows: those of finite triangles, in a separate frame.
+/// The vertices that a camera shows: those of finite triangles, in a local frame of their own.
 struct CameraTarget {
   Frame frame;
   std::vector<Vec3> points;
@@ -26,9 +26,10 @@ struct CameraTarget {
 
 /// An orthographic camera in world space.
 struct Camera {
-  Vec3d right{}, up{}, toward{};   ///< Unit vectors; `toward` points from the scene to the viewer
-  std::array<double, 3> center{};  ///< World point at the picture's centre
-  double half_side = 1;            ///< Half of the picture's longer side, world units
+  /// Unit vectors of the camera's axes; `toward` points from the scene to the viewer
+  Vec3d right{}, up{}, toward{};
+  std::array<double, 3> center{};       ///< World point at the picture's centre
+  double half_side = 1;                 ///< Half of the picture's longer side, world units
   std::uint32_t width = 1, height = 1;  ///< Size of the picture in pixels
   /// Unit vector to the key light in camera axes: right, up, towards the viewer.
   Vec3d key{};

@@ -23,9 +23,9 @@ void check_frame(const RenderOptions& options) {
   if (options.size > kMaxFrameSide) {
     refuse("A frame is " + std::to_string(options.size) + " pixels a side: use 1 to 2048.");
   }
-  if (options.show_colors) refuse("Frames are lit: leave show_colors out.");
+  if (options.show_colors) refuse("Frames are always lit: leave out the option show_colors.");
   if (options.zoom != 1 || options.at)
-    refuse("Frames show all of the mesh: leave zoom and at out.");
+    refuse("Frames show the whole mesh: leave out the options zoom and at.");
 }
 
 /// The camera as a depth view with the picture's pixels, exact to 1/512 pixel.
@@ -62,7 +62,7 @@ std::vector<Triangle> triangles_of(const std::vector<std::uint32_t>& numbers) {
   return result;
 }
 
-/// Draws frames of one size, and owns the arrays that they need.
+/// Draws pictures ("frames") of one size, and owns the device arrays that they need.
 class FramePainter {
  public:
   FramePainter(const Scene::Impl& scene, const RenderOptions& options)
@@ -181,7 +181,7 @@ FrameCost Scene::Impl::time_frames(const RenderOptions& options, std::uint32_t f
   check_frame(options);
   if (frames < 1 || frames > 1000) {
     throw Error(ErrorCode::usage,
-                "The frames to time are " + std::to_string(frames) + ": use 1 to 1000.");
+                "The number of frames to time is " + std::to_string(frames) + ": use 1 to 1000.");
   }
   FramePainter painter(*this, options);
   FrameCost cost;

@@ -16,7 +16,7 @@ namespace kiln {
 namespace {
 
 constexpr std::uint32_t kTilePixels = KILN_RENDER_TILE * KILN_RENDER_TILE;
-constexpr std::uint32_t kMaxSamplesPerPart = 1 << 20;
+constexpr std::uint32_t kMaxSamplesPerSection = 1 << 20;
 constexpr double kMinZoom = 0.01, kMaxZoom = 1e5;
 /// Maximum distance of occluders, as a share of the visible extent.
 constexpr double kMaxOccluderShare = 0.4;
@@ -55,15 +55,15 @@ void set(kiln_float (&to)[3], const Vec3d& from) {
   to[2] = static_cast<float>(from.z);
 }
 
-/// Device arrays for the samples of one part of the picture.
-struct Part {
+/// Device arrays for the samples of one section of the picture.
+struct PictureSection {
   cl::Array<float> points;   ///< Ray data in 7 planes; see RayCaster
   cl::Array<float> surface;  ///< Surface data in KILN_SURFACE_PLANES planes
   cl::Array<std::uint8_t> hit, open;
   cl::Array<float> colors;  ///< Colours, [3 * pixels]
   DeviceCorrespondence match;
 
-  Part(cl::Context& context, std::uint32_t samples, std::uint32_t pixels)
+  PictureSection(cl::Context& context, std::uint32_t samples, std::uint32_t pixels)
       : points(context, std::size_t{7} * samples),
         surface(context, std::size_t{KILN_SURFACE_PLANES} * samples),
         hit(context, samples),
@@ -80,12 +80,12 @@ void check_render(const RenderOptions& options) {
   };
   require(options.size >= 1 && options.size <= 8192,
           "The picture's size is " + std::to_string(options.size) + ": use 1 to 8192 pixels.");
-  require(options.samples >= 1 && options.samples <= 16, "The samples a pixel are " +
-                                                             std::to_string(options.samples) +
-                                                             " squared: use 1 to 16 a side.");
-  require(options.ambient_rays <= 255, "The rays for ambient occlusion are " +
+  require(options.samples >= 1 && options.samples <= 16,
+          "The number of samples per side of a pixel is " + std::to_string(options.samples) +
+              ": use 1 to 16.");
+  require(options.ambient_rays <= 255, "The number of rays per pixel for ambient occlusion is " +
                                            std::to_string(options.ambient_rays) +
-                                           " a pixel: use 0 (none) to 255.");
+                                           ": use 0 (none) to 255.");
   require(std::isfinite(options.azimuth_degrees) && std::abs(options.azimuth_degrees) <= 1e6,
           "The view's azimuth is " + decimal(options.azimuth_degrees) +
               ": use a finite number of degrees, such as 30.");
@@ -291,26 +291,28 @@ Image Scene::Impl::trace(const Camera& camera, const RenderOptions& options, boo
   const std::uint32_t samples_per_tile = kTilePixels * samples_per_pixel;
   const std::uint32_t tiles =
       params.tile_columns * ((camera.height + KILN_RENDER_TILE - 1) / KILN_RENDER_TILE);
-  const std::uint32_t tiles_per_part = std::min(tiles, kMaxSamplesPerPart / samples_per_tile);
-  params.capacity = tiles_per_part * samples_per_tile;
+  const std::uint32_t tiles_per_section = std::min(tiles, kMaxSamplesPerSection / samples_per_tile);
+  params.capacity = tiles_per_section * samples_per_tile;
 
-  // Peak memory for one part: its samples on the device, and its colours on device and host. It is checked before
-  // anything is allocated.
+  // Peak memory for one section of the picture: its samples on the device, and its colours on device and host. It
+  // is checked before anything is allocated.
   constexpr std::uint64_t kBytesPerSample =
       7 * sizeof(float) + KILN_SURFACE_PLANES * sizeof(float) + 2 + 17;
-  constexpr std::uint64_t kLaunchBytes = 12 << 20;  // Memory that PoCL itself holds while it draws
+  // Memory that PoCL itself uses during drawing, bytes
+  constexpr std::uint64_t kLaunchBytes = 12 << 20;
   require_memory("The picture",
                  kLaunchBytes + std::uint64_t{camera.width} * camera.height * 3 * sizeof(float) +
                      kBytesPerSample * params.capacity +
-                     std::uint64_t{6} * sizeof(float) * tiles_per_part * kTilePixels);
+                     std::uint64_t{6} * sizeof(float) * tiles_per_section * kTilePixels);
   cl::Context& context = context_of(device);
-  Part part(context, params.capacity, tiles_per_part * kTilePixels);
+  PictureSection section(context, params.capacity, tiles_per_section * kTilePixels);
   const std::vector<float> disc =
       vogel_disc(std::max(1U, params.ambient_passes) * std::size_t{samples_per_pixel});
   const cl::Array<float> device_disc = upload_array(context, disc.data(), disc.size());
 
   RayQuery surface_ray;
-  // Ray length that reaches through the bounding sphere; the kernel starts rays at a distance of 0.75
+  // Ray length that reaches through the whole bounding sphere; the kernel starts rays at a distance
+  // of 0.75 from its centre
   surface_ray.t_max = 1.5F;
   surface_ray.two_sided = true;
   RayQuery occlusion_ray;
@@ -324,24 +326,24 @@ Image Scene::Impl::trace(const Camera& camera, const RenderOptions& options, boo
 
   Image image{camera.width, camera.height, 3, {}};
   image.pixels.resize(std::size_t{camera.width} * camera.height * 3);
-  std::vector<float> colors(part.colors.size());
-  for (params.first_tile = 0; params.first_tile < tiles; params.first_tile += tiles_per_part) {
-    params.pixel_count = std::min(tiles_per_part, tiles - params.first_tile) * kTilePixels;
+  std::vector<float> colors(section.colors.size());
+  for (params.first_tile = 0; params.first_tile < tiles; params.first_tile += tiles_per_section) {
+    params.pixel_count = std::min(tiles_per_section, tiles - params.first_tile) * kTilePixels;
     params.sample_count = params.pixel_count * samples_per_pixel;
     const std::uint32_t count = params.sample_count;
     context.launch(context.kernel("render", "kiln_render_camera"), count, kLocal, params,
-                   part.points);
-    rays->intersect(part.points, count, params.capacity, surface_ray, part.match);
+                   section.points);
+    rays->intersect(section.points, count, params.capacity, surface_ray, section.match);
     context.launch(context.kernel("render", "kiln_render_surface"), count, kLocal, params,
-                   part.match.triangle, part.match.barycentric, position_indices, positions,
-                   normal_indices, normals, part.surface);
-    // Occlusion uses the geometric normal, before the map is applied.
+                   section.match.triangle, section.match.barycentric, position_indices, positions,
+                   normal_indices, normals, section.surface);
+    // Occlusion uses the mesh's normal, to which the normal map is not applied.
     for (kiln_uint pass = 0; pass < params.ambient_passes; ++pass) {
       context.launch(context.kernel("render", "kiln_render_ambient_rays"), count, kLocal, params,
-                     pass, part.match.triangle, part.surface, device_disc, part.points);
-      rays->occluded(part.points, count, params.capacity, occlusion_ray, part.hit);
+                     pass, section.match.triangle, section.surface, device_disc, section.points);
+      rays->occluded(section.points, count, params.capacity, occlusion_ray, section.hit);
       context.launch(context.kernel("render", "kiln_render_ambient_add"), count, kLocal, params,
-                     pass, part.hit, part.open);
+                     pass, section.hit, section.open);
     }
     if (has_map && !options.ignore_map && !options.flat && !depth) {
       kiln_render_map_params with_map = map_params;
@@ -349,11 +351,12 @@ Image Scene::Impl::trace(const Camera& camera, const RenderOptions& options, boo
       with_map.capacity = params.capacity;
       if (options.show_colors) with_map.space = KILN_RENDER_COLORS;
       context.launch(context.kernel("render", "kiln_render_map"), count, kLocal, with_map,
-                     part.match.triangle, part.match.barycentric, shading, uvs, map, part.surface);
+                     section.match.triangle, section.match.barycentric, shading, uvs, map,
+                     section.surface);
     }
     context.launch(context.kernel("render", "kiln_render_shade"), params.pixel_count, kLocal,
-                   params, part.match.triangle, part.surface, part.open, part.colors);
-    part.colors.read(context, std::span(colors).first(std::size_t{3} * params.pixel_count));
+                   params, section.match.triangle, section.surface, section.open, section.colors);
+    section.colors.read(context, std::span(colors).first(std::size_t{3} * params.pixel_count));
     copy_pixels_to_picture(colors, params, image);
   }
   return image;

@@ -1,4 +1,4 @@
-// A Scene's arrays on the device, and ray-traced pictures of it.
+// The arrays of a Scene on the device; traces rays to draw pictures of it.
 #pragma once
 
 #include <memory>
@@ -39,19 +39,19 @@ struct KILN_HIDDEN Scene::Impl {
 
  private:
   void upload_map(const Mesh& mesh, const NormalMap& normal_map);
-  /// Traces rays, one part of the picture after another.
-  /// \param depth  true: depth instead of the options' colours
+  /// Traces rays for one section of the picture after another. \param depth true: returns depth
+  /// instead of the options' colours
   Image trace(const Camera& camera, const RenderOptions& options, bool depth) const;
 };
 
 /// \throws Error(usage) for an option out of its range
 void check_render(const RenderOptions& options);
 
-/// The camera's parameters in a mesh's frame, in which the mesh lies around the origin.
+/// The camera's parameters in the local frame of a mesh, in which the mesh lies around the origin.
 kiln_render_params camera_params(const Camera& camera, const Frame& frame,
                                  const RenderOptions& options);
 
-/// Copies a part's pixels, which are ordered by tiles, to the picture.
+/// Copies the pixels of a section, which are ordered by tiles, to the picture.
 void copy_pixels_to_picture(const std::vector<float>& colors, const kiln_render_params& params,
                             Image& image);
 

@@ -35,7 +35,7 @@ EdgeTurn::EdgeTurn(cl::Context& context, const LowSurface& surface, const std::v
       if (painted) weights.push_back(corner.straight);
     }
   }
-  // Unused kernel arguments must not be empty arrays, either.
+  // Even unused kernel arguments must not be empty arrays.
   const std::vector<float> none(7);
   normals_ = cl::Array<float>(context, std::span<const float>(normals));
   weights_ = cl::Array<float>(context, std::span<const float>(painted ? weights : none));

@@ -39,7 +39,7 @@ class SamplePick {
     return to;
   }
 
-  /// Gathers the samples' points from a band, and nothing else of it.
+  /// Gathers the samples' points from a band, and none of its other data.
   TexelBand gather_points(const TexelBand& band) const {
     TexelBand some;
     some.sample_count = count_;

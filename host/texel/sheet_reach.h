@@ -1,4 +1,5 @@
-// Search distance of samples on open sheets of a low poly, such as cards for leaves, that have no surface nearby.
+// Second search distance, for samples that find no point nearby and lie on open sheets of the low poly, such as
+// cards for leaves.
 #pragma once
 
 #include <vector>

@@ -104,7 +104,7 @@ struct TexelTriangle {
     return {low, high};
   }
 
-  /// Squared distance of the triangle from a texel's centre.
+  /// Squared distance from the triangle to a texel's centre.
   double squared_distance(std::int64_t column, std::int64_t row) const {
     const double at_x = static_cast<double>(column) + 0.5, at_y = static_cast<double>(row) + 0.5;
     const auto [u, v] = nearest_weights(x, y, at_x, at_y);
@@ -157,7 +157,7 @@ class SmallChartFinder {
     return false;
   }
 
-  /// Finds the triangles that have pieces, none of which covers a sample.
+  /// Finds the triangles that have pieces, but whose pieces cover no sample.
   void find_uncovered() {
     triangle_states_.assign(surface_.triangles.size(), kNoPiece);
     std::vector<std::uint8_t> piece_covers_sample(pieces_.pieces.size());
@@ -183,18 +183,18 @@ class SmallChartFinder {
     std::vector<std::array<std::uint32_t, 3>> corners;
     at.reserve(3 * uncovered_triangles_.size());
     for (const std::uint32_t t : uncovered_triangles_) {
-      std::array<std::uint32_t, 3> own{};
+      std::array<std::uint32_t, 3> corner_vertices{};
       for (std::size_t k = 0; k < 3; ++k) {
-        own[k] =
+        corner_vertices[k] =
             at.emplace(vertex_hash(surface_.triangles[t][k]), static_cast<std::uint32_t>(at.size()))
                 .first->second;
       }
-      corners.push_back(own);
+      corners.push_back(corner_vertices);
     }
     DisjointSets sets(at.size());
-    for (const auto& own : corners) {
-      sets.join(own[0], own[1]);
-      sets.join(own[0], own[2]);
+    for (const auto& corner_vertices : corners) {
+      sets.join(corner_vertices[0], corner_vertices[1]);
+      sets.join(corner_vertices[0], corner_vertices[2]);
     }
     std::vector<std::uint8_t> is_at_covered_triangle(at.size()), touches(at.size());
     parallel_for(triangle_states_.size(), kTrianglesPerTask,
@@ -231,7 +231,7 @@ class SmallChartFinder {
   }
 
   /// Calls `visit(column, row)` for the map's texels within `reach` texels of a triangle, and for a few
-  /// slightly farther ones; with reach 0, exactly for the texels that overlap the triangle.
+  /// that are slightly farther away; with reach 0 only for the texels that overlap the triangle.
   template <class Visit>
   void for_each_texel_near(const TexelTriangle& outline, std::int64_t reach,
                            const Visit& visit) const {
@@ -339,7 +339,7 @@ class SmallChartFinder {
     assign_overlapped_texels();
     for (std::uint32_t small = 0; small < texel_triangles_.size(); ++small) {
       if (has_[small] != 0) continue;
-      // Texels never become free again, so a failed search is not repeated.
+      // A search that failed is not repeated, since texels never become free again.
       const FreeTexel place =
           search_failed_[small] != 0 ? FreeTexel{} : nearest_free_texel(texel_triangles_[small]);
       if (place.found()) {
@@ -396,7 +396,7 @@ class SmallChartFinder {
   std::vector<std::vector<std::uint32_t>> chart_triangles_;  // indices into result_.triangles
   std::vector<std::uint8_t> has_, search_failed_;
   std::int64_t tiles_across_ = 0;
-  std::vector<std::uint8_t> is_tile_used_;  // For each tile, 1 if a small chart is near
+  std::vector<std::uint8_t> is_tile_used_;  // For each tile, 1 if a small chart may overlap it
   std::vector<bool> is_occupied_;           // Texels that have a covered sample or are assigned
 };
 

@@ -15,7 +15,7 @@ struct SmallCharts {
   std::vector<OwnedTexel> texels;
   /// Triangles of charts that contain no sample's centre, ascending
   std::vector<std::uint32_t> triangles;
-  /// Those of these triangles for which no texel was found, ascending
+  /// Triangles, included in `triangles`, for which no texel was found, ascending
   std::vector<std::uint32_t> triangles_without_texel;
 
   /// A small chart is a set of triangles connected at corners of equal UV and position, none of which covers a sample

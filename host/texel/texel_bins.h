@@ -57,7 +57,7 @@ class TexelBins {
   std::vector<std::uint32_t> band_first_entries_;
   std::vector<std::uint32_t> band_pieces_;
   std::vector<Span> block_spans_;
-  // Next position in the lists at which each block of the band writes
+  // For each block of the band, the next position in the lists to write to
   std::vector<std::uint32_t> block_cursors_;
 };
 

@@ -41,7 +41,7 @@ struct PieceBuilder {
   CountedFlaw outside, degenerate_uv, missing_uv, degenerate_low;
 
   void add_triangle(const LowSurface& surface, std::size_t t) {
-    // A UV copy is not baked: it shares the texels of its original
+    // UV copies are not baked, since they share the texels of another triangle
     if (surface.usable[t] == 0 || surface.is_copy(t)) return;
     const auto& triangle = surface.triangles[t];
     const auto first = static_cast<std::uint32_t>(pieces.size());
@@ -83,7 +83,7 @@ struct PieceBuilder {
     const std::int64_t half = std::int64_t{1} << (grid.shift - 1);
     kiln_texel_piece piece{};
     for (std::size_t k = 0; k < 3; ++k) {
-      // The edge opposite corner k, oriented so that E > 0 inside.
+      // The edge opposite corner k, oriented so that its edge function E is positive inside.
       const std::size_t p = (k + 1) % 3;
       const std::size_t q = (k + 2) % 3;
       const std::int32_t dx = sign * (f.x[q] - f.x[p]);
@@ -91,8 +91,8 @@ struct PieceBuilder {
       piece.a[k] = -dy;
       piece.b[k] = dx;
       piece.c[k] = dx * (half - f.y[p]) - dy * (half - f.x[p]);
-      // Rows run downwards: the inside lies to the right of an edge that runs up, and below an edge that runs right.
-      // These are the left and the top edges; samples on them belong to the triangle.
+      // Rows are numbered downwards, so the inside of the triangle lies to the right of an edge that points up, and
+      // below an edge that points right. These are left and top edges; samples on them belong to the triangle.
       if (dy < 0 || (dy == 0 && dx > 0)) piece.closed |= 1U << k;
     }
     const auto magnitude = static_cast<std::uint64_t>(area < 0 ? -area : area);
@@ -130,7 +130,8 @@ struct UnusableTriangles {
   CountedFlaw triangles;
 };
 
-/// Finds usable triangles without UVs. Only the search for an example visits more triangles than the texture set has.
+/// Finds usable triangles without UVs. It visits only the triangles of the texture set, except that the search for an
+/// example may visit those of the whole mesh.
 CountedFlaw find_without_uvs(const LowSurface& surface, std::uint64_t unusable_count) {
   const std::vector<std::uint32_t>& with_uvs = surface.with_uvs;
   const auto usable_with_uvs =
@@ -255,8 +256,9 @@ TexelPieces TexelPieces::of(const LowSurface& surface, std::uint32_t sample_widt
   return result;
 }
 
-void TexelPieces::own(const LowSurface& surface, std::span<const OwnedTexel> texels,
-                      std::uint32_t width, std::uint32_t height, std::uint32_t samples) {
+void TexelPieces::add_assigned_texels(const LowSurface& surface, std::span<const OwnedTexel> texels,
+                                      std::uint32_t width, std::uint32_t height,
+                                      std::uint32_t samples) {
   PieceBuilder merged_builder;
   merged_builder.grid = UvGrid::of(width * samples, height * samples);
   for (const OwnedTexel& texel : texels) {

@@ -20,13 +20,14 @@ struct OwnedTexel {
 };
 
 /// Pieces of a low poly for scan conversion: first the pieces of its triangles in ascending order, then the pieces that
-/// own() adds for assigned texels.
+/// add_assigned_texels() adds for assigned texels.
 struct TexelPieces {
   std::uint32_t fraction_bits = 0;  ///< Fixed-point bits below one sample, 10 to 28
   std::vector<kiln_texel_piece> pieces;
   std::vector<kiln_texel_corners> corners;
   std::vector<FixedTriangle> fixed;
-  std::vector<Warning> warnings;  ///< "uv-outside", "uv-degenerate", "uv-missing", "low-degenerate"
+  /// Warnings "uv-outside", "uv-degenerate", "uv-missing" and "low-degenerate"
+  std::vector<Warning> warnings;
 
   /// Snaps all usable triangles to the grid of 2^-fraction_bits samples. Triangles that reach more than one unit beyond the
   /// unit square are clipped to [-1, 2] x [-1, 2] and become several pieces, in double precision, with the same
@@ -41,8 +42,8 @@ struct TexelPieces {
   /// sample's own centre, so that they spread over the triangle's part of the texel. All are moved by 1/256 of the
   /// way to the triangle's centre.
   /// \param width, height, samples size of the map in texels; N: N x N samples a texel
-  void own(const LowSurface& surface, std::span<const OwnedTexel> texels, std::uint32_t width,
-           std::uint32_t height, std::uint32_t samples);
+  void add_assigned_texels(const LowSurface& surface, std::span<const OwnedTexel> texels,
+                           std::uint32_t width, std::uint32_t height, std::uint32_t samples);
 };
 
 /// The point of a triangle nearest to (at_x, at_y), as weights of corners 1 and 2.

@@ -67,7 +67,7 @@ struct TexelSampler::Impl {
         cl::Array<kiln_texel_piece>(context, std::span<const kiln_texel_piece>(pieces.pieces));
     device_corners =
         cl::Array<kiln_texel_corners>(context, std::span<const kiln_texel_corners>(pieces.corners));
-    // From here on, only the device uses the corners, so the host's copy is freed
+    // Only the device uses the corners from here on, so the host's copy is freed
     pieces.corners = {};
     report.warnings = pieces.warnings;
   }
@@ -76,7 +76,8 @@ struct TexelSampler::Impl {
     if (!options.small_charts) return {};
     SmallCharts charts =
         SmallCharts::of(surface, pieces, options.width, options.height, options.samples);
-    pieces.own(surface, charts.texels, options.width, options.height, options.samples);
+    pieces.add_assigned_texels(surface, charts.texels, options.width, options.height,
+                               options.samples);
     return charts;
   }
 

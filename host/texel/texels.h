@@ -41,7 +41,8 @@ struct TexelOptions {
   std::uint32_t samples = 1;  ///< N: N x N samples a texel, 1 to 16
   /// Maximum number of samples in a band, which limits device memory
   std::uint32_t max_samples_per_band = 1 << 22;
-  bool small_charts = true;  ///< Assign texels to charts without a sample's centre; see SmallCharts
+  /// True: charts that cover no sample's centre are assigned texels; see SmallCharts
+  bool small_charts = true;
 };
 
 /// Statistics of the UV layout over all bands.
@@ -49,7 +50,8 @@ struct TexelReport {
   std::uint64_t texels = 0;  ///< Texels with at least one sample
   std::uint64_t samples = 0;
   std::uint64_t overlapping_samples = 0;  ///< Samples covered by more than one triangle
-  /// "uv-overlap", "uv-outside", "uv-degenerate", "uv-missing", "low-degenerate": count, rule and an example
+  /// Warnings "uv-overlap", "uv-outside", "uv-degenerate", "uv-missing" and "low-degenerate", each with the
+  /// count, the rule that was applied, and an example
   std::vector<Warning> warnings;
 };
 
@@ -61,7 +63,7 @@ struct TexelReport {
 /// counted. Winding does not matter (mirrored charts are baked).
 ///
 /// Charts between the centres of samples are then assigned uncovered texels: see SmallCharts. All samples of such a
-/// texel are on its triangle (TexelPieces::own).
+/// texel are on its triangle (TexelPieces::add_assigned_texels).
 class TexelSampler {
  public:
   /// \throws Error(usage) for a size of 0 or above 16384, or samples of 0 or above 16

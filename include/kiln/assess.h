@@ -33,18 +33,18 @@ struct RayMeasure {
 /// compared with the steps between the texels themselves.
 struct Uniformity {
   double mean_percent = 0;  ///< Mean of 100 | |F(a) - F(b)| / |a - b| - 1 |
-  std::uint64_t pairs = 0;  ///< Number of pairs of texels a, b
+  std::uint64_t pairs = 0;  ///< Number of pairs of texels a and b
 };
 
 /// The measures per texel, for heat maps: one channel, rows from the top, width and height of the
 /// match. -1 where a measure is undefined (not covered, missed, never visible); `stretch` has its
 /// own markers.
 struct AssessmentFields {
-  Image object_space = {};            ///< World units: mean over the rays that show the texel
-  Image image_space = {};             ///< World units: mean over the rays that show the texel
-  Image normalised_image_space = {};  ///< 0 to 1: mean over the rays that show the texel
-  Image uniformity = {};              ///< %: mean over the texel's neighbours
-  Image match_distance = {};          ///< World units: |F(p) - p|
+  Image object_space = {};            ///< Mean over the rays that show the texel, world units
+  Image image_space = {};             ///< Mean over the rays that show the texel, world units
+  Image normalised_image_space = {};  ///< Mean over the rays that show the texel, 0 to 1
+  Image uniformity = {};      ///< Mean deviation of the steps to the texel's neighbours, percent
+  Image match_distance = {};  ///< Distance |F(p) - p|, world units
   /// log2 of the high poly's area over the low poly's; -64 where undefined, -63 where cells are folded
   /// over
   Image stretch = {};
@@ -56,8 +56,8 @@ struct AssessOptions {
   /// of `avoid`.
   std::uint32_t directions = 512;
   std::vector<Vec3> avoid = {};  ///< Unit directions that the match was made from
-  bool fields = false;           ///< Also fill MatchAssessment::fields
-  Progress progress = {};        ///< Called between directions; may cancel. See Progress
+  bool fields = false;     ///< Also return the measures of each texel, in MatchAssessment::fields
+  Progress progress = {};  ///< Called between directions; may cancel. See Progress
 };
 
 /// Quality of a correspondence F from the low poly to the high poly, measured without any map:
@@ -79,28 +79,29 @@ struct MatchAssessment {
   RayMeasure object_space = {};
   /// Section 4.2: the distance from F(p) to the ray, world units.
   RayMeasure image_space = {};
-  /// Section 4.2.1: image_space divided by |p - F(p)|, 0 to 1. Undefined where F(p) is within 1e-6
-  /// diagonals of p.
+  /// Section 4.2.1: image_space divided by |p - F(p)|, 0 to 1. Undefined where F(p) is closer than
+  /// 1e-6 diagonals to p.
   RayMeasure normalised_image_space = {};
-  /// Section 4.3: over pairs of texels of one chart that share a side.
+  /// Section 4.3: uniformity over pairs of texels of one chart that share a side.
   Uniformity uniformity = {};
-  /// The same for texels that are neighbours on the surface across a UV seam. Pairs closer than half a
-  /// texel are left out, since the ratio of so small steps is noise.
+  /// The same for texels that are neighbours on the surface across a UV seam. Pairs of texels that are
+  /// closer than half a texel are left out, since the ratio of such small steps is noise.
   Uniformity uniformity_across_seams = {};
 
   // Measures that the paper does not have follow.
 
   /// |F(p) - p| over the low poly.
   Distribution match_distance = {};
-  /// image_space, first averaged over the rays that show a texel, then over the low poly's area: texels seen
-  /// from few directions count as much as texels seen from many.
+  /// image_space, averaged over the rays that show each texel, then over the low poly's area: a texel that
+  /// few directions see counts as much as one that many see.
   Distribution image_space_by_place = {};
   double never_visible = 0;  ///< Share of the area that no test direction sees
 
-  /// Evenness with which F samples the high poly: log2 of its area over the low poly's area, per cell. A
-  /// cell lies between a texel and its neighbours to the right and below, in the same chart.
+  /// Evenness with which F samples the high poly: for each cell, log2 of the ratio of the matched area
+  /// on the high poly to the cell's area on the low poly. A cell lies between a texel and its neighbours
+  /// to the right and below, in the same chart.
   Distribution stretch = {};  ///< Distribution of |log2 - mean log2|: 0 is perfectly even
-  double mean_stretch = 0;    ///< Mean of that log2 over the rated cells
+  double mean_stretch = 0;    ///< Mean over the rated cells of the log2 of the area ratio
   std::uint64_t cells = 0;    ///< Number of rated cells
   double folded = 0;          ///< Share of cells whose corners F maps in reversed order
   /// Largest distance between matched points of neighbouring texels, world units
@@ -109,14 +110,13 @@ struct MatchAssessment {
   double largest_step = 0;
 
   std::uint32_t directions = 0;  ///< Number of test directions used
-  AssessmentFields fields = {};  ///< Set if AssessOptions::fields is true
+  AssessmentFields fields = {};  ///< Measures of each texel; set if AssessOptions::fields is true
   double seconds = 0;            ///< Duration of the rating
 };
 
-/// Rates a match. Its samples must be those of `low` at the match's size.
-/// Lifetimes: arguments are read during the call, and none is kept. Threads: several threads may rate from one
-/// Source. The callback runs on the calling thread; its exceptions leave assess(). Welding: neighbours across
-/// a seam are found by exactly equal positions.
+/// Rates a match, which must be made for `low`. Lifetimes: arguments are read during the call, and none is
+/// kept. Threads: several threads may rate from one Source. The callback runs on the calling thread; its
+/// exceptions leave assess(). Welding: neighbours across a seam are found by exactly equal positions.
 /// \throws Error(usage) for directions out of range, Error(input) where the match does not fit the meshes,
 ///         Error(device)
 /// Deterministic. Cost on two cores: the bunny at 512 x 512 texels, 512 directions: about 5 s.

@@ -26,27 +26,28 @@ struct AssetNode {
   /// Value of `parent` for a root.
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-  std::string name = {};  ///< Name in the file; need not be unique
+  std::string name = {};  ///< Name of the node in the file; several nodes may have the same
   /// Index into Asset::nodes, lower than the node's own; kNone for a root
   std::uint32_t parent = kNone;
   /// Transform to the parent, column-major
   std::array<double, 16> transform{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
   std::string extras = {};       ///< JSON of glTF's `extras`; empty: none
-  std::string mesh_extras = {};  ///< JSON of the `extras` of the node's mesh
+  std::string mesh_extras = {};  ///< JSON of glTF's `extras` of the node's mesh; empty: none
 };
 
 /// A mesh with its materials and the hierarchy it came from: the content of a glTF or FBX file. The mesh holds
 /// the instances of all nodes in world space, one object per instance (Mesh::objects), and materials by name
 /// (Mesh::materials).
 struct Asset {
-  Mesh mesh = {};                        ///< In world space
-  std::vector<Material> materials = {};  ///< One for each of Mesh::material_names, in order
+  Mesh mesh = {};  ///< All instances of all nodes, in world space
+  /// One material per entry of Mesh::material_names, in that order
+  std::vector<Material> materials = {};
   /// Parents before children; empty for formats without a hierarchy
   std::vector<AssetNode> nodes = {};
   std::vector<std::uint32_t> object_nodes =
-      {};                      ///< Per object of the mesh, index into nodes; empty if `nodes` is
+      {};  ///< Per object of the mesh, index into `nodes`; empty if `nodes` is empty
   std::string extras = {};     ///< JSON of glTF's `asset.extras`; empty: none
-  std::string copyright = {};  ///< glTF's `asset.copyright`
+  std::string copyright = {};  ///< Text of glTF's `asset.copyright`
   /// JSON of the glTF scene that was read; empty if there is none, or if several were read
   std::string scene = {};
 };
@@ -59,15 +60,15 @@ struct Asset {
 /// object takes the node's name, else the mesh's; repeated names get the suffixes ".001" and so on. Mirrored nodes keep
 /// their outside. Repeated names of materials get suffixes, too; primitives without a material use "default". Vertex
 /// colours become sRGB bytes. Meshes without normals are shaded flat. Morph targets are added by their default weights;
-/// a skinned mesh lies where the nodes of its joints put it, and its own node's transform has no part in that. UVs get
-/// their origin at the lower left; quantised ones are scaled by the transform of their material's pictures. Referenced
-/// files must lie in the file's folder or below, after symbolic links are resolved; LoadMeshOptions::outside lifts
-/// this. Supported extensions: KHR_mesh_quantization, EXT_mesh_gpu_instancing (an object each),
-/// EXT_meshopt_compression, KHR_draco_mesh_compression where Draco was built in, KHR_texture_transform,
-/// EXT_texture_webp, KHR_texture_basisu (KTX 2 without Basis Universal), MSFT_texture_dds and
-/// KHR_materials_emissive_strength; KHR_materials_pbrSpecularGlossiness is converted: its diffuse becomes the colour,
-/// 1 - glossiness the roughness. A file that requires another extension is refused; KHR_materials_* are accepted.
-/// Warnings, beside those of load_mesh():
+/// a skinned mesh lies where the nodes of its joints place it; the transform of its own node is ignored. UVs get their
+/// origin at the lower left; quantised ones are scaled by the transform of their material's pictures. Referenced files
+/// must lie in the file's folder or below, after symbolic links are resolved; LoadMeshOptions::outside lifts this.
+/// Supported extensions: KHR_mesh_quantization, EXT_mesh_gpu_instancing (an object each), EXT_meshopt_compression,
+/// KHR_draco_mesh_compression where Draco was built in, KHR_texture_transform, EXT_texture_webp, KHR_texture_basisu
+/// (KTX 2 without Basis Universal), MSFT_texture_dds and KHR_materials_emissive_strength;
+/// KHR_materials_pbrSpecularGlossiness is converted: its diffuse becomes the colour, 1 - glossiness the roughness. A
+/// file that requires another extension is refused; KHR_materials_* are accepted. Warnings, beside those of
+/// load_mesh():
 ///   ignored-primitives  points and lines, which are dropped
 ///   flat-normals        triangles without normals
 ///   rest-pose           skins, read in their rest pose, and morph targets, read with their default weights:
@@ -103,7 +104,7 @@ struct AssetMaps {
   const Image* opacity = nullptr;    ///< First channel
   const Image* color = nullptr;      ///< Three channels
   const Image* emission = nullptr;   ///< Three channels
-  /// Linear radiance that the value 1 in `emission` stands for; at least 0
+  /// Linear radiance of the value 1 in `emission`; at least 0
   float emission_strength = 1;
   std::span<const std::uint8_t> coverage =
       {};  ///< BakeResult::coverage, for AssetPictures::errors; may be empty
@@ -113,11 +114,11 @@ struct AssetMaps {
 /// it.
 const Image** slot_of(AssetMaps& maps, std::string_view name);
 
-/// Converts the maps of a bake to the slots of a material. Emission is scaled into [0, 1], with its strength. Ambient
-/// occlusion is the lesser of the baked value and of the high poly's occlusion picture. Normals from the high poly's
-/// normal maps replace those of its geometry.
+/// Assigns the maps of a bake to the slots of a material. Emission is scaled into [0, 1], with its strength. Ambient
+/// occlusion is the lesser of the baked value and of the high poly's occlusion picture. If several maps fit one
+/// slot, the last one is used, so that a transferred normal map replaces the map normal.
 /// \returns pointers into `maps`, which must outlive the result
-/// \param maps  of bake(); converted by to_stored() where they are not yet
+/// \param maps  maps of bake(); those that are not yet converted are converted by to_stored()
 /// \param left  receives the names of maps that fit no slot of a material, separated by commas; may be null
 /// Thread safety: may be called from several threads, for maps of their own.
 AssetMaps asset_maps(std::span<BakedMap> maps, std::string* left = nullptr);
@@ -125,30 +126,31 @@ AssetMaps asset_maps(std::span<BakedMap> maps, std::string* left = nullptr);
 /// Error of a map in the encoded picture: see stored_error().
 struct AssetError {
   std::string_view map = {};  ///< Name of the map as in maps() and transfers, such as "normal"
-  bool is_normal = false;     ///< Unit of the error: degrees if true, else steps of 1/255
-  StoredError error = {};     ///< Error over the baked texels
+  bool is_normal = false;     ///< True: the error is in degrees; false: in steps of 1/255
+  StoredError error = {};     ///< The map's error over its baked texels
 };
 
 /// Maps encoded as 8-bit pictures for a glTF, by encode_maps(). The first bytes of each buffer identify its format:
 /// PNG, WebP or JPEG.
 struct AssetPictures {
   std::vector<AssetError> errors = {};  ///< Error of each map over its baked texels
-  /// PNG versions beside WebP pictures, for programs that cannot read WebP: EncodeMapsOptions::fallback. Null:
+  /// PNG versions of WebP pictures, for programs that cannot read WebP; see EncodeMapsOptions::fallback. Null:
   /// none.
   std::shared_ptr<const AssetPictures> fallback = {};
-  /// Quality that EncodeMapsOptions::max_normal_error led to; 0: lossless
+  /// Quality of the normal map's picture, chosen by EncodeMapsOptions::max_normal_error; 0:
+  /// lossless
   std::uint32_t normal_quality = 0;
-  /// Base colour, with opacity as alpha; empty: no picture, as for the others
+  /// Base colour, with opacity as alpha. Here and below, an empty picture is absent
   std::vector<std::byte> color = {};
-  std::vector<std::byte> surface = {};   ///< Occlusion, roughness and metalness: R, G, B
-  std::vector<std::byte> normal = {};    ///< In tangent space
-  std::vector<std::byte> emission = {};  ///< sRGB
-  bool has_color = false;                ///< True if `color` holds colours; false if it is white
-  bool has_opacity = false;              ///< `color` has an alpha channel
-  bool has_occlusion = false;            ///< False: occlusion is 1 in `surface`
-  bool has_surface = false;              ///< True if `surface` holds roughness or metalness
-  bool has_metallic = false;             ///< False: metalness is 0
-  float emission_strength = 1;  ///< Linear radiance that the value 1 in `emission` stands for
+  std::vector<std::byte> surface = {};   ///< R: occlusion; G: roughness; B: metalness
+  std::vector<std::byte> normal = {};    ///< Normals in tangent space
+  std::vector<std::byte> emission = {};  ///< Emission, sRGB-encoded
+  bool has_color = false;       ///< True: `color` holds a colour map; false: its colour is white
+  bool has_opacity = false;     ///< True if `color` has an alpha channel
+  bool has_occlusion = false;   ///< True: `surface` holds occlusion; false: its occlusion is 1
+  bool has_surface = false;     ///< True if `surface` holds roughness or metalness
+  bool has_metallic = false;    ///< True: `surface` holds metalness; false: its metalness is 0
+  float emission_strength = 1;  ///< Linear radiance of the value 1 in `emission`
 };
 
 /// Picture formats of a glTF.
@@ -161,7 +163,7 @@ enum class PictureFormat {
 
 /// Quantisation of values to 8 bits.
 enum class Dither {
-  off,  ///< Rounded to nearest
+  off,  ///< Values are rounded to nearest
   /// Dithered only where rounding would cause banding: a channel is dithered in each square of 32 x 32 texels in which
   /// it changes by less than one step of 1/255, but by more than 1/16 of a step. Elsewhere values are rounded. Normals
   /// dither x and y alone, since z hardly changes their direction.
@@ -180,9 +182,9 @@ struct EncodeMapsOptions {
   /// webp and jpeg: encodes normals lossily, at the lowest quality whose mean error does not exceed this angle,
   /// degrees. 0: normals are lossless.
   double max_normal_error = 0;
-  Dither dither = Dither::automatic;  ///< Ignored by lossy pictures, which are rounded
-  bool smallest = false;              ///< Spend seconds per PNG for the fewest bytes
-  bool fallback = false;              ///< webp: add PNG versions, so that no extension is required
+  Dither dither = Dither::automatic;  ///< Lossy pictures ignore it: their values are rounded
+  bool smallest = false;  ///< Search for the smallest PNG, which takes seconds per picture
+  bool fallback = false;  ///< webp: add PNG versions, so that no extension is required
 };
 
 /// Encodes maps, so that float images need not be kept, and so that several materials can share the pictures. The same
@@ -195,15 +197,15 @@ AssetPictures encode_maps(const AssetMaps& maps, ImageFormat format);
 
 /// A material to write to an asset.
 struct AssetMaterial {
-  std::string name = {};  ///< Need not be unique
-  /// Null: no pictures. Pictures shared by several materials are written once
+  std::string name = {};  ///< Name of the material; several materials may have the same
+  /// Pictures of the maps; null: none. Pictures that several materials share are written once
   std::shared_ptr<const AssetPictures> pictures = {};
-  /// Applied if its pictures have opacity; else the material is opaque
+  /// Alpha mode if the pictures have opacity; else the material is opaque
   AlphaMode alpha_mode = AlphaMode::mask;
   float alpha_cutoff = 0.5F;  ///< Threshold of AlphaMode::mask
-  bool double_sided = false;  ///< Back faces are shown, too
-  std::string set = {};       ///< Prefix of its pictures' names; may be empty
-  std::string extras = {};    ///< JSON: glTF's `extras`; empty: none
+  bool double_sided = false;  ///< Renderers show back faces, too
+  std::string set = {};       ///< Prefix of the names of its pictures' files; may be empty
+  std::string extras = {};    ///< JSON of glTF's `extras`; empty: none
 };
 
 /// Compression of the geometry of a glTF.
@@ -220,16 +222,17 @@ enum class MeshCompression {
 
 /// A coarser level of detail in an asset of save_asset().
 struct AssetLevel {
-  Mesh low = {};                              ///< The level's low poly
-  std::vector<AssetMaterial> materials = {};  ///< Materials of `low`, as save_asset() takes them
+  Mesh low = {};  ///< The level's low poly
+  /// One material per entry of `low`'s Mesh::material_names
+  std::vector<AssetMaterial> materials = {};
   /// Per object of `low`, index into SaveAssetOptions::nodes; AssetNode::kNone gives the object a root node
   std::vector<std::uint32_t> object_nodes = {};
-  /// Share of the view's height that the asset takes, 0 to 1, at and below which this level replaces the one before;
-  /// not above that level's
+  /// The level replaces the previous one where the asset covers at most this share of the view's height, 0 to 1. At
+  /// most the previous level's value
   double coverage = 0;
 };
 
-/// Settings of save_asset(), and content beside a mesh and its materials.
+/// Settings of save_asset(), and data to write in addition to a mesh and its materials.
 struct SaveAssetOptions {
   /// The file's hierarchy, parents before children; empty: one node per object
   std::vector<AssetNode> nodes = {};
@@ -240,14 +243,14 @@ struct SaveAssetOptions {
   const Mesh* hulls = nullptr;
   /// Per object of `hulls`, index into `nodes`; AssetNode::kNone gives the hull a root node of its own
   std::vector<std::uint32_t> hull_nodes = {};
-  double metres = 0;           ///< Metres per unit of the mesh, written as the root's scale; 0: 1
-  std::string extras = {};     ///< JSON: `asset.extras`, an object; empty: none
-  std::string copyright = {};  ///< `asset.copyright`; empty: none
+  double metres = 0;  ///< Metres per unit of the mesh, written as the scale of the root node; 0: 1
+  std::string extras = {};     ///< JSON object for glTF's `asset.extras`; empty: none
+  std::string copyright = {};  ///< Text for glTF's `asset.copyright`; empty: none
   /// JSON of a glTF scene (Asset::scene), whose name and extras are written; empty: none
   std::string scene = {};
-  std::string kiln_extras = {};  ///< JSON: becomes `asset.extras.kiln`; empty: none
-  /// Coarser levels of detail in the same file: the extension MSFT_lod. Readers without it show the mesh of
-  /// save_asset(), the first level, alone.
+  std::string kiln_extras = {};  ///< JSON for glTF's `asset.extras.kiln`; empty: none
+  /// Coarser levels of detail to write into the same file, by the extension MSFT_lod. Readers that do not
+  /// support it show only the mesh that is given to save_asset(), the first level.
   std::vector<AssetLevel> levels = {};
   MeshCompression compression = MeshCompression::none;  ///< Applies to all meshes of the file
 };
@@ -285,13 +288,13 @@ std::vector<std::filesystem::path> save_asset(const Mesh& low,
 std::vector<std::byte> encode_glb(const Mesh& low, std::span<const AssetMaterial> materials,
                                   const SaveAssetOptions& options = {});
 
-/// Settings of save_glb(), and content beside a mesh and its maps.
+/// Settings of save_glb(), and data to write in addition to a mesh and its maps.
 struct SaveGlbOptions {
-  AlphaMode alpha_mode = AlphaMode::mask;  ///< Applied if AssetMaps::opacity is set
+  AlphaMode alpha_mode = AlphaMode::mask;  ///< Alpha mode if AssetMaps::opacity is set
   float alpha_cutoff = 0.5F;               ///< Threshold of AlphaMode::mask
-  bool double_sided = false;               ///< Back faces are shown, too
-  double metres = 0;        ///< Metres per unit of the mesh, written as the root's scale; 0: 1
-  std::string extras = {};  ///< JSON: becomes `asset.extras.kiln`; empty: none
+  bool double_sided = false;               ///< Renderers show back faces, too
+  double metres = 0;  ///< Metres per unit of the mesh, written as the scale of the root node; 0: 1
+  std::string extras = {};  ///< JSON for glTF's `asset.extras.kiln`; empty: none
 };
 
 /// save_asset() with one material, named as the mesh, and no hierarchy.

@@ -14,9 +14,11 @@ namespace KILN_PUBLIC kiln {
 
 /// Padding: texels around charts receive values from the chart.
 struct PaddingOptions {
-  /// Width, 0 to 16384 texels; -1: the whole map, by push-pull (Gortler et al. 1996)
+  /// Width of the padding, 0 to 16384 texels; -1: fill the whole map by push-pull (Gortler et al.
+  /// 1996)
   std::int32_t texels = kPaddingTexels;
-  bool fill_missed = false;   ///< Also fill TexelState::missed, from neighbouring baked texels
+  /// Fill missed texels, too (TexelState::missed), from neighbouring baked texels
+  bool fill_missed = false;
   bool unit_vectors = false;  ///< Values are unit vectors: averages are normalised
 };
 
@@ -35,22 +37,22 @@ std::uint64_t fill_padding(const Device& device, Image& image, std::span<std::ui
 struct AttributeOptions {
   /// Values are unit vectors of three channels: means are normalised
   bool unit_vectors = false;
-  std::int32_t padding = kPaddingTexels;  ///< Width, 0 to 16384 texels; -1: the whole map
+  /// Width of the padding, 0 to 16384 texels; -1: fill the whole map
+  std::int32_t padding = kPaddingTexels;
 };
 
 /// A map of the caller's own values.
 struct BakedAttribute {
-  Image image = {};  ///< Values without any encoding. 0 where empty or missed
-  std::vector<std::uint8_t> coverage = {};  ///< Per texel: values of TexelState
+  Image image = {};  ///< Values without encoding, rows from the top; 0 in empty and missed texels
+  std::vector<std::uint8_t> coverage = {};  ///< State of each texel: values of TexelState
 };
 
 /// Bakes the caller's own values at the high poly's vertices: bake() for an attribute.
 ///
 /// A sample interpolates the values at its triangle's corners by barycentric weights, in double precision. A
-/// texel is the mean of its samples with a matched point. Values that are not finite pass through. Nothing is
-/// welded: vertices at one place may have values of their own.
-/// Lifetimes: arguments are read during the call. Threads: several may bake from one Source and Match. No
-/// callback is called.
+/// texel is the mean of its samples with a matched point. Values that are not finite are averaged like
+/// others. Nothing is welded: vertices at the same position may have different values. Lifetimes: arguments
+/// are read during the call. Threads: several may bake from one Source and Match. No callback is called.
 /// \param match     from match(), bake() or load_match(); checked by validate()
 /// \param source    the one that the match was made for
 /// \param values    [vertices * channels] of the high poly, vertex after vertex; not kept

@@ -17,8 +17,8 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// Recall: detail of the high poly that the map lacks, which no measure over the low poly can show. It is
-/// the share of the visible high poly near the low poly that no sample stands for.
+/// Recall: detail of the high poly that the map lacks, which no measure over the low poly can show. It is the share
+/// of the visible high poly near the low poly that no sample of the map represents.
 ///
 /// Sample places lie evenly over the high poly's area. A place counts if it is within the match's search
 /// distance of the low poly, and if its face deviates by less than 60 degrees from the low poly's there, since a map
@@ -27,58 +27,65 @@ namespace KILN_PUBLIC kiln {
 /// stands for a place within 1.5 sample spacings of its matched point if the two faces do not look
 /// opposite ways. Layers closer than that are not told apart.
 struct HighCoverageReport {
-  std::uint64_t places = 0;  ///< Number of places that count
-  /// Sum of the weights of all places, for joining reports of several maps
+  std::uint64_t places = 0;  ///< Number of places that are rated
+  /// Sum of the weights of all places, needed to combine reports of several maps
   double weight = 0;
-  double lost = 0;     ///< Weighted share of places that no sample stands for, 0 to 1
+  double lost = 0;     ///< Weighted share of the places that no sample represents, 0 to 1
   double largest = 0;  ///< Share of the largest connected part of the lost surface, 0 to 1
-  /// Share of `lost` that is due to UV copies, 0 to 1: it lies near triangles that are not baked, and whose texels show
-  /// another surface (BakeReport::uv_copies_differ). Copies of the same surface lose nothing.
+  /// Share of `lost` that is due to UV copies, 0 to 1: it lies near UV copies, which are not baked and whose texels
+  /// show another surface (BakeReport::uv_copies_differ). Copies of the same surface lose nothing.
   double by_copies = 0;
   std::array<double, 3> where{};  ///< A point in the middle of the largest lost part, world units
 };
 
-/// Per vertex of the high poly: whether a sample stands for it.
+/// Whether a sample of the map represents a vertex of the high poly; one value per vertex.
 enum class VertexCoverage : std::uint8_t {
-  beside,  ///< Not counted: unseen, steep, or not near the low poly
-  held,    ///< A sample stands for it
-  lost,    ///< No sample stands for it
+  beside,  ///< The vertex is not rated: it is hidden, too steep, or too far from the low poly
+  held,    ///< A sample of the map represents the vertex
+  lost,    ///< No sample of the map represents the vertex
 };
 
 /// Encoding of values as pictures.
 struct EncodingOptions {
-  NormalMapSpace space = NormalMapSpace::tangent;  ///< Space of maps of unit vectors
-  Bitangent bitangent = Bitangent::pixel;          ///< Third axis of NormalMapSpace::tangent
-  bool flip_y = false;                             ///< Green down (DirectX); default up (OpenGL)
+  NormalMapSpace space = NormalMapSpace::tangent;  ///< Space of the vectors in maps of unit vectors
+  /// How the bitangent is computed in NormalMapSpace::tangent
+  Bitangent bitangent = Bitangent::pixel;
+  bool flip_y = false;  ///< True: green points down (DirectX); false: up (OpenGL)
   /// Leave out the third component (0): z = sqrt(1 - x^2 - y^2). A normal below the surface loses its sign
   /// and is counted ("below-surface").
   bool two_component = false;
   bool raw = false;  ///< Components in [-1, 1] instead of n/2 + 1/2
-  /// Values that integer formats store as 0 and 1, for some of the maps; no map twice. Other maps use the rule of
-  /// BakedMap::ranges, which is the same for all maps that are baked from one high poly with the same options.
+  /// Values that integer formats store as 0 and 1, for some of the maps; each map at most once. Other maps use
+  /// the rule of BakedMap::ranges, which is the same for all maps that are baked from one high poly with the same
+  /// options.
   std::vector<MapRange> ranges = {};
   /// Origin of the map position and of positions in own maps, world units. None given: 0; for a high poly farther
-  /// from 0 than 16 of its diagonals, the middle of its box, rounded to a power of two above the diagonal. So all
-  /// maps of one high poly agree; maps of several high polys agree if an origin is given. The result is in
-  /// BakedMap::origin.
+  /// from 0 than 16 of its diagonals, the centre of its bounding box, rounded to multiples of a power of two
+  /// above the diagonal. So all maps of one high poly agree; maps of several high polys agree if an origin is
+  /// given. The result is in BakedMap::origin.
   std::optional<std::array<double, 3>> origin = {};
-  MissPolicy miss = MissPolicy::keep;    ///< Value of samples without a point, after all fallbacks
-  std::int32_t gutter = kPaddingTexels;  ///< Texels, 0 to 4096; -1: infinite (push-pull)
+  MissPolicy miss = MissPolicy::keep;  ///< Value of samples without a point, after all fallbacks
+  /// Width of the padding, 0 to 4096 texels; -1: fill the whole map (push-pull)
+  std::int32_t gutter = kPaddingTexels;
   /// Also make mip-maps, filtered within charts: texels of one chart, and of its padding, never mix
-  /// with another chart (Wang et al., section 6). Mip-maps made from the image alone do.
+  /// with another chart (Wang et al., section 6). Mip-maps that are made from the image alone mix
+  /// them.
   bool mips = false;
 };
 
-/// Measures and by-products of a bake beside its maps.
+/// Measurements and by-products of a bake, in addition to its maps.
 struct ReportOptions {
   /// Compare each map at up to 2,000 texels with a finer evaluation (BakeReport::errors).
   bool errors = false;
-  /// Number of places that HighCoverageReport samples, 0 (off) to 2^20. For matches that search the high
-  /// poly's BVH (those that obey "report.recall"); not for saved matches, and not in sessions. The standard
-  /// error of a share p is sqrt(p (1 - p) / places): 0.1% for 1% of 8192.
+  /// Number of places that HighCoverageReport samples, 0 (off) to 2^20. Only for matches that search the
+  /// high poly's BVH (for which obeys(match, "report.recall") is true), not for saved matches, and not in
+  /// sessions. The standard error of a share p is sqrt(p (1 - p) / places): 0.1% for a share of 1% and
+  /// 8192 places.
   std::uint32_t recall = 8192;
-  bool vertex_coverage = false;  ///< Also fill BakeResult::recalled
-  bool keep_match = false;       ///< Return the correspondence in BakeResult::match
+  /// Also store for each vertex of the high poly whether a sample represents it, in
+  /// BakeResult::recalled
+  bool vertex_coverage = false;
+  bool keep_match = false;  ///< Return the correspondences in BakeResult::match
 };
 
 /// Options of a bake: maps, match, encoding and report.
@@ -86,20 +93,22 @@ struct BakeOptions {
   std::uint32_t width = 2048;   ///< 1 to 16384 texels
   std::uint32_t height = 2048;  ///< 1 to 16384 texels
   std::uint32_t samples = 1;    ///< N x N samples a texel, 1 to 16
-  /// One or more maps, none twice.
+  /// Maps to bake: at least one, each at most once.
   std::vector<MapKind> maps = std::vector<MapKind>(1, MapKind::normal);
-  std::vector<Transfer> transfers =
-      {};  ///< One map each, after `maps`; names that no map has, none twice
-  std::vector<OwnMap> own_maps = {};  ///< One map each, after the transfers; names as of transfers
-  /// One map each, after the own maps; names as of transfers. The settings below apply to all maps, unless a
-  /// variant overrides them.
+  /// One map per transfer, after `maps`. Names must be unique, and not the name of a map of maps()
+  std::vector<Transfer> transfers = {};
+  /// One map per entry, after those of the transfers; the rules for names are those of transfers
+  std::vector<OwnMap> own_maps = {};
+  /// One map per variant, after the own maps; the rules for names are those of transfers. The settings below
+  /// apply to all maps, unless a variant overrides them.
   std::vector<MapVariant> variants = {};
-  /// Time limit for an own map: of its compilation, and of each 65,536 samples, 1 to 86400 seconds. Neither can
-  /// be interrupted: past the limit the bake ends with Error(input), and this process uses no device any more.
+  /// Time limit for an own map, 1 to 86400 seconds: for its compilation, and for every 65,536 samples. Neither
+  /// can be interrupted. After the limit the bake throws Error(input), and this process no longer uses any
+  /// device.
   double own_map_seconds = 60;
   OcclusionOptions occlusion = {};  ///< For the maps ao, bent_normal and thickness
   /// Curvature is the mean over the high poly's surface within this distance of the point. Above 0. None given:
-  /// 0.5% of the diagonal, but 3 facets of its smooth surfaces at least; BakedMap::curvature_radius holds the
+  /// 0.5% of the diagonal, but at least 3 facets of its smooth surfaces; BakedMap::curvature_radius holds the
   /// result.
   std::optional<Length> curvature_radius = {};
   ShadowLight light = {};   ///< For the map shadow
@@ -108,11 +117,11 @@ struct BakeOptions {
   std::optional<Texture> color = {};
   /// For the map opacity, one channel. None given: the vertex colours' alpha.
   std::optional<Texture> opacity = {};
-  /// Leave the background around charts in the high poly's pictures out of averages
+  /// When the high poly's pictures are averaged, leave out the background around their charts
   bool fill_high = true;
-  MatchOptions match = {};        ///< Search for points of the high poly
+  MatchOptions match = {};        ///< How the matched points of the high poly are found
   EncodingOptions encoding = {};  ///< Encoding of the maps
-  ReportOptions report = {};      ///< Measures beside the maps
+  ReportOptions report = {};      ///< What is measured in addition to the maps
   /// Called about ten times a second; may cancel. See Progress for what it may do
   Progress progress = {};
 };
@@ -120,75 +129,87 @@ struct BakeOptions {
 /// Change of the map from texel to texel at the borders between match methods, compared with all
 /// other texels.
 struct TransitionReport {
-  /// Number of pairs of adjacent texels of one chart that were decided by different methods, or of which one was
-  /// missed
+  /// Number of pairs of adjacent texels of one chart whose matches come from different methods, or of which one
+  /// texel was missed
   std::uint64_t sides = 0;
-  double mean_degrees = 0;       ///< Mean angle between the map's unit vectors of these pairs
-  double elsewhere_degrees = 0;  ///< Mean angle of all other pairs
+  double mean_degrees = 0;  ///< Mean angle between the map's unit vectors in these pairs
+  /// Mean angle between the map's unit vectors of all other pairs of adjacent texels
+  double elsewhere_degrees = 0;
 };
 
 /// Report of a bake: counts, measures, seconds and warnings.
 struct BakeReport {
-  std::uint64_t texels = 0;   ///< Covered by the low poly
+  std::uint64_t texels = 0;   ///< Number of texels that the low poly covers
   std::uint64_t samples = 0;  ///< Samples that the low poly covers
-  std::uint64_t outward = 0;  ///< Samples decided by a ray that hit outwards
-  std::uint64_t inward = 0;   ///< Samples decided by a ray that hit inwards
-  std::uint64_t cage = 0;     ///< Samples decided by a ray from the cage
-  std::uint64_t viewed = 0;   ///< Samples decided by a depth view
-  std::uint64_t closest = 0;  ///< Samples decided by the nearest point
-  std::uint64_t by_uv = 0;    ///< Samples decided by their own UV
-  /// Samples whose ray outwards passed over a nearer face (RayRule::outermost)
+  std::uint64_t outward = 0;  ///< Samples whose point was found by a ray outward
+  std::uint64_t inward = 0;   ///< Samples whose point was found by a ray inward
+  std::uint64_t cage = 0;     ///< Samples whose point was found by a ray from the cage
+  std::uint64_t viewed = 0;   ///< Samples whose point was found in a depth view
+  std::uint64_t closest = 0;  ///< Samples whose point is the nearest point
+  std::uint64_t by_uv = 0;    ///< Samples whose point has the sample's UV
+  /// Samples whose ray outward hit a nearer face first, and took one beyond it (RayRule::outermost)
   std::uint64_t passed_over = 0;
-  std::uint64_t uv_copies = 0;  ///< Triangles of the low poly that share others' texels
-  /// Share of the copies' area, 0 to 1, where the match finds another surface than for the baked triangles:
-  /// no texel holds it. Estimated at 4096 places; not with saved matches, MatchMethod::uv and in sessions.
+  /// Triangles of the low poly that share the texels of other triangles (UvCopies)
+  std::uint64_t uv_copies = 0;
+  /// Share of the UV copies' area, 0 to 1, where the match finds another surface than on the triangles that
+  /// are baked for them; no texel holds that surface. Estimated at 4096 places; not with saved matches,
+  /// MatchMethod::uv and in sessions.
   double uv_copies_differ = 0;
   /// Triangles of charts without the centre of a sample: they get the nearest free texels.
   std::uint64_t small_triangles = 0;
-  /// Triangles of such charts for which no free texel lies within 8 texels
+  /// Triangles of charts without the centre of a sample for which no free texel lies within 8
+  /// texels
   std::uint64_t small_without_texel = 0;
-  std::uint64_t missed = 0;              ///< Samples without a matched point
-  std::uint64_t gutter_texels = 0;       ///< Texels that padding filled
-  double max_distance = 0;               ///< Search distance in effect, world units
-  double mean_abs_distance = 0;          ///< Mean |distance| of the samples that hit, world units
-  std::optional<ViewReport> views = {};  ///< Set if matched by views
+  std::uint64_t missed = 0;         ///< Samples without a matched point
+  std::uint64_t gutter_texels = 0;  ///< Texels that padding filled
+  double max_distance = 0;          ///< Search distance in effect, world units
+  double mean_abs_distance = 0;     ///< Mean |distance| of the samples that hit, world units
+  /// Report of the views; set if samples were matched by views
+  std::optional<ViewReport> views = {};
   std::optional<TransitionReport> transitions =
-      {};  ///< Set if a fallback was requested; before blending
+      {};  ///< Transitions before blending; set if a fallback was requested
   std::optional<TransitionReport> transitions_blended =
-      {};  ///< After blending, if it was requested
+      {};  ///< Transitions after blending; set if it was requested
   std::uint64_t blended_texels =
       0;  ///< Texels of the method into which fallback normals were blended
-  std::optional<VisibilityReport> visibility = {};  ///< Set if matched by visibility
-  std::optional<UvReport> uv = {};                  ///< Set if matched by UVs
-  EdgeReport edges = {};                     ///< Filled if rays turn at hard edges; else 0 edges
-  std::optional<CageReport> cage_mesh = {};  ///< Set if rays start from a cage mesh
-  std::optional<HighCoverageReport> recall = {};  ///< Set if requested and defined for the match
+  /// Report of visibility; set if samples were matched by visibility
+  std::optional<VisibilityReport> visibility = {};
+  /// Report of matching by UVs; set if samples were matched by UVs
+  std::optional<UvReport> uv = {};
+  EdgeReport edges = {};  ///< Set if ray directions are blended at hard edges; else edges is 0
+  /// Distances of the cage mesh; set if rays start from one
+  std::optional<CageReport> cage_mesh = {};
+  /// Detail that the map lacks; set if it was requested and the match supports it
+  std::optional<HighCoverageReport> recall = {};
   double curvature_radius = 0;    ///< Radius in effect, world units; 0 if curvature was not baked
   std::vector<IdEntry> ids = {};  ///< The legend of the map id, if it was baked
-  std::optional<OcclusionReport> occlusion =
-      {};                     ///< Set if ao or bent_normal was baked; for variants see BakedMap
-  double seconds_recall = 0;  ///< Computing `recall`
+  /// Report of ambient occlusion; set if ao or bent_normal was baked. For variants see BakedMap
+  std::optional<OcclusionReport> occlusion = {};
+  double seconds_recall = 0;  ///< Duration of computing `recall`
   double seconds_build =
-      0;  ///< Building structures of the source that this bake was the first to need
-  double seconds_texels = 0;            ///< Rasterising the low poly's samples
-  double seconds_match = 0;             ///< The match and its fallbacks
-  double seconds_detail = 0;            ///< Reading of the maps' values
-  double seconds_image = 0;             ///< Padding and encoding
-  double seconds_mips = 0;              ///< Charts, mip levels, their padding and encoding
-  std::vector<MapError> errors = {};    ///< Set if ReportOptions::errors is true
-  double seconds_errors = 0;            ///< The finer evaluation
+      0;  ///< Duration of building structures of the source that no earlier bake had needed
+  double seconds_texels = 0;  ///< Rasterising the low poly's samples
+  double seconds_match = 0;   ///< Matching, fallbacks included
+  double seconds_detail = 0;  ///< Computing the maps' values at the matched points
+  double seconds_image = 0;   ///< Padding and encoding
+  double seconds_mips = 0;    ///< Finding the charts; making, padding and encoding mip levels
+  std::vector<MapError> errors = {};  ///< Errors of the maps; set if ReportOptions::errors is true
+  double seconds_errors = 0;          ///< Duration of the finer evaluation
   std::uint64_t peak_device_bytes = 0;  ///< Largest amount of device memory at once
   std::vector<Warning> warnings = {};   ///< Warnings of all steps
 };
 
 /// The maps of a bake, and its report.
 struct BakeResult {
-  std::vector<BakedMap> maps = {};          ///< In the order of BakeOptions::maps, then by cluster
-  std::vector<std::uint8_t> coverage = {};  ///< Per texel, rows from the top: values of TexelState
-  std::optional<Match> match = {};          ///< Set if ReportOptions::keep_match is true
-  std::vector<VertexCoverage> recalled =
-      {};  ///< Per vertex of the high poly, if ReportOptions::vertex_coverage is true
-  std::optional<VisibilityClusters> clusters = {};  ///< Set if more than one cluster was requested
+  std::vector<BakedMap> maps = {};  ///< In the order of BakeOptions::maps, then by cluster
+  /// State of each texel, rows from the top: values of TexelState
+  std::vector<std::uint8_t> coverage = {};
+  std::optional<Match> match = {};  ///< The match; set if ReportOptions::keep_match is true
+  /// Whether a sample represents it, for each vertex of the high poly; filled if
+  /// ReportOptions::vertex_coverage is true
+  std::vector<VertexCoverage> recalled = {};
+  /// Clusters of directions; set if more than one cluster was requested
+  std::optional<VisibilityClusters> clusters = {};
   /// With several clusters: the first cluster's, apart from values that all share
   BakeReport report = {};
   bool cancelled = false;  ///< The progress callback cancelled: there are no maps.
@@ -221,21 +242,23 @@ BakeResult bake(const Source& source, const Mesh& low, const BakeOptions& option
 
 /// A correspondence and its report.
 struct MatchResult {
-  Match match = {};        ///< Empty where cancelled
-  BakeReport report = {};  ///< The maps' entries are empty
+  Match match = {};        ///< Empty if the match was cancelled
+  BakeReport report = {};  ///< Report of the match; members about maps keep their defaults
   bool cancelled = false;  ///< The progress callback cancelled
 };
 
-/// Matches without baking: the first half of bake(), for any number of maps or for values of the caller's
-/// own (bake_attribute()). Uses the size, samples, match options and progress callback of `options`.
-/// Lifetimes, threads, callback and welding as bake(); no tangents are needed.
+/// Matches without baking: the first half of bake(). From the match any number of maps can be baked, or
+/// values of the caller's own (bake_attribute()). Uses the size, samples, match options and progress
+/// callback of `options`. Lifetimes, threads, callback and welding are those of bake(); no tangents are
+/// needed.
 /// \throws as bake(); Error(usage) if the options hold a saved match, or request several clusters or
-///         blending, which concern maps
+///         blending, which only concern maps
 MatchResult match(const Source& source, const Mesh& low, const BakeOptions& options = {});
 
-/// Bakes from a match: the second half of bake(). The maps are, to the bit, those of bake() with the
-/// options that made the match. The report's counts and distances are the match's. Lifetimes, threads,
-/// callback, tangents and welding as the other bake(); several threads may bake from one match.
+/// Bakes from a match: the second half of bake(). The maps equal those of bake() with the options that
+/// made the match, to the bit. Counts and distances in the report are those of the match. Lifetimes,
+/// threads, callback, tangents and welding are those of the other bake(); several threads may bake
+/// from one match.
 /// \param match    from match(), BakeResult::match, load_match() or the caller's own; checked by
 ///                 validate()
 /// \param options  width, height and samples as the match was made with; no `match` and no fallback;

@@ -11,17 +11,19 @@ namespace KILN_PUBLIC kiln {
 
 /// Repairs of clean_mesh(). Lengths are shares of the diagonal of the mesh's bounding box.
 struct CleanOptions {
-  /// Only turn triangles round: triangles and vertices keep their indices.
+  /// Only reverse windings; triangles and vertices keep their indices.
   bool windings_alone = false;
-  /// Turn triangles that face against their neighbours.
+  /// Reverse triangles whose winding opposes that of their neighbours.
   bool orient = true;
   /// Weld vertices of open edges that are closer than this, and close open edges on which vertices of other open edges
   /// lie. Never across more than a quarter of the shortest edge there. 0: off.
   double weld = 1e-5;
-  /// Largest perimeter of holes, of at most 12 edges, that are filled if the surface continues across them. 0: off.
+  /// Largest perimeter of small holes that are filled: holes of at most 12 edges across which the surface
+  /// continues. 0: off.
   double max_hole = 0.02;
-  /// Largest extent of holes of any number of edges that are filled: the diagonal of the rim's bounding box. Outlines of
-  /// open sheets stay open. 0: off; infinity: all rims but outlines of flat sheets, for a watertight mesh.
+  /// Largest extent of holes of any number of edges that are filled: the diagonal of the rim's bounding box. Outlines
+  /// of open sheets stay open. 0: off; infinity: all holes are filled, and only outlines of flat sheets stay open, for
+  /// a watertight mesh.
   double fill_holes = 0;
   /// Drop floaters: bodies whose bounding box has a diagonal below this share of the largest body's diagonal. Pieces
   /// closer to each other than half of that length count as one body. 0: keep all.
@@ -33,31 +35,36 @@ struct CleanOptions {
 /// Number of repaired elements of a kind, and an example.
 struct Cleaned {
   std::uint64_t count = 0;  ///< Number of elements
-  Vec3 example = {};        ///< An example's position, as Mesh::positions; valid if count > 0
+  Vec3 example = {};  ///< Position of one of them, relative to Mesh::origin; valid if count > 0
 };
 
 /// Repairs that clean_mesh() made.
 struct CleanReport {
-  Cleaned welded;      ///< Vertices that were moved to one nearby
+  Cleaned welded;      ///< Vertices that were moved to a nearby vertex
   Cleaned junctions;   ///< Triangles that were cut where vertices lie on their open edges
-  Cleaned degenerate;  ///< Triangles without area, left out
-  Cleaned duplicates;  ///< Triangles that repeated another, left out
-  Cleaned fins;        ///< Groups of faces that hung on an edge which two others share, left out
-  Cleaned turned;      ///< Triangles that were turned round
-  Cleaned inward;  ///< 1: views from outside see almost only back faces, which were left so; else 0
-  Cleaned holes;   ///< Holes that were filled by CleanOptions::max_hole
+  Cleaned degenerate;  ///< Triangles without area, which were removed
+  Cleaned duplicates;  ///< Triangles that repeat another one, which were removed
+  /// Groups of faces attached to an edge that two other faces share; they were removed
+  Cleaned fins;
+  Cleaned turned;  ///< Triangles whose winding was reversed
+  /// Count 1 if views from outside see almost only back faces, which are not repaired; else 0
+  Cleaned inward;
+  Cleaned holes;        ///< Holes that were filled by CleanOptions::max_hole
   Cleaned large_holes;  ///< Holes that were filled by CleanOptions::fill_holes
-  std::uint64_t flat_holes =
-      0;  ///< Of large_holes: filled by a lid, since the surface around ends at an angle
-  double largest_hole = 0;  ///< Extent of the largest of large_holes, a share of the diagonal
-  Cleaned open_rims;        ///< With CleanOptions::fill_holes: rims that were left open
-  Cleaned open_edges;       ///< With CleanOptions::fill_holes: edges of one triangle that are left
-  Cleaned floaters;         ///< Bodies that were left out
-  Cleaned inner;            ///< Parts that no view sees, left out
-  /// True if, with CleanOptions::windings_alone, nothing had to be turned since every part is closed and faces outwards
+  /// Holes among large_holes that were filled by a flat lid, since the surface around them ends at
+  /// an angle
+  std::uint64_t flat_holes = 0;
+  /// Extent of the largest hole among large_holes, as a share of the diagonal
+  double largest_hole = 0;
+  Cleaned open_rims;   ///< With CleanOptions::fill_holes: rims of holes that were left open
+  Cleaned open_edges;  ///< With CleanOptions::fill_holes: remaining edges of only one triangle
+  Cleaned floaters;    ///< Small bodies that were removed, see CleanOptions::floater
+  Cleaned inner;       ///< Parts that no view from outside sees; they were removed
+  /// With CleanOptions::windings_alone: true if no triangle was reversed, because every part is closed and faces
+  /// outwards
   bool faces_outwards = false;
   double seconds = 0;             ///< Duration
-  std::vector<Warning> warnings;  ///< One for each of these that is not 0
+  std::vector<Warning> warnings;  ///< One warning for each count above that is not 0
 };
 
 /// Repairs typical faults of generated and scanned meshes, before any other step. A sound mesh is unchanged to the bit:

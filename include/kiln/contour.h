@@ -21,19 +21,19 @@ namespace KILN_PUBLIC kiln {
 /// Side of the iso value that is solid. Normals point away from the solid.
 enum class Inside {
   above,  ///< Voxels at or above the iso value
-  below,  ///< Voxels below it
+  below,  ///< Voxels below the iso value
 };
 
 /// Treatment of a solid that reaches the volume's border.
 enum class VolumeBorder {
   closed,  ///< The solid is cut off flat at the outermost voxels: the mesh is watertight
-  open,    ///< The surface ends there, up to a cell short of it: the mesh has a border
+  open,    ///< The surface ends at the border or up to a cell before it: the mesh is open there
 };
 
 /// Settings of contour().
 struct ContourOptions {
-  double iso = 0;                              ///< Value of the surface, in the voxels' own unit
-  Inside inside = Inside::above;               ///< The solid side
+  double iso = 0;                 ///< Value of the field on the surface, in the voxels' unit
+  Inside inside = Inside::above;  ///< Which side of the iso value is solid
   VolumeBorder border = VolumeBorder::closed;  ///< Treatment of the solid at the volume's border
   /// The outer surface alone: outer voxels that cannot be reached from the volume's border count as
   /// inside, so cavities and their content are removed. The flood starts from regions of free
@@ -53,17 +53,19 @@ struct ContourOptions {
 struct ContourReport {
   std::uint64_t cells = 0;  ///< Cells that the surface crosses
   std::uint64_t vertices =
-      0;  ///< Vertices of the finest contour: one for each sheet of surface in a cell
-  std::uint64_t quads = 0;  ///< Quads of the finest contour
-  double lowest = 0;        ///< Smallest finite voxel, if it was computed
-  /// Largest finite voxel, if it was computed: for floating-point volumes, and before an error
+      0;  ///< Vertices of the full contour: one per sheet of the surface in a cell
+  std::uint64_t quads = 0;  ///< Quads of the full contour
+  double lowest = 0;        ///< Smallest finite voxel, see highest
+  /// Largest finite voxel. Both are only computed for floating-point volumes, and for messages of
+  /// errors
   double highest = 0;
-  std::uint64_t filled_voxels = 0;     ///< Voxels that count as inside because of outer_only
-  double seconds_scan = 0;             ///< Signs of all voxels, and cells that the surface crosses
-  double seconds_outer = 0;            ///< Flood fill from the border
-  double seconds_hermite = 0;          ///< Crossings of edges and their normals
-  double seconds_vertices = 0;         ///< Vertices by quadric error functions
-  double seconds_quads = 0;            ///< Polygons around crossed edges
+  std::uint64_t filled_voxels = 0;  ///< Voxels that count as inside because of outer_only
+  /// Duration of classifying voxels, and of finding the cells that the surface crosses
+  double seconds_scan = 0;
+  double seconds_outer = 0;            ///< Duration of the flood fill from the border
+  double seconds_hermite = 0;          ///< Duration of computing edge crossings and their normals
+  double seconds_vertices = 0;         ///< Duration of placing vertices by quadric error functions
+  double seconds_quads = 0;            ///< Duration of making quads around crossed edges
   std::vector<Warning> warnings = {};  ///< Warnings of all steps
 };
 
@@ -95,30 +97,31 @@ Mesh contour(const Device& device, const Volume& volume, const ContourOptions& o
 
 /// Settings of extract().
 struct ExtractOptions {
-  ContourOptions contour{};  ///< The full-resolution surface
-  /// Target number of triangles: the result has at most so many. 0: `error` decides.
+  ContourOptions contour{};  ///< Settings of the full contour
+  /// Target number of triangles, which the result does not exceed. 0: the bound `error` decides.
   std::uint32_t faces = 0;
   /// With faces = 0: largest distance of vertices from the planes of the crossings that they represent:
   /// root mean square, in cells. Above 0.
   double error = 0.1;
-  /// Keep every part, hole and handle. If false, clusters are chosen by their error alone: the mesh stays
-  /// closed and oriented, but edges may have more than two triangles ("topology-changed").
+  /// Keep the topology: every part, hole and handle. If false, clusters are chosen by their error alone:
+  /// the mesh stays closed and oriented, but edges may have more than two triangles ("topology-changed").
   bool keep_topology = true;
-  /// Drop connected parts with fewer fine vertices than this share of the largest part's, 0 to 1
-  /// ("small-parts"): specks of noise.
+  /// Remove connected parts that have fewer vertices in the full contour than this share of the
+  /// largest part's number, 0 to 1: specks of noise. The warning "small-parts" counts them.
   double min_part = 0;
 
   std::uint32_t size = 1024;                  ///< Side of the map, 16 to 8192 texels
   std::uint32_t border_texels = 2;            ///< Padding around each chart, 1 to 64 texels
-  UnwrapMethod unwrap = UnwrapMethod::pairs;  ///< Layout; charts: few large ones, by unwrap()
+  UnwrapMethod unwrap = UnwrapMethod::pairs;  ///< Method of the UV layout
   /// Only for charts; detail: measured on the full contour
   TexelDensity density = TexelDensity::area;
-  NormalMapSpace space = NormalMapSpace::tangent;  ///< tangent (MikkTSpace) or object
-  bool flip_y = false;                             ///< Green down (DirectX)
-  bool raw = false;                                ///< Components in [-1, 1] instead of n/2 + 1/2
+  /// Space of the normals: tangent (MikkTSpace) or object
+  NormalMapSpace space = NormalMapSpace::tangent;
+  bool flip_y = false;  ///< True: green points down (DirectX); false: up (OpenGL)
+  bool raw = false;     ///< Components in [-1, 1] instead of n/2 + 1/2
 
-  /// Settings that extract() chooses by the volume and that override those above; ExtractReport::used holds the
-  /// result.
+  /// Settings that extract() chooses according to the volume, instead of those above; ExtractReport::used holds
+  /// the result.
   struct Choice {
     /// With faces = 0: choose the smallest error, `error` or more, that leaves at most 1/20 of the
     /// contour's triangles. Barry and Wood, table 1: 80.6 to 99.97% less.
@@ -130,46 +133,51 @@ struct ExtractOptions {
     /// Choose the smallest map, a multiple of 16 texels, with about one texel per cell; at most 8192.
     bool size = false;
   };
-  Choice choose{};  ///< Settings that extract() chooses; none by default
+  Choice choose{};  ///< Which settings extract() chooses; by default none
 };
 
-/// Settings as used: given or chosen.
+/// Settings in use, given or chosen.
 struct ExtractUsed {
-  double error = 0;               ///< Error limit, cells; 0 if `faces` was given
-  bool keep_topology = true;      ///< As ExtractOptions::keep_topology
-  double min_part = 0;            ///< As ExtractOptions::min_part
+  double error = 0;               ///< Error bound in use, cells; 0 if `faces` was given
+  bool keep_topology = true;      ///< Value of ExtractOptions::keep_topology in use
+  double min_part = 0;            ///< Value of ExtractOptions::min_part in use
   std::uint32_t size = 0;         ///< Side of the map, texels
   std::uint64_t aimed_faces = 0;  ///< Target number of triangles; 0 if the error alone decides
-  /// Triangles that keeping the topology would have left, if it was given up
+  /// If the topology was not kept: number of triangles that the result would have if it were kept
   std::uint64_t kept_faces = 0;
 };
 
 /// Report of an extraction.
 struct ExtractReport {
-  ContourReport contour = {};   ///< Report of the full-resolution surface
-  ExtractUsed used = {};        ///< The options as given or as chosen
-  std::uint64_t clusters = 0;   ///< Inner nodes of the octree of vertices
-  std::uint64_t faces = 0;      ///< Triangles of the low poly
-  std::uint64_t quads = 0;      ///< Polygons of the low poly with four corners
-  std::uint64_t triangles = 0;  ///< Polygons with three corners, where cells of several sizes meet
-  std::uint64_t parts = 0;      ///< Connected parts of the full contour
-  std::uint64_t dropped_parts = 0;       ///< Parts that were removed because they are small
-  double error = 0;                      ///< Largest root mean square distance of a vertex, cells
+  ContourReport contour = {};  ///< Report of the full-resolution surface
+  ExtractUsed used = {};       ///< Options in use, given or chosen
+  std::uint64_t clusters = 0;  ///< Number of inner nodes of the octree of vertices
+  std::uint64_t faces = 0;     ///< Triangles of the low poly
+  std::uint64_t quads = 0;     ///< Quads of the low poly
+  /// Triangular polygons of the low poly, which lie where cells of different sizes meet
+  std::uint64_t triangles = 0;
+  std::uint64_t parts = 0;          ///< Number of connected parts of the full contour
+  std::uint64_t dropped_parts = 0;  ///< Number of parts that were removed because they are small
+  /// Largest root mean square distance of a vertex from the planes of its crossings, cells
+  double error = 0;
   std::uint64_t non_manifold_edges = 0;  ///< Edges of the low poly with more than two triangles
   std::uint64_t mended = 0;              ///< Folded or degenerate triangles that were repaired
   /// Triangles removed in pairs, back to back, where gaps closed
   std::uint64_t left_out = 0;
-  std::uint64_t folded = 0;           ///< Remaining triangles that face away from the full contour
-  std::uint64_t without_area = 0;     ///< Remaining triangles without area
-  std::uint64_t repeated = 0;         ///< Remaining triangles with the same corners as another one
-  std::uint64_t charts = 0;           ///< Charts of the layout: with pairs, one per polygon
-  double texels_per_cell = 0;         ///< Side of a cell in texels of the map
-  double coverage = 0;                ///< Share of the map that triangles cover, 0 to 1
-  std::uint64_t splatted_texels = 0;  ///< Texels that received a fine vertex; the others are filled
-  double seconds_simplify = 0;        ///< Octree of vertices and choice among its nodes
-  double seconds_atlas = 0;           ///< Layout of the charts
-  double seconds_map = 0;             ///< Splatting, filling and encoding of normals
-  double seconds_total = 0;           ///< Sum of all steps
+  std::uint64_t folded = 0;        ///< Remaining triangles that face away from the full contour
+  std::uint64_t without_area = 0;  ///< Remaining triangles without area
+  std::uint64_t repeated = 0;      ///< Remaining triangles with the same corners as another one
+  std::uint64_t charts = 0;        ///< Charts of the layout: with pairs, one per polygon
+  double texels_per_cell = 0;      ///< Number of the map's texels along a cell's side
+  double coverage = 0;             ///< Share of the map that triangles cover, 0 to 1
+  /// Texels into which vertices of the full contour were splatted; the other texels are filled from
+  /// these
+  std::uint64_t splatted_texels = 0;
+  /// Duration of building the octree of vertices and of choosing its nodes
+  double seconds_simplify = 0;
+  double seconds_atlas = 0;            ///< Layout of the charts
+  double seconds_map = 0;              ///< Duration of splatting, filling and encoding normals
+  double seconds_total = 0;            ///< Sum of all steps
   std::vector<Warning> warnings = {};  ///< Warnings of all steps
 };
 
@@ -209,7 +217,7 @@ ExtractResult extract(const Device& device, const Volume& volume,
 
 /// A box of voxels.
 struct VolumeRegion {
-  std::array<std::uint32_t, 3> first{};  ///< Lowest voxel along x, y, z
+  std::array<std::uint32_t, 3> first{};  ///< Index of the box's first voxel along x, y, z
   std::array<std::uint32_t, 3> size{};   ///< Number of voxels along x, y, z
 };
 
@@ -228,8 +236,8 @@ class VolumeSession {
   /// \throws Error as contour()
   VolumeSession(const Device& device, Volume volume, const ContourOptions& options = {});
   ~VolumeSession();
-  VolumeSession(VolumeSession&&) noexcept;             ///< The source is empty afterwards
-  VolumeSession& operator=(VolumeSession&&) noexcept;  ///< The source is empty afterwards
+  VolumeSession(VolumeSession&&) noexcept;             ///< The moved-from session is empty
+  VolumeSession& operator=(VolumeSession&&) noexcept;  ///< The moved-from session is empty
 
   /// \param options  `contour` must equal the session's
   /// \throws Error as extract(); Error(usage) if `contour` differs
@@ -241,10 +249,10 @@ class VolumeSession {
   ///         no surface is left. The session is unchanged then.
   void update(const VolumeRegion& region, std::span<const std::byte> voxels);
 
-  /// Work of the last update(), or of the constructor.
+  /// What the last update(), or the constructor, did.
   struct Update {
-    std::uint64_t vertices = 0;  ///< Fine vertices computed
-    std::uint64_t kept = 0;      ///< Fine vertices reused
+    std::uint64_t vertices = 0;  ///< Vertices of the full contour that were computed again
+    std::uint64_t kept = 0;      ///< Vertices of the full contour that were reused
     double seconds_contour = 0;  ///< Vertices and quads
     double seconds_tree = 0;     ///< Octree of vertices
   };

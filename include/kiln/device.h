@@ -18,21 +18,23 @@ struct KILN_OPAQUE DeviceAccess;
 
 /// Properties of an OpenCL device that matter to a bake, as reported by its driver.
 struct DeviceInfo {
-  int index = 0;                           ///< Position in list_devices()
+  int index = 0;                           ///< Index in list_devices()
   std::string name = {};                   ///< Device name
   std::string platform = {};               ///< Name of the OpenCL platform
   std::string vendor = {};                 ///< Vendor of the device
-  std::string driver = {};                 ///< Driver's version
+  std::string driver = {};                 ///< Version of the driver
   std::string opencl_version = {};         ///< OpenCL version of the device
-  bool is_gpu = false;                     ///< CL_DEVICE_TYPE_GPU
-  std::uint32_t compute_units = 0;         ///< Cores, or the driver's equivalent
-  std::uint64_t memory_bytes = 0;          ///< Global memory
-  std::uint64_t largest_buffer_bytes = 0;  ///< Largest size of one buffer
-  bool has_atomics_64 = false;             ///< cl_khr_int64_base_atomics and extended
-  /// Correctly rounded single-precision division and square root: needed for results identical to those of
-  /// other devices.
+  bool is_gpu = false;                     ///< True if the type is CL_DEVICE_TYPE_GPU
+  std::uint32_t compute_units = 0;         ///< Number of cores, or the driver's equivalent
+  std::uint64_t memory_bytes = 0;          ///< Size of the global memory, bytes
+  std::uint64_t largest_buffer_bytes = 0;  ///< Largest size of a single buffer, bytes
+  /// True if the device supports cl_khr_int64_base_atomics and cl_khr_int64_extended_atomics
+  bool has_atomics_64 = false;
+  /// True if single-precision division and square root are correctly rounded, which results that are
+  /// identical to those of other devices require.
   bool has_correct_division = false;
-  bool has_denormals = false;  ///< Single precision supports numbers below 2^-126
+  /// True if single precision supports denormals, numbers below 2^-126
+  bool has_denormals = false;
 };
 
 /// All OpenCL devices of all platforms, GPUs first. Empty if there is no platform. Any thread may call it.

@@ -15,7 +15,7 @@ void save_text(const std::filesystem::path& path, std::string_view text);
 /// A transaction over the output files of one run: all of them appear, or none.
 ///
 /// While a set is open, files saved by any thread are written to temporary files; commit() moves
-/// them to their names. Without commit() nothing appears. Pipes and devices are written
+/// them to their names. Without commit() no output appears. Pipes and devices are written
 /// immediately.
 ///
 /// While a set is open, files that Kiln reads are protected inputs, material files of meshes
@@ -25,23 +25,24 @@ void save_text(const std::filesystem::path& path, std::string_view text);
 /// returned.
 class OutputSet {
  public:
-  OutputSet();   ///< \throws Error(usage) while another is open
-  ~OutputSet();  ///< Removes uncommitted files
+  OutputSet();   ///< \throws Error(usage) while another OutputSet exists
+  ~OutputSet();  ///< Removes the temporary files of outputs that were not committed
   OutputSet(const OutputSet&) = delete;
   OutputSet& operator=(const OutputSet&) = delete;
 
-  /// Moves the files saved since the set was opened or last committed to their names. If one fails,
-  /// the previous files are restored. After a kill or power loss in between, the next
-  /// prepare_output_folder() or commit() completes the commit, folder by folder. Waits while
-  /// another process commits to the same folders.
+  /// Moves the temporary files that were saved since the set was opened or last committed to their
+  /// final names. If one of these moves fails, the previous files are restored. After a kill or
+  /// power loss in between, the next prepare_output_folder() or commit() completes the commit,
+  /// folder by folder. Waits while another process commits to the same folders.
   /// \throws Error(output)
   void commit();
 
-  /// Path of the temporary file that holds an uncommitted output, for reading it before commit(), for example
-  /// by another program. Empty if nothing was saved under this name.
+  /// Returns the path of the temporary file that holds an output until commit(), so that it can be read
+  /// earlier, for example by another program. Empty if nothing was saved under this name.
   static std::filesystem::path held(const std::filesystem::path& destination);
 
-  /// Marks a file as an input that is read without Kiln, or later.
+  /// Adds a file to the protected inputs, for inputs that Kiln has not read yet or that other code
+  /// reads.
   static void protect(const std::filesystem::path& input);
 
   /// Checks early, before minutes of work, that saving to a destination would not overwrite an input.

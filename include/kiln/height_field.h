@@ -14,23 +14,26 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// Place and extent of a height field: in the plane z = 0 around the origin, heights along +Z.
+/// Position and extent of a height field: in the plane z = 0 around the origin, heights along +Z.
 struct HeightFieldOptions {
-  /// Extent along X, world units. 0: `depth` by the image's aspect; both 0: the longer side is 1
+  /// Extent along X, world units. 0: computed from `depth` by the image's aspect ratio; if both are
+  /// 0, the longer side is 1
   double width = 0;
-  double depth = 0;   ///< Extent along Y, world units; 0: `width` by the image's aspect
-  double height = 1;  ///< World units for a value of 1 (PNG: white); may be negative
+  /// Extent along Y, world units; 0: computed from `width` by the image's aspect ratio
+  double depth = 0;
+  double height = 1;  ///< Height in world units of the value 1 (white in a PNG); may be negative
   /// Value of pixels without a height, as the file stores it; none: the file's own marker. Functions that read files
   /// pass it to mark_no_data().
   std::optional<double> no_data = {};
-  bool guess_no_data =
-      true;  ///< If neither is given, detect a customary marker: see mark_no_data()
+  /// If neither a value nor a marker of the file is given: detect customary markers, see
+  /// mark_no_data()
+  bool guess_no_data = true;
 };
 
 /// Heights from a file, with its metadata.
 struct Heights {
   Image image = {};    ///< Heights in the first channel
-  double largest = 1;  ///< File value that a height of 1 stands for: 65535 for a 16-bit PNG
+  double largest = 1;  ///< Value in the file of a height of 1: 65535 for a 16-bit PNG
   std::optional<double> no_data =
       {};  ///< The file's own marker of pixels without a height (GDAL_NODATA)
   std::array<double, 2>
@@ -45,10 +48,10 @@ Heights load_heights(const std::filesystem::path& path, std::vector<Warning>* wa
 
 /// Report of mark_no_data().
 struct NoData {
-  std::uint64_t pixels = 0;  ///< Pixels without a height, NaN among them
-  std::vector<double> values =
-      {};  ///< Markers found, as the file holds them; NaN and infinity are not listed
-  /// An outlier that may be a marker: farther from all heights than these are from each other
+  std::uint64_t pixels = 0;  ///< Number of pixels without a height, including NaN
+  /// Values that marked missing heights, as the file stores them; NaN and infinity are not listed
+  std::vector<double> values = {};
+  /// Value that may mark missing heights: its distance to all other heights exceeds their range
   std::optional<double> doubtful = {};
 };
 
@@ -75,8 +78,8 @@ Mesh height_field_mesh(const Image& image, const HeightFieldOptions& options = {
 /// layout.
 Mesh height_field_plane(const Image& image, const HeightFieldOptions& options = {});
 
-/// Gives a mesh over a height field, such as a simplified one, the field's layout: UVs by x and y.
-/// Replaces existing UVs.
+/// Gives a mesh over a height field, such as a simplified one, the UVs of the height field: u by x
+/// and v by y. Existing UVs are replaced.
 void lay_out_over_height_field(Mesh& mesh, const Image& image,
                                const HeightFieldOptions& options = {});
 

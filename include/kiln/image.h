@@ -35,16 +35,19 @@ enum class ImageFormat {
   exr_float,  ///< OpenEXR, 32-bit float, PIZ (lossless)
   png16,      ///< PNG, 16 bits a channel, [0, 1] rounded to nearest
   png8,       ///< PNG, 8 bits a channel
-  /// TIFF, 16 bits a channel, as png16; deflated. In builds with libtiff (picture_formats())
+  /// TIFF, 16 bits a channel, values as png16, compressed by Deflate. In builds with libtiff
+  /// (picture_formats())
   tiff16,
   tiff8,       ///< TIFF, 8 bits a channel
   tiff_float,  ///< TIFF, 32-bit float, unchanged values
-  tga,         ///< TGA, 8 bits, uncompressed: grey, RGB (of two channels: 0 as the third) or RGBA
+  /// TGA, 8 bits, uncompressed: grey, RGB or RGBA; two channels become RGB with 0 as the third
+  tga,
   /// WebP, 8 bits, lossless: RGB or RGBA. In builds with libwebp; at most 16383 texels a side
   webp,
-  /// KTX 2 with the Vulkan format that TextureUse selects; Zstandard. In builds with libzstd
+  /// KTX 2 in the Vulkan format that TextureUse selects, compressed by Zstandard. In builds with
+  /// libzstd
   ktx2,
-  dds,  ///< DDS with the DXGI format that TextureUse selects
+  dds,  ///< DDS in the DXGI format that TextureUse selects
 };
 
 /// Extension of a format's files, such as ".png". Any thread. \throws Error(usage) for an invalid
@@ -56,10 +59,10 @@ std::string_view extension_of(ImageFormat format);
 /// One channel becomes BC4 and two become BC5 if both sides are multiples of 4, as Direct3D and WebGPU require; else R8
 /// and RG8. Three and four channels become RGBA8, sRGB for colours.
 enum class TextureUse {
-  values,  ///< Plain numbers
-  color,   ///< sRGB-encoded colours, alpha apart
+  values,  ///< Plain numbers, not sRGB-encoded
+  color,   ///< sRGB-encoded colours; alpha is linear
   normal,  ///< Unit vectors as n/2 + 1/2
-  /// Unit vectors with z = sqrt(1 - x^2 - y^2); ktx2 and dds store x and y alone: BC5
+  /// Unit vectors with z = sqrt(1 - x^2 - y^2); ktx2 and dds store only x and y, as BC5
   tangent_normal
 };
 
@@ -67,19 +70,21 @@ enum class TextureUse {
 struct ImageText {
   /// 1 to 79 printable ASCII characters without leading or trailing blanks; unique in the file
   std::string keyword = {};
-  std::string text = {};  ///< Printable ASCII
+  std::string text = {};  ///< Text, printable ASCII
 };
 
 /// Settings of save_image().
 struct SaveImageOptions {
-  ImageFormat format = ImageFormat::exr_half;  ///< Must agree with the name's extension
-  bool dither = false;                  ///< png8, tga and webp: ordered dither instead of rounding.
-  TextureUse use = TextureUse::values;  ///< Selects the format of ktx2 and dds
-  int threads = 0;                      ///< For compression; 0 uses all cores.
+  /// File format; must agree with the extension of the file's name
+  ImageFormat format = ImageFormat::exr_half;
+  bool dither = false;  ///< png8, tga and webp: ordered dither instead of rounding.
+  /// Meaning of the values, which selects the format of ktx2 and dds
+  TextureUse use = TextureUse::values;
+  int threads = 0;  ///< Number of threads for compression; 0: one per core.
   /// Origin of positions in the image (BakedMap::origin), stored as the attribute `origin` (v3d) in
   /// an EXR, as the text `Origin` in a PNG. 0: not stored.
   std::array<double, 3> origin{};
-  /// Stored as text chunks (tEXt) in a PNG, as string attributes in an EXR.
+  /// Texts to store in the file: as text chunks (tEXt) in a PNG, as string attributes in an EXR.
   std::vector<ImageText> texts = {};
 };
 
@@ -96,8 +101,9 @@ Image load_image(const std::filesystem::path& path);
 /// Writes an image. The file appears whole or not at all, also when the disk is full or the process
 /// is killed. The same image gives the same bytes, on any number of threads.
 ///
-/// PNG: clamped to [0, 1] (NaN becomes 0), rounded to nearest, no gamma or colour profile. So k/255
-/// and k/65535 are kept exactly. EXR: unchanged values; half rounds to nearest even.
+/// PNG: clamped to [0, 1] (NaN becomes 0), rounded to nearest, no gamma or colour profile. So
+/// values of k/255 and k/65535 are stored exactly. EXR: unchanged values; half rounds to nearest
+/// even.
 /// \throws Error(output) for the disk, Error(usage) for an impossible size, and invalid texts.
 void save_image(const Image& image, const std::filesystem::path& path,
                 const SaveImageOptions& options = {});
@@ -141,8 +147,8 @@ struct StoredError {
 StoredError stored_error(const Image& image, const SaveImageOptions& options,
                          std::span<const std::uint8_t> coverage = {});
 
-/// Converts linear light to sRGB (IEC 61966-2-1), in place: the first three channels, clamped to [0,
-/// 1].
+/// Converts the first three channels of an image in place from linear light to sRGB (IEC 61966-2-1),
+/// clamped to [0, 1].
 void to_srgb(Image& image);
 
 /// Difference of two images over the compared texels.
@@ -155,16 +161,17 @@ struct ImageDifference {
   double mean_error = 0;          ///< Mean absolute channel difference, [0, 1] scale
   double max_error = 0;           ///< Largest channel difference, [0, 1] scale
   std::uint32_t worst_x = 0;      ///< Column of the texel with max_angle_degrees (or max_error)
-  std::uint32_t worst_y = 0;      ///< Its row, from the top
+  std::uint32_t worst_y = 0;      ///< Row of that texel, from the top
 };
 
 /// Compares two images as normal maps (n/2 + 1/2 in the first three channels) and by channel.
 ///
 /// The angle is atan2(|a x b|, a . b) of the decoded vectors, in double precision. If both vectors
-/// are zero (shorter than 0.01) it is 0 degrees; if one is, 180. A value that is non-finite in one
-/// image only, or differs in kind, counts as 1 and 180 degrees. Percentiles are exact, by nearest
-/// rank: the smallest angle that at least 95% (99%) of the texels do not exceed. The result does
-/// not depend on the number of threads. Memory: 8 bytes per texel.
+/// are zero (shorter than 0.01) it is 0 degrees; if one is, 180. If a value is not finite in only
+/// one image, or is another kind of non-finite value in each (NaN, infinity), it counts as a
+/// difference of 1 and of 180 degrees. Percentiles are exact, by nearest rank: the smallest angle
+/// that at least 95% (99%) of the texels do not exceed. The result does not depend on the number of
+/// threads. Memory: 8 bytes per texel.
 /// \param mask  optional: texels whose first channel is 0 there are left out
 /// \throws Error(input) if sizes or numbers of channels differ, or pixels are missing.
 ImageDifference compare_images(const Image& a, const Image& b, const Image* mask = nullptr);
@@ -214,12 +221,13 @@ void convert(const Image& image, PixelFormat format, std::span<std::byte> pixels
 
 /// One of several images in a file.
 struct ImageLayer {
-  /// 1 to 128 bytes, without dots and zero bytes; channels are named NAME.R and so on
+  /// Name of the layer, 1 to 128 bytes, without dots and zero bytes; its channels are named NAME.R
+  /// and so on
   std::string name = {};
   const Image* image = nullptr;  ///< The caller's; must stay valid until the file is written
-  /// As SaveImageOptions::origin: stored as the attribute NAME.origin
+  /// Origin like SaveImageOptions::origin, stored as the attribute NAME.origin
   std::array<double, 3> origin{};
-  /// As SaveImageOptions::texts: stored as attributes NAME.KEYWORD
+  /// Texts like SaveImageOptions::texts, stored as attributes NAME.KEYWORD
   std::vector<ImageText> texts = {};
 };
 

@@ -56,57 +56,62 @@ struct JobInput {
   /// A mesh in the caller's memory, which is copied.
   JobInput(const MeshView& view) : JobInput(to_mesh(view), std::string(view.name)) {}
 
-  std::string name = {};                    ///< Path of the file; else the mesh's name
-  std::shared_ptr<const Asset> asset = {};  ///< The mesh in memory; null: the file is read
-  /// For a low poly that simplify() made of the high poly: its report, from which the search distance is derived.
-  /// Null: unknown.
+  std::string name = {};                    ///< Path of the file; for a mesh in memory its name
+  std::shared_ptr<const Asset> asset = {};  ///< The mesh in memory; null: it is read from the file
+  /// For a low poly that simplify() made from the high poly: the report of simplify(), which determines the
+  /// search distance. Null: not made by simplify()
   std::shared_ptr<const SimplifyReport> simplified = {};
 };
 
-/// How Kiln makes the low poly: with a number of faces; with a bound of its error; or planned together
-/// with its maps.
+/// Settings with which Kiln makes the low poly: a number of faces, a bound of its error, or a plan of
+/// low poly and maps together.
 struct MakeLow {
   std::uint32_t faces = 0;  ///< Target number of triangles; 0: not given
   bool keep_parts = false;  ///< Keep all parts, including very small ones
-  /// "0.2%": largest deviation of the surface, as a share of the diagonal. Or bounds of rendered errors,
-  /// "normal=3deg,ao=2/255", by which plan_low_poly() chooses faces, map sizes and match together. Empty: none.
+  /// Largest deviation of the surface as a share of the diagonal, such as "0.2%"; or bounds of rendered errors,
+  /// such as "normal=3deg,ao=2/255", within which plan_low_poly() chooses faces, map sizes and match together.
+  /// Empty: no bound.
   std::string max_error = {};
-  std::string max_angle = {};    ///< Bound of the rendered normals alone, degrees
-  std::string screen = {};       ///< "600px": the largest size on screen
-  std::string max_outline = {};  ///< "2%": largest share of silhouettes that may differ
+  /// Bound of the error of rendered normals, degrees, like normal= in max_error
+  std::string max_angle = {};
+  std::string screen = {};       ///< Largest size on screen, such as "600px"
+  std::string max_outline = {};  ///< Largest share of the silhouettes that may differ, such as "2%"
   std::uint32_t lods = 0;        ///< Levels of detail, 2 to 8; 0: one low poly
-  double lod_growth = 1;         ///< Factor by which the error bound grows from level to level
+  double lod_growth = 1;         ///< Ratio of the error bounds of consecutive levels
   bool lods_share_uvs = false;   ///< All levels share the first level's layout and maps
-  /// A GLB or glTF holds all levels, by the extension MSFT_lod; else each level is a file of its own
+  /// Write all levels into one GLB or glTF, by the extension MSFT_lod; else each level is written to
+  /// a file of its own
   bool lods_in_one_file = false;
 };
 
 /// The low poly of a job: given, or made from the high poly.
 struct JobLow {
-  JobLow() = default;  ///< Made by Kiln; for a height field: a plane under it
-  /// Made by Kiln with these settings.
+  JobLow() = default;  ///< A low poly made by Kiln; for a height field, a plane under it
+  /// A low poly made by Kiln with these settings.
   JobLow(MakeLow how) : make(std::move(how)) {}
-  /// Given as a file or in memory.
+  /// A low poly given as a file or in memory.
   JobLow(JobInput input) : given{std::move(input)} {}
-  /// Given as a file.
+  /// A low poly given as a file.
   JobLow(const char* path) : given{path} {}
-  /// Given as a file.
+  /// A low poly given as a file.
   JobLow(std::string path) : given{std::move(path)} {}
-  /// Given as a file.
+  /// A low poly given as a file.
   JobLow(const std::filesystem::path& path) : given{path} {}
-  /// Given in memory.
+  /// A low poly given in memory.
   JobLow(Mesh mesh) : given{JobInput(std::move(mesh), "low")} {}
-  /// Several inputs, which are joined.
+  /// Several inputs, which are joined to one low poly.
   JobLow(std::initializer_list<JobInput> inputs) : given(inputs) {}
 
   /// Inputs, joined if there are several; empty: Kiln makes the low poly
   std::vector<JobInput> given = {};
-  MakeLow make = {};  ///< Settings if `given` is empty
+  MakeLow make = {};  ///< Settings for making the low poly, if `given` is empty
 };
 
 /// Repairs of the high poly before all other steps: see clean_mesh().
 enum class CleanHigh {
-  automatic,  ///< All repairs if Kiln makes the low poly with new UVs, else windings alone
+  /// All repairs if Kiln makes the low poly with new UVs; else only inconsistent windings are
+  /// repaired
+  automatic,
   none,
   all,
 };
@@ -123,7 +128,7 @@ struct MeshFrameArguments {
   std::vector<std::string> up = {};    ///< Up axis: x, y, z, -x, -y, -z
   std::vector<std::string> unit = {};  ///< Unit: mm, cm, m, in, ft, or metres as a number
   std::vector<std::string> uv_set =
-      {};                       ///< UV set of files with several: a number from 0 on, or a name
+      {};  ///< UV set to read from files with several sets: an index from 0 on, or a name
   bool allow_outside = false;   ///< Files referenced by an input may lie outside its folder
   ShadingOptions shading = {};  ///< Normals of the high poly
 
@@ -135,116 +140,130 @@ struct MeshFrameArguments {
 /// and to text and JSON.
 struct Job {
   std::vector<JobInput> high = {};  ///< The high poly; several inputs are joined
-  JobLow low = {};                  ///< The low poly: given, or how it is made
+  JobLow low = {};                  ///< The given low poly, or the settings for making it
   /// A folder for the maps, or NAME.glb, NAME.gltf or NAME.obj for the low poly and its maps in one
   /// asset.
   std::string out = {};
-  bool in_memory = false;  ///< Write no files: JobResult holds their content
+  bool in_memory = false;  ///< Write no files, and return their contents in JobResult
 
   /// Sizes, match, maps, occlusion and encoding. If no map of any kind is requested, a folder gets a normal map, and an
   /// asset gets the maps that the high poly's materials have. `match.cage_mesh`, `match.saved` and
   /// `occlusion.by_others` may point to objects in memory, in addition to files named by other members; these must
   /// outlive run(), and to_json() refuses them.
   BakeOptions bake = {.maps = {}};
-  LoadMeshOptions load = {};      ///< Triangulation of polygons
-  MeshFrameArguments frame = {};  ///< Axes, units and normals of files that do not state them
-  /// Format of maps; webp also applies to a GLB's pictures
+  LoadMeshOptions load = {};  ///< Triangulation of polygons
+  /// Axes and units of files that do not state them, and the rule for normals
+  MeshFrameArguments frame = {};
+  /// File format of maps; webp also applies to the pictures in a GLB
   SaveImageOptions image = {ImageFormat::png16};
   EncodeMapsOptions pictures = {};  ///< Encoding of pictures in a GLB or glTF
   MeshCompression mesh_compression = MeshCompression::none;  ///< Compression of geometry in a GLB
-  /// Largest size of a GLB, bytes; 0: unbounded. The sizes, up to that of `bake`, and encodings of its pictures are chosen
-  /// for the least rendered error that fits. A low poly that is made without a number of faces or a bound on its shape is
-  /// planned with them.
+  /// Largest size of a GLB, bytes; 0: unbounded. The sizes (up to that in `bake`) and encodings of its pictures are
+  /// chosen for the smallest rendered error within this size. If Kiln makes the low poly, and neither a number of faces
+  /// nor a bound on its shape is given, its number of faces is chosen together with them.
   std::uint64_t max_bytes = 0;
-  RayTraversal traversal = RayTraversal::automatic;  ///< See Source
-  HeightFieldOptions heights = {};                   ///< If the high poly is an image of heights
+  RayTraversal traversal = RayTraversal::automatic;  ///< Kernels for ray casting, see Source
+  HeightFieldOptions heights = {};  ///< How an image of heights is read, if the high poly is one
 
   bool match_auto = false;     ///< Choose the match and the map's size by error: see bake_planned()
   bool cage_auto = false;      ///< Find a cage by find_cage()
   std::string cage_mesh = {};  ///< File of a cage for the low poly
   std::string save_cage = {};  ///< File to write the found cage to
-  std::string save_match = {};  ///< EXR to write the match to
-  /// File (.kilnsrc) to write the high poly to, as it was read, with its search structure: `high` of later jobs
+  std::string save_match = {};  ///< File (EXR) to write the match to
+  /// File (.kilnsrc) to write the prepared high poly with its search structure to; later jobs can use it as
+  /// `high`
   std::string save_source = {};
-  std::string load_match = {};  ///< EXR of a match to bake by
-  std::string match_list = {};  ///< File of pairs for PartsBy::list: lines LOW = HIGH, HIGH
+  /// File (EXR) of a saved match, which replaces the search for points
+  std::string load_match = {};
+  /// File of pairs for PartsBy::list, with lines of the form LOW = HIGH, HIGH
+  std::string match_list = {};
   /// Pairing of parts; none: samples match all of the high poly
   std::optional<PartsBy> parts_by = {};
-  /// Patterns of names; `by` and `list` are set by the members above
+  /// Patterns of the parts' names. Its members `by` and `list` are ignored: `parts_by` and
+  /// `match_list` replace them
   PartNames part_names = {};
-  std::string view_weights = {};  ///< File for ViewLikelihood::list: lines X Y Z WEIGHT
-  bool reasons = false;           ///< Also write an image of why samples were missed
-  bool keep_hulls = false;        ///< Bake collision hulls of the low poly, too
-  /// Use tangents of the low poly's file; else MikkTSpace's
+  /// File of directions for ViewLikelihood::list, with lines of the form X Y Z WEIGHT
+  std::string view_weights = {};
+  bool reasons = false;     ///< Also write an image of why samples were missed
+  bool keep_hulls = false;  ///< Also bake the collision hulls of the low poly
+  /// Use the tangents in the low poly's file; if false, those of MikkTSpace
   bool file_tangents = true;
-  /// Make UV seams hard edges where that reduces the error
+  /// Make a UV seam of the low poly a hard edge where that reduces the error
   bool split_at_seams = false;
   /// Files of meshes that occlude in the maps ao, bent_normal and shadow
   std::vector<std::string> occluders = {};
-  std::vector<std::string> own_maps = {};   ///< NAME=FILE.cl: maps of the caller's own, in OpenCL C
-  std::vector<std::string> variants = {};   ///< NAME=MAP:OPTION=VALUE...
-  std::vector<std::string> transfers = {};  ///< FILE[:NAME][:KIND], or mtl:SLOT
-  std::vector<std::string> ranges = {};     ///< MAP=LOW,HIGH
-  std::vector<std::string> packs = {};      ///< NAME=MAP.CHANNEL,...
-  double alpha_test = 0;  ///< Opacity threshold below which the high poly is cut away; 0: off
+  std::vector<std::string> own_maps = {};  ///< User-defined maps in OpenCL C: NAME=FILE.cl
+  std::vector<std::string> variants = {};  ///< Variants of maps: NAME=MAP:OPTION=VALUE...
+  /// Textures to transfer: FILE[:NAME][:KIND], or mtl:SLOT
+  std::vector<std::string> transfers = {};
+  /// Ranges of values that integer formats store: MAP=LOW,HIGH
+  std::vector<std::string> ranges = {};
+  /// Pictures with channels of several maps: NAME=MAP.CHANNEL,...
+  std::vector<std::string> packs = {};
+  double alpha_test = 0;  ///< Opacity below which parts of the high poly are cut away; 0: off
   NormalTextureFormat high_normal_map =
-      NormalTextureFormat::automatic;  ///< Channels of the high poly's normal maps
+      NormalTextureFormat::automatic;  ///< Channel convention of the high poly's normal maps
   bool layers = false;                 ///< Write all maps as layers of one EXR
 
-  CleanHigh clean = CleanHigh::automatic;     ///< Repairs of the high poly
-  bool keep_inner = false;                    ///< Keep inner parts of the high poly
-  double fill_holes = 0;                      ///< CleanOptions::fill_holes for the high poly
-  std::optional<SetsBy> sets = {};            ///< Texture sets; none: chosen by overlaps of UVs
-  std::vector<SetSize> set_sizes = {};        ///< Map sizes of single texture sets
-  bool unwrap = false;                        ///< Make new UVs for a given low poly
-  std::string unwrap_method = {};             ///< charts, pairs or squares; empty: charts
+  CleanHigh clean = CleanHigh::automatic;  ///< Repairs of the high poly
+  bool keep_inner = false;  ///< Keep parts of the high poly that no view from outside sees
+  double fill_holes = 0;    ///< Value of CleanOptions::fill_holes for the high poly
+  /// How the low poly is split into texture sets; none: chosen by choose_texture_sets()
+  std::optional<SetsBy> sets = {};
+  std::vector<SetSize> set_sizes = {};  ///< Map sizes of single texture sets
+  bool unwrap = false;                  ///< Make new UVs for a given low poly
+  /// Method of unwrapping: charts, pairs or squares; empty: charts
+  std::string unwrap_method = {};
   TexelDensity density = TexelDensity::area;  ///< Texel density of charts that Kiln lays out
 
   /// Alpha mode of all materials of an asset with opacity. None: that of the high poly's materials, or mask if none of
   /// these is transparent.
   std::optional<AlphaMode> alpha = {};
-  /// Applies to all materials of a glTF. None: as in the inputs. Where no glTF states it, a material becomes
-  /// double-sided if views from outside see many back faces through the borders of an open mesh; the warning
-  /// "double-sided" reports it.
+  /// Whether all materials of a written glTF are double-sided. None: as in the inputs. If no input states
+  /// it for a material (only glTF does), the material becomes double-sided if views from outside see many
+  /// back faces through the borders of an open mesh; the warning "double-sided" reports it.
   std::optional<bool> double_sided = {};
 
-  double max_missed_percent = 100;  ///< The job fails if more samples are missed
-  bool force = false;               ///< Allow overwriting files that Kiln did not write
-  std::string device = {};          ///< OpenCL device, if run() is given none
-  std::string json = {};            ///< File of the report; empty: none
-  bool quiet = false;               ///< Used by the command line
+  /// The job fails if more than this percentage of the samples is missed
+  double max_missed_percent = 100;
+  bool force = false;       ///< Allow overwriting files that Kiln did not write
+  std::string device = {};  ///< OpenCL device, if the caller passes none to run()
+  std::string json = {};    ///< File of the report; empty: none
+  bool quiet = false;       ///< Suppress the command line's output; the library ignores it
 
-  /// Flags that the user set explicitly, such as "--views", even if their values are the defaults. Options with other
-  /// values need not be listed.
+  /// Flags that the user gave explicitly, such as "--views". Flags of options whose values are not the defaults may
+  /// be left out.
   std::set<std::string> given = {};
 };
 
 /// A map that a job returns in memory.
 struct JobMap {
   std::string name = {};  ///< Name as in file names: "normal"
-  std::string set = {};   ///< Texture set; empty if there is only one
-  std::string tile = {};  ///< UDIM tile; empty: none
-  /// Values as files hold them: colours sRGB-encoded, other values mapped from their range to [0, 1]
+  std::string set = {};   ///< Name of the texture set; empty if there is only one
+  std::string tile = {};  ///< Number of the UDIM tile, such as "1001"; empty: none
+  /// The map with values as files store them: colours sRGB-encoded, other values mapped from their
+  /// range to [0, 1]
   BakedMap map = {};
 };
 
 /// The result of a job.
 struct JobResult {
   std::vector<std::string> files = {};  ///< Paths of the written files, in order
-  std::vector<std::byte> glb = {};      ///< The GLB, for Job::in_memory and out = NAME.glb
-  std::vector<JobMap> maps = {};        ///< The maps, for Job::in_memory and other outputs
-  Mesh low = {};                        ///< The low poly of the maps, in its whole layout
-  std::string report = {};              ///< JSON, as written by --json
-  std::vector<Warning> warnings = {};   ///< All warnings, in order
-  std::vector<Warning> causes = {};     ///< Warnings that are not consequences of other warnings
-  std::vector<Message> summary = {};    ///< Summary for users, one line per topic
-  /// Empty, or the limit that was exceeded (max_missed_percent, faces, max_error)
+  std::vector<std::byte> glb = {};  ///< The GLB, if Job::in_memory is set and Job::out is NAME.glb
+  std::vector<JobMap> maps = {};    ///< The maps, if Job::in_memory is set and Job::out is no GLB
+  Mesh low = {};  ///< The low poly on which the maps were baked, with the UVs of all texture sets
+  std::string report = {};             ///< Report as JSON, as the command's --json writes it
+  std::vector<Warning> warnings = {};  ///< All warnings, in the order in which they occurred
+  std::vector<Warning> causes = {};    ///< Warnings that are not consequences of other warnings
+  std::vector<Message> summary = {};   ///< Summary for users, one line per topic
+  /// The limit that the result exceeds (max_missed_percent, faces, max_error); empty: none
   Message failure = {};
   bool cancelled = false;  ///< The callback cancelled: nothing more was written
 };
 
 /// Runs a job: reads, repairs, makes or reads the low poly, finds texture sets, bakes and writes.
-/// \param progress  called with the share done and the stage; returning false cancels
+/// \param progress  called with the completed share and the name of the stage; if it returns false, the job is
+///                  cancelled
 /// \throws OptionError (kiln/option_error.h) for options that contradict each other, before any work; Error(input), Error(output),
 ///         Error(device). Files that were written before an error are kept.
 /// Thread safety: jobs may run in several threads at once, each with files of its own.

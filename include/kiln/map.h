@@ -29,20 +29,20 @@ namespace KILN_PUBLIC kiln {
 struct OwnMap {
   std::string name = "own";    ///< Name of the map: a letter, then letters, digits and _
   std::string source = {};     ///< OpenCL C
-  std::string file = {};       ///< File name in build messages
+  std::string file = {};       ///< File name in messages of the OpenCL compiler
   std::uint32_t channels = 3;  ///< 1, 3 or 4: number of components of the result that are stored
 };
 
 /// A map, identified by its name, so that maps can be added without a change here.
 struct MapKind {
-  std::string_view name = {};  ///< As in `--maps` and file names; has static lifetime
+  std::string_view name = {};  ///< Name as in `--maps` and file names; has static lifetime
   constexpr MapKind() = default;
   /// The map with a name, such as {"ao"}. The name is copied once and stored for the program's
   /// lifetime.
   constexpr MapKind(const char* text)
       : name(std::is_constant_evaluated() ? std::string_view(text)
                                           : MapKind(std::string_view(text)).name) {}
-  explicit MapKind(std::string_view text);  ///< The same
+  explicit MapKind(std::string_view text);  ///< Like the constructor above, for any text
   friend constexpr bool operator==(MapKind, MapKind) = default;
 
   static const MapKind normal;  ///< Unit normal of the high poly, in `EncodingOptions::space`
@@ -57,9 +57,12 @@ enum class NormalMapSpace { tangent, object, face };
 
 /// Where the third axis of tangent space is computed; must match the shader that uses the map.
 enum class Bitangent {
-  /// Per pixel, from the interpolated normal and tangent: MikkTSpace, Blender, Unreal Engine
+  /// Computed per pixel from the interpolated normal and tangent, as in MikkTSpace, Blender and
+  /// Unreal Engine
   pixel,
-  vertex,  ///< At the corners, then interpolated: Unity, and shaders with a bitangent per vertex
+  /// Computed at the corners and interpolated, as in Unity and in shaders with a bitangent per
+  /// vertex
+  vertex,
 };
 
 /// Ways to gather ambient light at the high poly's points.
@@ -68,43 +71,45 @@ enum class OcclusionBy {
   /// Depth views of the occluders from all around; each sample is looked up in every view. For the maps ao
   /// and bent_normal, without a distance or falloff, and with faces that occlude from both sides
   views,
-  /// Views, two per ray, if they are applicable and expected to be faster; else rays. Above 64 rays always
-  /// rays, since views are less accurate there
+  /// Views (two per requested ray) if they are applicable and expected to be faster; else rays. With more
+  /// than 64 rays always rays, since views would be less accurate
   automatic,
 };
 
 /// Weight of a ray's first hit in occlusion, as a function of x = d / D: the hit's distance d from
 /// the point over OcclusionOptions::distance D. Hits at D or beyond do not occlude.
 enum class OcclusionFalloff {
-  none,    ///< 1: independent of the distance
+  none,    ///< 1 at every distance below D
   linear,  ///< 1 - x
-  smooth,  ///< 1 - x^2 (3 - 2 x): smooth at contact and at D
+  smooth,  ///< 1 - x^2 (3 - 2 x): its slope is 0 at contact and at D
 };
 
 /// Ambient light over the hemisphere at the high poly's points, for the maps ao, bent_normal and
 /// thickness.
 struct OcclusionOptions {
-  OcclusionBy by = OcclusionBy::rays;  ///< Method; OcclusionBy::automatic chooses the faster one
+  /// Method of gathering; OcclusionBy::automatic chooses the faster one
+  OcclusionBy by = OcclusionBy::rays;
   /// Number of directions of OcclusionBy::views, all around: 16 to 4096
   std::uint32_t views = 512;
   std::uint32_t rays = 64;  ///< Rays per sample, 1 to 4096; cosine-weighted around the normal
-  /// Largest distance of occluders; for thickness, the distance that becomes white. Above 0. None given: unlimited
+  /// Largest distance of occluders; for thickness, the distance that maps to white. Above 0. None given: unlimited
   /// for ao and bent_normal, 10% of the diagonal for thickness.
   std::optional<Length> distance = {};
   /// For ao and bent_normal: near occluders darken more. Without a distance, D is the high poly's
-  /// diagonal. The rays of a sample have different lengths, so that a hit at d is within reach of the
-  /// share of rays that equals its weight. Rays only: OcclusionBy::views is refused,
+  /// diagonal. The rays of a sample have different lengths, chosen so that the share of rays that
+  /// reach a hit at distance d equals the hit's weight. Only for rays: OcclusionBy::views is refused,
   /// OcclusionBy::automatic chooses rays.
   OcclusionFalloff falloff = OcclusionFalloff::none;
   bool back_faces = true;  ///< Faces that point away from the point occlude, too
-  // Occluders for ao, bent_normal and shadow; at least one of the three.
-  bool by_high = true;  ///< The high poly
-  bool by_low = false;  ///< The low poly
-  /// Other meshes in the high poly's space, such as a ground or neighbouring parts; must outlive the
-  /// bake.
+  // Occluders in the maps ao, bent_normal and shadow; at least one of the next three members must
+  // be set.
+  bool by_high = true;  ///< The high poly occludes
+  bool by_low = false;  ///< The low poly occludes
+  /// Other meshes that occlude, in the high poly's space, such as a ground or neighbouring parts;
+  /// they must outlive the bake.
   std::vector<const Mesh*> by_others = {};
-  /// With MatchOptions::parts: of the high and low poly, only the sample's own part occludes it. Other meshes
-  /// are not affected.
+  /// With MatchOptions::parts: only the sample's own part of the high and low poly occludes the sample. Other
+  /// meshes are not affected.
   bool own_part = false;
   /// Error bound of ambient occlusion, 0 to 1: the root mean square of the map's error. All texels start with a quarter
   /// of `rays`. Noise is smoothed over the surface, across seams, unless that would blur detail which the rays resolve;
@@ -121,11 +126,13 @@ struct ShadowLight {
 
 /// Pieces to which the map id assigns colours.
 enum class IdBy {
-  part,      ///< Connected parts of the high poly
-  material,  ///< Mesh::materials
-  group,     ///< Mesh::groups
-  object,    ///< Mesh::objects
-  color,     ///< Mesh::colors: at each point the unchanged colour of the nearest corner
+  part,      ///< Colours identify connected parts of the high poly
+  material,  ///< Colours identify materials (Mesh::materials)
+  group,     ///< Colours identify groups (Mesh::groups)
+  object,    ///< Colours identify objects (Mesh::objects)
+  /// Colours of vertices (Mesh::colors): each point gets the colour of the nearest corner,
+  /// unchanged
+  color,
 };
 
 /// Another map of a kind with its own settings, such as a second ao of near occluders. Settings that are not given are
@@ -142,14 +149,14 @@ struct MapVariant {
 /// One colour of the map id.
 struct IdEntry {
   std::string name = {};         ///< Name of the material, group or object; "part 0" and so on
-  std::array<float, 3> color{};  ///< As in the map
+  std::array<float, 3> color{};  ///< Colour in the map id, in [0, 1]
   std::uint64_t triangles = 0;   ///< Number of triangles of the high poly
 };
 
 /// Report of how ambient light was gathered.
 struct OcclusionReport {
-  OcclusionBy by = OcclusionBy::rays;  ///< The method used; never OcclusionBy::automatic
-  std::uint32_t views = 0;             ///< Number of directions; 0 with rays
+  OcclusionBy by = OcclusionBy::rays;  ///< The method in use, never OcclusionBy::automatic
+  std::uint32_t views = 0;             ///< Number of depth views; 0 with rays
   std::uint32_t view_size = 0;         ///< Pixels a side of each view; 0 with rays
 };
 
@@ -157,19 +164,20 @@ struct OcclusionReport {
 struct MapBound {
   MapKind kind =
       {};  ///< A baked map whose values are not labels, coverage or lines (id, mask, wireframe)
-  /// Root mean square, in the map's unit. Unit vectors: degrees; colours: CIE 1976 differences;
-  /// places and distances: world units; all else: shares of 1. Above 0.
+  /// Bound of the root mean square error, above 0, in the map's unit: degrees for unit vectors, CIE
+  /// 1976 differences for colours, world units for positions and distances, shares of 1 for all
+  /// others.
   double max_error = 0;
 };
 
 /// Error of a planned map, at about 2,000 points spread over the UVs: the map as a renderer reads it
 /// (bilinear) against the high poly's own value, computed with 4096 rays and the finest footprint.
 struct MapReached {
-  MapKind kind = {};                                ///< The map
-  std::string_view unit = {};                       ///< Unit of both errors: "degrees", "ΔE"...
-  double wanted = 0;                                ///< MapBound::max_error
-  double error = 0;                                 ///< Root mean square
-  std::uint32_t points = 0;                         ///< Number of compared points
+  MapKind kind = {};           ///< The map
+  std::string_view unit = {};  ///< Unit of both errors: "degrees", "ΔE"...
+  double wanted = 0;           ///< Bound: MapBound::max_error
+  double error = 0;            ///< Root mean square of the error
+  std::uint32_t points = 0;    ///< Number of points at which map and high poly were compared
   bool reached() const { return error <= wanted; }  ///< True if the error is within the bound
 };
 
@@ -177,12 +185,12 @@ struct MapReached {
 struct MapError {
   MapKind kind = MapKind::normal;  ///< The map
   std::string_view unit = {};  ///< Unit of the errors: "degrees", "world units", "1/255", "ΔE"...
-  double rms = 0;              ///< Root mean square
-  double mean = 0;             ///< Mean of the magnitudes
+  double rms = 0;              ///< Root mean square of the error
+  double mean = 0;             ///< Mean magnitude of the error
   double p95 = 0;              ///< Error that 95% of the texels do not exceed
-  double max = 0;              ///< Maximum
+  double max = 0;              ///< Largest error
   std::uint32_t texels = 0;    ///< Number of compared texels, spread evenly over the baked ones
-  std::string_view against = {};  ///< The reference evaluation, in words
+  std::string_view against = {};  ///< Description of the reference evaluation
 };
 
 /// Value of a missed sample.
@@ -194,47 +202,51 @@ enum class MissPolicy {
 
 /// States of a texel in BakeResult::coverage.
 enum class TexelState : std::uint8_t {
-  empty = 0,    ///< Background of the map
+  empty = 0,    ///< The texel shows the background
   baked = 1,    ///< A point of the high poly was found
-  missed = 2,   ///< Covered by the low poly, but no point was found
-  padding = 3,  ///< Filled from baked texels nearby
+  missed = 2,   ///< The low poly covers the texel, but no point of the high poly was found
+  padding = 3,  ///< The texel is filled from nearby baked texels
 };
 
 /// Meaning of a map's values, which decides how they are averaged, padded and encoded.
 enum class MapType {
-  unit_vector,    ///< Averaged as a direction; encoded as n/2 + 1/2 unless EncodingOptions::raw
+  /// A direction: averages are normalised; encoded as n/2 + 1/2 unless EncodingOptions::raw is set
+  unit_vector,
   signed_scalar,  ///< A signed number
   scalar,         ///< A number of 0 or more
-  vector,         ///< Signed components, each independent
-  color,          ///< Linear light; integer formats store it sRGB-encoded (to_srgb())
-  id,             ///< A colour that identifies something: never averaged, no mip chain
-  coverage,       ///< A property of texels, not of the high poly: no padding, no mip chain
+  vector,         ///< A vector of independent signed components
+  color,          ///< A colour in linear light; integer formats store it sRGB-encoded (to_srgb())
+  id,             ///< A colour that identifies an element: never averaged, without a mip chain
+  /// A property of the texels, not of the high poly: without padding and without a mip chain
+  coverage,
 };
 
 /// Content of a map at missed texels.
 enum class MissedTexels {
-  low_poly,  ///< As MissPolicy; `keep` uses the low poly's own value
-  /// As MissPolicy; the low poly has no such value, so `keep` fills from neighbouring texels
+  low_poly,  ///< MissPolicy decides; with MissPolicy::keep the low poly's own value is stored
+  /// MissPolicy decides; with MissPolicy::keep the value comes from neighbouring texels, since the
+  /// low poly has none
   neighbours,
-  zero,  ///< 0, regardless of MissPolicy
+  zero,  ///< Missed texels are 0, regardless of MissPolicy
 };
 
 /// A map that bake() can make.
 struct MapInfo {
-  MapKind kind = {};                    ///< Name, for BakeOptions::maps and for file names
-  std::uint32_t channels = 3;           ///< 1 to 4
+  MapKind kind = {};           ///< Name of the map, for BakeOptions::maps and for file names
+  std::uint32_t channels = 3;  ///< 1 to 4
   MapType type = MapType::unit_vector;  ///< Meaning of its values
-  std::string_view holds = {};          ///< Description of the values, with the unit
+  std::string_view holds = {};          ///< What the values are, with their unit
   /// Value that integer formats store as 0. If low and high are both 0, the range depends on the
   /// high poly and the options; see BakedMap::ranges.
   float low = 0;
   float high = 1;  ///< Value that integer formats store as 1
-  /// Options that affect it but not every map: their paths in BakeOptions, separated by blanks. "occlusion" stands for
-  /// all that begin with "occlusion."; "match.visibility" is listed by maps of the directions that such a match used.
+  /// Options that affect this map but not all maps: their paths in BakeOptions, separated by blanks. "occlusion"
+  /// stands for all that begin with "occlusion."; "match.visibility" is listed by maps of the directions that such a
+  /// match used.
   std::string_view options = {};
-  MissedTexels missed = MissedTexels::low_poly;  ///< Content of missed texels
-  /// Fixed space of its normals, regardless of EncodingOptions::space, so that one bake can have several. None:
-  /// that of the options.
+  MissedTexels missed = MissedTexels::low_poly;  ///< What missed texels hold
+  /// Space of the map's normals, regardless of EncodingOptions::space, so that one bake can make maps in
+  /// several spaces. None: EncodingOptions::space.
   std::optional<NormalMapSpace> space = {};
   /// Names of the map in other programs, separated by blanks, for hints in messages.
   std::string_view other_names = {};
@@ -249,7 +261,7 @@ struct ValueRange {
 /// A user-defined range for all channels of a map.
 struct MapRange {
   MapKind kind = {};      ///< A baked map whose values are not unit vectors, labels or coverage
-  ValueRange range = {};  ///< Finite, low < high
+  ValueRange range = {};  ///< The range: finite, low < high
 };
 
 /// One map of a bake.
@@ -263,12 +275,13 @@ struct BakedMap {
   std::vector<Image> mips = {};
   std::uint32_t cluster = 0;  ///< Index of the visibility cluster, see VisibilityOptions::clusters
   MapInfo info = {};          ///< Properties of the map, also of maps that are not in maps()
-  /// Origin of the positions in maps that depend on EncodingOptions::origin; see there.
+  /// Origin of positions in the map; set for maps that depend on EncodingOptions::origin.
   std::array<double, 3> origin{};
-  /// Range of each channel that integer formats store: EncodingOptions::ranges, or the map's rule, which
-  /// does not depend on the baked values. MapInfo::low and high; position: the bounding box of the high
-  /// poly's used vertices; height, displacement, distance: the search distance (for matches without one: the
-  /// high poly's diagonal); curvature and convexity: one over `curvature_radius`. Rounded outward.
+  /// Range of each channel that integer formats store: that of EncodingOptions::ranges, or that of the map's
+  /// rule, which does not depend on the baked values: MapInfo::low and high; for position the bounding box
+  /// of the high poly's used vertices; for height, displacement and distance the search distance (for
+  /// matches without one the high poly's diagonal); for curvature and convexity one over `curvature_radius`.
+  /// Rounded outward.
   std::vector<ValueRange> ranges = {};
   std::vector<IdEntry> ids = {};  ///< The legend, for maps that depend on BakeOptions::id_by
   std::optional<OcclusionReport> occlusion =
@@ -282,14 +295,14 @@ struct BakedMap {
 
 /// Converts a map and its mip-maps, in place, to the values that a format stores: colours are sRGB-encoded, and channels
 /// with a range are scaled from BakedMap::ranges to [0, 1]. Formats of floats (exr_half, exr_float, tiff_float) store
-/// values as they are. No effect on a map with BakedMap::stored, which this sets. Any thread may call it, for a map of its
-/// own.
+/// values as they are. Sets BakedMap::stored, and has no effect on a map that has it set. Several threads may call it
+/// for different maps.
 void to_stored(BakedMap& map, ImageFormat format);
 
 /// Writes a map with its mip-maps as `kiln bake` does: values of to_stored(), with origin, ranges and unit as texts.
 /// Mip-maps go into the same file with EXR, KTX 2 and DDS, else into NAME.mip01.png and so on beside it.
-/// \param options  `origin` is the map's; `texts` are added to. `use`: where it is `values`, it is `color` for colours,
-///                 and `normal` for unit vectors; give `tangent_normal` for normals in tangent space
+/// \param options  `origin` is replaced by the map's, and texts are added to `texts`. If `use` is `values`, `color` is
+///                 used for colours and `normal` for unit vectors; give `tangent_normal` for normals in tangent space
 /// \returns the files
 /// \throws as save_image() and save_mipmapped(); Error(usage) in builds without file formats
 /// Thread safety: may be called from several threads.
@@ -305,17 +318,18 @@ std::span<const MapInfo> maps();
 /// \throws Error(usage) for an unknown name; the message lists the known ones
 const MapInfo& find_map(std::string_view name);
 
-/// True if a map depends on an option, such as "occlusion.rays", or on any option of a group, such as "occlusion":
-/// paths in BakeOptions. False for options that affect all maps, such as "samples". Any thread may call it.
+/// True if a map depends on an option, such as "occlusion.rays", or on any option of a group, such as "occlusion".
+/// Options are named by their paths in BakeOptions. False for options that affect all maps, such as "samples". Any
+/// thread may call it.
 bool obeys(const MapInfo& map, std::string_view option);
 
 /// Baked texels whose values exceed a map's range, so that integer formats clamp them.
 struct RangeExcess {
-  std::uint64_t texels = 0;  ///< Number of such texels
-  float value = 0;           ///< The value farthest outside of the range
+  std::uint64_t texels = 0;  ///< Number of texels with a value out of the range
+  float value = 0;           ///< The value that is farthest out of the range
   float by = 0;              ///< Distance of that value from the range
-  std::uint32_t x = 0;       ///< Column of its texel
-  std::uint32_t y = 0;       ///< Row of its texel, from the top
+  std::uint32_t x = 0;       ///< Column of that value's texel
+  std::uint32_t y = 0;       ///< Row of that value's texel, from the top
 };
 
 /// Counts texels out of range. Unit vectors have none. Any thread may call it; no argument is kept.

@@ -17,19 +17,20 @@ namespace KILN_PUBLIC kiln {
 
 /// Origin of a material's value.
 enum class MaterialNumber {
-  none,       ///< The file does not specify it: the default applies
-  given,      ///< Specified by its own statement
-  converted,  ///< Converted from other statements: see Material
+  none,       ///< The file does not state a value, and the default is used
+  given,      ///< The file states this value
+  converted,  ///< Converted from other values in the file, see Material
 };
 
 /// A picture of a material, and its mapping to the surface.
 struct MaterialPicture {
-  std::filesystem::path file = {};  ///< Path; for an embedded picture, its name in messages
+  /// Path of the file; for an embedded picture its name in messages
+  std::filesystem::path file = {};
   /// Content of a picture that is embedded in the mesh's file, as PNG, JPEG and so on; null: stored in
   /// `file`.
   std::shared_ptr<const std::vector<std::byte>> bytes = {};
-  /// Channel of slots with one number (opacity, roughness, metalness, occlusion), 0 to 3; -1: the slot's
-  /// usual one: the first, or for opacity the alpha of a colour.
+  /// Channel that holds the value of slots with one number (opacity, roughness, metalness, occlusion), 0
+  /// to 3. -1: the usual channel of the slot, which is the first, or for opacity the alpha of a colour.
   int channel = -1;
   std::uint32_t uv_set = 0;  ///< Index of its UV set
   /// Transform from the mesh's UVs to the picture's, both with the origin at the lower left, two rows of an
@@ -52,23 +53,23 @@ enum class AlphaMode {
 /// A material of an MTL, glTF or FBX file. Slots without a picture are empty. In glTF, numbers are factors of
 /// the pictures; in MTL, numbers are used where there is no picture.
 struct Material {
-  std::string name = {};                ///< As in Mesh::material_names
+  std::string name = {};                ///< Name as in Mesh::material_names
   std::array<float, 3> color{1, 1, 1};  ///< `Kd`, linear light
   float opacity = 1;                    ///< `d`, or 1 - `Tr`; 1 for `Tr 1` without `d`
-  float roughness = 1;  ///< `Pr`, or else 1 - sqrt(`Ns` / 1000), as Blender writes it
+  float roughness = 1;  ///< `Pr`, or else 1 - sqrt(`Ns` / 1000), the convention of Blender
   float metallic = 0;   ///< `Pm`; or else, in Blender's files, `Ka` where `illum` reflects, or 0
   std::array<float, 3> emission{};          ///< `Ke`, linear light
   float normal_scale = 1;                   ///< glTF's factor of the normal map's x and y
   float occlusion_strength = 1;             ///< glTF's `occlusionTexture.strength`
-  AlphaMode alpha_mode = AlphaMode::blend;  ///< MTL cannot specify it
+  AlphaMode alpha_mode = AlphaMode::blend;  ///< Alpha mode; MTL files cannot state it
   float alpha_cutoff = 0.5F;                ///< Threshold of AlphaMode::mask
   bool double_sided = false;                ///< glTF's `doubleSided`
   bool multiplies = false;                  ///< True if numbers are factors of the pictures (glTF)
   bool vertex_opacity = false;  ///< True if vertex colours that it is multiplied with have alpha
-  /// True if its colour is that of the vertices (PLY without a picture)
+  /// True if the material's colour comes from the vertices (PLY without a picture)
   bool vertex_color = false;
   MaterialPicture color_map =
-      {};  ///< `map_Kd`; alpha as well where opacity_map is the same picture
+      {};  ///< `map_Kd`; its alpha is the opacity if opacity_map is the same picture
   MaterialPicture opacity_map = {};    ///< `map_d`
   MaterialPicture normal_map = {};     ///< `norm`, `map_Kn`, or else `map_Bump`, `bump`
   MaterialPicture roughness_map = {};  ///< `map_Pr`, or else, in Blender's files, `map_Ns`
@@ -88,9 +89,10 @@ struct Material {
 enum class MaterialSlot { color, opacity, normal, roughness, metallic, emission, occlusion };
 
 /// Reads the MTL files that a mesh names, beside it, or the materials of a glTF file, or a PLY's pictures. Missing
-/// files and pictures are searched in the mesh's folder and its subfolders: four levels, at most 20,000 entries. Among
-/// several with the name, the one whose folder names agree most is taken, then the nearest, then the first in
-/// alphabetical order. No argument is kept. Thread safety of both functions: may be called from several threads.
+/// files and pictures are searched in the mesh's folder and its subfolders: four levels, at most 20,000 entries. If
+/// there are several with the name, the one is taken whose folder names agree most with the path; of these the
+/// nearest; of these the first in alphabetical order. No argument is kept. Thread safety of both functions: may be
+/// called from several threads.
 /// \param mesh_file  the mesh's own path
 /// \param warnings   receives warnings; may be null: "material-missing" for names that no file describes,
 ///                   "texture-options" for placements that are ignored, "ignored-pictures" for pictures of unknown
@@ -139,20 +141,20 @@ Texture load_texture(const std::filesystem::path& file, const Mesh* mesh = nullp
 
 /// Report of cut_out().
 struct CutOutReport {
-  std::uint64_t whole = 0;  ///< Unchanged triangles
-  std::uint64_t cut = 0;    ///< Triangles that were cut
+  std::uint64_t whole = 0;  ///< Triangles that were kept unchanged
+  std::uint64_t cut = 0;    ///< Triangles that were cut at the threshold
   std::uint64_t gone = 0;   ///< Triangles that were removed, since they are transparent everywhere
 };
 
-/// Removes the transparent parts of a mesh (an alpha test), so that no ray, view or nearest point hits them: leaves on
-/// cards, fences, hair.
+/// Removes the transparent parts of a mesh (an alpha test), so that no ray, view or nearest point hits them: for leaves
+/// on cards, fences and hair.
 ///
 /// Triangles with texels on both sides of the threshold are quartered, down to a texel's size. There they are cut along
-/// the threshold's line between the corners' values, so borders are as smooth as the bilinear texture. Parts without
+/// the threshold's line between the corners' values, so borders are as smooth as the bilinear texture. Pieces without
 /// area are left out. New triangles lie in the old ones and inherit their normals, UVs, colours and names. Computed
 /// normals are those of the whole mesh. Reads its arguments during the call alone. Thread safety: may be called from
 /// several threads.
-/// \param opacity    its `channel` is read; must have pictures
+/// \param opacity    texture, of which Texture::channel is read; must have pictures
 /// \param threshold  above 0, up to 1: lower opacity is transparent
 /// \throws Error(input) if the mesh has no UVs, the texture does not fit, or no triangle is left; Error(usage) for a
 ///         threshold out of range

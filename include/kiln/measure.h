@@ -15,7 +15,8 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// Error of rendered normals against those of a reference, over the pixels that both cover.
+/// Error of rendered normals, compared with those of a reference mesh, over the pixels that both
+/// meshes cover.
 ///
 /// There are two units: angles in degrees, with exact percentiles by nearest rank; and the length of
 /// the 8-bit difference, the unit of Wang, Froehlich and Goebel 2003 ("Fast Normal Map Generation for
@@ -26,10 +27,11 @@ struct NormalError {
   /// The thresholds of `above_8bit`, in the unit of `mean_8bit`.
   static constexpr std::array<double, 5> kThresholds8Bit = {4, 8, 16, 32, 64};
 
-  std::uint64_t pixels = 0;            ///< Number of compared pixels
-  std::uint64_t one_sided = 0;         ///< Pixels that only one of the two covers: excluded
-  double mean_degrees = 0;             ///< Over the compared pixels
-  double rms_degrees = 0;              ///< Root mean square
+  std::uint64_t pixels = 0;  ///< Number of compared pixels: those that both meshes cover
+  /// Pixels that only one of the two meshes covers, which are not compared
+  std::uint64_t one_sided = 0;
+  double mean_degrees = 0;             ///< Mean angle over the compared pixels
+  double rms_degrees = 0;              ///< Root mean square of the error
   double median_degrees = 0;           ///< Angle that half of the pixels do not exceed
   double p95_degrees = 0;              ///< Angle that 95% of the pixels do not exceed
   double p99_degrees = 0;              ///< Angle that 99% of the pixels do not exceed
@@ -39,17 +41,18 @@ struct NormalError {
   /// Standard error of `mean_degrees` due to the limited number of directions and pixels, from the spread
   /// of the pictures' means: 0 for a single picture.
   double standard_error_degrees = 0;
-  /// Difference of silhouettes: the share of the covered area that only one of the two covers, 0 to 1. Counted in
-  /// pixels, or in their sample points if pixels have several.
+  /// Difference of silhouettes, 0 to 1: of the area that any of the two meshes covers, the share that only one
+  /// covers. Counted in pixels, or in samples if pixels have several.
   double one_sided_share = 0;
 };
 
-/// Accumulates the differences between pairs of pictures of normals, a reference and another. Keeps no picture,
-/// but 8 bytes per compared pixel. Thread safety: one thread at a time for each object.
+/// Accumulates the differences between pairs of pictures of normals: a reference picture and another one.
+/// Stores no pictures, but 8 bytes per compared pixel. Thread safety: one thread at a time for each object.
 class NormalComparison {
  public:
-  /// Adds two pictures of the same size: n/2 + 1/2 in the first three channels, exactly 0 in all three
-  /// for background (RenderOptions::show_normals). The angle is that of compare_images().
+  /// Adds a pair of pictures of the same size, which hold normals as n/2 + 1/2 in the first three
+  /// channels, and exactly 0 in all three for background (RenderOptions::show_normals). Angles are
+  /// computed like those of compare_images().
   /// \throws Error(input) if sizes differ, pixels are missing, or channels are fewer than 3
   void add(const Image& reference, const Image& other);
 
@@ -68,17 +71,17 @@ class NormalComparison {
 /// One pair of pictures: NormalComparison with a single add().
 NormalError compare_normals(const Image& reference, const Image& other);
 
-/// The angle between the normals at each pixel, degrees, one channel; -1 where neither picture covers it,
-/// -2 where one does. Pictures and errors as for NormalComparison::add.
+/// The angle between the normals at each pixel, degrees, one channel; -1 where neither picture shows a
+/// mesh, -2 where only one does. Pictures and errors as for NormalComparison::add.
 Image normal_angles(const Image& reference, const Image& other);
 
 /// Distances of matched points from the low poly.
 struct DistanceError {
   std::uint64_t samples = 0;  ///< Samples with a matched point
-  std::uint64_t missed = 0;   ///< Samples without one
+  std::uint64_t missed = 0;   ///< Samples without a matched point
   double mean = 0;            ///< Mean absolute distance, world units
-  double p95 = 0;             ///< 95th percentile, by nearest rank
-  double max = 0;             ///< Largest; never above the match's max_distance
+  double p95 = 0;             ///< 95th percentile of the distances, by nearest rank
+  double max = 0;             ///< Largest distance; never above the match's max_distance
 };
 /// Statistics of the distances in a match, without any mesh. Thread safety of all functions here:
 /// may be called from several threads; no argument is kept.
@@ -86,11 +89,11 @@ DistanceError match_distance(const Match& match);
 
 /// Direction from which a picture is rendered, as in RenderOptions (+Y up).
 struct ViewAngles {
-  double azimuth_degrees = 0;    ///< Around the up axis, as RenderOptions::azimuth_degrees
-  double elevation_degrees = 0;  ///< Above the horizon, -90 to 90
+  double azimuth_degrees = 0;    ///< Angle around the up axis, as RenderOptions::azimuth_degrees
+  double elevation_degrees = 0;  ///< Angle above the horizon, -90 to 90
 };
 
-/// The angles that look from a direction, +Y up.
+/// The angles of a view from a direction, with +Y up.
 /// \param toward  from the scene to the viewer, of any length above 0
 ViewAngles view_angles(const Vec3& toward);
 
@@ -107,9 +110,9 @@ std::vector<Vec3> held_out_views(std::uint32_t count, std::span<const Vec3> used
 /// The smallest angle between a direction of one set and one of the other, degrees; 180 if one is empty.
 double least_angle_degrees(std::span<const Vec3> a, std::span<const Vec3> b);
 
-/// Pictures of a reference's world-space normals, for comparison with other meshes in the same views, size and
-/// frame, one sample per pixel. Memory: 12 bytes per pixel and view. Immutable; several threads may compare at
-/// once.
+/// Pictures of the world-space normals of a reference mesh, with which other meshes are compared in the same
+/// views, size and frame, with one sample per pixel. Memory: 12 bytes per pixel and view. Immutable; several
+/// threads may compare at once.
 class NormalReference {
  public:
   /// \param reference  rendered in the constructor, without its map if it has one; not kept
@@ -147,7 +150,9 @@ class ScreenPictures {
 
   /// The mean angle of a low poly's own normals to the high poly's, degrees.
   double degrees(const Mesh& low) const;
-  /// The mean angle with a normal map, n/2 + 1/2. \param baked  the options that it was baked with
+  /// The mean angle of a low poly's normals with a normal map (n/2 + 1/2) to the high poly's,
+  /// degrees.
+  /// \param baked  the options that it was baked with
   double degrees(const Mesh& low, const Image& map, const BakeOptions& baked) const;
 
  private:
@@ -155,21 +160,23 @@ class ScreenPictures {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Error of a mesh's depth in pictures against a reference's, over the pixels that both cover: the
-/// distance error of Wang, Froehlich and Goebel 2003 ("Fast Normal Map Generation for Simplified
-/// Meshes", section 5, figure 3b). Normalised screen units: 1 is the diagonal of the reference's
-/// bounding box. This is the range of a [0, 1] depth buffer whose planes enclose that box in any
-/// orientation.
+/// Error of a mesh's depth in pictures, compared with the depth of a reference mesh, over the
+/// pixels that both meshes cover: the distance error of Wang, Froehlich and Goebel 2003 ("Fast
+/// Normal Map Generation for Simplified Meshes", section 5, figure 3b). Normalised screen units: 1
+/// is the diagonal of the reference's bounding box. This is the range of a [0, 1] depth buffer
+/// whose planes enclose that box in any orientation.
 struct DepthError {
-  std::uint64_t pixels = 0;     ///< Number of compared pixels
-  std::uint64_t one_sided = 0;  ///< Pixels that only one of the two covers: excluded
-  double mean = 0;              ///< Mean absolute difference
-  double rms = 0;               ///< Root mean square
-  double max = 0;               ///< Largest difference
+  std::uint64_t pixels = 0;  ///< Number of compared pixels: those that both meshes cover
+  /// Pixels that only one of the two meshes covers, which are not compared
+  std::uint64_t one_sided = 0;
+  double mean = 0;  ///< Mean absolute difference
+  double rms = 0;   ///< Root mean square of the error
+  double max = 0;   ///< Largest difference
 };
 
-/// Pictures of a reference's depth, for comparison with other meshes in the same views, size and frame, one
-/// sample per pixel. Memory: 4 bytes per pixel and view. Immutable; several threads may compare at once.
+/// Pictures of the depth of a reference mesh, with which other meshes are compared in the same views, size
+/// and frame, with one sample per pixel. Memory: 4 bytes per pixel and view. Immutable; several threads may
+/// compare at once.
 class DepthReference {
  public:
   /// \param reference  rendered in the constructor, not kept

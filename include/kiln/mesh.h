@@ -15,16 +15,17 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// A corner's tangent: the frame of tangent space is (tangent, sign * cross(normal, tangent), normal).
-/// Tangents without a direction, or not finite, are replaced by MikkTSpace's.
+/// The tangent at a corner. The frame of tangent space there is (tangent, sign * cross(normal,
+/// tangent), normal). Tangents that have no direction, or are not finite, are replaced by those of
+/// MikkTSpace.
 struct Tangent {
-  Vec3 direction = {};  ///< Along u, of any length above 0
-  float sign = 1;       ///< 1, or -1 where the UVs are mirrored
+  Vec3 direction = {};  ///< Direction in which u increases, of any length above 0
+  float sign = 1;       ///< Sign of the bitangent: 1, or -1 where the UVs are mirrored
 };
 
 /// UVs of a mesh in another UV set of its file.
 struct UvSet {
-  std::uint32_t set = 0;       ///< Number of the set in the file
+  std::uint32_t set = 0;       ///< Index of the UV set in the file
   std::vector<Vec2> uvs = {};  ///< One for each of Mesh::uvs: triangles share Mesh::uv_triangles
   bool operator==(const UvSet&) const = default;
 };
@@ -50,7 +51,7 @@ struct Mesh {
   std::vector<Triangle> triangles = {};  ///< Indices into positions.
 
   std::vector<Vec2> uvs = {};  ///< Pool of texture coordinates, origin at the lower left.
-  std::vector<Triangle> uv_triangles = {};  ///< Indices into uvs; empty where there are no UVs.
+  std::vector<Triangle> uv_triangles = {};  ///< Indices into `uvs`; empty if there are no UVs.
   std::vector<Vec3> normals = {};  ///< Pool of unit normals; zero: not given, computed when needed.
   std::vector<Triangle> normal_triangles =
       {};  ///< Indices into normals; empty: computed when needed.
@@ -59,7 +60,8 @@ struct Mesh {
   /// them (the convention of bakers and renderers, unless an engine has its own). See Tangent.
   std::vector<Tangent> tangents = {};
 
-  std::vector<std::array<std::uint8_t, 4>> colors = {};  ///< RGBA per vertex, or empty.
+  /// RGBA colour per vertex, sRGB-encoded; or empty.
+  std::vector<std::array<std::uint8_t, 4>> colors = {};
   std::vector<std::uint32_t> groups = {};      ///< Per triangle, index into group_names, or empty.
   std::vector<std::string> group_names = {};   ///< Names, indexed by `groups`.
   std::vector<std::uint32_t> objects = {};     ///< Per triangle, index into object_names, or empty.
@@ -72,32 +74,39 @@ struct Mesh {
   /// the polygon's triangles. Empty: every triangle is a polygon. Computed normals are weighted by the
   /// polygons' own corners and normals, as in Blender.
   std::vector<std::uint32_t> polygons = {};
-  /// Metres per unit: 1 if the file or LoadMeshOptions states the unit; 0: unknown
+  /// Metres per unit of positions: 1 if the file or LoadMeshOptions states the unit; 0: unknown
   double metres = 0;
-  std::uint32_t uv_set = 0;  ///< UV set of the file that `uvs` holds
+  std::uint32_t uv_set = 0;  ///< Index in the file of the UV set that `uvs` holds
   /// Other UV sets, used by pictures of the file's materials (glTF). Sets whose size does not match `uvs` are ignored.
   std::vector<UvSet> other_uvs = {};
 };
 
 /// Which triangles are baked if several intentionally have the same UVs: mirrored halves, repeated parts. UVs
-/// that differ by whole numbers are the same. Among several of the same kind, those in the unit square take
-/// precedence, then the first chart. The others share the texels, and do not count as overlap.
+/// that differ by whole numbers count as the same. Among triangles of the preferred kind, those in the unit
+/// square take precedence, then those of the first chart. All others share their texels, are not baked, and
+/// do not count as overlap.
 enum class UvCopies {
   plain,     ///< Prefer triangles whose UVs are not mirrored
   mirrored,  ///< Prefer triangles whose UVs are mirrored
-  first,     ///< No preference
+  first,     ///< Prefer neither
 };
 
 /// Rules by which a polygon of more than three corners is cut into triangles. A map is correct only if the
 /// renderer triangulates the low poly's polygons as the bake did. Only `automatic` uses corners on straight
 /// edges, and cuts larger polygons independently of their first corner.
 enum class Triangulation {
-  /// Quads along corners 0 and 2, unless only that cut makes a needle or a fold; else constrained Delaunay
+  /// Quads between corners 0 and 2, unless only that diagonal gives a needle or a fold; polygons with more
+  /// corners by constrained Delaunay triangulation
   automatic,
-  /// As Blender 5 draws: quads along corners 0 and 2, unless that folds; else its ear clipping
+  /// As Blender 5 does: quads between corners 0 and 2, unless that folds the quad; other polygons
+  /// by Blender's ear clipping
   blender,
-  fan,       ///< A fan around the first corner, regardless of shape, as in most engines' importers
-  shortest,  ///< Quads along the shorter diagonal; more corners: ear clipping, shortest cut first
+  /// As a fan around the first corner, regardless of the polygon's shape, as importers of most
+  /// engines do
+  fan,
+  /// Quads along the shorter diagonal; polygons with more corners by ear clipping, shortest cut
+  /// first
+  shortest,
 };
 
 /// Up axis of a file. The mesh is rotated so that Y is up: Z up becomes (x, z, -y).
@@ -111,8 +120,8 @@ struct LoadMeshOptions {
   std::string uv_set_name = {};
   /// Up axis of files that do not state it (PLY, OBJ, STL, OFF).
   UpAxis up = UpAxis::as_given;
-  /// Metres per unit of files that do not state it (those, 3DS and X); positions are scaled to metres. 0:
-  /// unscaled.
+  /// Metres per unit, for files that do not state their unit; positions are scaled to metres. 0:
+  /// positions are not scaled.
   double metres = 0;
   bool override_up = false;    ///< Apply `up` to files that state another axis, too
   bool override_unit = false;  ///< Apply `metres` to files that state another unit, too
@@ -192,7 +201,7 @@ Mesh load_mesh(const std::filesystem::path& path, const LoadMeshOptions& options
 /// Mesh formats that this build reads, such as "PLY".
 std::vector<std::string> mesh_formats();
 
-/// Reads a mesh from memory. All else is as for load_mesh() of a file.
+/// Reads a mesh from memory, and is otherwise like load_mesh() of a file.
 /// \param bytes  of a whole file; not kept
 /// \param name   a file name, such as "head.ply": its extension selects the format, its stem becomes
 ///               Mesh::name, and messages use it
@@ -217,15 +226,15 @@ Mesh join_meshes(std::span<const Mesh> meshes, std::vector<Warning>* warnings = 
 /// Triangles whose winding agree_windings() reversed.
 struct TurnedTriangles {
   std::uint64_t count = 0;  ///< Number of triangles
-  std::uint32_t first = 0;  ///< The lowest index, if count > 0
+  std::uint32_t first = 0;  ///< Lowest index of these triangles, if count > 0
 };
 
-/// Makes windings consistent: reverses triangles that face against their neighbours, so that each part faces one way. A
-/// part consists of triangles connected by edges of two triangles, by exactly equal positions. In an inconsistent part,
-/// the side of smaller area is reversed. If both sides have at least 2/5 of the area, a closed part is made to face
-/// outwards. One-sided parts (a Möbius strip) and consistent parts are unchanged, whichever way they face. The
-/// triangles' own normals are flipped with them, if they agreed with the triangles.
-/// Time: 0.02 s for a million triangles that agree. Thread safety: may be called from several threads, for other meshes.
+/// Makes windings consistent: reverses triangles whose winding opposes that of their neighbours, so that each part
+/// faces one way. A part consists of triangles connected by edges of two triangles, by exactly equal positions. In an
+/// inconsistent part, the side of smaller area is reversed. If both sides have at least 2/5 of the area, a closed part
+/// is made to face outwards. One-sided parts (a Möbius strip) and consistent parts are unchanged, whichever way they
+/// face. The normals of a reversed triangle are flipped, too, if they agreed with its winding. Time: 0.02 s for a
+/// million triangles that agree. Thread safety: may be called from several threads, for different meshes.
 /// \param mesh  changed: the order of corners, and normals added to the pool
 /// \throws Error(input) for an invalid mesh, see validate()
 TurnedTriangles agree_windings(Mesh& mesh);

@@ -18,7 +18,7 @@ namespace KILN_PUBLIC kiln {
 template <typename T>
 class Strided {
  public:
-  Strided() = default;  ///< Empty
+  Strided() = default;  ///< An empty sequence
   /// \param first   the first element
   /// \param count   number of elements
   /// \param stride  bytes from one to the next; 0: contiguous
@@ -33,7 +33,8 @@ class Strided {
   bool empty() const { return count_ == 0; }        ///< True if there are no elements
   const std::byte* data() const { return first_; }  ///< Address of the first element
   std::size_t stride() const { return stride_; }    ///< Bytes from one element to the next
-  /// An element. \param i below size()
+  /// An element.
+  /// \param i  below size()
   T operator[](std::size_t i) const {
     T value;
     std::memcpy(&value, first_ + i * stride_, sizeof(T));
@@ -50,28 +51,32 @@ class Strided {
 /// attributes, and indices into it. Vertices that are split at seams need no welding; see Mesh. It owns nothing:
 /// the memory must stay until to_mesh() returns.
 struct MeshView {
-  Strided<std::array<float, 3>> positions = {};  ///< One per vertex
-  /// Three per triangle, counter-clockwise seen from outside, 32 bits each. At most one of the two;
-  /// neither: vertices in their order.
+  Strided<std::array<float, 3>> positions = {};  ///< One position per vertex
+  /// Three indices per triangle, counter-clockwise seen from outside, of 32 bits each. Only one of
+  /// `indices` and `indices_16` may be given; neither: every three vertices in their order are a
+  /// triangle.
   std::span<const std::uint32_t> indices = {};
-  std::span<const std::uint16_t> indices_16 = {};  ///< The same with 16 bits each
-  Strided<std::array<float, 3>> normals = {};      ///< One per vertex, or empty; of any length
-  Strided<std::array<float, 2>> uvs = {};  ///< One per vertex, or empty; origin at the lower left
+  /// Indices of 16 bits each, instead of `indices`
+  std::span<const std::uint16_t> indices_16 = {};
+  Strided<std::array<float, 3>> normals = {};  ///< One normal per vertex, of any length; or empty
+  /// One UV per vertex, with the origin at the lower left; or empty
+  Strided<std::array<float, 2>> uvs = {};
   /// One per vertex, or empty: x, y, z along u, and the sign of the bitangent. For low polys; if
   /// empty, MikkTSpace, see Mesh::tangents.
   Strided<std::array<float, 4>> tangents = {};
   Strided<std::array<std::uint8_t, 4>> colors = {};  ///< RGBA, one per vertex, or empty
-  std::array<double, 3> origin = {};                 ///< As Mesh::origin
+  std::array<double, 3> origin = {};                 ///< Origin of the positions, see Mesh::origin
   bool flip_v =
       false;  ///< UVs have their origin at the upper left (Direct3D, Vulkan): v becomes 1 - v
-  std::string_view name = "mesh";  ///< For messages
+  std::string_view name = "mesh";  ///< Name in messages
 };
 
 /// Copies a view into a mesh: one copy of each attribute, in one pass. The caller's memory is not needed
 /// afterwards. Thread safety: may be called from several threads, also on one view. Nothing is welded, and no
 /// callback is called.
-/// \throws Error(input) with the ids of validate(). `mesh-size` also for attributes of another length than the
-///         vertices; for indices of both widths; for a number of indices that is not a multiple of 3
+/// \throws Error(input) with the ids of validate(). `mesh-size` is also thrown for attributes whose length
+///         differs from the number of vertices; if indices of both widths are given; and for a number of
+///         indices that is not a multiple of 3
 Mesh to_mesh(const MeshView& view);
 
 }  // namespace kiln

@@ -10,13 +10,13 @@ namespace KILN_PUBLIC kiln {
 
 /// A piece of a message: text; or an option, with the value that it has or should get.
 struct MessagePiece {
-  std::string text = {};  ///< Empty: the piece is an option
+  std::string text = {};  ///< Text; empty: the piece is an option
   /// Name as for set_option(), "match.max_distance" or "max_distance"; or a function, "unwrap()". Empty: the piece
   /// is text
   std::string option = {};
   std::string value = {};  ///< Value of the option; empty: none is named
 
-  bool operator==(const MessagePiece&) const = default;  ///< All members
+  bool operator==(const MessagePiece&) const = default;  ///< True if all members are equal
 };
 
 /// A function that spells an option as users of a program know it: option_as_flag() and others in

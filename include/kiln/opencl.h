@@ -22,9 +22,9 @@ namespace KILN_PUBLIC kiln {
 /// OpenCL objects of a Device. Kiln retains them: each lives until the Device and all objects made with it
 /// are destroyed.
 struct OpenClHandles {
-  cl_context context = nullptr;      ///< May hold other devices, too
-  cl_device_id device = nullptr;     ///< One of the context's devices; may be a sub-device
-  cl_command_queue queue = nullptr;  ///< In order, of this context and device
+  cl_context context = nullptr;      ///< Context; may contain other devices, too
+  cl_device_id device = nullptr;     ///< Device of the context; may be a sub-device
+  cl_command_queue queue = nullptr;  ///< In-order command queue of this context and device
 };
 
 /// Kiln on the caller's context, device and queue.
@@ -38,15 +38,16 @@ struct OpenClHandles {
 /// Thread safety: as any Device; the queue may be used by the caller's other threads meanwhile.
 Device opencl_device(const OpenClHandles& handles);
 
-/// The handles of any Device, for sharing buffers with a device that Kiln opened. Valid as long as any copy of
-/// it or any object made with it; retain them to keep them longer. Any thread may call it.
+/// The handles of a Device, for sharing buffers with a device that Kiln opened. They are valid while a copy of
+/// the Device, or an object made with it, exists; retain them to use them longer. Any thread may call it.
 OpenClHandles opencl_handles(const Device& device);
 
 /// The memory object and rectangle that write_pixels() writes. An image object (CL_MEM_OBJECT_IMAGE2D) has its own row
 /// pitch.
 struct OpenClTarget {
-  cl_mem memory = nullptr;  ///< A buffer, or a 2D image of the format's channels and type
-  std::size_t offset = 0;   ///< Bytes before the first pixel; buffers only
+  /// A buffer, or a 2D image with the channels and the type of the format
+  cl_mem memory = nullptr;
+  std::size_t offset = 0;  ///< Offset of the first pixel, bytes; only for buffers
   /// Rectangle to write, in the map's texels, such as Update::dirty; without area: the whole map.
   Rectangle part = {};
 };

@@ -1,6 +1,6 @@
 /// \file
 /// Errors about an option's value, and spellings of options in messages. what() spells options as members of a Job;
-/// programs that know options by other names convert message() with a spelling of theirs.
+/// programs whose users know options by other names convert message() with an OptionSpelling of their own.
 #pragma once
 
 #include <memory>
@@ -17,7 +17,7 @@ namespace KILN_PUBLIC kiln {
 /// An error about options of a job, whose what() names members of Job. Copies share the data.
 class OptionError : public Error {
  public:
-  /// The option and the remedies are those that the message names.
+  /// Takes the option and the remedies from those that the message names.
   explicit OptionError(const Message& message, ErrorCode code = ErrorCode::usage,
                        const char* id = nullptr);
   /// An error about an invalid value of an option.
@@ -26,7 +26,7 @@ class OptionError : public Error {
   OptionError(const OptionError& error, std::string value, std::string allowed);
   OptionError(const OptionError&) = default;             ///< Does not throw
   OptionError& operator=(const OptionError&) = default;  ///< Does not throw
-  ~OptionError() override;                               ///< Defined in the library, see Error
+  ~OptionError() override;  ///< Defined in the library, see the destructor of Error
 
   /// The rejected value; empty: the error is not about a value.
   const std::string& value() const noexcept { return data_->value; }
@@ -40,11 +40,13 @@ class OptionError : public Error {
   std::shared_ptr<const Data> data_;
 };
 
-/// The options that a message names after the first, in order, with suggested values: what the user may change.
+/// The options that a message names after the first one, with suggested values, in their order: those that the
+/// user may change to solve the problem.
 std::vector<MessagePiece> remedies_of(const Message& message);
 
 /// Spells an option as a flag of the command: "--max-distance 2%".
-/// \param name   as MessagePiece::option  \param value  empty: the option alone
+/// \param name  as MessagePiece::option
+/// \param value  value of the option; empty: only the option is spelled
 std::string option_as_flag(std::string_view name, std::string_view value);
 /// Spells an option as a keyword argument of Python: `max_distance="2%"`, `faces=500`, or `max_distance`
 std::string option_as_keyword(std::string_view name, std::string_view value);

@@ -13,7 +13,7 @@ namespace KILN_PUBLIC kiln {
 /// simplify(), unwrap(), contour(), extract(), VolumeSession, measuring, sessions. If it cancels, the function
 /// throws Error(ErrorCode::cancelled) within 0.3 s and leaves no partial result; functions whose result has
 /// `cancelled` set that instead. A callback parameter takes precedence over the scope. The innermost scope of a
-/// thread counts. The share done is 0 if it is unknown.
+/// thread counts. The reported share is 0 if it is unknown.
 ///
 ///     const kiln::ProgressScope scope([&](double, std::string_view) { return !window.closed(); });
 ///     const kiln::Mesh low = kiln::simplify(high, {.faces = 5000});
@@ -22,13 +22,16 @@ namespace KILN_PUBLIC kiln {
 /// the callback may do.
 class ProgressScope {
  public:
-  /// \param progress  may be empty: then the scope has no effect
+  /// \param progress  callback; may be empty, and the scope then has no effect
   explicit ProgressScope(Progress progress);
   ~ProgressScope();
-  ProgressScope(const ProgressScope&) = delete;             ///< Not copyable: bound to its block
-  ProgressScope& operator=(const ProgressScope&) = delete;  ///< Not copyable: bound to its block
+  ProgressScope(const ProgressScope&) = delete;  ///< Not copyable, since it is bound to its block
+  /// Not copyable, since it is bound to its block
+  ProgressScope& operator=(const ProgressScope&) = delete;
 
-  /// Reports to the callback now. \param done  [0, 1]. \throws Error(cancelled) if it cancels
+  /// Reports to the callback now.
+  /// \param done  completed share, [0, 1].
+  /// \throws Error(cancelled) if it cancels
   void at(double done, std::string_view stage);
 
  private:

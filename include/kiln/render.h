@@ -22,47 +22,51 @@ struct NormalMap {
   /// it.
   const Image* image = nullptr;
   NormalMapSpace space = NormalMapSpace::tangent;  ///< Space of the map's normals
-  bool flip_y = false;                             ///< Green points down (DirectX)
-  Bitangent bitangent = Bitangent::pixel;          ///< Bitangent that the map was baked with
+  bool flip_y = false;  ///< True: the map's green points down (DirectX); false: up (OpenGL)
+  /// How the bitangent was computed when the map was baked
+  Bitangent bitangent = Bitangent::pixel;
 };
 
 /// Camera, light and surface of a picture.
 struct RenderOptions {
   std::uint32_t size = 512;  ///< Width and height of the picture (see `trim`), 1 to 8192 pixels
-  /// Around the up axis (+Y): 0 looks at the front, from +Z; 90 looks from +X
+  /// Angle of the viewer around the up axis (+Y), degrees: 0 shows the front, from +Z; 90 shows the
+  /// side seen from +X
   double azimuth_degrees = 30;
-  double elevation_degrees = 15;  ///< Elevation of the camera above the horizon, -90 to 90
-  bool z_up = false;              ///< The up axis is +Z; the front is then seen from -Y
+  double elevation_degrees = 15;  ///< Elevation of the viewer above the horizon, degrees, -90 to 90
+  bool z_up = false;              ///< Use +Z as the up axis; the front is then seen from -Y
   std::uint32_t samples = 3;      ///< N x N samples a pixel, 1 to 16
   /// Rays of ambient occlusion per pixel, approximately; 0 to 255
   std::uint32_t ambient_rays = 64;
-  /// Use face normals instead of the mesh's own. Disables the map.
+  /// Shade with face normals instead of the mesh's own; disables the map, too.
   bool flat = false;
-  bool ignore_map = false;  ///< Disable the scene's normal map
-  /// Colour by world-space normal as n/2 + 1/2, without sRGB; exactly 0 for background. With one sample per
-  /// pixel, a measurement.
+  bool ignore_map = false;  ///< Draw without the scene's normal map
+  /// Show world-space normals as n/2 + 1/2, not sRGB-encoded; exactly 0 for background. With one sample per
+  /// pixel, the values are exact normals.
   bool show_normals = false;
-  /// The map's unchanged channels without light, averaged over the samples that hit; 0 for background. Needs
-  /// a map.
+  /// Show the map's channels unchanged and unlit, averaged over the samples that hit the mesh; 0 for
+  /// background. Needs a map.
   bool show_colors = false;
-  /// Fit this mesh into the picture (default: the scene's own), so that pictures of several meshes have the
-  /// same world coordinates. Read during the call.
+  /// Mesh whose bounds the picture shows (default: the scene's mesh), so that pictures of several meshes
+  /// can show the same part of the world. Read during the call.
   const Mesh* frame = nullptr;
-  double zoom = 1;  ///< Magnification beyond the fit, 0.01 to 100,000
-  /// World point at the picture's centre. None given: the centre of the framed mesh.
+  /// Magnification relative to a picture that shows the whole mesh, 0.01 to 100,000
+  double zoom = 1;
+  /// Point in world space at the picture's centre. None given: the centre of the mesh that the
+  /// picture shows.
   std::optional<std::array<double, 3>> at = {};
-  bool trim =
-      false;  ///< Crop width and height to the framed mesh; its longer side has `size` pixels
+  /// Crop the picture to the mesh that it shows; the longer side then has `size` pixels
+  bool trim = false;
 };
 
 /// Mapping from the world to a picture.
 struct PictureGeometry {
   std::uint32_t width = 0;         ///< Pixels
   std::uint32_t height = 0;        ///< Pixels
-  std::array<double, 3> right{};   ///< Unit, to the picture's right
-  std::array<double, 3> up{};      ///< Unit, to the picture's top
-  std::array<double, 3> toward{};  ///< Unit, to the viewer
-  std::array<double, 3> center{};  ///< World point at the picture's centre
+  std::array<double, 3> right{};   ///< Unit vector towards the picture's right
+  std::array<double, 3> up{};      ///< Unit vector towards the picture's top
+  std::array<double, 3> toward{};  ///< Unit vector towards the viewer
+  std::array<double, 3> center{};  ///< Point in world space at the picture's centre
   double pixel = 1;                ///< Side of a pixel, world units
 
   /// Column and row of a point, pixels from the picture's top left corner (pixel centres are at one half);
@@ -73,8 +77,8 @@ struct PictureGeometry {
 /// Cost of drawing a scene, as papers on simplified meshes state it.
 struct FrameCost {
   std::uint32_t frames = 0;     ///< Number of timed frames
-  std::uint32_t width = 0;      ///< Side of a frame, pixels
-  std::uint32_t height = 0;     ///< Side of a frame, pixels
+  std::uint32_t width = 0;      ///< Width and height of a frame, pixels
+  std::uint32_t height = 0;     ///< Width and height of a frame, pixels
   double seconds_median = 0;    ///< Median time of a frame
   double seconds_least = 0;     ///< Shortest time of a frame
   double seconds_most = 0;      ///< Longest time of a frame
@@ -98,10 +102,11 @@ class Scene {
   ///         map fewer than 3 channels; Error(device) if memory runs out
   explicit Scene(const Device& device, const Mesh& mesh, const NormalMap& map = {});
 
-  /// Renders an orthographic picture: clay over a plain light background. A key, a fill and a rim
-  /// light travel with the camera; ambient occlusion dims a sky. The key light grazes sheets, such
-  /// as terrains. RGB, [0, 1], sRGB-encoded. Faces turned away are shaded as if they faced the
-  /// viewer. Normal maps change the shading and never the silhouette or the occlusion.
+  /// Renders an orthographic picture: a clay-like material over a plain light background. A key, a
+  /// fill and a rim light move with the camera; light from a sky is dimmed by ambient occlusion. On
+  /// flat meshes, such as terrains, the key light falls at a grazing angle. RGB, [0, 1],
+  /// sRGB-encoded. Back faces are shaded as if they faced the viewer. Normal maps change the
+  /// shading and never the silhouette or the occlusion.
   ///
   /// Deterministic. Device memory beside the mesh's stays under 110 MB at any size.
   /// \throws Error(usage) for an option out of its range, Error(input) for a frame without extent,

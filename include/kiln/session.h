@@ -13,25 +13,26 @@ namespace KILN_PUBLIC kiln {
 
 /// A rectangle of texels of a map.
 struct Rectangle {
-  std::uint32_t x = 0;       ///< First column
-  std::uint32_t y = 0;       ///< First row, from the top
-  std::uint32_t width = 0;   ///< Columns
-  std::uint32_t height = 0;  ///< Rows
+  std::uint32_t x = 0;       ///< Column of its left texels
+  std::uint32_t y = 0;       ///< Row of its upper texels, from the top
+  std::uint32_t width = 0;   ///< Width, texels
+  std::uint32_t height = 0;  ///< Height, texels
   friend bool operator==(const Rectangle&, const Rectangle&) = default;
 };
 
 /// Settings of a session: bounds of the high poly's motion, and ray casting.
 struct SessionOptions {
-  /// The box within which the high poly moves. None given: its own at the start. It defines rounding and
-  /// the diagonal of relative lengths; positions may leave it by up to about its size.
+  /// The box within which the high poly moves. None given: the bounding box of the initial high poly. It
+  /// defines the rounding of positions, and the diagonal of relative lengths. Positions may leave it by
+  /// up to about its size.
   std::optional<Bounds> bounds = {};
-  RayTraversal traversal = RayTraversal::automatic;  ///< As for Source
+  RayTraversal traversal = RayTraversal::automatic;  ///< Kernels for ray casting, see Source
 };
 
 /// A bake of a high poly that changes (Gumbau, Gonzalez, Chover 2006).
 ///
-/// Everything stays on the device: samples of the low poly, their correspondences, the high poly, its
-/// hierarchy. After positions or normals change, only dependent results are recomputed:
+/// The samples of the low poly, their correspondences, the high poly and its BVH stay on the device. After a
+/// change of positions or normals, only the results that depend on them are recomputed:
 ///   - MatchMethod::uv without a fallback: correspondences stay valid, since UVs do; only the texels whose
 ///     triangles' normals changed, and their padding, are baked again.
 ///   - Other matches: the BVH is refitted to the new positions (its topology stays), and all samples are
@@ -52,14 +53,15 @@ class BakeSession {
   BakeSession(const Device& device, Mesh high, Mesh low, const BakeOptions& options = {},
               const SessionOptions& session = {});
   ~BakeSession();
-  BakeSession(BakeSession&&) noexcept;  ///< The source may then only be assigned to or destroyed
-  BakeSession& operator=(BakeSession&&) noexcept;  ///< The source may then only be assigned to or
-                                                   ///< destroyed
+  /// The moved-from session may only be assigned to or destroyed
+  BakeSession(BakeSession&&) noexcept;
+  /// The moved-from session may only be assigned to or destroyed
+  BakeSession& operator=(BakeSession&&) noexcept;
 
-  /// Changes positions of the high poly's vertices [first, first + count), in its units. If the mesh has
-  /// no normals of its own, normals around them are recomputed. The span is not kept.
-  /// \throws Error(usage) for a range beyond the mesh's, a position that is not finite or too far out of
-  ///         the bounds; the session is unchanged then
+  /// Changes positions of the high poly's vertices [first, first + count), in the mesh's units. If the
+  /// mesh has no normals of its own, normals around them are recomputed. The span is not kept.
+  /// \throws Error(usage) for a range beyond the mesh's vertices, or a position that is not finite or
+  ///         too far outside of the bounds; the session is unchanged then
   void set_positions(std::uint32_t first, std::span<const Vec3> positions);
 
   /// Changes entries [first, first + count) of the high poly's pool of normals; each of any length above
@@ -73,27 +75,28 @@ class BakeSession {
   ///         everything
   const BakeResult& bake();
 
-  /// Work of the last bake().
+  /// What the last bake() did.
   struct Update {
-    std::uint64_t triangles = 0;  ///< Triangles of the high poly with changed corners or normals
-    std::uint64_t texels = 0;     ///< Texels that were baked again
-    bool matched = false;         ///< Samples were matched again
-    /// Rectangle around all texels that changed since the bake before. Without area if nothing
+    /// Number of triangles of the high poly with changed corners or normals
+    std::uint64_t triangles = 0;
+    std::uint64_t texels = 0;  ///< Number of texels that were baked again
+    bool matched = false;      ///< True if the samples were matched again
+    /// Rectangle around all texels that changed since the previous bake. Its area is 0 if nothing
     /// changed.
     Rectangle dirty = {};
-    double seconds_source = 0;  ///< Normals, BVH, upload
-    double seconds_match = 0;   ///< The match and its fallbacks
-    double seconds_detail = 0;  ///< Reading of the maps' values
+    double seconds_source = 0;  ///< Duration of computing normals, refitting the BVH, and uploading
+    double seconds_match = 0;   ///< Matching, fallbacks included
+    double seconds_detail = 0;  ///< Computing the maps' values at the matched points
     double seconds_image = 0;   ///< Padding and encoding
     /// Sum of all steps.
     double seconds() const {
       return seconds_source + seconds_match + seconds_detail + seconds_image;
     }
   };
-  const Update& last_update() const;  ///< Empty before the first bake()
+  const Update& last_update() const;  ///< The last update; all zero before the first bake()
 
-  const Mesh& high() const;      ///< Current positions and normals
-  const Bounds& bounds() const;  ///< SessionOptions::bounds, or the derived box
+  const Mesh& high() const;      ///< The high poly, with its current positions and normals
+  const Bounds& bounds() const;  ///< SessionOptions::bounds, or the box of the initial high poly
   /// Warnings of the initial high poly, see Source::warnings(). Valid until the next bake()
   const std::vector<Warning>& warnings() const;
 
@@ -109,28 +112,30 @@ class BakeSession {
 /// Lifetimes: it holds the Source and a copy of the low poly. The progress callback is not called.
 class ViewSession {
  public:
-  /// \param options  uses size, samples, max_distance, two_sided and, of the views, size (0: by the
-  ///                 mesh's density), criterion and refine; maps, methods, fallback and directions are
-  ///                 ignored
+  /// \param options  of these, size, samples, max_distance, two_sided and the size, criterion and
+  ///                 refine of the views are used; maps, methods, fallback and directions are ignored
   /// \throws Error as bake()
   ViewSession(const Source& source, const Mesh& low, const BakeOptions& options = {});
   ~ViewSession();
-  ViewSession(ViewSession&&) noexcept;  ///< The source may then only be assigned to or destroyed
-  ViewSession& operator=(ViewSession&&) noexcept;  ///< The source may then only be assigned to or
-                                                   ///< destroyed
+  /// The moved-from session may only be assigned to or destroyed
+  ViewSession(ViewSession&&) noexcept;
+  /// The moved-from session may only be assigned to or destroyed
+  ViewSession& operator=(ViewSession&&) noexcept;
 
   /// Effect of one view.
   struct Step {
-    std::uint64_t samples = 0;  ///< Samples of the low poly
-    std::uint64_t decided = 0;  ///< Samples that any view has decided so far
-    std::uint64_t changed = 0;  ///< Samples that this view decided for the first time, or better
+    std::uint64_t samples = 0;  ///< Number of samples of the low poly
+    std::uint64_t decided = 0;  ///< Number of samples for which any view has found a point so far
+    /// Number of samples for which this view found the first point, or a better one
+    std::uint64_t changed = 0;
   };
-  /// Adds a view. \param toward  from the mesh to the viewer, of any length above 0
+  /// Adds a view.
+  /// \param toward  direction from the mesh to the viewer, of any length above 0
   /// \throws Error(usage) for an invalid direction; Error(cancelled) if a ProgressScope cancels: the view was then
-  ///         applied to some samples, and adding it again completes it
+  ///         applied to only some samples, and adding it again completes it
   Step add(const Vec3& toward);
 
-  /// Copies the current correspondence, for bake(), save_match() or measuring.
+  /// Copies the current correspondences, for bake(), save_match() or measurements.
   Match match() const;
 
  private:

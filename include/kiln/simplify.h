@@ -13,67 +13,74 @@ namespace KILN_PUBLIC kiln {
 
 /// Settings of simplify().
 struct SimplifyOptions {
-  /// Target number of triangles. 0: few triangles within `max_error`. Edges collapse one by one while the
-  /// bound holds around each, so the result is not the minimum.
+  /// Target number of triangles. 0: few triangles within `max_error`. Since edges collapse one by one
+  /// while the bound holds around each, this is not the smallest possible number.
   std::uint32_t faces = 0;
   /// With faces = 0: largest distance between the high poly and the low poly, as a share of the
   /// bounding box's diagonal; above 0, at most 1. Measured as SimplifyReport::error is.
   double max_error = 0.002;
   /// The mesh is a height field: it covers the rectangle of its bounding box once in z, counter-clockwise
-  /// from above. The result covers the same rectangle, with the same corners.
+  /// from above. The result covers the same rectangle and keeps its corners.
   bool height_field = false;
-  /// Preserve the UVs, groups, objects, materials and their borders: seams keep their place on the surface and in the
-  /// layout, both sides of one together. Not with height_field. The mesh must have UVs.
+  /// Preserve the UVs, groups, objects, materials and their borders: seams keep their position on the surface and in
+  /// the layout, and both sides of a seam move together. Not with height_field. The mesh must have UVs.
   bool keep_uvs = false;
-  /// The result encloses the high poly: it winds around or touches all that the high poly's surface
-  /// winds around, such as its own vertices. So the high poly never pokes through, up to rounding
-  /// in double precision. Open borders only move outwards. Not with height_field or keep_uvs.
+  /// The result encloses the high poly: it contains or touches all points that the high poly
+  /// contains, including its own vertices. So the high poly never pokes through the result, up to
+  /// rounding in double precision. Open borders only move outwards. Not with height_field or
+  /// keep_uvs.
   bool hull = false;
-  /// Keep all parts, however small. Else, with `faces`, small components are dropped (see simplify()).
+  /// Keep all parts, including very small ones. If false and `faces` is given, small components are
+  /// dropped (see simplify()).
   bool keep_parts = false;
-  /// Fit normals by fit_normals(). Else they are angle-weighted: faster, and sufficient if unwrap() and
-  /// fit_normals() follow.
+  /// Compute normals by fit_normals(). If false, normals are averages weighted by angles, which is
+  /// faster, and sufficient if unwrap() and fit_normals() follow.
   bool fit_normals = true;
 };
 
 /// Report of simplify().
 struct SimplifyReport {
   std::uint64_t input_faces =
-      0;  ///< Triangles of the given mesh, including degenerate and non-finite ones.
+      0;  ///< Number of triangles of the given mesh, including degenerate and non-finite ones.
   std::uint64_t faces = 0;  ///< Triangles of the result.
   /// Measured deviation: the largest distance from a sample of the high poly to the low poly, as a share
   /// of the diagonal. Samples are the corners and centroids of the high poly's triangles, up to 262,144
   /// of them, evenly spaced.
   double error = 0;
-  double mean_error = 0;  ///< The mean distance of the same samples, as a share of the diagonal.
-  /// With a bound: the largest distance in the opposite direction, as a share of the diagonal; else 0. Samples
-  /// are corners, centroids and edge midpoints of the low poly's triangles.
+  double mean_error = 0;  ///< The mean distance over the same samples, as a share of the diagonal.
+  /// With a bound of the error: the largest distance from a sample of the low poly to the high poly, as a
+  /// share of the diagonal; else 0. Samples are corners, centroids and edge midpoints of the low poly's
+  /// triangles.
   double back_error = 0;
-  /// Search distance for bakes onto the result, as a share of the diagonal (MatchOptions::max_distance): the default of
-  /// bakes, or 2.5 times the deviation, since it is measured along rays and from the low poly.
+  /// Search distance for bakes onto the result (MatchOptions::max_distance), as a share of the diagonal: the larger of
+  /// the default of bakes and of 2.5 times `error`, since rays measure the distance along their direction and from the
+  /// low poly.
   double search_distance() const {
     return 2.5 * error > kSearchDistance ? 2.5 * error : kSearchDistance;
   }
-  /// First search distance of such bakes (MatchOptions::near_distance), as a share of the diagonal: a multiple of the
-  /// mean distance. 0: none, if small components were dropped, so that rays find them at their full distance from the
-  /// low poly.
+  /// First search distance for such bakes (MatchOptions::near_distance), as a share of the diagonal: a multiple of
+  /// the mean distance. 0 (none) if small components were dropped, since rays must find these at their full distance
+  /// from the low poly.
   double near_distance() const {
     if (dropped_parts > 0 && !(search_distance() > kSearchDistance)) return 0;
     const double near = 4 * mean_error;
     return near < 0.0025 ? 0.0025 : near;
   }
-  /// Triangles that were folded, flat or facing down, and were repaired. On two-sided sheets, one side is counted.
+  /// Number of triangles that were folded, had no area or faced down, and were repaired. On two-sided sheets, only
+  /// one side is counted.
   std::uint64_t mended = 0;
   /// Remaining triangles that face away from the high poly, or down in a height field.
   std::uint64_t folded = 0;
-  std::uint64_t without_area = 0;   ///< Remaining triangles without area.
-  std::uint64_t holes = 0;          ///< Loops of open edges beyond those of the high poly.
-  std::uint64_t dropped_parts = 0;  ///< Small components that were dropped
-  std::uint64_t charts = 0;         ///< With keep_uvs: remaining connected pieces of the layout.
-  double coverage =
-      0;  ///< With keep_uvs: area of the layout, where the unit square has 1; outside of it, too.
-  /// With keep_uvs: largest distance of UVs from the high poly's charts, where the unit square's side is 1: padding
-  /// that a texture needs around its charts. Samples are those of back_error.
+  std::uint64_t without_area = 0;  ///< Remaining triangles without area.
+  std::uint64_t holes = 0;         ///< Number of loops of open edges beyond those of the high poly.
+  std::uint64_t dropped_parts = 0;  ///< Number of small components that were dropped
+  std::uint64_t charts = 0;  ///< With keep_uvs: number of charts (connected pieces) of the layout.
+  /// With keep_uvs: area of the UV layout, in units of the unit square, including parts outside of
+  /// the unit square.
+  double coverage = 0;
+  /// With keep_uvs: largest distance of the result's UVs from the high poly's charts, where the unit square's side
+  /// is 1. Textures of the high poly need at least this width of padding around their charts. Samples are those of
+  /// back_error.
   double uv_strays = 0;
   double seconds = 0;                  ///< Duration
   std::vector<Warning> warnings = {};  ///< Warnings of imperfect data that was handled
@@ -143,14 +150,16 @@ Mesh simplify(const Mesh& high, const SimplifyOptions& options = {},
 
 /// A low poly of simplify_levels().
 struct SimplifiedLevel {
-  Mesh mesh = {};              ///< As simplify() makes it
-  SimplifyReport report = {};  ///< As of simplify(); `seconds` is the level's own share
+  Mesh mesh = {};  ///< The simplified mesh, as simplify() returns it
+  /// Report as that of simplify(); `seconds` is the time that this level took
+  SimplifyReport report = {};
 };
 
 /// Low polys with several numbers of faces from one run of collapses, such as levels of detail: they cost little more
-/// than the finest alone. A level equals simplify()'s result for its number of faces where the mesh needs no
-/// presimplification, and where no number exceeds 5,000; else coarse levels may differ slightly.
-/// \param faces  descending. A number below the fewest faces that keep the topology gets the coarsest level
+/// than the finest alone. A level equals the result of simplify() for its number of faces if the mesh needs no
+/// presimplification, or if no number exceeds 5,000; else coarse levels may differ slightly.
+/// \param faces  descending. For a number below the fewest faces that keep the topology, the coarsest level is
+///               returned
 /// \param options  keep_uvs or height_field; `faces` is ignored, and the other members must have their defaults
 /// \returns a level for each number, in their order
 /// \throws as simplify(); Error(usage) for numbers that do not descend, or for none

@@ -19,7 +19,7 @@ struct KILN_OPAQUE SourceAccess;
 /// or chosen by the device's type.
 enum class RayTraversal { automatic, cpu, gpu };
 
-/// A box that a mesh's positions lie in, in its own units (its origin left out).
+/// Axis-aligned bounding box of a mesh's positions, in the mesh's units, relative to Mesh::origin.
 struct Bounds {
   std::array<double, 3> low{};   ///< Minimum corner
   std::array<double, 3> high{};  ///< Maximum corner
@@ -35,13 +35,13 @@ struct Bounds {
 /// Thread safety: any number of threads may bake from one Source, or copies of it, at the same time. Maps are the same
 /// bytes as in sequential bakes.
 /// Lifetimes: it copies the needed data of the mesh and holds the Device; both may be destroyed. Welding: vertices of
-/// exactly equal positions count as one where it computes normals, smooth ones: see Mesh, shade_high(). Mesh::tangents
-/// of the high poly are not read: for its normal textures MikkTSpace computes them.
+/// exactly equal positions count as one where smooth normals are computed; see Mesh and shade_high(). Mesh::tangents
+/// of the high poly are not read; its normal textures use tangents that MikkTSpace computes.
 class Source {
  public:
   /// \param traversal  which ray kernels to use; all give the same results to the bit
-  /// \param bounds  replaces the mesh's own box: it defines the diagonal, and meshes that move within it are rounded
-  ///                alike. Should have about the mesh's size
+  /// \param bounds  replaces the mesh's own bounding box: it defines the diagonal, and the rounding of positions, so
+  ///                that a mesh that moves within it is always rounded alike. Should have about the mesh's size
   /// \throws Error(input) if no triangle is usable, Error(usage) for a box without size or far from the mesh,
   ///         Error(device) if memory runs out
   /// Thread safety: may be called from several threads, also with one Device.
@@ -61,15 +61,15 @@ class Source {
 
   /// Sizes of a source.
   struct Stats {
-    std::uint64_t triangles = 0;          ///< Triangles of the mesh
-    std::uint64_t skipped_triangles = 0;  ///< Non-finite or without area
+    std::uint64_t triangles = 0;          ///< Number of triangles of the mesh
+    std::uint64_t skipped_triangles = 0;  ///< Triangles that are not finite or have no area
     std::uint64_t device_bytes = 0;       ///< Memory on the device
-    double build_seconds = 0;             ///< Time spent on the BVH and other structures so far
-    /// Diagonal of Bounds::of(), without vertices over 100,000 times farther out than most; or of the given box, world
-    /// units
+    double build_seconds = 0;  ///< Seconds spent so far on building the BVH and other structures
+    /// Diagonal of the given box, or of Bounds::of() without vertices that are over 100,000 times farther out than
+    /// most; world units
     double diagonal = 0;
   };
-  Stats stats() const;  ///< Current values, which grow as structures are built
+  Stats stats() const;  ///< Current sizes, which grow as structures are built
   /// Warnings of imperfect data that was handled. Valid as long as any copy of this Source.
   const std::vector<Warning>& warnings() const;
 

@@ -16,19 +16,20 @@ namespace KILN_PUBLIC kiln {
 /// Meaning of a texture's values, which decides how they are filtered.
 enum class TextureKind {
   srgb,    ///< Colours, sRGB-encoded: filtered in linear light
-  linear,  ///< Plain numbers: roughness, metalness, masks
+  linear,  ///< Plain numbers, such as roughness, metalness and masks
   normal,  ///< Tangent-space normals of the high poly as n/2 + 1/2 (MikkTSpace, +Y up)
 };
 
 /// Channel conventions of a normal texture. The green channel's sign is not detected: a bake warns if slopes suggest +Y
 /// down ("normal-map-green").
 enum class NormalTextureFormat {
-  /// opengl; two_channel if blue cannot be the z of a unit vector ("two-channel-normals")
+  /// opengl, or two_channel if blue cannot be the z of a unit vector; the warning
+  /// "two-channel-normals" reports the latter
   automatic,
-  opengl,              ///< Three channels, +Y up
-  directx,             ///< Three channels, +Y down
-  two_channel,         ///< Two channels, +Y up
-  two_channel_directx  ///< Two channels, +Y down
+  opengl,              ///< Three channels, green up (+Y)
+  directx,             ///< Three channels, green down (-Y)
+  two_channel,         ///< Two channels, green up (+Y)
+  two_channel_directx  ///< Two channels, green down (-Y)
 };
 
 /// Wrap modes: continuation of a picture beyond its border.
@@ -38,56 +39,61 @@ enum class TextureWrap {
   mirror,  ///< Repeat the picture, mirrored every other time
 };
 
-/// A picture of a UDIM set.
+/// The picture of one tile of a UDIM set.
 struct TextureTile {
   /// Index into Texture::images that represents the set (Texture::image_of)
   std::uint32_t set = 0;
-  std::uint32_t tile = 1001;  ///< 1001 + u + 10 v, u to 9
+  std::uint32_t tile = 1001;  ///< Number of the tile: 1001 + u + 10 v, with u from 0 to 9
   std::uint32_t image = 0;    ///< Index into Texture::images
 };
 
 /// Pictures over the high poly's UVs: one for the whole mesh, or one per material. Copies, and sessions, share
 /// the pictures, which must not change while a bake runs or a session exists.
 struct Texture {
-  static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();  ///< No picture
+  /// Marks a material without a picture
+  static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-  TextureKind kind = TextureKind::srgb;                   ///< Kind of all pictures
-  std::vector<std::shared_ptr<const Image>> images = {};  ///< Any sizes
+  TextureKind kind = TextureKind::srgb;  ///< Kind of all pictures
+  /// Pictures, which may have different sizes
+  std::vector<std::shared_ptr<const Image>> images = {};
   /// Per material of the high poly (Mesh::materials), index into images, or kNone. Empty: images[0] is
   /// used for the whole mesh.
   std::vector<std::uint32_t> image_of = {};
-  /// Per material, the value where it has no picture, or the mesh no UVs, in linear light. Empty: 0.
+  /// Per material, the value if it has no picture or the mesh has no UVs, in linear light. Empty: 0.
   std::vector<std::array<float, 4>> plain = {};
   /// Per material, transform from the mesh's UVs to its picture's, as MaterialPicture::uv_transform. Empty:
   /// identity.
   std::vector<std::array<float, 6>> uv_transforms = {};
   std::vector<std::array<TextureWrap, 2>> wraps =
-      {};  ///< Per material, wrap modes beyond [0, 1]^2. Empty: all repeat
+      {};  ///< Wrap modes outside of the unit square, for each material. Empty: all repeat
   /// Per material, the UV set of its picture: Mesh::uv_set, or one of Mesh::other_uvs. Empty: all use Mesh::uvs.
   std::vector<std::uint32_t> uv_sets = {};
-  /// Affine function of a filtered value, in linear light or of vectors: times * value + plus.
+  /// Affine function of a filtered value (a vector, or a colour in linear light): times * value +
+  /// plus.
   struct Factor {
     std::array<float, 4> times{1, 1, 1, 1};  ///< Factor of each channel
     float plus = 0;                          ///< Added to all channels but the fourth
     bool operator==(const Factor&) const = default;
   };
-  std::vector<Factor> factors = {};  ///< Per material. Empty: values are unchanged
-  /// Per material, whether it is multiplied with the vertices' colours (srgb) or alpha (linear), if the mesh has any.
-  /// Empty: none is.
+  /// Per material, the function that is applied to filtered values. Empty: values are unchanged
+  std::vector<Factor> factors = {};
+  /// Per material, whether its values are multiplied by the vertices' colours (srgb) or alpha (linear), if the mesh
+  /// has any. Empty: no material's are.
   std::vector<bool> times_vertex_colors = {};
-  /// Channel for maps of one channel, 0 to 3; channels beyond the picture's own are 1.
+  /// Channel that maps of one channel read, 0 to 3; channels that the picture lacks are 1.
   std::uint32_t channel = 0;
   /// UDIM sets; tiles without a picture are treated like materials without one ("tile-missing").
   /// Empty: none.
   std::vector<TextureTile> tiles = {};
-  std::vector<bool> weighted_by_alpha =
-      {};  ///< Per picture, whether colours are weighted by alpha. Empty: none
+  /// Per picture, whether colours are weighted by alpha when they are averaged. Empty: no picture's
+  /// are
+  std::vector<bool> weighted_by_alpha = {};
   NormalTextureFormat normal_format =
-      NormalTextureFormat::automatic;  ///< Convention of all pictures, if kind is normal
+      NormalTextureFormat::automatic;  ///< Channel convention of all pictures, if `kind` is normal
 };
 
-/// A texture of the high poly that is baked into one of the low poly: averages over each texel's footprint on it,
-/// integrated from mip chains (McCormack et al. 1999, "Feline").
+/// A texture of the high poly that is baked into one of the low poly: each texel gets the average over its
+/// footprint on the texture, integrated from mip chains (McCormack et al. 1999, "Feline").
 struct Transfer {
   std::string name = "texture";  ///< Name of the map: a letter, then letters, digits and _
   Texture texture = {};          ///< The texture to transfer

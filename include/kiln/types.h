@@ -29,7 +29,7 @@ using Triangle = std::array<std::uint32_t, 3>;
 
 /// A length in world units, or as a share of the high poly's bounding-box diagonal.
 struct Length {
-  double value = 0;      ///< World units, or the share: 0.02 is 2%
+  double value = 0;      ///< Length in world units, or share of the diagonal (0.02 is 2%)
   bool relative = true;  ///< `value` is a share of the diagonal
   /// A share of the diagonal.
   static Length share(double of_diagonal) { return {of_diagonal, true}; }
@@ -43,7 +43,8 @@ inline constexpr double kSearchDistance = 0.02;
 /// Default width of the padding around charts, texels.
 inline constexpr std::int32_t kPaddingTexels = 16;
 
-/// Called with the share done, in [0, 1], and the name of the current step; return false to cancel.
+/// Called with the completed share of the work, in [0, 1], and the name of the current step; return false to
+/// cancel.
 ///
 /// Threads: it runs on the thread that called Kiln, never concurrently for one call. It is called ten times a
 /// second, also while the driver compiles kernels. If it cancels then, the function returns at once; the

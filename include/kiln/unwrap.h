@@ -11,9 +11,10 @@ namespace KILN_PUBLIC kiln {
 
 /// Methods for new UVs.
 enum class UnwrapMethod : std::uint8_t {
-  /// Two triangles per rectangle: fast, texels well used, thousands of seams. For baking only.
+  /// Two triangles per rectangle. Fast, and uses texels well, but gives thousands of seams; only
+  /// for baking.
   pairs,
-  charts,  ///< Few large charts: few seams, so that mip-maps, compression and painting work.
+  charts,  ///< Few large charts, with few seams, so that mip-maps, compression and painting work.
   /// Two triangles per square, all squares of one size, as Wang, Froehlich and Goebel pack them, for
   /// comparison. Small triangles get as many texels as large ones.
   squares,
@@ -21,23 +22,24 @@ enum class UnwrapMethod : std::uint8_t {
 
 /// Distribution of texels over large charts.
 enum class TexelDensity : std::uint8_t {
-  area,  ///< In proportion to the surface's area.
-  /// More where the high poly's normals change within a texel: a lower error for the same number of texels.
+  area,  ///< Texels in proportion to the surface's area.
+  /// More texels where the high poly's normals change within a texel, which gives a lower error for the
+  /// same number of texels.
   detail,
 };
 
 /// Settings of unwrap().
 struct UnwrapOptions {
   UnwrapMethod method = UnwrapMethod::charts;  ///< Method
-  /// Map size for the padding and the texel grid, texels (for a map that is not square, the smaller
-  /// side). 16 to 65536.
+  /// Side of the map, texels, which defines the padding and the texel grid (for a map that is not
+  /// square, the smaller side). 16 to 65536.
   std::uint32_t size = 2048;
-  /// Padding: empty texels between neighbouring charts, 1 to size / 4. Half of them belong to each
-  /// chart: with 2, bilinear filtering of the full map never mixes charts. (Pairs end on texel
-  /// boundaries.) Each further mip level needs twice as many.
+  /// Padding: empty texels between neighbouring charts, 1 to size / 4. Each chart owns half of
+  /// them: with 2, bilinear filtering of the full map never mixes charts. (The borders of pairs lie
+  /// on texel boundaries.) Each further mip level needs twice as many.
   std::uint32_t border_texels = 2;
-  /// For charts: a high poly that controls the density (TexelDensity::detail); null: by area. Read during the
-  /// call.
+  /// For charts: the high poly whose detail controls the density (TexelDensity::detail); null:
+  /// TexelDensity::area. Read during the call.
   const Mesh* detail_of = nullptr;
 };
 
@@ -47,8 +49,8 @@ struct UnwrapReport {
   double coverage = 0;       ///< Share of the unit square that triangles cover, 0 to 1.
   /// Standard deviation of log2(texture area / surface area) over the surface: 0 is perfectly even.
   double density_spread = 0;
-  double border_texels = 0;            ///< Padding used: as requested, or less (see warnings).
-  double seconds = 0;                  ///< Duration
+  double border_texels = 0;  ///< Padding in use, texels: as requested, or less (see warnings).
+  double seconds = 0;        ///< Duration
   std::vector<Warning> warnings = {};  ///< Warnings of imperfect data that was handled
 };
 
@@ -57,30 +59,30 @@ struct UnwrapReport {
 /// **Charts** are grown by merging: triangles become patches while their normals agree, patches become charts
 /// while they can be laid flat within limits of distortion. Each is relaxed as rigidly as possible (Liu, Zhang,
 /// Xu, Gotsman, Gortler 2008). Then its symmetric Dirichlet energy is lowered without a flip (Rabinovich, Poranne,
-/// Panozzo, Sorkine-Hornung 2017). Limbs are cut off if that packs better (after Limper, Vining, Sheffer 2018).
-/// Charts are packed by bitmaps, at one scale: the texel density follows the area. The returned UVs hold exactly:
-/// no triangle is mirrored or without area; no two overlap; charts are `border_texels` apart (half of that from
-/// the map's edges). A triangle too small for a chart becomes its own chart. Vertices at exactly the same position
-/// count as one. Padding that is too wide shrinks, as below.
+/// Panozzo, Sorkine-Hornung 2017). Protruding parts of charts are cut off if that packs better (after Limper,
+/// Vining, Sheffer 2018). Charts are packed by bitmaps, at one scale: the texel density follows the area. The
+/// returned UVs hold exactly: no triangle is mirrored or without area; no two overlap; charts are `border_texels`
+/// apart (half of that from the map's edges). A triangle too small for a chart becomes its own chart. Vertices at
+/// exactly the same position count as one. Padding that is too wide shrinks, as below.
 ///
-/// With `detail_of`, charts have individual scales. The high poly's normals nearest to places on each triangle
-/// give the error e that texels of three sizes leave, and the power p of the texel's side with which it falls.
-/// Sides of charts then are proportional to (p e)^(1 / (2 + p)), which minimises the sum of errors for a number of
-/// texels (Lagrange). The densest chart has at most 4 times as many texels per length as the least dense. Charts
-/// are cut where parts need different densities, if the gain outweighs the seam. If less than 1% would be gained,
-/// the density stays even. Cost: a box tree of the high poly; about 100,000 to 200,000 nearest-point queries; up
-/// to two more packings.
+/// With `detail_of`, charts have individual scales. From the high poly's normals nearest to points on each
+/// triangle follow the error e that texels of three sizes leave, and the exponent p with which it falls with the
+/// texel's side. Sides of charts then are proportional to (p e)^(1 / (2 + p)), which minimises the sum of errors
+/// for a number of texels (Lagrange). The densest chart has at most 4 times as many texels per length as the least
+/// dense. Charts are cut where parts need different densities, if the gain outweighs the seam. If less than 1%
+/// would be gained, the density stays even. Cost: a box tree of the high poly; about 100,000 to 200,000
+/// nearest-point queries; up to two more packings.
 ///
 /// **Pairs**: triangles are paired along shared edges and packed as rectangles (Wang, Froehlich, Goebel, "Fast
-/// Normal Map Generation for Simplified Meshes", section 2, where they are squares). **Squares** are the paper's:
-/// one size for all pairs, one square for each unpaired triangle, regardless of shape or area.
+/// Normal Map Generation for Simplified Meshes", section 2, where they are squares). **Squares** are those of the
+/// paper: one size for all pairs, one square for each unpaired triangle, regardless of shape or area.
 ///
-/// A pair is the two halves of a rectangle. Its sides are proportional to the quadrilateral's, its area to the
-/// pair's, so texel density is even; unpaired triangles share rectangles with padding along the diagonal. The map
-/// from surface to texture is affine in each triangle, with some shear. Chart corners lie on whole texels of the
-/// given size; charts are `border_texels` apart (half of that, rounded down, from the map's edges); every chart
-/// keeps the triangle's orientation, so none is mirrored. Every triangle of positive area gets the area of a texel
-/// or more.
+/// A pair becomes the two halves of a rectangle. The rectangle's sides are proportional to those of the
+/// quadrilateral, its area to that of the pair, so texel density is even; unpaired triangles share rectangles with
+/// padding along the diagonal. The map from surface to texture is affine in each triangle, with some shear. Chart
+/// corners lie on whole texels of the given size; charts are `border_texels` apart (half of that, rounded down,
+/// from the map's edges); every chart keeps the triangle's orientation, so none is mirrored. Every triangle of
+/// positive area gets at least the area of a texel.
 ///
 /// If there are too many charts for the size, the padding shrinks to 1 texel; then the layout uses a grid finer
 /// than texels, still without overlap, but with triangles smaller than a texel (warning "border-shrunk").

@@ -108,11 +108,11 @@ enum class By { views, rays };
 
 std::vector<Seen> see(VisibilityProbe& probe, const std::vector<Vec3>& positions,
                       const std::vector<Vec3>& normals, By by) {
-  VisibilityProbe::ProbedPoints places = probe.places(positions, normals);
+  VisibilityProbe::ProbedPoints places = probe.make_points(positions, normals);
   if (by == By::rays) {
-    probe.add_by_rays(places);
+    probe.add_directions_by_rays(places);
   } else {
-    probe.add_by_views(places);
+    probe.add_directions_by_views(places);
   }
   const std::vector<float> sums = places.sums.download(context_of(*test::device()));
   const std::size_t plane = places.capacity;

@@ -15,7 +15,7 @@ using Run = std::function<int()>;
 /// A command of the program, for its list of commands.
 struct CommandEntry {
   std::string_view name;
-  /// Null: kiln-lab runs the command, and this program only lists it in help
+  /// Function that runs the command. Null: kiln-lab runs it, and this program only lists it in help
   Run (*add)(Command& app);
 };
 

@@ -154,7 +154,7 @@ bool ran_in_child(int& exit_code) {
   if (has_folder && os::shared_level(folder).empty()) end = os::split_process();
   if (end.kind == os::SplitEnd::Kind::copy) {
     os::set_variable("POCL_CACHE_DIR", folder.string().c_str());
-    // This cache is discarded, so binaries of kernels need not be kept.
+    // This cache is removed after the run, so binaries of kernels need not be kept.
     os::set_variable("KILN_KEEP_BINARIES", "0");
     return false;
   }

@@ -120,7 +120,8 @@ int kiln::cli::program_main(int argc, char** argv, std::span<const CommandEntry>
   cli::catch_interrupts();
   exit_code = run_program(argc, argv, commands);
   if (driver_failed()) {
-    // The driver's exit handlers would wait forever for locks that it still holds.
+    // Skips the driver's exit handlers, which would wait forever for locks that the driver still
+    // holds.
     std::fflush(nullptr);
     os::end_process(exit_code);
   }

@@ -25,8 +25,8 @@ const char* requested_lab_command(int argc, char** argv) {
     const std::string_view word = argv[i];
     // Flags before the command (--help, --version) and the word `help` are for this program.
     if (word.starts_with('-') || (i == 1 && word == "help")) continue;
-    const auto is_it = [&](const auto& command) { return command[0] == word; };
-    return std::any_of(kLabCommands.begin(), kLabCommands.end(), is_it) ? argv[i] : nullptr;
+    const auto has_name = [&](const auto& command) { return command[0] == word; };
+    return std::any_of(kLabCommands.begin(), kLabCommands.end(), has_name) ? argv[i] : nullptr;
   }
   return nullptr;
 }

@@ -1,6 +1,6 @@
-// Meshes of OpenMesh (https://www.graphics.rwth-aachen.de/software/openmesh) to meshes of Kiln and back. Templates over
-// any TriMesh_ArrayKernelT and PolyMesh_ArrayKernelT: Kiln itself is not linked to OpenMesh for them. Programs that
-// include this header must link OpenMesh, which the CMake target kiln::kiln_openmesh does.
+// Converts meshes of OpenMesh (https://www.graphics.rwth-aachen.de/software/openmesh) to meshes of Kiln and back.
+// Templates over any TriMesh_ArrayKernelT and PolyMesh_ArrayKernelT: Kiln itself does not link OpenMesh. Programs
+// that include this header must link OpenMesh, which the CMake target kiln::kiln_openmesh does.
 #pragma once
 
 #include <OpenMesh/Core/System/omstream.hh>
@@ -45,10 +45,11 @@ Channel from_byte(std::uint8_t value) {
   }
 }
 
-/// Origin for single-precision positions: the middle of the box of all finite points if it is farther than kFar
-/// diagonals from 0, else 0.
+/// Origin for positions in single precision: the centre of the bounding box of all finite points if it is
+/// farther than kFar diagonals from 0, else 0.
 inline std::array<double, 3> origin_of(std::span<const std::array<double, 3>> points) {
-  constexpr double kFar = 16;  // diagonals; the same threshold as in readers of files
+  // in diagonals of the bounding box; the readers of files use the same threshold
+  constexpr double kFar = 16;
   std::array<double, 3> low, high, middle{};
   low.fill(std::numeric_limits<double>::infinity());
   high.fill(-std::numeric_limits<double>::infinity());
@@ -80,8 +81,8 @@ class QuietErrors {
   bool enabled_;
 };
 
-/// The border corners of a polygon that was cut into triangles, in order, as corner indices (3 * triangle + corner in
-/// it). Empty if the border is not one loop.
+/// Returns the corners of the border of a polygon that was cut into triangles, in order, as corner indices (3 *
+/// triangle + corner within it). Empty if the border is not a single loop.
 inline std::vector<std::size_t> polygon_corners(const Mesh& mesh, std::size_t first,
                                                 std::size_t end) {
   struct Side {
@@ -121,7 +122,7 @@ inline std::vector<std::size_t> polygon_corners(const Mesh& mesh, std::size_t fi
 
 }  // namespace openmesh_detail
 
-/// A mesh of Kiln from a mesh of OpenMesh: TriMesh_ArrayKernelT or PolyMesh_ArrayKernelT with any traits. Deleted
+/// Makes a mesh of Kiln from a mesh of OpenMesh: TriMesh_ArrayKernelT or PolyMesh_ArrayKernelT with any traits. Deleted
 /// vertices and faces are left out; the others keep their order. Polygons are triangulated by a rule; Mesh::polygons
 /// groups their triangles. Properties are read if the mesh has them: texture coordinates of halfedges
 /// (`halfedge_texcoords2D`, on the halfedge that points to the corner), else of vertices; normals of halfedges, else of
@@ -226,7 +227,7 @@ Mesh from_openmesh(const OpenMeshT& mesh, std::string name = "mesh",
   if (!any_polygon) result.polygons.clear();
   if (vertex_uvs) result.uv_triangles = result.triangles;
   if (vertex_normals) result.normal_triangles = result.triangles;
-  for (Vec3& n : result.normals) {  // unit length, or zero: computed when needed
+  for (Vec3& n : result.normals) {  // unit length, or zero where normals are computed when needed
     const float length = std::sqrt(n.x * n.x + n.y * n.y + n.z * n.z);
     n = length > 0 && std::isfinite(length) ? Vec3{n.x / length, n.y / length, n.z / length}
                                             : Vec3{0, 0, 0};
@@ -234,10 +235,10 @@ Mesh from_openmesh(const OpenMeshT& mesh, std::string name = "mesh",
   return result;
 }
 
-/// A mesh of OpenMesh from a mesh of Kiln. Vertices and faces keep their order. A polygon mesh type gets the polygons
-/// of Mesh::polygons, a triangle mesh type gets triangles. UVs become texture coordinates of halfedges, normals become
-/// normals of halfedges, colours become colours of vertices; the properties are requested if the mesh has the
-/// attribute. Positions are Mesh::origin + positions, in the precision of the type.
+/// Makes a mesh of OpenMesh from a mesh of Kiln. Vertices and faces keep their order. A polygon mesh type gets the
+/// polygons of Mesh::polygons, a triangle mesh type gets triangles. UVs become texture coordinates of halfedges,
+/// normals become normals of halfedges, colours become colours of vertices; the properties are requested if the mesh
+/// has the attribute. Positions are Mesh::origin + positions, in the precision of the type.
 /// \throws Error(input) for faces that half-edges cannot represent: an edge of more than two faces or of two with
 ///         opposite winding, a vertex at which surfaces meet in a point only, a face that repeats a vertex. The
 ///         message names the triangle; clean_mesh() repairs windings, and separate vertices resolve the others
@@ -280,7 +281,8 @@ OpenMeshT to_openmesh(const Mesh& mesh) {
         corners = openmesh_detail::polygon_corners(mesh, first, end);
       }
     }
-    if (corners.empty()) {  // a triangle, or a polygon whose border is not one loop
+    // a triangle, or a polygon whose border is not a single loop, which is added as triangles
+    if (corners.empty()) {
       end = first + 1;
       corners = {3 * first, 3 * first + 1, 3 * first + 2};
     }
@@ -288,7 +290,7 @@ OpenMeshT to_openmesh(const Mesh& mesh) {
     for (const std::size_t c : corners) {
       vertices.emplace_back(static_cast<int>(mesh.triangles[c / 3][c % 3]));
     }
-    bool twice = false;  // OpenMesh does not detect repeated vertices
+    bool twice = false;  // OpenMesh itself does not detect faces that repeat a vertex
     for (std::size_t i = 0; i < vertices.size(); ++i) {
       for (std::size_t j = 0; j < i; ++j) twice = twice || vertices[i] == vertices[j];
     }

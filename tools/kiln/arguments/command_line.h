@@ -109,7 +109,7 @@ class Command {
   /// after --help and --version
   /// \throws UsageError
   bool parse(std::vector<std::string> words);
-  /// Words that neither an option nor a command accepted.
+  /// Returns the words that neither an option nor a command accepted.
   std::vector<std::string> unaccepted_words() const;
 
  private:
@@ -118,7 +118,7 @@ class Command {
   std::string missing_options_message() const;
   void join_choices(std::vector<std::string>& words) const;
 
-  std::unique_ptr<CLI::App> owned_app_;  ///< Owned by the program; null in commands
+  std::unique_ptr<CLI::App> owned_app_;  ///< The parser that the program owns; null in commands
   CLI::App* app_;
   std::vector<std::unique_ptr<Command>> commands_;
   std::vector<std::unique_ptr<Option>> options_;

@@ -79,8 +79,8 @@ void save_difference(const DiffArguments& arguments, Image& a, Image& b, const I
 
 /// The difference between the two versions of a file.
 struct FileDifference {
-  std::string file;   ///< Path relative to each folder
-  const char* state;  ///< One of equal, within, beyond, missing, new
+  std::string file;   ///< Path of the file, relative to each of the two folders
+  const char* state;  ///< State of the file: equal, within, beyond, missing or new
   std::string problem;
   std::optional<ImageDifference> image_difference;
 };

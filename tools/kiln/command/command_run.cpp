@@ -85,7 +85,7 @@ int explain(const Batch& batch, const std::string& name) {
              (suggestion.empty() ? ": --list shows them." : "; did you mean " + suggestion + "?"));
 }
 
-/// What --list or --plan states of an asset.
+/// What --list or --plan prints about an asset.
 struct AssetLine {
   std::string text;
   Json object;
@@ -624,7 +624,8 @@ int run_job_file(const RunArguments& arguments) {
     try {
       save_reports(arguments, report);
     } catch (...) {
-      print_summary();  // a full disk fails assets and reports alike, and the assets must not go unnamed
+      // a full disk makes both assets and reports fail, and the failed assets must still be named
+      print_summary();
       throw;
     }
   }

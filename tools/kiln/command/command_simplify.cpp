@@ -45,7 +45,7 @@ struct SimplifyArguments {
   CleanHigh clean = CleanHigh::automatic;
   bool keep_inner = false, keep_hulls = false;
   double fill_holes = 0;
-  // laid_out: true if --size, --unwrap or --density was given
+  // true if --size, --unwrap or --density was given
   bool keep_uvs = false, has_layout_option = false;
   bool has_density_option = false;  // true if --density was given
   bool quiet = false, force = false;

@@ -278,8 +278,8 @@ void print_summary(Console& console, const ExtractReport& r, const ExtractOption
       r.error, with_commas(r.non_manifold_edges).c_str()));
   for (const std::string& line : flaw_lines(r)) console.line(line);
   console.line(
-      formatted("map: %u x %u, %s charts cover %.0f%%, %.2f texels a cell, %s texels from fine "
-                "vertices",
+      formatted("map: %u x %u, %s charts cover %.0f%%, %.2f texels a cell, %s texels with "
+                "vertices of the full contour",
                 r.used.size, r.used.size, with_commas(r.charts).c_str(), 100 * r.coverage,
                 r.texels_per_cell, with_commas(r.splatted_texels).c_str()));
 }

@@ -107,7 +107,7 @@ class HttpStore : public CacheStore {
   template <typename Prepare>
   long call(const std::string& name, const Prepare& prepare) {
     if (failures_ >= kMaxFailures) return 0;
-    CURL* const handle = borrow();
+    CURL* const handle = borrow_handle();
     if (handle == nullptr) return 0;
     std::string reason(CURL_ERROR_SIZE, '\0');
     const std::string url = url_ + "/" + name;
@@ -127,7 +127,7 @@ class HttpStore : public CacheStore {
     if (code == CURLE_OK) curl_easy_getinfo(handle, CURLINFO_RESPONSE_CODE, &answer);
     curl_slist_free_all(headers);
     curl_easy_reset(handle);  // keeps the connection open
-    give_back(handle);
+    return_handle(handle);
     const bool succeeded = code == CURLE_OK && ((answer >= 200 && answer < 300) || answer == 404);
     if (succeeded) {
       failures_ = 0;
@@ -141,7 +141,7 @@ class HttpStore : public CacheStore {
     return code == CURLE_OK ? answer : 0;
   }
 
-  CURL* borrow() {
+  CURL* borrow_handle() {
     const std::lock_guard lock(mutex_);
     if (idle_handles_.empty()) return curl_easy_init();
     CURL* const handle = idle_handles_.back();
@@ -149,7 +149,7 @@ class HttpStore : public CacheStore {
     return handle;
   }
 
-  void give_back(CURL* handle) {
+  void return_handle(CURL* handle) {
     const std::lock_guard lock(mutex_);
     idle_handles_.push_back(handle);
   }

@@ -25,11 +25,11 @@ const std::set<std::string> kMeshInputFlags = {
     "--high", "--low",    "--triangulate",   "--split-at-seams", "--up",
     "--unit", "--uv-set", "--allow-outside", "--tangents",       "--high-normals"};
 
-/// Flags that affect a cage: kCageFlags affect any cage, kFoundCageFlags only one that Kiln computes.
+/// Flags that affect a cage: kCageFlags affect any cage, kAutomaticCageFlags only one that Kiln computes.
 const std::set<std::string> kCageFlags = {"--cage", "--cage-mesh"};
-const std::set<std::string> kFoundCageFlags = {"--direction",  "--edge-width", "--max-distance",
-                                               "--match-by",   "--match-list", "--low-names",
-                                               "--high-names", "--two-sided"};
+const std::set<std::string> kAutomaticCageFlags = {"--direction",  "--edge-width", "--max-distance",
+                                                   "--match-by",   "--match-list", "--low-names",
+                                                   "--high-names", "--two-sided"};
 
 void check_drawn_cage(const RenderArguments& arguments) {
   const Job& bake = arguments.bake;
@@ -38,7 +38,7 @@ void check_drawn_cage(const RenderArguments& arguments) {
             "--draw-cage draws the cage of --cage or --cage-mesh: add one of them.");
   for (const std::string& flag : bake.given) {
     const bool serves = kMeshInputFlags.contains(flag) || kCageFlags.contains(flag) ||
-                        (bake.cage_auto && kFoundCageFlags.contains(flag));
+                        (bake.cage_auto && kAutomaticCageFlags.contains(flag));
     if (serves || arguments.map_size_given) continue;
     fail_usage(flag +
                " does not affect the cage that --draw-cage draws: leave it out, or add --map-size "

@@ -48,7 +48,7 @@ Image map_sheet(const MappedMesh& dressed, const std::vector<std::string>& files
 
 /// Maps on the UVs of a mesh; an empty image means none.
 struct MaterialAtlases {
-  /// Three channels each: normals as n/2 + 1/2, colours as sRGB, occlusion as grey
+  /// Maps of three channels each: normals as n/2 + 1/2, colours as sRGB, occlusion as grey
   Image normal, color, occlusion;
   bool any() const { return normal.width + color.width + occlusion.width != 0; }
 };
@@ -57,8 +57,8 @@ struct MaterialAtlases {
 /// per set of textures. Moves the UVs of `mesh` into the cells, and keeps its original tangents. Values combine
 /// textures and factors as a renderer does.
 /// \param materials  in the order of Mesh::material_names; empty: no maps
-/// \param warnings   receives "own-maps" if the mesh is shown without maps, because its UVs leave the unit square while
-/// there are several, transformed or non-repeating textures, or because a texture cannot be read
+/// \param warnings   receives "own-maps" if the mesh is shown without maps: because a texture cannot be read, or
+/// because its UVs leave the unit square and there are several textures, or one is transformed or does not repeat
 MaterialAtlases make_material_atlases(const std::vector<Material>& materials, Mesh& mesh,
                                       std::vector<Warning>& warnings);
 

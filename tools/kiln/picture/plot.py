@@ -32,9 +32,9 @@ except ImportError as missing:
 # The build replaces this line by that file.
 from plot_labels import box_around_mark, place_labels, shared_area
 
-INK, SOFT, PALE, GRID = "#222222", "#555555", "#999999", "#d8d8d8"
-FRONT, RANGE = "#f0c070", "#b0b0b0"
-SMALL, NORMAL, LARGE, LARGEST = (size * 0.72 for size in (13, 15, 19, 24))  # points of 1/72 inch
+TEXT_COLOR, SOFT_COLOR, PALE_COLOR, GRID_COLOR = "#222222", "#555555", "#999999", "#d8d8d8"
+FRONT_COLOR, RANGE_COLOR = "#f0c070", "#b0b0b0"
+SMALL_FONT, NORMAL_FONT, LARGE_FONT, LARGEST_FONT = (size * 0.72 for size in (13, 15, 19, 24))  # points of 1/72 inch
 DPI = 100
 
 
@@ -46,7 +46,7 @@ class Page:
         self.figure = Figure((self.width / DPI, self.height / DPI), DPI, facecolor="white")
         self.renderer = FigureCanvasAgg(self.figure).get_renderer()
 
-    def text(self, x, y, words, size=NORMAL, color=INK, **look):
+    def text(self, x, y, words, size=NORMAL_FONT, color=TEXT_COLOR, **look):
         return self.figure.text(x / self.width, 1 - y / self.height, words, size=size, color=color,
                                 **{"va": "center", **look})
 
@@ -62,7 +62,7 @@ class Page:
         """Breaks a text into two lines if it is too wide."""
         for lines in (1, 2):
             made = self.figure.legend(handles=handles, loc=loc, frameon=False,
-                                      ncol=-(-len(handles) // lines), fontsize=NORMAL, bbox_to_anchor=(x, y / self.height), borderpad=0,
+                                      ncol=-(-len(handles) // lines), fontsize=NORMAL_FONT, bbox_to_anchor=(x, y / self.height), borderpad=0,
                                       columnspacing=1.4, handletextpad=0.5)
             left, _, right, _ = self.extent(made)
             if lines == 2 or right - left <= self.width:
@@ -76,12 +76,12 @@ class Page:
 
 def style_axes(axes, x_title, y_title):
     axes.set_axisbelow(True)
-    axes.grid(True, color=GRID, linewidth=0.7)
+    axes.grid(True, color=GRID_COLOR, linewidth=0.7)
     axes.spines[["top", "right"]].set_visible(False)
-    axes.spines[["left", "bottom"]].set_color(SOFT)
-    axes.tick_params(labelsize=NORMAL, labelcolor=INK, color=SOFT)
-    axes.set_xlabel(x_title, size=NORMAL, color=INK, labelpad=6)
-    axes.set_ylabel(y_title, size=NORMAL, color=INK, labelpad=8)
+    axes.spines[["left", "bottom"]].set_color(SOFT_COLOR)
+    axes.tick_params(labelsize=NORMAL_FONT, labelcolor=TEXT_COLOR, color=SOFT_COLOR)
+    axes.set_xlabel(x_title, size=NORMAL_FONT, color=TEXT_COLOR, labelpad=6)
+    axes.set_ylabel(y_title, size=NORMAL_FONT, color=TEXT_COLOR, labelpad=8)
 
 
 def format_numbers(values):
@@ -167,7 +167,7 @@ def draw_panel(page, data, panel, corner, size):
         y = axes.transData.transform((least, broken[1]))[1]
         line([(left, y), (right, y)], color="#888888", linewidth=1.2, linestyle="--")
         kept.append(page.extent(words(right - 8, y - 5, "below this line: no error at all (0)",
-                                      ha="right", va="top", size=SMALL, color="#888888")))
+                                      ha="right", va="top", size=SMALL_FONT, color="#888888")))
     better = np.array([left + 4, bottom + 4, left + 138, bottom + 70])
     if not any(shared_area(better, box_around_mark(point)) > 0 for point in points):
         kept.append(better)
@@ -175,18 +175,18 @@ def draw_panel(page, data, panel, corner, size):
                       xycoords="figure pixels", textcoords="figure pixels",
                       arrowprops={"arrowstyle": "-|>", "color": "#bbbbbb", "linewidth": 2.2,
                                   "shrinkA": 0, "shrinkB": 0, "mutation_scale": 18})
-        words(left + 62, bottom + 46, "better", color=PALE, size=NORMAL)
+        words(left + 62, bottom + 46, "better", color=PALE_COLOR, size=NORMAL_FONT)
     front = [pixel(mark) for mark in sorted(marks, key=lambda m: m["seconds"]) if mark["front"]]
     lines = list(zip(front, front[1:]))
     if front:
-        line(front, color=FRONT, linewidth=4, zorder=1.5)
+        line(front, color=FRONT_COLOR, linewidth=4, zorder=1.5)
     for mark, point in zip(marks, points):
         lines.append((pixel(mark, min(mark["runs"])), pixel(mark, max(mark["runs"]))))
-        line(lines[-1], color=RANGE, linewidth=1.2, zorder=1.8)
+        line(lines[-1], color=RANGE_COLOR, linewidth=1.2, zorder=1.8)
         style = next(style for style in data["styles"] if style["family"] == mark["family"])
         line([point], zorder=3, **mark_style(style))
-    texts = [words(0, 0, mark["label"], ha="center", va="center_baseline", zorder=4, size=NORMAL,
-                   color="#111111" if mark["front"] else SOFT,
+    texts = [words(0, 0, mark["label"], ha="center", va="center_baseline", zorder=4, size=NORMAL_FONT,
+                   color="#111111" if mark["front"] else SOFT_COLOR,
                    weight="bold" if mark["front"] else "normal") for mark in marks]
     boxes = [page.extent(text) for text in texts]
     sizes = [(box[2] - box[0] + 6, 20) for box in boxes]
@@ -194,7 +194,7 @@ def draw_panel(page, data, panel, corner, size):
     for text, point, (box, end) in zip(texts, points, places):
         text.set_position((box[:2] + box[2:]) / 2)
         if end is not None:
-            line([point, end], color=PALE, linewidth=0.8, zorder=1.9)
+            line([point, end], color=PALE_COLOR, linewidth=0.8, zorder=1.9)
 
 
 def draw_chart(data):
@@ -203,18 +203,18 @@ def draw_chart(data):
     heights = [group_head + (panel_height + panel_foot) * -(-len(group["panels"]) // columns)
                for group in data["groups"]]
     page = Page(width, head + foot + sum(heights))
-    page.text(width / 2, 36, data["title"], LARGEST, ha="center")
-    page.text(width / 2, 76, data["subtitle"], NORMAL, SOFT, ha="center")
+    page.text(width / 2, 36, data["title"], LARGEST_FONT, ha="center")
+    page.text(width / 2, 76, data["subtitle"], NORMAL_FONT, SOFT_COLOR, ha="center")
     panel_width = (width - left - between - right) / columns
     for k, group in enumerate(data["groups"]):
         top = head + sum(heights[:k])
-        page.text(width / 2, top + 18, group["title"], LARGE, ha="center", weight="bold")
-        page.text(width / 2, top + 46, group["note"], NORMAL, SOFT, ha="center")
+        page.text(width / 2, top + 18, group["title"], LARGE_FONT, ha="center", weight="bold")
+        page.text(width / 2, top + 46, group["note"], NORMAL_FONT, SOFT_COLOR, ha="center")
         for i, panel in enumerate(group["panels"]):
             corner = (left + i % columns * (panel_width + between),
                       top + group_head + i // columns * (panel_height + panel_foot))
             draw_panel(page, data, panel, corner, (panel_width, panel_height))
-    page.legend([Line2D([], [], color=FRONT, linewidth=4,
+    page.legend([Line2D([], [], color=FRONT_COLOR, linewidth=4,
                         label="the best: nothing else is both faster and closer")] +
                 [Line2D([], [], label=one["title"], **mark_style(one)) for one in data["styles"]],
                 20, "lower center")
@@ -273,7 +273,7 @@ def name_rings(page, axes, panel, taken):
     if not rings.get("labels"):
         return
     texts = [axes.text(0, 0, words, transform=IdentityTransform(), ha="center", zorder=4,
-                       va="center_baseline", size=NORMAL, color="#00694d",
+                       va="center_baseline", size=NORMAL_FONT, color="#00694d",
                        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 1})
              for words in rings["labels"]]
     boxes = [page.extent(text) for text in texts]
@@ -297,7 +297,7 @@ def draw_study(data):
     entries = max(len(panel["levels"]) + sum(not isinstance(curve["look"], dict)
                                              for curve in panel["curves"]) for panel in panels)
     page = Page(len(panels) * (left + width + right), top + height + 124 + 13 * entries)
-    page.text(page.width / 2, 40, data["title"], LARGEST, ha="center")
+    page.text(page.width / 2, 40, data["title"], LARGEST_FONT, ha="center")
     ticks = data["x_ticks"]
     for i, panel in enumerate(panels):
         axes = page.axes(i * (left + width + right) + left, top, width, height)
@@ -305,7 +305,7 @@ def draw_study(data):
         values += [level["y"] for level in panel["levels"]] + panel["rings"]["y"]
         is_log = min(values) > 0 and max(values) >= 3 * min(values)
         if "title" in panel:
-            axes.set_title(panel["title"], size=NORMAL, color=INK)
+            axes.set_title(panel["title"], size=NORMAL_FONT, color=TEXT_COLOR)
         style_axes(axes, data["x_title"] + " (logarithmic)",
                    panel["y_title"] + (" (logarithmic)" if is_log else ""))
         set_log(axes, "x", ticks[0] / 1.15, ticks[-1] * 1.15, ticks)
@@ -317,7 +317,7 @@ def draw_study(data):
         if "x_note" in data:
             axes.axvline(data["x_note"]["x"], color="#bbbbbb", linewidth=1.5, zorder=1)
             axes.text(data["x_note"]["x"] * 1.04, 0.98, data["x_note"]["text"], color="#777777",
-                      va="top", size=NORMAL, transform=axes.get_xaxis_transform())
+                      va="top", size=NORMAL_FONT, transform=axes.get_xaxis_transform())
         taken = marks_of(axes, panel["curves"])  # names of thin curves are added below
         for curve in panel["curves"]:
             thin = isinstance(curve["look"], dict)  # its name is at its end, not in the legend
@@ -326,7 +326,7 @@ def draw_study(data):
             if thin:
                 place, box = place_beside_point(axes, curve["x"][-1], curve["y"][-1], curve["title"], taken)
                 taken.append(box)
-                named(axes, curve["x"][-1], curve["y"][-1], curve["title"], place, SMALL, SOFT,
+                named(axes, curve["x"][-1], curve["y"][-1], curve["title"], place, SMALL_FONT, SOFT_COLOR,
                       zorder=1.5)
         for level in panel["levels"]:
             look = {**curve_look(level["look"]), "marker": ""}
@@ -336,7 +336,7 @@ def draw_study(data):
                       markerfacecolor="none", markeredgewidth=2, label=panel["rings"]["title"])
         name_rings(page, axes, panel, taken)
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -64 / height), ncol=2, frameon=False,
-                    fontsize=NORMAL, borderpad=0, handlelength=2.6)
+                    fontsize=NORMAL_FONT, borderpad=0, handlelength=2.6)
     return page
 
 

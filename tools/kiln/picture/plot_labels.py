@@ -8,8 +8,8 @@ import random
 import numpy as np
 
 MARK_RADIUS = 10  # of a mark, pixels
-GAPS, ANGLES, LEADER_GAP, ORDERS = (4, 12, 24, 38, 54, 74, 98, 130, 170, 220, 280), 20, 10, 6
-# Costs: violations are far more expensive than flaws.
+LABEL_GAPS, ANGLE_COUNT, LEADER_GAP, TRIED_ORDERS = (4, 12, 24, 38, 54, 74, 98, 130, 170, 220, 280), 20, 10, 6
+# Costs of a label's place: unreadable labels cost far more than flaws of the layout.
 OUTSIDE, ON_LABEL, ON_MARK, ON_LINE = 1e7, 1e5, 3e4, 800
 LEADER_ON_LABEL, LEADERS_CROSS, LEADER_ON_MARK, NEARER_OTHER = 5000, 3000, 2000, 600
 
@@ -42,8 +42,8 @@ class LabelPositions:
     """Candidate places of one label: boxes, ends of leader lines, whether a leader is needed, and costs without other labels."""
 
     def __init__(self, mark, size, marks, panel, kept, lines):
-        angle = np.tile(2 * np.pi * np.arange(ANGLES) / ANGLES, len(GAPS))
-        gap = np.repeat(np.array(GAPS, float), ANGLES)
+        angle = np.tile(2 * np.pi * np.arange(ANGLE_COUNT) / ANGLE_COUNT, len(LABEL_GAPS))
+        gap = np.repeat(np.array(LABEL_GAPS, float), ANGLE_COUNT)
         toward = np.stack([np.cos(angle), np.sin(angle)], -1)
         center = mark + toward * (MARK_RADIUS + gap)[:, None] + np.clip(2 * toward, -1, 1) * size / 2
         self.boxes = boxes = np.concatenate([center - size / 2, center + size / 2], -1)
@@ -86,7 +86,7 @@ def place_labels(marks, sizes, panel, kept=(), lines=()):
     labels = [LabelPositions(mark, np.array(size, float), marks, np.array(panel), kept, lines)
               for mark, size in zip(marks, sizes)]
     best, least = {}, np.inf
-    for order in range(ORDERS):  # orders of labels: each leads to another local minimum
+    for order in range(TRIED_ORDERS):  # orders of labels: each leads to another local minimum
         turns = list(range(len(labels)))
         random.Random(order).shuffle(turns)
         chosen, costs, before = {}, {}, None
@@ -99,7 +99,7 @@ def place_labels(marks, sizes, panel, kept=(), lines=()):
                 for k, place in chosen.items():
                     if k != i:
                         cost += labels[i].cost_next_to(labels[k], place)
-                # Ties keep the current place, so that the search terminates.
+                # A place of equal cost does not replace the current one, so that the search terminates.
                 if i not in chosen or cost.min() < cost[chosen[i]]:
                     chosen[i] = int(cost.argmin())
                 costs[i] = cost[chosen[i]]

@@ -21,7 +21,7 @@ struct ViewedMesh {
 
 struct ViewPage {
   std::string title;
-  /// Rows of the page's table: name and value
+  /// Rows of the page's table, each a name and a value
   std::vector<std::pair<std::string, std::string>> facts;
   bool z_up = false;
 };
