@@ -85,8 +85,8 @@ void Hemispheres::turn_picked(std::uint32_t count, std::uint32_t round,
                               cl::Array<std::uint32_t>& turns) {
   make_room(context_, turns, round_up_to_lanes(count));
   const kiln_pick_params params{count, 0, 0, 0, 1, round};
-  context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_turn_more"), count, kLocal, params,
-                  picked_, keys_, turns);
+  context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_rotate_round"), count, kLocal,
+                  params, picked_, keys_, turns);
 }
 
 /// Prepares the filter for the texels of a band that have a sample with rays. The first such sample

@@ -7,34 +7,33 @@
 // the normal; the set and the angle are a hash of the sample's position in the map. The basis about a normal is
 // continuous almost everywhere (Duff et al., "Building an Orthonormal Basis, Revisited", 2017).
 //
-// A row of rays holds one ray of each sample, so rays that are neighbours in memory start near each other. The
-// rays of a row also have similar directions, despite the rotations: the set is cut into rings, each sorted by
-// angle, and a rotated sample starts at another ray of the ring. This only changes the order of a sample's rays.
-// For nearest hits rows have mixed directions, since beams of rays that diverge widen until they reach all nodes.
-// If few samples, far apart, cast many rays each, the rays of a row share no nodes; then the rays of one sample
-// are consecutive instead (by_sample). Origins are offset from the face along its geometric normal (the push), to
-// the side of the ray, so that no ray hits the face that it starts from.
+// A row of rays holds one ray of each sample, so rays that are neighbours in memory start near each other. The rays of
+// a row also have similar directions, despite the rotations: the set is cut into rings, each sorted by angle, and a
+// rotated sample starts at another ray of the ring. This only changes the order of a sample's rays. For nearest hits
+// rows have mixed directions, since beams of rays that diverge widen until they reach all nodes. If few samples, far
+// apart, cast many rays each, the rays of a row share no nodes; then the rays of one sample are consecutive instead
+// (by_sample). Origins are offset along the geometric normal (by `push`), to the side of the ray, so that no ray hits
+// the face that it starts from.
 //
-// kernel                   global               local  memory traffic an item
-// kiln_hemisphere_pick     samples              64     reads 44 B (gathered), writes 40 B
-// kiln_hemisphere_turn_more samples             64     reads 8 B (gathered), writes 4 B
-// kiln_hemisphere_rays     rays / 8             64     reads 320 B + 8 directions (gathered), writes 192 B
-// kiln_hemisphere_open     samples / 8          8      reads 8 B a row of rays, writes 32 B
-// kiln_hemisphere_own      samples              64     reads 4 B + 1 B a ray, writes 4 B
-// kiln_hemisphere_bent_sum     samples / 8          8      reads 104 B a row of rays, writes 96 B
-// kiln_hemisphere_depth    samples / 8          8      reads 64 B a row of rays, writes 32 B
-// kiln_hemisphere_bent     samples              64     reads 41 B + 2 triangles' attributes, writes 12 B
+// kernel                        global       local  memory traffic an item
+// kiln_hemisphere_pick          samples      64     reads 44 B (gathered), writes 40 B
+// kiln_hemisphere_rotate_round  samples      64     reads 8 B (gathered), writes 4 B
+// kiln_hemisphere_rays          rays / 8     64     reads 320 B + 8 directions (gathered), writes 192 B
+// kiln_hemisphere_open          samples / 8  8      reads 8 B a row of rays, writes 32 B
+// kiln_hemisphere_own           samples      64     reads 4 B + 1 B a ray, writes 4 B
+// kiln_hemisphere_bent_sum      samples / 8  8      reads 104 B a row of rays, writes 96 B
+// kiln_hemisphere_depth         samples / 8  8      reads 64 B a row of rays, writes 32 B
+// kiln_hemisphere_bent          samples      64     reads 41 B + 2 triangles' attributes, writes 12 B
 //
 // Their origins come from hemisphere_points.cl, a program of its own: CPUs pass them to hemisphere_cast.cl, and most
-// bakes there need no kernel of this file.
-// Strengths: sums have a fixed order, so that they depend on the sample alone. Limits: contacts nearer than the
-// push are missed.
+// bakes there need no kernel of this file. Strengths: sums have a fixed order, so that they depend on the sample alone.
+// Limits: occluders nearer than the offset of the origins are missed.
 
 #include "detail/detail.clh"
 #include "detail/hemisphere_ray.clh"
 #include "detail/hemisphere_turn.clh"
 
-/// Gathers chosen samples of a band: all inputs of their rays.
+/// Copies the inputs of selected samples' rays from a band into compact arrays.
 kernel void kiln_hemisphere_pick(
     const kiln_pick_params params, global const uint* restrict samples,
     global const uint* restrict low_triangle, global const float* restrict low_barycentric,
@@ -61,11 +60,11 @@ kernel void kiln_hemisphere_pick(
   to_turns[i] = params.by_key != 0u ? hemisphere_turn(turns[s], params.round) : turns[s];
 }
 
-/// Rotations of the same samples for another round of rays.
-kernel void kiln_hemisphere_turn_more(const kiln_pick_params params,
-                                      global const uint* restrict samples,
-                                      global const uint* restrict keys,
-                                      global uint* restrict to_turns) {
+/// Computes new rotations of the same samples for another round of rays.
+kernel void kiln_hemisphere_rotate_round(const kiln_pick_params params,
+                                         global const uint* restrict samples,
+                                         global const uint* restrict keys,
+                                         global uint* restrict to_turns) {
   const size_t i = get_global_id(0);
   if (i >= params.count) return;
   to_turns[i] = hemisphere_turn(keys[samples[i]], params.round);
@@ -136,7 +135,7 @@ kernel void kiln_hemisphere_rays(const kiln_hemisphere_params params,
   }
 }
 
-/// Body of the kernels that sum over rows of rays: `planes` sums for each of a work-item's samples. `add` is
+/// Body of the kernels that sum over rows of rays. It computes `planes` sums for each sample of the work-item. `add` is
 /// the statement that adds a row's values, from index `at` on, to sum[].
 #define HEMISPHERE_ADD_ROWS(vector, planes, result, add)                 \
   const uint lane = (uint)get_global_id(0) * LANES;                      \
@@ -212,8 +211,8 @@ kernel void kiln_hemisphere_depth(const kiln_hemisphere_params params,
   const float8 reach = (float8)(params.reach);
   HEMISPHERE_ADD_ROWS(float8, 1, depth, {
     const int8 found = vload8(0, triangle + at) != (uint8)(KILN_NO_TRIANGLE);
-    const float8 way = min(fabs(vload8(0, distance + at)), reach) / reach;
-    sum[0] += select((float8)(1.0f), way, found);
+    const float8 hit_distance = min(fabs(vload8(0, distance + at)), reach) / reach;
+    sum[0] += select((float8)(1.0f), hit_distance, found);
   })
 }
 

@@ -102,8 +102,8 @@ kernel void kiln_hemisphere_cast(const kiln_hemisphere_params params,
                   turn_table, directions, rings, scratch, hits, open, bent_sum);
 }
 
-/// Generates rays [first_row, first_row + rows) of one sample in the set's order, since rings are only useful
-/// for rows of many samples.
+/// Generates rays [first_row, first_row + rows) of one sample in the order of the ray set. Sorting them by rings is
+/// only useful for rows with rays of many samples.
 static KILN_CALL void hemisphere_fill_own(const kiln_hemisphere_params params,
                                           global const float* point, uint code,
                                           global const float* turn_table,
@@ -112,12 +112,12 @@ static KILN_CALL void hemisphere_fill_own(const kiln_hemisphere_params params,
   hemisphere_lanes lanes;
   hemisphere_load(params, point, true, (uint8)(code), turn_table, &lanes);
   const uint total_rays = params.all_rays;
-  global const float* of_set = directions + lanes.set.s0 * (3 * total_rays) + first_row;
+  global const float* set_directions = directions + lanes.set.s0 * (3 * total_rays) + first_row;
   for (uint i = 0; i < rows; i += LANES) {
     const uint first_ray = min(i, rows - LANES);  // the last rays may be generated twice
     float8 disk[3];
     KILN_UNROLL
-    for (int axis = 0; axis < 3; ++axis) disk[axis] = vload8(0, of_set + axis * total_rays + first_ray);
+    for (int axis = 0; axis < 3; ++axis) disk[axis] = vload8(0, set_directions + axis * total_rays + first_ray);
     float8 origin[3], opposite[3];
     hemisphere_rotate(params, &lanes, disk, origin, opposite);
     KILN_UNROLL

@@ -47,8 +47,8 @@ kernel void kiln_hemisphere_cast_depth(const kiln_hemisphere_params params,
     for (uint i = 0; i < samples; i += LANES) {
       float8 sum = vload8(0, sums + i);
       for (uint k = 0; k < rows; ++k) {
-        const float8 way = vload8(0, hit + k * samples + i);
-        sum += select((float8)(1.0f), min(way, reach) / reach, way <= query.t_max);
+        const float8 hit_distance = vload8(0, hit + k * samples + i);
+        sum += select((float8)(1.0f), min(hit_distance, reach) / reach, hit_distance <= query.t_max);
       }
       vstore8(sum, 0, sums + i);
     }

@@ -1,4 +1,4 @@
-// Where rays over hemispheres start: the samples' positions, normals and rotations.
+// Computes where rays over hemispheres start: the samples' positions, normals and rotations.
 //
 // hemisphere.cl has the method, and hemisphere_cast.cl that of CPUs; both read what these kernels write.
 //
@@ -26,14 +26,14 @@ kernel void kiln_hemisphere_turns(const kiln_rotation_params params,
   const uint texel = hash_of(params.first_texel + texel_index[i]);
   const uint end = texel_first[i + 1];
   for (uint s = texel_first[i]; s < end; ++s) {
-    // Multiples of the golden ratio are evenly spaced for any number of samples.
+    // Multiples of the golden ratio, modulo 1, are evenly spaced for any number of samples.
     turns[s] = (texel + sample_slot[s] * 2654435769u) >>
                (32 - KILN_HEMISPHERE_TURN_BITS - KILN_HEMISPHERE_SET_BITS);
   }
 }
 
-/// The index of each sample's texel along a Morton curve, finest digit first; hemisphere_turn() shuffles it. The
-/// curve continues within the texel.
+/// Computes the index of each sample along a Morton curve over the map, with the digit of the finest level first;
+/// hemisphere_turn() shuffles the index. The curve continues over the samples within a texel.
 kernel void kiln_hemisphere_keys(const kiln_rotation_params params,
                                  global const uint* restrict texel_index,
                                  global const uint* restrict texel_first,
@@ -67,8 +67,8 @@ static inline float3 hemisphere_unit(float3 v) {
   return scaled / sqrt(dot3(scaled, scaled));
 }
 
-/// Positions, normals and pushes of samples [first, first + count), or picked[0], ... Samples without a point, and
-/// padding of the last lanes, get zero normals.
+/// Computes positions, normals and offset vectors of the samples [first, first + count), or of picked[0], picked[1] and
+/// so on. Samples without a point, and unused lanes at the end, get zero normals.
 static KILN_CALL void hemisphere_point(const size_t i, const kiln_hemisphere_params params,
                                        global const uint* KILN_CALL_RESTRICT low_triangle,
                                        global const float* KILN_CALL_RESTRICT low_barycentric,

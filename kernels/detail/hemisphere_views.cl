@@ -13,9 +13,9 @@
 //          KILN_HEMISPHERE_BENT_SUM    also sums the open directions
 //          KILN_LANES, KILN_PORTABLE_MASKS  as in lib/vector.clh, lib/mask.clh
 //
-// Strengths: a sample costs a projection and one pixel read per view; all samples share their directions, so
-// there is no grain. Limits: occluders narrower than a pixel may be missed; contacts closer than a pixel are
-// always missed; few directions cause banding.
+// Strengths: a sample costs a projection and one pixel read per view; all samples share their directions, so there is
+// no noise. Limits: occluders narrower than a pixel may be missed; contacts closer than a pixel are always missed; few
+// directions cause banding.
 #include "accel/keys.clh"
 #include "lib/vector3.clh"
 #include "accel/visibility_lanes.clh"
@@ -129,7 +129,7 @@ kernel void kiln_hemisphere_views(const kiln_hemisphere_views_params params,
       const vfloat shown = visibility_gather(picture, row * (last + 1) + column);
       // Pictures cover all occluders: points outside of the picture are unoccluded.
       const vint outside = max(offset_x * offset_x, offset_y * offset_y) > (vfloat)(1.0f);
-      // Both sides multiplied by the cosine, so that the face's orientation does not matter.
+      // Both sides of the comparison are multiplied by the cosine, so that the face's orientation does not matter.
       const vfloat squared = facing * facing;
       const vint seen = (squared > (vfloat)(min_squared)) &
                         ((slope_x * offset_x - slope_y * offset_y) * facing <=

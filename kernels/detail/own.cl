@@ -21,7 +21,7 @@ static inline float3 own_unit(float3 v, float3 fallback) {
   return scaled / sqrt(dot3(scaled, scaled));
 }
 
-/// Values of samples [first, end), four planes. Samples without a point hold 0.
+/// Computes the values of samples [first, end) as four planes. Samples without a point get 0.
 /// \param low_points  position (frame units) and direction, planes
 /// \param uvs         per corner index if has_uvs; u and v interleaved
 kernel void kiln_own_values(const kiln_own_params params,

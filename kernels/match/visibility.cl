@@ -68,9 +68,9 @@ kernel void kiln_visibility_prepare(const kiln_visibility_params params,
   prepared[i + 5 * out] = normal.z;
 }
 
-/// Adds the directions of a batch of views that see each sample. A view sees a sample if the
-/// surface in the sample's pixel is, at the pixel's centre, no nearer than the plane of the
-/// sample's face. So no face hides itself at any angle.
+/// Adds the directions of a batch of views that see each sample. A view sees a sample if the surface in the sample's
+/// pixel is, at the pixel's centre, no nearer than the plane of the sample's face. So a face never hides its own
+/// samples, at any angle.
 /// \param prepared  6 planes: position, unit normal of the face
 /// \param weights   weight of each view
 /// \param sums      4 planes: sum of directions x y z, sum of weights
@@ -94,7 +94,7 @@ kernel void kiln_visibility_texels(const kiln_visibility_params params,
   const size_t base = get_global_id(0) * KILN_VISIBILITY_SAMPLES;
   if (base >= params.count) return;
 #endif
-  // Planes are padded to whole items, so that no lane needs a check.
+  // Arrays are padded to whole work-items, so no lane needs a bounds check.
   const int vectors = VISIBILITY_LANES == 1 ? 1 : KILN_VISIBILITY_SAMPLES / VISIBILITY_LANES;
   const int last = (int)params.view_size - 1;
   for (uint k = 0; k < params.view_count; ++k) {
@@ -223,7 +223,7 @@ kernel void kiln_visibility_corners(
     const float ay = view->top - dot3(up, a) * view->scale;
     const float by = view->top - dot3(up, b) * view->scale;
     const float cy = view->top - dot3(up, c) * view->scale;
-    // Rows grow downwards, so faces turned to the viewer are clockwise here.
+    // Row indices grow downwards, so triangles that face the viewer have clockwise corners here.
     const float area = (cx - ax) * (by - ay) - (bx - ax) * (cy - ay);
     if (!(area > 0.0f)) continue;
     const int size = (int)params.view_size;
@@ -273,8 +273,8 @@ kernel void kiln_visibility_scatter(const kiln_visibility_params params, const u
   field_triangle[pixel] = triangle[i];
 }
 
-/// One smoothing pass with weights 4, 2, 1, over sums and weights alike, so that well-sampled texels have
-/// more weight.
+/// One smoothing pass with the weights 4, 2, 1 for the texel, its side neighbours and its diagonal neighbours. Sums of
+/// directions and sums of weights are smoothed alike, so well-sampled texels count more.
 /// \param width  of the field
 kernel void kiln_visibility_smooth(const uint count, const uint width,
                                    global const uchar* restrict kind,

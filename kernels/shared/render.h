@@ -28,7 +28,7 @@ typedef struct kiln_render_params {
   kiln_uint tile_columns;  // tiles in a row of the picture
   kiln_uint pixel_count;   // pixels of this part, a multiple of a tile's
   kiln_uint sample_count;  // pixel_count * samples * samples
-  kiln_uint capacity;      // elements of one plane of the samples' arrays
+  kiln_uint capacity;      // elements per component plane of the samples' arrays
   kiln_uint flat;          // 1: face normals
   kiln_uint show_normals;  // 1: the normal as a colour
   kiln_uint ambient_passes;  // rays per sample for ambient occlusion; 0: none
@@ -44,7 +44,7 @@ KILN_CHECK_SIZE(kiln_render_params, 128);
 
 typedef struct kiln_render_map_params {
   kiln_uint count;     // number of samples
-  kiln_uint capacity;  // elements of one plane of the samples' arrays
+  kiln_uint capacity;  // elements per component plane of the samples' arrays
   kiln_uint width;     // width of the map, texels
   kiln_uint height;
   kiln_int space;      // KILN_SPACE_* (shared/detail.h), or KILN_RENDER_COLORS

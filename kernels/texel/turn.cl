@@ -1,4 +1,4 @@
-// Ray directions that follow the low poly's shading normals on faces, and are averaged at its hard edges.
+// Ray directions: the low poly's shading normals on faces, blended into averaged normals at its hard edges.
 //
 // Purpose: rays along averaged normals lean over whole faces of a box, and details on it come out skewed;
 // rays along the faces' own normals leave gaps at edges. So both are blended: with s the distance to the
@@ -16,7 +16,7 @@
 #include "lib/shell.clh"
 #include "shared/common.h"
 
-/// Blends the samples' directions, planes 3 to 5 of `points`.
+/// Blends the samples' directions, which are planes 3 to 5 of `points`.
 kernel void kiln_texel_turn(const uint count,
                             const uint capacity,
                             const uint painted,                      // 1: `weights` are used; else 0

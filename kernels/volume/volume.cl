@@ -110,7 +110,7 @@ kernel __attribute__((vec_type_hint(float4))) void kiln_volume_crossings(
       t = 0.5f;
       normal = along_edge;
     } else {
-      // Values are halved to avoid overflow.
+      // Values are halved, so that their difference does not overflow.
       const float rise = fb * 0.5f - fa * 0.5f;
       t = clamp((grid.iso * 0.5f - fa * 0.5f) / rise, 0.0f, 1.0f);
       if (!(t >= 0.0f)) t = 0.5f;
@@ -118,7 +118,7 @@ kernel __attribute__((vec_type_hint(float4))) void kiln_volume_crossings(
       const float3 at_b = volume_gradient(&grid, voxels, b);
       const float3 gradient = volume_blend(fa - grid.iso, fb - grid.iso, at_a, at_b, axis, &t);
       const float outward = grid.below != 0 ? 1.0f : -1.0f;
-      // If the field is constant around the edge, the normal runs along the edge.
+      // If the field is constant around the edge, the normal is the direction of the edge.
       normal = volume_unit(gradient * outward, along_edge);
     }
   }

@@ -30,10 +30,10 @@ static float3 map_weights(float second, float third) {
 
 static float map_min(float3 weights) { return min(weights.x, min(weights.y, weights.z)); }
 
-/// Finds the chart's triangle that contains a point, or is nearest to it, and the point's weights
-/// there. A point beyond the diagonal of one triangle lies in the other triangle's half of the
-/// rectangle, and is assigned to the other triangle if its projection is on that side, too. Above
-/// a ridge between the two it may project outside of both; it is then assigned to the diagonal.
+/// Finds the chart's triangle that contains a point, or is nearest to it, and the point's weights there. A point that
+/// projects beyond the diagonal of one triangle is assigned to the other triangle if its projection onto that one lies
+/// in the other half of the rectangle. Above a ridge between the two triangles, a point may project outside of both; it
+/// is then assigned to the diagonal.
 static uint map_project(global const kiln_volume_chart* chart, float3 point, float3* weights) {
 #pragma OPENCL FP_CONTRACT OFF
   uint best = 0u;
@@ -226,14 +226,15 @@ kernel void kiln_volume_map_encode(const kiln_volume_level params,
           best = k;
         }
       }
-      // In the padding: the frame at the triangle's edge, at which the padding is sampled.
+      // Texels in the padding use the tangent frame at the triangle's edge, since renderers sample the padding there.
       weights = max(weights, 0.0f);
       weights /= (weights.x + weights.y) + weights.z;
       global const kiln_low_shading* low = shading + chart->triangle + best;
       const float3 frame_normal = map_interpolate(low->normal, weights);
       const float3 tangent = map_interpolate(low->tangent, weights);
       const float3 bitangent = cross3(frame_normal, tangent) * low->sign;
-      // Cramer's rule up to the determinant's magnitude, which normalising removes.
+      // Cramer's rule without the division by the determinant, which normalising makes unnecessary; only its sign
+      // matters.
       const float3 across = cross3(bitangent, frame_normal);
       value = (float3)(dot3(normal, across), dot3(normal, cross3(frame_normal, tangent)),
                        dot3(normal, cross3(tangent, bitangent)));

@@ -35,13 +35,14 @@
 #include "lib/vector3.clh"
 #include "shared/volume.h"
 
-// Cosines of the angles between which the weight of two sides falls from 1 to 0.
-#define SEAM_SAME 0.8660254f
-#define SEAM_CREASE 0.6427876f
+// The weight of another chart's side falls from 1 to 0 as the angle between the two sides' normals grows from the first
+// to the second of these angles; stored as cosines.
+#define SEAM_COS_FULL_WEIGHT 0.8660254f
+#define SEAM_COS_NO_WEIGHT 0.6427876f
 #define SEAM_NONE 0xFFFFFFFFu
 
 typedef struct seam_side {
-  int x, y;    // Texel of its first corner
+  int x, y;    // Texel of the side's first corner
   int dx, dy;  // Step to the next texel
   int steps;
   int reversed;  // 1: runs from the vertex with the higher index to the one with the lower index
@@ -61,20 +62,20 @@ static seam_side seam_get(global const kiln_volume_chart* chart, uint k) {
   return side;
 }
 
-/// Weight between two directions.
+/// Weight by the angle between two normals.
 static float seam_weight(float3 a, float3 b) {
 #pragma OPENCL FP_CONTRACT OFF
-  return clamp((dot3(a, b) - SEAM_CREASE) / (SEAM_SAME - SEAM_CREASE), 0.0f, 1.0f);
+  return clamp((dot3(a, b) - SEAM_COS_NO_WEIGHT) / (SEAM_COS_FULL_WEIGHT - SEAM_COS_NO_WEIGHT), 0.0f, 1.0f);
 }
 
-/// Share of a level's differences that the finer level adopts: all if its texels are within the reach, none
-/// from twice the reach on.
+/// Share of a level's differences that is added to the finer level: 1 if the level's texels are at most as wide as the
+/// reach, falling to 0 at twice the reach.
 static float seam_fade(float reach, uint level) {
 #pragma OPENCL FP_CONTRACT OFF
   return clamp(2.0f * reach / (float)(1u << level) - 1.0f, 0.0f, 1.0f);
 }
 
-/// A side's value at node j of m, counted from the vertex with the lower index.
+/// Returns a side's normal at node j of m, counted from the vertex with the lower index.
 static float3 seam_value(global const kiln_volume_chart* charts, global const float4* texels,
                          uint member, int j, int m) {
 #pragma OPENCL FP_CONTRACT OFF
@@ -185,7 +186,7 @@ kernel void kiln_volume_seam_sides(
 /// The new value of a texel that lies on a side of its chart; w is 0 for other texels.
 static float4 seam_texel(global const kiln_volume_chart* chart, global const float4* ring, int x,
                          int y) {
-  // Most texels of a quad share no row and no column with its corners.
+  // Most texels of a quad lie in neither a row nor a column of its corners, so they lie on no side.
   global const float* first = chart->texel[0];
   global const float* across = chart->texel[2];
   if (chart->corners == 4u && x != (int)first[0] && x != (int)across[0] && y != (int)first[1] &&
