@@ -23,8 +23,8 @@ namespace {
 constexpr std::size_t kTrianglesPerTask = std::size_t{1} << 19;
 constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
-// Cells of the grid by which triangles are sorted. Cells are in Morton order, in which neighbours in space are mostly
-// neighbours, too.
+// Cells of the grid by which triangles are sorted. Cells are numbered in Morton order, so that cells with near numbers
+// are mostly near in space.
 constexpr std::uint32_t kCellBits = 7, kCellsASide = 1U << kCellBits;
 constexpr std::size_t kCells = std::size_t{1} << (3 * kCellBits);
 
@@ -47,7 +47,7 @@ std::uint32_t cell_of(std::span<const Vec3> positions, const Triangle& triangle)
          spread_bits(side(a.z + b.z + c.z)) << 2U;
 }
 
-/// A set of integers that returns the rank of each member.
+/// A set of integers that finds the rank of each member, that is, its index in ascending order.
 class RankedSet {
  public:
   explicit RankedSet(std::size_t size) : words_(size / 64 + 1), members_before_(words_.size()) {}
@@ -83,11 +83,12 @@ class RankedSet {
   std::vector<std::uint32_t> members_before_;
 };
 
-/// Reads chosen elements of an array in a file. \param at  the elements' indices, ascending \param read  function that
+/// Reads selected elements of an array in a file. \param at the elements' indices, ascending \param read function that
 /// reads consecutive elements
 template <typename T, typename Read>
 std::vector<T> read_elements(std::span<const std::uint32_t> at, const Read& read) {
-  // Up to this number of unused elements between two used ones are read along, since a second read would cost more
+  // If at most this number of unused elements lies between two used ones, they are read as well, since a second read
+  // would cost more.
   constexpr std::size_t kMaxReadGap = 256;
   std::vector<T> result(at.size());
   parallel_for(at.size(), kStreamedElementsPerRead, [&](std::size_t begin, std::size_t end) {
@@ -207,10 +208,10 @@ void ChunkedMesh::sort(const std::filesystem::path& folder, const std::string& k
                 "All triangles of '" + mesh_->path() +
                     "' have no area once they are rounded: nothing can be baked from it.");
   }
-  // Neighbouring cells share a chunk; a cell with too many triangles has several.
+  // Consecutive cells share a chunk. A cell with too many triangles for one chunk is split over several.
   std::vector<std::uint32_t> chunk_of(kCells), taken_triangles(kCells);
   std::uint32_t chunks = 0;
-  // Number of triangles in the last chunk. At first it is the maximum, so that the first triangle opens a chunk
+  // Number of triangles in the last chunk. It starts at the maximum, so that the first triangle begins a new chunk.
   std::size_t held = most;
   for (std::size_t cell = 0; cell < kCells; ++cell) {
     const std::size_t count = cell_counts[cell];
@@ -273,7 +274,8 @@ ChunkTriangles ChunkedMesh::read(std::size_t chunk) const {
   return result;
 }
 
-/// For each of some vertices, the angle-weighted sum of the normals of all faces around it, added in the mesh's order.
+/// Computes for each vertex of a list the angle-weighted sum of the normals of the faces around it, added in the order
+/// of the mesh.
 /// \param places  positions of the vertices \param welded  true: vertices at the same position have one sum, which only
 /// the first of them gets, as in corner_normals(). False: each vertex has its own sum, as in vertex_normals()
 std::vector<Vec3> ChunkedMesh::smooth_normals(std::span<const std::uint32_t> vertices,
@@ -392,9 +394,9 @@ MeshPart ChunkedMesh::part(std::span<const std::uint32_t> ids) const {
   return part;
 }
 
-/// A reduced chunk.
+/// The result of reducing one chunk.
 struct ChunkedMesh::ReducedChunk {
-  std::vector<Triangle> triangles;      ///< Indices into the members below
+  std::vector<Triangle> triangles;      ///< Indices into `vertices` and `positions`
   std::vector<std::uint32_t> vertices;  ///< Vertices of the whole mesh, ascending
   std::vector<Vec3> positions;          ///< In the working frame
 };
@@ -417,7 +419,7 @@ ChunkedMesh::ReducedChunk ChunkedMesh::reduce_one(std::size_t chunk,
 }
 
 Mesh ChunkedMesh::reduced(const ReduceChunk& reduce) const {
-  // Memory in bytes for each triangle of a chunk that is reduced
+  // Bytes of memory for each triangle of a chunk while the chunk is reduced
   constexpr std::uint64_t kBytesPerTriangle = 250;
   std::uint64_t most = 1;
   for (std::size_t chunk = 0; chunk < size(); ++chunk) most = std::max(most, records(chunk));

@@ -23,7 +23,8 @@ namespace {
 
 constexpr std::size_t kPlanes = 7;  // of TexelBand::points
 constexpr std::size_t kSamplesPerTask = std::size_t{1} << 15;
-// Searches widen boxes by their rounding errors, which are below this, frame units; and as a share of the coordinates.
+// Margins by which boxes are enlarged, since searches have rounding errors: an absolute one in frame units, and a share
+// of the coordinates. Rounding errors are smaller.
 constexpr double kMargin = 1e-4, kMarginShare = 1e-5;
 
 float coordinate(const Vec3& v, std::size_t axis) { return component(v, static_cast<int>(axis)); }
@@ -42,7 +43,7 @@ class Samples {
   std::uint32_t size() const { return count_; }
   float operator()(std::size_t plane, std::uint32_t i) const { return planes_[plane][i]; }
 
-  /// Some of the samples, on the device: one array per component, as kernels read them.
+  /// A subset of the samples on the device: one array per component, as kernels read them.
   cl::Array<float> pick(cl::Context& context, std::span<const std::uint32_t> some) const {
     std::vector<float> values(kPlanes * some.size());
     parallel_for(some.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
@@ -81,11 +82,10 @@ constexpr std::size_t kTrianglesPerSample = 32;
 /// One search over all chunks.
 ///
 /// \tparam Rule  Provides these functions:
-///   reach_of(samples, i, best): a box of all that a sample's remaining search reaches
-///   reaches(samples, i, best, box): false if no triangle in the box can change the best result of a sample
-///   compare(a, ia, b, ib): below 0 if a's result is better; 0 if rounded distances do not tell
-///   search(context, tree, points, count, result): searches one tree
-///   merge_status(winner, iw, loser, il): status of the winner
+///   reach_of(samples, i, best): a box that contains all points that the rest of a sample's search can reach
+///   reaches(samples, i, best, box): false if no triangle in the box can change the best result of a sample compare(a,
+///   ia, b, ib): below 0 if a's result is better; 0 if the rounded distances are equal search(context, tree, points,
+///   count, result): searches one tree merge_status(winner, iw, loser, il): status of the winner
 template <typename Rule>
 class ChunkSearch {
  public:
@@ -120,7 +120,7 @@ class ChunkSearch {
     return boxes;
   }
 
-  /// Searches some samples; triangles of the result are ids of the whole mesh.
+  /// Searches a subset of the samples; triangles in the result are ids of the whole mesh.
   HostCorrespondence search(const std::shared_ptr<const Tree>& tree,
                             std::span<const std::uint32_t> ids,
                             std::span<const std::uint32_t> some) const {
@@ -145,8 +145,8 @@ class ChunkSearch {
     std::uint32_t sample, triangle;
   };
 
-  /// Replaces results by better ones of another chunk. \returns samples whose best triangle cannot be decided, since two
-  /// chunks have equally good ones
+  /// Replaces results by better ones of another chunk. \returns the samples for which two chunks have equally good
+  /// triangles
   std::vector<Tie> merge(std::span<const std::uint32_t> some, const HostCorrespondence& found) {
     std::vector<Tie> ties;
     for (std::size_t k = 0; k < some.size(); ++k) {
@@ -166,8 +166,8 @@ class ChunkSearch {
     return ties;
   }
 
-  /// Distances that are equal once they are rounded need not be equal before, so a search of the triangles concerned
-  /// decides.
+  /// Distances that are equal after rounding may differ before it. So a search of only the triangles concerned decides
+  /// between them.
   void decide(const std::vector<Tie>& ties) {
     if (ties.empty()) return;
     std::vector<std::uint32_t> ids, some;
@@ -199,7 +199,7 @@ struct RayRules {
 
   double sign() const { return query.inward ? -1 : 1; }
 
-  /// The part of a ray that may still hold a better hit, widened by a margin for rounding.
+  /// The interval of a ray in which a better hit may still lie, enlarged by a margin for rounding.
   struct Part {
     double lo = 0, hi = 0, margin = 0;
     std::array<double, 3> start{}, direction{};
@@ -210,7 +210,7 @@ struct RayRules {
     part.lo = query.t_min;
     part.hi = query.t_max;
     if (query.has_ray_limits) part.hi = std::min(part.hi, double{samples(6, i)});
-    // With an offset, t is known up to rounding, which the margin covers.
+    // If rays start at an offset, t has a rounding error, which the margin covers.
     const double t = sign() * (best.distance[i] - offset);
     if (best.triangle[i] != KILN_NO_TRIANGLE) {
       if (query.outermost) {
@@ -280,7 +280,8 @@ struct RayRules {
     return p < q ? -1 : p > q ? 1 : 0;
   }
 
-  /// The provenance of the better hit, with the flag that the ray has several hits.
+  /// The provenance of the better hit; the flag for several hits is set if the ray hits both chunks or had several hits
+  /// before.
   std::uint8_t merge_status(const HostCorrespondence& winner, std::size_t i,
                             const HostCorrespondence& loser, std::size_t k) const {
     if (!query.outermost) return winner.status[i];
@@ -302,7 +303,7 @@ struct ClosestRules {
   ClosestQuery query;
   Traversal traversal = Traversal::automatic;
 
-  /// Largest distance at which a point can still be the nearest, widened by a margin for rounding.
+  /// Largest distance at which a nearer point may still lie, enlarged by a margin for rounding.
   double bound_of(const Samples& samples, std::uint32_t i, const HostCorrespondence& best) const {
     const double bound = best.triangle[i] != KILN_NO_TRIANGLE ? std::abs(double{best.distance[i]})
                                                               : double{query.max_distance};
@@ -371,7 +372,7 @@ std::shared_ptr<const LoadedChunks::Chunk> LoadedChunks::load(std::size_t chunk)
   loaded->triangles = mesh_->read(chunk);
   loaded->tree =
       std::make_shared<const Tree>(context_, mesh_->positions(), loaded->triangles.triangles);
-  loaded->triangles.triangles = {};  // the tree has its own
+  loaded->triangles.triangles = {};  // The tree has its own copy of the triangles.
   seconds_ += watch.lap();
   if (memory_left() > memory_limit() / 2) kept_[chunk] = loaded;
   return loaded;
@@ -379,7 +380,7 @@ std::shared_ptr<const LoadedChunks::Chunk> LoadedChunks::load(std::size_t chunk)
 
 namespace {
 
-/// A set of the grid cells of a box; mark() adds the cells that a smaller box touches.
+/// A set of cells of a grid over a box; mark() adds all cells that a smaller box touches.
 class CellMarks {
  public:
   explicit CellMarks(const Box<Vec3>& box) : marks_(kSide * kSide * kSide) {
@@ -409,8 +410,8 @@ class CellMarks {
  private:
   static constexpr std::size_t kSide = 64;
 
-  /// Calls visit(cell) for the cells that a box touches, until it returns true. Cells and boxes round alike, so a triangle
-  /// within a box touches one of the box's cells.
+  /// Calls visit(cell) for the cells that a box touches, until it returns true. The cells of triangles and of boxes are
+  /// computed with the same rounding, so a triangle inside a box touches one of the box's cells.
   template <typename Visit>
   void each(const Box<Vec3>& box, const Visit& visit) {
     std::array<std::size_t, 3> from{}, to{};
@@ -445,8 +446,9 @@ Box<Vec3> box_of_triangle(std::span<const Vec3> positions, const Triangle& trian
 
 std::shared_ptr<const LoadedChunks::Chunk> LoadedChunks::load_near(
     std::size_t chunk, std::span<const Box<Vec3>> boxes) const {
-  constexpr std::size_t kMaxMarks = std::size_t{1}
-                                    << 25;  // beyond, marking takes longer than the BVH
+  constexpr std::size_t kMaxMarks =
+      std::size_t{1}  // Above this number, marking cells takes longer than building the BVH
+      << 25;
   {
     const auto lock = lock_polling(mutex_);
     if (kept_[chunk] != nullptr) return kept_[chunk];
