@@ -55,7 +55,7 @@ void complete_miss_warning(const BakeScene& scene, BakeResult& result) {
   }
 }
 
-/// Rejects a map without any match, completes warnings about misses, and explains misses if --reasons asks for it.
+/// Rejects a bake that matched no sample, completes warnings about misses, and explains misses if --reasons is given.
 void check_baked_layout(const BakeScene& scene, const Source& source, BakedLayout& baked) {
   if (baked.result.cancelled) throw Cancelled{};
   check_result(baked.result.report, scene.high.mesh(), scene.low.mesh);
@@ -80,8 +80,8 @@ void sample_images(const BakeScene& scene, const Source& source, BakeOptions opt
                 [&](const auto& transfer) { return is_own(transfer.name); });
 }
 
-/// True if images of RunHooks::sample replace all maps to bake. Transfers alone still need the bake of one map, so the
-/// shading map is added, and not written.
+/// True if images of RunHooks::sample replace all maps to bake. If only transfers remain, a bake still needs one map,
+/// so the shading map is baked but not written.
 bool sampled_images_replace_all_maps(BakedLayout& baked) {
   BakeOptions& options = baked.options;
   if (!options.maps.empty() || !options.own_maps.empty() || !options.variants.empty()) return false;

@@ -107,7 +107,7 @@ void register_output(const RunContext& run, const fs::path& path, JobOutputs& ou
 
 namespace {
 
-/// Mean length of a texel's side on the low poly, world units.
+/// Mean side of a texel on the low poly's surface, world units.
 double texel_side(const Mesh& low, const BakeReport& report) {
   double area = 0;
   for (std::size_t i = 0; i < low.triangles.size(); ++i) {
@@ -204,9 +204,11 @@ void convert_to_stored(const BakeScene& scene, BakedMap& map, const std::string&
   StoredMaps& stored = baked.stored;
   warn_of_clamped(scene.run, map, name, baked.result.coverage);
   if (obeys(map.info, "encoding.origin")) stored.origin = map.origin;
-  const auto is_this = [&](const MapVariant& variant) { return variant.name == map.kind.name; };
+  const auto has_name_of_map = [&](const MapVariant& variant) {
+    return variant.name == map.kind.name;
+  };
   const std::vector<MapVariant>& variants = baked.options.variants;
-  if (!map.ids.empty() && std::any_of(variants.begin(), variants.end(), is_this)) {
+  if (!map.ids.empty() && std::any_of(variants.begin(), variants.end(), has_name_of_map)) {
     stored.variant_ids[name] = ids_json(map.ids);
   }
   const std::vector<ValueRange> range = stored_ranges(map, options.format);

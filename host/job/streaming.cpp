@@ -44,7 +44,7 @@ Message find_streaming_obstacle(const Job& job, const BakeOptions& options, cons
     return explain_whole_mesh_need(
         option("clean", job.clean == CleanHigh::all ? "all" : kAutomatic));
   }
-  // Normals of the file would be used instead of smooth ones.
+  // A streamed mesh uses the normals of its file, so smooth normals cannot replace them.
   if (job.frame.shading.rule == ShadingRule::smooth &&
       ply_layout(job.high.front().name).has_normals) {
     return explain_whole_mesh_need(option("high_normals", "smooth"));

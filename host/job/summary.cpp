@@ -116,7 +116,7 @@ std::string summary(const CageReport& cage, double diagonal) {
                           percent_of_diagonal * cage.inward_most);
 }
 
-/// Summarises in one line how far from hard edges rays bend.
+/// Summarises in one line within what distance of hard edges the directions of rays are blended.
 std::string summary(const EdgeReport& edges, double diagonal) {
   const std::string text = formatted(
       "hard edges: rays bend within %.3g%% of the diagonal (%.3g%% to %.3g%%)",
