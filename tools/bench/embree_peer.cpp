@@ -145,7 +145,7 @@ RTCIntersectContext context_of(const RayPlanes& rays) {
 
 const char* embree_mode_name(EmbreeMode mode) {
   switch (mode) {
-    case EmbreeMode::one:
+    case EmbreeMode::single_ray:
       return "embree 1";
     case EmbreeMode::packet8:
       return "embree 8";
@@ -198,7 +198,7 @@ void EmbreeScene::intersect(const RayPlanes& rays, EmbreeMode mode, RayResults& 
   on_threads(rays.count, [&](std::size_t begin, std::size_t end) {
     RTCIntersectContext context = context_of(rays);
     switch (mode) {
-      case EmbreeMode::one:
+      case EmbreeMode::single_ray:
         for (std::size_t i = begin; i < end; ++i) {
           alignas(16) RTCRayHit ray;
           fill_one(source, i, ray.ray);
@@ -247,7 +247,7 @@ void EmbreeScene::intersect(const RayPlanes& rays, EmbreeMode mode, RayResults& 
           RTCRayHitNp np;
           std::memset(&np, 0, sizeof(np));
           np.ray = a.rays();
-          // Embree writes a normal for each hit; a common buffer takes the values, which are not used.
+          // Embree writes a normal for each hit. These normals are not used, so all go to the same buffer.
           np.hit.Ng_x = np.hit.Ng_y = np.hit.Ng_z = a.values[9];
           np.hit.u = a.values[10], np.hit.v = a.values[11];
           np.hit.geomID = a.ids[3], np.hit.primID = a.ids[4], np.hit.instID[0] = a.ids[5];
@@ -270,7 +270,7 @@ void EmbreeScene::occluded(const RayPlanes& rays, EmbreeMode mode,
   on_threads(rays.count, [&](std::size_t begin, std::size_t end) {
     RTCIntersectContext context = context_of(rays);
     switch (mode) {
-      case EmbreeMode::one:
+      case EmbreeMode::single_ray:
         for (std::size_t i = begin; i < end; ++i) {
           alignas(16) RTCRay ray;
           fill_one(source, i, ray);

@@ -1,6 +1,6 @@
 // Finds nearest points by Embree's point queries. Embree walks its tree and passes triangles to a callback, which
-// computes the distance to a triangle by the regions of Ericson, "Real-Time Collision Detection", 5.1.5. Mostly one of
-// the seven regions is needed.
+// computes the distance to a triangle by the regions of Ericson, "Real-Time Collision Detection", 5.1.5. For most
+// triangles only one of the seven regions must be examined.
 #include <cmath>
 
 #include "embree_peer.h"
@@ -100,7 +100,7 @@ void EmbreeScene::closest(const RayPlanes& rays, bool two_sided, bool seeded,
       Search search{corners_.data(), point, {plane(i, 3), plane(i, 4), plane(i, 5)},
                     two_sided,       ~0U,   {0, 0}};
       const Vec3 step = minus(point, last);
-      // With one-sided faces, the previous answer may be invalid for this sample.
+      // If back faces are skipped, the previous result may be invalid for this sample.
       const bool use_previous = seeded && found && two_sided;
       const float bound = use_previous
                               ? (query.radius + std::sqrt(inner(step, step))) * 1.00001F + 1e-7F

@@ -130,7 +130,7 @@ std::string GlPeer::renderer() const {
 
 void GlPeer::draw(const std::vector<kiln_view>& views) {
   for (const kiln_view& view : views) {
-    // Converts pixels to clip space: x' = 2 x / size - 1; depth 1 - dot in [0.5, 1.5] to [-1, 1].
+    // Converts pixels to clip space: x' = 2 x / size - 1. The depth 1 - dot(toward, p) in [0.5, 1.5] becomes [-1, 1].
     const float s = 2 * view.scale / static_cast<float>(view.width);
     const float x0 = 2 * view.left / static_cast<float>(view.width) - 1;
     const float y0 = 1 - 2 * view.top / static_cast<float>(view.height);

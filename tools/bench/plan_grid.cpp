@@ -2,12 +2,12 @@
 //
 // plan_grid [--screen PIXELS] [--repeat N] [--times] [--cache FILE] HIGH:DEGREES [HIGH:DEGREES ...]
 //
-// For each high poly, makes the plan. Then, for every map size and for none, it tries low polys, starting at the faces
-// that 105% of the plan's bytes allow, in steps of 5%, until two in a row exceed the error. All use the plan's low
-// polys, charts, samples, bits and match. Errors are measured in pictures from 30 directions that the plan does not
-// use. The error bound is scaled by the ratio of the plan's error in these pictures to its own. With --screen, plan and
-// pictures are for that size on screen. --cache stores the grid's measurements for later runs. Prints one JSON line per
-// mesh:
+// For each high poly, makes the plan. Then, for every map size and without a map, it evaluates low polys with fewer and
+// fewer faces. It starts with the most faces that fit in 105% of the plan's bytes, reduces them by 5% per step, and
+// ends when two low polys in a row exceed the error. They are simplified and unwrapped as in the plan, with its samples
+// per texel, bits and match. Errors are measured in pictures from 30 directions that the plan does not use. The error
+// bound is scaled by the ratio of the plan's error in these pictures to its own. With --screen, plan and pictures are
+// for that size on screen. --cache stores the grid's measurements for later runs. Prints one JSON line per mesh:
 //
 //   tried faces, size, bytes, expected and measured degrees of each candidate looked faces, degrees without a map and
 //   with an infinite one, of each evaluated level excess bytes of the plan over those of the lightest pair that was
@@ -100,7 +100,7 @@ void bake_chosen(const Device& device, const std::string& path, const Candidate&
   SimplifyOptions options;
   options.faces = static_cast<std::uint32_t>(chosen.faces);
   options.fit_normals =
-      chosen.size == 0;  // otherwise normals are fitted after the unwrap, which makes the seams
+      chosen.size == 0;  // otherwise normals are fitted after unwrapping, which creates the seams
   SimplifyReport report;
   const Mesh low = simplify(high, options, &report);
   if (chosen.size == 0) return;
@@ -188,7 +188,7 @@ class Grid {
     }
   }
 
-  /// Tries candidates of one map size that reach `wanted` with fewer than `most` bytes.
+  /// Evaluates candidates of one map size that reach the error `wanted` with fewer than `most` bytes.
   void run(std::uint32_t size, double wanted, double most, std::vector<Point>& found) {
     int misses = 0;
     for (std::size_t level = 0; level < levels_.count() && misses < 2; ++level) {
