@@ -726,7 +726,7 @@ double expected_seconds(const Job& job) {
   double bytes = 0;
   for (const auto* const mesh_files : {&job.high, &job.low.given}) {
     for (const JobInput& input : *mesh_files) {
-      if (const auto facts = os::facts_of(fs::path(input.name)))
+      if (const auto facts = os::query_file(fs::path(input.name)))
         bytes += static_cast<double>(facts->bytes);
     }
   }

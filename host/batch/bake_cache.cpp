@@ -35,7 +35,7 @@ constexpr const char* kMissingFile = "none";  // Stands for the hash of a file t
 /// Size, times and inode number of a file; empty if there is no file.
 /// \param proves_unchanged  receives true if an equal state at a later time proves that the file has not changed
 std::string state_of(const fs::path& path, bool& proves_unchanged) {
-  const std::optional<os::FileFacts> facts = os::facts_of(path);
+  const std::optional<os::FileStatus> facts = os::query_file(path);
   if (!facts || !facts->is_regular) return {};
   const auto current_time = std::chrono::duration_cast<std::chrono::nanoseconds>(
                                 std::chrono::system_clock::now().time_since_epoch())

@@ -60,7 +60,7 @@ bool FolderStore::store(const std::string& name, std::string_view bytes) {
   const fs::path path = folder_ / name;
   std::error_code error;
   fs::create_directories(path.parent_path(), error);
-  const fs::path written = path.string() + ".tmp-" + os::process_mark() + "-" +
+  const fs::path written = path.string() + ".tmp-" + os::process_namespace_id() + "-" +
                            std::to_string(os::process_id()) + "-" + std::to_string(number++);
   std::ofstream out(written, std::ios::binary | std::ios::trunc);
   out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));

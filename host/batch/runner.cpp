@@ -40,7 +40,7 @@ std::uint64_t expected_bytes(const Job& job) {
   std::uint64_t bytes = kBaseBytes;
   for (const auto* const mesh_files : {&job.high, &job.low.given}) {
     for (const JobInput& input : *mesh_files) {
-      if (const auto facts = os::facts_of(fs::path(input.name)))
+      if (const auto facts = os::query_file(fs::path(input.name)))
         bytes += kBytesPerFileByte * facts->bytes;
     }
   }
@@ -58,10 +58,10 @@ std::string unwritable_output(const Job& job) {
     if (is_write_protected(output))
       return "'" + output + "' cannot be written: the file there is write-protected.";
     fs::path folder = fs::path(output).parent_path();
-    while (!os::facts_of(folder) && folder.has_parent_path() && folder != folder.parent_path()) {
+    while (!os::query_file(folder) && folder.has_parent_path() && folder != folder.parent_path()) {
       folder = folder.parent_path();
     }
-    const auto folder_facts = os::facts_of(folder);
+    const auto folder_facts = os::query_file(folder);
     if (folder_facts && folder_facts->is_folder && !os::may_write_in(folder)) {
       return "'" + output + "' cannot be written: the folder '" + folder.string() +
              "' is write-protected. Change its permissions, or choose another place.";

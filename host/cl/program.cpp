@@ -134,8 +134,9 @@ std::shared_ptr<Context::Program> Context::build(std::string_view source, const 
   if (is_kept) {
     if (std::shared_ptr<Program> loaded = load(source, options)) return loaded;
   }
-  // Memory that a CPU driver's compiler (PoCL's LLVM) allocates at its first use and keeps. A program that an earlier
-  // run compiled is in the driver's cache, for which a mark of one byte is stored.
+  // Memory that a CPU driver's compiler (PoCL's LLVM) allocates at its first use and does not free. If an earlier run
+  // has compiled the program, the driver loads it from its cache and the compiler needs no memory. Kiln records such
+  // programs by a file of one byte.
   constexpr std::uint64_t kCompilerBytes = std::uint64_t{150} << 20;
   const std::string mark = "compiled " + options;
   const bool is_known = is_kept && !info_.is_gpu && binaries_->find(source, mark);
@@ -230,7 +231,7 @@ Kernel Context::kernel_by(const std::string& key, const std::string& name,
   const auto program = [&] {
     try {
       return new_build->program.get();
-    } catch (...) {  // the next caller tries again
+    } catch (...) {  // the next caller builds the program again
       const auto there = programs_.find(key);
       if (there != programs_.end() && there->second == new_build) programs_.erase(there);
       throw;
@@ -277,7 +278,8 @@ Kernel Context::kernel_with(const std::string& family, const std::string& name,
   const std::string label = own != nullptr ? own->label() : more_name;
   return kernel_by(family + "\n" + more_name + "\n" + more, name, [=, this] {
     const OwnMapRun here(
-        label, 0);  // a copy for the building thread, which may outlive the waiting thread
+        // a copy of the name for the building thread, which may outlive the waiting thread
+        label, 0);
     std::string file = more_name;
     for (char& c : file) {
       if (c == '"' || c == '\\' || static_cast<unsigned char>(c) < 32) c = '_';

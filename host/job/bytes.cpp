@@ -221,12 +221,12 @@ void fit_pictures(const Job& job, const std::function<std::uint64_t()>& file_byt
   const std::uint64_t other_bytes = fitted.bytes - std::min(fitted.bytes, smallest.bytes);
   // The JSON of a GLB states the lengths of its pictures, so the file may exceed the limit by a few digits. The loop
   // retries with fewer bytes for pictures.
-  for (std::uint64_t bytes_left = max_bytes - std::min(max_bytes, other_bytes);;) {
-    const std::optional<PictureFit> fit = least_error(fitted.ladders, bytes_left);
+  for (std::uint64_t remaining_bytes = max_bytes - std::min(max_bytes, other_bytes);;) {
+    const std::optional<PictureFit> fit = least_error(fitted.ladders, remaining_bytes);
     apply_picture_fit(fit ? *fit : smallest, asset);
     fitted.bytes = file_bytes();
     if (!fit || fitted.bytes <= max_bytes) return;
-    bytes_left -= std::min(bytes_left, fitted.bytes - max_bytes);
+    remaining_bytes -= std::min(remaining_bytes, fitted.bytes - max_bytes);
   }
 }
 

@@ -434,7 +434,7 @@ void check_parts(const Job& a) {
             option("reasons") + " only explains rays: leave out " + option("fallback") +
                 ", or end it with low, fill or mark.");
   if (a.parts_by && (a.low.given.empty() || a.unwrap)) {
-    fail_usage(option("match_by", name_of(Words(kPartsByWords), a.parts_by)) +
+    fail_usage(option("match_by", name_of(Words(kPartsByChoices), a.parts_by)) +
                " needs a LOW with named parts and UVs of its own.");
   }
   refuse_if(
@@ -541,7 +541,7 @@ void check_sets(const Job& a) {
                 " makes one map for all: leave one out.");
   if (!a.sets || a.sets == SetsBy::none) return;
   if (const std::string reason = explain_single_set(a); !reason.empty()) {
-    fail_usage(option("sets", name_of(Words(kSets), a.sets)) + " " + reason);
+    fail_usage(option("sets", name_of(Words(kSetsWords), a.sets)) + " " + reason);
   }
 }
 
@@ -613,8 +613,8 @@ void check_resolved_job(const Job& a) {
   check_files(a);
   refuse_if(a.bake.encoding.raw && !holds_floats(a.image),
             option("raw") + " writes negative values, which " +
-                option("format", name_of(Words(kFormats), a.image.format)) + " cannot hold: add " +
-                option("format", "exr") + ".");
+                option("format", name_of(Words(kFormatWords), a.image.format)) +
+                " cannot hold: add " + option("format", "exr") + ".");
   const bool dithers = a.image.format == ImageFormat::png8 || a.image.format == ImageFormat::tga ||
                        a.image.format == ImageFormat::webp;
   refuse_if(a.pictures.format == PictureFormat::jpeg && !writes_gltf(a),

@@ -25,7 +25,7 @@ namespace {
 class RegularFile {
  public:
   explicit RegularFile(const std::filesystem::path& path) : file_(os::open_to_read(path)) {
-    const std::optional<os::FileFacts> facts = file_ < 0 ? std::nullopt : os::facts_of(file_);
+    const std::optional<os::FileStatus> facts = file_ < 0 ? std::nullopt : os::query_file(file_);
     if (!facts) {
       problem_ = std::strerror(errno);
     } else if (!facts->is_regular) {
@@ -119,7 +119,7 @@ namespace {
 
 /// A key that is equal for all paths of one file: device and inode of an existing file, else its canonical path.
 std::string file_key(const fs::path& path) {
-  if (const std::optional<os::FileFacts> facts = os::facts_of(path)) {
+  if (const std::optional<os::FileStatus> facts = os::query_file(path)) {
     return std::to_string(facts->id.device) + ":" + std::to_string(facts->id.file);
   }
   std::error_code error;
@@ -130,7 +130,7 @@ std::string file_key(const fs::path& path) {
 }  // namespace
 
 bool is_write_protected(const fs::path& path) {
-  const auto found = os::facts_of(path);
+  const auto found = os::query_file(path);
   return found && found->is_regular && !os::may_write(path);
 }
 

@@ -28,8 +28,9 @@ MapRange parse_range(const Job& job, const std::string& text) {
       option("range") + " '" + text + "': write MAP=LO,HI, two numbers, such as height=-0.2,0.2.");
   const std::string_view name = std::string_view(text).substr(0, equals);
   const std::vector<std::string> own_names = own_map_names(job);
-  const bool is_own = std::find(own_names.begin(), own_names.end(), name) != own_names.end();
-  range.kind = is_own ? MapKind{name} : find_map(name).kind;
+  const bool is_owned_by_user =
+      std::find(own_names.begin(), own_names.end(), name) != own_names.end();
+  range.kind = is_owned_by_user ? MapKind{name} : find_map(name).kind;
   return range;
 }
 
@@ -76,11 +77,11 @@ Json describe(const Job& job, const BakeReport& report) {
   set_null_unless(!job.low.given.empty() || !has_heights(job), {"triangulate"});
   set_null_unless(!job.low.given.empty(), {"tangents"});
   set_null_unless(report.recall.has_value(), {"recall"});
-  json["miss"] = name_of(Words(kMisses), job.bake.encoding.miss);
+  json["miss"] = name_of(Words(kMissWords), job.bake.encoding.miss);
   set_null_unless(has_heights(job), {"height", "no_data"});
   set_null_unless(job.bake.encoding.space == NormalMapSpace::tangent, {"bitangent"});
   json["ao_by"] =
-      report.occlusion ? Json(name_of(Words(kOcclusionBy), report.occlusion->by)) : Json();
+      report.occlusion ? Json(name_of(Words(kOcclusionByWords), report.occlusion->by)) : Json();
   json["ao_views"] =
       report.occlusion && report.occlusion->views > 0 ? Json(report.occlusion->views) : Json();
   set_null_unless(any_map_uses_option(job, "occlusion.rays"),

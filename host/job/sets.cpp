@@ -219,7 +219,7 @@ Json set_json(const RunContext& run, const BakedSet& set, const BakedLayout& bak
   const StoredMaps& stored = baked.stored;
   Json json = {{"name", set.set.name},
                {"tile", set.set.tile.empty() ? Json() : Json(set.set.tile)},
-               {"by", name_of(Words(kSets), run.job.sets)},
+               {"by", name_of(Words(kSetsWords), run.job.sets)},
                {"width", set.width},
                {"height", set.height},
                {"triangles", set.set.triangles},
@@ -261,7 +261,7 @@ FoundSets make_sets(const BakeScene& scene, const BakeOptions& options, SetsBy b
   constexpr std::size_t kMaxTextureSets = 20000;
   refuse_if(found.sets.size() > kMaxTextureSets,
             "LOW has " + with_commas(found.sets.size()) + " texture sets (" +
-                option("sets", name_of(Words(kSets), job.sets)) + "), but at most " +
+                option("sets", name_of(Words(kSetsWords), job.sets)) + "), but at most " +
                 with_commas(kMaxTextureSets) + " can be baked: join its " +
                 (by == SetsBy::object ? "objects"
                  : by == SetsBy::udim ? "tiles"
@@ -282,7 +282,7 @@ FoundSets make_sets(const BakeScene& scene, const BakeOptions& options, SetsBy b
   std::erase_if(log.warnings, [](const Warning& w) { return w.code == "files-overlap"; });
   if (!by_user) {
     log.line(std::to_string(found.sets.size()) + " texture sets, one per " +
-             (by == SetsBy::udim ? "UDIM tile" : name_of(Words(kSets), job.sets)) +
+             (by == SetsBy::udim ? "UDIM tile" : name_of(Words(kSetsWords), job.sets)) +
              ": their UVs overlap (" + option("sets", "none") + " bakes one map)");
   }
   return found;

@@ -130,7 +130,7 @@ Mesh reduce(const ChunkedMesh& mesh, std::uint32_t faces) {
       });
   share /= of_chunks;
   while (share < 1) {
-    ProgressGuard::poll_in("reducing the chunks together");
+    ProgressGuard::poll_within_stage("reducing the chunks together");
     const double of_pieces = std::max(share, kMinReducedShare);
     reduce_pieces(result, of_pieces);
     share /= of_pieces;

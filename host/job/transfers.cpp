@@ -288,7 +288,7 @@ std::optional<std::string> split_last_part(std::string& text) {
 bool is_existing_input(const std::string& file) {
   if (file.size() >= PATH_MAX) return false;
   std::error_code ignored;
-  return note_whether_file(file) || fs::exists(file, ignored) || is_picture_file(file);
+  return register_file_check(file) || fs::exists(file, ignored) || is_picture_file(file);
 }
 
 /// Rejects an unknown word after a colon if the text before the colon is a file. \throws Error(usage)

@@ -86,7 +86,7 @@ ChunkFile::Writer::Writer(fs::path folder, std::string key, std::size_t chunks)
   file_ = os::create_unnamed(folder_);
   if (file_ >= 0) return;
   // Some file systems do not support unnamed temporary files (O_TMPFILE).
-  temporary_ = folder_ / (file_name(key_) + "-" + os::process_mark() + "-" +
+  temporary_ = folder_ / (file_name(key_) + "-" + os::process_namespace_id() + "-" +
                           std::to_string(os::process_id()) + ".tmp");
   os::remove_file(temporary_.c_str());
   file_ = os::create_file(temporary_, 0600);
@@ -142,7 +142,7 @@ ChunkFile ChunkFile::Writer::finish(
   file.record_ranges_ = record_ranges_;
   file.summary_ = summary;
   file.file_ =
-      os::open_to_read(temporary_.empty() ? fs::path(os::name_of_open(file_)) : temporary_);
+      os::open_to_read(temporary_.empty() ? fs::path(os::path_of_open_file(file_)) : temporary_);
   if (file.file_ < 0) fail(errno);
   file.boxes_ = find_boxes(file);
 
@@ -166,8 +166,8 @@ ChunkFile ChunkFile::Writer::finish(
   write(&footer, sizeof footer);
   // The file first gets a temporary, unique name, since another run may be writing a file of the same key at the same
   // time.
-  const fs::path temporary_path = folder_ / (file_name(key_) + "-" + os::process_mark() + "-" +
-                                             std::to_string(os::process_id()) + ".tmp");
+  const fs::path temporary_path = folder_ / (file_name(key_) + "-" + os::process_namespace_id() +
+                                             "-" + std::to_string(os::process_id()) + ".tmp");
   if (temporary_.empty()) {
     os::remove_file(temporary_path.c_str());
     if (!os::name_file(file_, temporary_path)) fail(errno);
@@ -208,9 +208,9 @@ bool ChunkFile::open(const fs::path& folder, const std::string& key) {
   path_ = folder / file_name(key);
   file_ = os::open_to_read(path_);
   if (file_ < 0) return false;
-  const auto facts = os::facts_of(file_);
+  const auto facts = os::query_file(file_);
   FileFooter footer;
-  if (!facts || !facts->is_own || facts->bytes < sizeof footer ||
+  if (!facts || !facts->is_owned_by_user || facts->bytes < sizeof footer ||
       !read_all(file_, facts->bytes - sizeof footer, &footer, sizeof footer) ||
       std::memcmp(footer.magic, kMagic, sizeof kMagic) != 0 ||
       footer.tables > facts->bytes - sizeof footer) {

@@ -113,7 +113,7 @@ class PositionTable {
   /// \param first  for each vertex, the first vertex at its position: the result of weld_vertices(positions)
   PositionTable(std::span<const Vec3> positions, std::span<const std::uint32_t> first)
       : positions_(positions), table_(std::bit_ceil(2 * positions.size() + 2), kNone) {
-    for_each_alive(positions.size(), [&](std::size_t v) {
+    for_each_polling(positions.size(), [&](std::size_t v) {
       if (first[v] != v || !is_finite(positions[v])) return;
       std::size_t slot = start(positions[v]);
       while (table_[slot] != kNone) slot = (slot + 1) & (table_.size() - 1);
@@ -176,7 +176,7 @@ void ChunkedMesh::to_frame() {
 
 void ChunkedMesh::sort(const std::filesystem::path& folder, const std::string& key,
                        std::size_t most) {
-  ProgressGuard::poll_in("measuring the high poly");
+  ProgressGuard::poll_within_stage("measuring the high poly");
   const Bounds bounds = bounds_of(*mesh_, positions_);
   check_coordinates(*mesh_, sample_, bounds);
   frame_ = Frame::of(sample_, bounds);
@@ -230,7 +230,8 @@ void ChunkedMesh::sort(const std::filesystem::path& folder, const std::string& k
   std::vector<Triangle> triangles;
   std::vector<std::uint32_t> triangle_cells;
   for (std::size_t first = 0; first < mesh_->triangle_count(); first += kTrianglesPerTask) {
-    ProgressGuard::poll_in("sorting the high poly into " + std::to_string(chunks) + " chunks");
+    ProgressGuard::poll_within_stage("sorting the high poly into " + std::to_string(chunks) +
+                                     " chunks");
     const std::size_t count =
         std::min<std::size_t>(kTrianglesPerTask, mesh_->triangle_count() - first);
     triangles.resize(count);
@@ -299,7 +300,7 @@ std::vector<Vec3> ChunkedMesh::smooth_normals(std::span<const std::uint32_t> ver
   std::vector<Triangle> normal_slots;
   std::vector<CornerWeights> weights;
   for (std::size_t first = 0; first < mesh_->triangle_count(); first += kTrianglesPerTask) {
-    ProgressGuard::poll_in("smoothing the high poly's normals");
+    ProgressGuard::poll_within_stage("smoothing the high poly's normals");
     const std::size_t count =
         std::min<std::size_t>(kTrianglesPerTask, mesh_->triangle_count() - first);
     normal_slots.resize(count);
@@ -358,7 +359,7 @@ MeshPart ChunkedMesh::part(std::span<const std::uint32_t> ids) const {
   MeshPart part;
   part.triangles = triangles(ids);
   RankedSet used(positions_.size());
-  for_each_alive(part.triangles.size(), [&](std::size_t t) {
+  for_each_polling(part.triangles.size(), [&](std::size_t t) {
     for (const std::uint32_t v : part.triangles[t]) used.add(v);
   });
   const std::vector<std::uint32_t> vertices = used.list();
@@ -369,8 +370,8 @@ MeshPart ChunkedMesh::part(std::span<const std::uint32_t> ids) const {
                  }
                });
   part.positions.resize(vertices.size());
-  for_each_alive(vertices.size(),
-                 [&](std::size_t i) { part.positions[i] = positions_[vertices[i]]; });
+  for_each_polling(vertices.size(),
+                   [&](std::size_t i) { part.positions[i] = positions_[vertices[i]]; });
   if (mesh_->has_colors()) {
     part.colors = read_elements<MeshStream::Color>(
         vertices,
@@ -435,8 +436,8 @@ Mesh ChunkedMesh::reduced(const ReduceChunk& reduce) const {
       size(), 1,
       [&](std::size_t begin, std::size_t end) {
         for (std::size_t chunk = begin; chunk < end; ++chunk) {
-          ProgressGuard::poll_in("reducing chunk " + std::to_string(++done) + " of " +
-                                 std::to_string(size()));
+          ProgressGuard::poll_within_stage("reducing chunk " + std::to_string(++done) + " of " +
+                                           std::to_string(size()));
           chunks[chunk] = reduce_one(chunk, reduce);
         }
       },

@@ -99,8 +99,8 @@ class ChunkSearch {
       const std::vector<std::uint32_t> some = samples_with(
           samples_.size(), [&](std::uint32_t i) { return rule_.reaches(samples_, i, best_, box); });
       if (some.empty()) continue;
-      ProgressGuard::poll_in("matching chunk " + std::to_string(chunk + 1) + " of " +
-                             std::to_string(mesh.size()));
+      ProgressGuard::poll_within_stage("matching chunk " + std::to_string(chunk + 1) + " of " +
+                                       std::to_string(mesh.size()));
       const std::shared_ptr<const LoadedChunks::Chunk> loaded =
           some.size() * kTrianglesPerSample <= mesh.records(chunk)
               ? chunks_.load_near(chunk, boxes_of(some))
@@ -287,8 +287,9 @@ struct RayRules {
     if (!query.outermost) return winner.status[i];
     const bool both = winner.distance[i] >= 0 && loser.distance[k] >= 0 &&
                       winner.distance[i] != loser.distance[k];
-    const auto mark = static_cast<std::uint8_t>(loser.status[k] & KILN_RAY_SEVERAL);
-    return static_cast<std::uint8_t>(winner.status[i] | mark | (both ? KILN_RAY_SEVERAL : 0U));
+    const auto mark_cells = static_cast<std::uint8_t>(loser.status[k] & KILN_RAY_SEVERAL);
+    return static_cast<std::uint8_t>(winner.status[i] | mark_cells |
+                                     (both ? KILN_RAY_SEVERAL : 0U));
   }
 
   void search(cl::Context& context, const std::shared_ptr<const Tree>& tree,
@@ -381,20 +382,21 @@ std::shared_ptr<const LoadedChunks::Chunk> LoadedChunks::load(std::size_t chunk)
 namespace {
 
 /// A set of cells of a grid over a box; mark() adds all cells that a smaller box touches.
-class CellMarks {
+class MarkedCells {
  public:
-  explicit CellMarks(const Box<Vec3>& box) : marks_(kSide * kSide * kSide) {
+  explicit MarkedCells(const Box<Vec3>& box)
+      : marks_(kCellsPerSide * kCellsPerSide * kCellsPerSide) {
     for (std::size_t k = 0; k < 3; ++k) {
       low_[k] = coordinate(box.low, k);
       const float size = coordinate(box.high, k) - coordinate(box.low, k);
-      scale_[k] = size > 0 ? static_cast<float>(kSide) / size : 0;
+      scale_[k] = size > 0 ? static_cast<float>(kCellsPerSide) / size : 0;
     }
   }
 
   /// \returns the number of cells
-  std::size_t mark(const Box<Vec3>& box) {
+  std::size_t mark_cells(const Box<Vec3>& box) {
     std::size_t count = 0;
-    each(box, [&](std::uint8_t& cell) {
+    for_each_cell(box, [&](std::uint8_t& cell) {
       cell = 1;
       ++count;
       return false;
@@ -403,22 +405,23 @@ class CellMarks {
   }
   bool touches(const Box<Vec3>& box) {
     bool found = false;
-    each(box, [&](const std::uint8_t& cell) { return found = cell != 0; });
+    for_each_cell(box, [&](const std::uint8_t& cell) { return found = cell != 0; });
     return found;
   }
 
  private:
-  static constexpr std::size_t kSide = 64;
+  static constexpr std::size_t kCellsPerSide = 64;
 
   /// Calls visit(cell) for the cells that a box touches, until it returns true. The cells of triangles and of boxes are
   /// computed with the same rounding, so a triangle inside a box touches one of the box's cells.
   template <typename Visit>
-  void each(const Box<Vec3>& box, const Visit& visit) {
+  void for_each_cell(const Box<Vec3>& box, const Visit& visit) {
     std::array<std::size_t, 3> from{}, to{};
     for (std::size_t k = 0; k < 3; ++k) {
       const auto cell = [&](float x) {
         const float at = (x - low_[k]) * scale_[k];
-        return static_cast<std::size_t>(std::clamp(at, 0.0F, static_cast<float>(kSide - 1)));
+        return static_cast<std::size_t>(
+            std::clamp(at, 0.0F, static_cast<float>(kCellsPerSide - 1)));
       };
       from[k] = cell(coordinate(box.low, k));
       to[k] = cell(coordinate(box.high, k));
@@ -426,7 +429,7 @@ class CellMarks {
     for (std::size_t z = from[2]; z <= to[2]; ++z) {
       for (std::size_t y = from[1]; y <= to[1]; ++y) {
         for (std::size_t x = from[0]; x <= to[0]; ++x) {
-          if (visit(marks_[(z * kSide + y) * kSide + x])) return;
+          if (visit(marks_[(z * kCellsPerSide + y) * kCellsPerSide + x])) return;
         }
       }
     }
@@ -454,10 +457,10 @@ std::shared_ptr<const LoadedChunks::Chunk> LoadedChunks::load_near(
     if (kept_[chunk] != nullptr) return kept_[chunk];
   }
   Stopwatch watch;
-  CellMarks marks(mesh_->box(chunk));
+  MarkedCells marks(mesh_->box(chunk));
   std::size_t marked = 0;
   for (const Box<Vec3>& box : boxes) {
-    marked += marks.mark(box);
+    marked += marks.mark_cells(box);
     if (marked > kMaxMarks) return load(chunk);
   }
   const ChunkTriangles all = mesh_->read(chunk);

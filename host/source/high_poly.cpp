@@ -274,7 +274,7 @@ void Source::Impl::move(std::uint32_t first, std::span<const Vec3> moved,
   std::copy(moved.begin(), moved.end(), positions.begin() + first);
   raster_.reset();
   facet_size_.reset();
-  by_positions_ = std::make_shared<MadeOnce>();
+  by_positions_ = std::make_shared<LazyValue>();
   if (tree_ == nullptr) return;
   if (count_usable() == before) {
     tree_->refit(context_of(device), positions, triangles);
@@ -306,7 +306,7 @@ Rasterizer& Source::Impl::raster() const {
   });
 }
 
-std::shared_ptr<MadeOnce> Source::Impl::by_positions() const {
+std::shared_ptr<LazyValue> Source::Impl::by_positions() const {
   const auto lock = lock_polling(mutex_);
   return by_positions_;
 }

@@ -85,7 +85,7 @@ struct KILN_HIDDEN Source::Impl {
   /// facet_size() in frame units, computed at the first call.
   double facets() const;
   /// Cached values that depend only on positions and triangles. move() replaces them.
-  std::shared_ptr<MadeOnce> by_positions() const;
+  std::shared_ptr<LazyValue> by_positions() const;
 
   /// LowSurface::of() in this source's frame. The last surface is cached: if a mesh differs from it only in UVs and
   /// tangents, as another texture set of the same low poly does, only UVs and tangents are processed. The result may
@@ -136,7 +136,7 @@ struct KILN_HIDDEN Source::Impl {
   mutable std::unique_ptr<ClosestFinder> closest_;
   mutable std::unique_ptr<Rasterizer> raster_;
   mutable std::optional<double> facet_size_;
-  std::shared_ptr<MadeOnce> by_positions_ = std::make_shared<MadeOnce>();
+  std::shared_ptr<LazyValue> by_positions_ = std::make_shared<LazyValue>();
   struct LastLow {
     /// Hash of everything except UVs and tangents; hash of UVs and tangents
     std::uint64_t shape = 0, layout = 0;

@@ -22,7 +22,7 @@
 namespace kiln::cli {
 namespace {
 
-/// Bits per channel of all maps in grids; plans choose their own.
+/// Bits per channel of all maps in the grid; plans choose their number of bits.
 constexpr std::uint32_t kGridBits = 8;
 constexpr std::uint32_t kMinFaces = 125, kMaxFaces = 16000, kSmallestMap = 16;
 /// Maximum ratio of the bytes of mesh and map, in both directions. Beyond it, further steps hardly change the error.
@@ -30,9 +30,9 @@ constexpr std::uint64_t kMaxBytesRatio = 16;
 constexpr std::uint32_t kViews = 30, kPixels = 128;
 /// The number of samples is chosen as in plans.
 constexpr std::uint32_t kSampleBudget = 1024, kMaxSamples = 4;
-/// Shares at which default errors to plan for are interpolated geometrically between the worst and the best error.
+/// The default errors to plan for are interpolated geometrically between the worst and the best error at these shares.
 constexpr double kDefaultErrorShares[] = {0.25, 0.5, 0.75};
-/// Share of the progress at which plans start, after the grids.
+/// Share of the progress at which plans start, after the grid was measured.
 constexpr double kProgressAtPlans = 0.7;
 
 /// Quantises a map to kGridBits per channel.
@@ -98,7 +98,7 @@ class PlansChart : public ChartKind {
     on_screen_.reset();
     source_.emplace(device, high);
     add_warnings(source_->warnings(), warnings);
-    // directions that plans use
+    // the directions that plans use, which the measurement avoids
     const std::vector<Vec3> held_out = held_out_views(kPlanViews, spread_views(12));
     reference_.emplace(Scene(device, high), high, angles_of(held_out_views(kViews, held_out)),
                        kPixels);
@@ -245,8 +245,8 @@ class PlansChart : public ChartKind {
     return errors;
   }
 
-  /// Bytes of the front at an error, interpolated linearly in log-log scale; null if the front does not reach the
-  /// error.
+  /// Returns the bytes of the front at an error, interpolated linearly in log-log scale; null if the front does not
+  /// reach the error.
   Json bytes_at(double degrees) const {
     const std::vector<Json> points = front();
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -288,7 +288,7 @@ class PlansChart : public ChartKind {
     return true;
   }
 
-  /// The plot: curves of the grid by map size, its front, and rings at the plans.
+  /// Makes the plot: a curve of the grid for each map size, the front, and a ring at each plan.
   Json panel(const std::string& title) const {
     Json panel = plot_panel("Mean angle between rendered normals, degrees");
     panel["title"] = title;
@@ -357,7 +357,7 @@ class PlansChart : public ChartKind {
   double at_ = 0;  ///< share of the progress at which this high poly starts
   std::optional<Source> source_;
   std::optional<NormalReference> reference_;
-  /// reference pictures with --screen, which replace the others
+  /// reference pictures with --screen, used instead of the others
   std::optional<ScreenPictures> on_screen_;
   std::vector<Json> points_;  ///< points of the grid, by faces and size
   Json plans_;                ///< plans, by decreasing error

@@ -45,7 +45,7 @@ constexpr const char* kDegrees = "normal_error.mean_angle_degrees";
 /// A combination of match, views, faces and map size to measure.
 struct Setting {
   std::string curve;
-  std::uint32_t views;  ///< Number of views; 0: the match uses none
+  std::uint32_t views;  ///< Number of views; 0: the match uses no views
   std::uint32_t faces;  ///< Requested number of faces; for a given LOW its own
   std::uint32_t size;   ///< Texels per side of the map; 0: no map
 };
@@ -95,7 +95,7 @@ std::vector<Setting> plan(const MeasureArguments& a, const Mesh& high, const Mes
   return settings;
 }
 
-/// Makes low polys on first use, and caches them.
+/// Makes low polys when they are first used, and caches them.
 class LowMeshes {
  public:
   LowMeshes(const Mesh& high, const Mesh* given) : high_(high), given_(given) {}
@@ -268,7 +268,8 @@ std::vector<Json> rows_of_curve(const Study& study, const std::string& curve, do
 
 double degrees_of(const Json& row) { return row.at(kDegrees).number(); }
 
-/// The first figure of a series whose mean angle is within 5% of the smallest: further views or texels gain little.
+/// Finds the first figure of a series whose mean angle is within 5% of the smallest one, beyond which more views or
+/// texels gain little.
 const Json& levels_off(const std::vector<Json>& series) {
   constexpr double kMaxRelativeGain = 0.05;
   double min_error = degrees_of(series.front());
@@ -302,7 +303,7 @@ std::string size_text(std::uint32_t size) {
   return std::to_string(size) + " × " + std::to_string(size) + " map";
 }
 
-/// Makes the curves of both ways to match by views.
+/// Makes the curves of both methods of matching by views.
 Json paper_curve(const Study& study, const char* x, const char* y) {
   return curve_of("paper: least depth difference", kPaper, rows_of_curve(study, kPaper), x, y);
 }
@@ -384,7 +385,7 @@ Json size_plot(const Study& study, const MeasureArguments& a, const std::string&
 
 // ---- Text ----
 
-/// The number of views per curve, or the map size per number of faces, beyond which little is gained.
+/// Finds the number of views for each curve, or the map size for each number of faces, beyond which little is gained.
 Json levels_off_at(const Study& study, const MeasureArguments& a) {
   Json smallest_sufficient = Json::object();
   if (a.study == "views") {

@@ -235,7 +235,7 @@ nb::tuple run_plan(const PySource& source, const Keywords& words, nb::object pro
 }
 
 SaveImageOptions image_options(const std::string& format, bool dither) {
-  const ImageFormat* const known_format = Words(kFormats).find(format);
+  const ImageFormat* const known_format = Words(kFormatWords).find(format);
   if (known_format == nullptr) {
     throw Error(ErrorCode::usage,
                 option("format") + " is '" + format +

@@ -14,12 +14,13 @@ std::atomic<bool> interrupt_came{false};
 void (*deadline)() = nullptr;
 const DWORD main_thread = GetCurrentThreadId();
 
-/// Runs on a thread of its own for each event. The system ends the process of a closed console when this returns.
+/// The system calls this on a separate thread for each event. If the console was closed, it ends the process when this
+/// returns.
 BOOL WINAPI on_control(DWORD /*event*/) {
   if (!interrupt_came.exchange(true)) Sleep(kMillisecondsToEnd);
   deadline();
   // the main thread finishes outputs that are being moved into place, and ends the program
-  stop_thread();
+  block_forever();
 }
 
 void (*crash)(int number) = nullptr;
@@ -49,11 +50,11 @@ void catch_crashes(void (*on_crash)(int number)) noexcept {
 
 bool handles_crash(int number) noexcept { return number == SIGABRT; }
 bool is_abort(int number) noexcept { return number == SIGABRT; }
-void crash_unhandled(int number) noexcept {
+void end_by_crash(int number) noexcept {
   if (number == SIGABRT) std::signal(SIGABRT, SIG_DFL);
 }
 
-void stop_thread() noexcept {
+void block_forever() noexcept {
   for (;;) Sleep(INFINITE);
 }
 
