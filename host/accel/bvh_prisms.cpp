@@ -16,7 +16,8 @@ namespace kiln::bvh {
 namespace {
 
 constexpr std::uint32_t kMinPrismTriangles =
-    16;  // cost of a prism test, in triangle tests: smaller subtrees get no prism
+    // cost of a prism test in units of triangle tests; subtrees with fewer triangles get no prism
+    16;
 // A prism is worthwhile if its surface area, or its thickness, is at most this share of that of the node's box and of
 // the enclosing prism.
 constexpr double kMaxAreaRatio = 0.75, kMaxThicknessRatio = 0.5;

@@ -53,7 +53,7 @@ struct Range {
   std::size_t end = 0;
   Box box;
   Box centers;
-  bool merged = false;  ///< True once duplicates were removed
+  bool merged = false;  ///< True if the range's duplicates have been removed
   std::size_t size() const { return end - begin; }
   bool is_leaf() const { return size() <= KILN_BVH_LEAF_TRIANGLES; }
 };

@@ -32,7 +32,7 @@ class LocalVertices {
  public:
   LocalVertices() { clear(); }
   void clear() { vertices_.fill(kNone); }
-  bool has(std::uint32_t vertex) const { return vertices_[slot_of(vertex)] == vertex; }
+  bool contains(std::uint32_t vertex) const { return vertices_[slot_of(vertex)] == vertex; }
   /// Returns the vertex's index in the chunk; a new vertex gets the index `next`.
   std::uint32_t add(std::uint32_t vertex, std::uint32_t next) {
     const std::uint32_t slot = slot_of(vertex);
@@ -153,7 +153,7 @@ RasterChunks cut_piece(std::span<const Vec3> positions, std::span<const Triangle
       continue;
     }
     std::uint32_t new_vertices = vertex_count;
-    for (const std::uint32_t v : triangle) new_vertices += local_vertices.has(v) ? 0 : 1;
+    for (const std::uint32_t v : triangle) new_vertices += local_vertices.contains(v) ? 0 : 1;
     if (count == kTrianglesPerChunk || new_vertices > kTrianglesPerChunk) finish_chunk();
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t number = local_vertices.add(triangle[k], vertex_count);

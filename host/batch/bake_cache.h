@@ -63,7 +63,6 @@ class BakeCache {
   static std::string identify(const std::filesystem::path& path);
 
   /// Stores a result before its outputs are placed, from their temporary files.
-  /// \param report  JSON of the bake
   /// \returns the name of an input that changed during the bake, in which case nothing is stored; otherwise an empty
   ///          text
   std::string store_result(const BatchAsset& asset, const InputLog::Inputs& inputs,
@@ -71,7 +70,7 @@ class BakeCache {
                            const std::vector<std::string>& files, const Json& warnings,
                            double missed);
   /// Records the state of an asset's outputs after they were placed.
-  /// \param read true to hash the outputs again, since a hook may have changed them
+  /// \param rehash  true to hash the outputs again, since a hook may have changed them
   void record_outputs(const BatchAsset& asset, bool rehash);
 
   /// Key for data that is derived from an asset's inputs and outputs, such as its pictures: a hash of the options,
@@ -130,7 +129,8 @@ class BakeCache {
       /// States and hashes of files by path; used during this run only
       hashes_;
   std::map<std::string, Record>
-      pending_records_;  ///< Records of results whose outputs are not placed yet
+      /// Records of results whose outputs have not been moved to their destinations yet
+      pending_records_;
 };
 
 }  // namespace kiln

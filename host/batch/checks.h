@@ -19,7 +19,7 @@ std::filesystem::path golden_path(const JobFile& file, const std::string& output
 /// Copies an asset's files to the golden folder, through the open OutputSet, if any. \returns files that are new or
 /// changed
 std::vector<std::string> accept_asset(const JobFile& file, const AssetResult& result);
-/// Golden files in the folders of a run's golden files to which no output corresponds.
+/// Golden files that belong to no output of a run. Searches the folders that contain golden files of the run's outputs.
 std::vector<std::string> golden_without_outputs(const JobFile& file,
                                                 const std::vector<AssetResult>& results);
 

@@ -285,7 +285,7 @@ namespace {
 // that the device shares with the host. Drivers would use one thread, while the others wait.
 constexpr std::size_t kMinSharedBytes = std::size_t{1} << 20;
 constexpr std::size_t kSharedBytesPerTask = std::size_t{1} << 18;  // a multiple of any value's size
-// Copies of a value that repeat() copies at once: they stay in the first cache.
+// Maximum bytes of repeated values that fill_with_copies() copies at once, so that they stay in the first-level cache.
 constexpr std::size_t kMaxRepeatedBytes = std::size_t{1} << 13;
 
 bool is_shared(const DeviceInfo& info, std::size_t bytes) {

@@ -21,12 +21,12 @@ namespace kiln {
 namespace {
 
 #ifdef _WIN32
-constexpr bool kLoaderIsLoadedLate = true;
+constexpr bool kHasDelayedLoading = true;
 constexpr const char* kHowToInstall =
     "OpenCL comes with the driver of your GPU: install that of its vendor (AMD, Intel, NVIDIA). "
     "A machine without a GPU can have Intel's CPU Runtime for OpenCL.";
 #else
-constexpr bool kLoaderIsLoadedLate = false;
+constexpr bool kHasDelayedLoading = false;
 constexpr const char* kHowToInstall =
     "Install one with 'apt install pocl-opencl-icd' or, for Python, with 'pip install kiln[cpu]' "
     "(any CPU), or your GPU vendor's OpenCL driver. If one is installed, it may have no "
@@ -172,7 +172,7 @@ std::vector<FoundDevice> find_devices(std::string& reason) {
   // With delayed loading, the first call of OpenCL loads its library, and would end the process if there is none.
   std::string load_error;
   const bool has_loader =
-      !kLoaderIsLoadedLate || os::load_library("OpenCL.dll", load_error) != nullptr;
+      !kHasDelayedLoading || os::load_library("OpenCL.dll", load_error) != nullptr;
   cl::driver([&] {
     if (has_loader) found_devices = query_devices(clGetPlatformIDs);
     // The query is repeated, since a driver that failed to start before, such as PoCL without a writable folder, may

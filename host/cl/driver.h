@@ -59,8 +59,8 @@ bool is_forked() noexcept;
 /// Throws the error for the child of a fork. \throws Error(device)
 [[noreturn]] void throw_forked();
 
-/// Calls a driver. \returns its status \throws Error(device) if the driver throws, or has thrown before, and in a
-/// forked child of the process that opened a device
+/// Calls a driver function. \returns its status \throws Error(device) if the driver throws, or has thrown before, and
+/// in a forked child of the process that opened a device
 template <typename Call>
 cl_int driver(const Call& call) {
   if (is_forked()) throw_forked();

@@ -246,7 +246,7 @@ Json set_json(const RunContext& run, const BakedSet& set, const BakedLayout& bak
   return json;
 }
 
-/// Makes texture sets by a criterion, and checks them. \param chosen  true if --sets chose the criterion
+/// Makes texture sets by a criterion, and checks them. \param by_user  true if --sets chose the criterion
 FoundSets make_sets(const BakeScene& scene, const BakeOptions& options, SetsBy by, bool by_user) {
   RunLog& log = scene.run.log;
   Job job = scene.run.job;

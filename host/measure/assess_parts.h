@@ -28,7 +28,8 @@ class RaySums {
     value_ += value;
     square_ += square;
   }
-  /// \param all  total weight of all rays \param unit  world units in one unit of the values
+  /// \param total_weight  total weight of all rays
+  /// \param unit  length of one unit of the values, in world units
   RayMeasure measure(double total_weight, double unit) const;
 
  private:

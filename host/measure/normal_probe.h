@@ -93,7 +93,8 @@ class NormalProbe {
   };
   NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh* cage);
   bool is_seen_from_behind(std::uint32_t triangle, const Picture& picture) const;
-  std::vector<std::uint32_t> points_on_both(const PictureHits& shown, const PictureHits& dense);
+  std::vector<std::uint32_t> find_points_on_both(const PictureHits& shown,
+                                                 const PictureHits& dense);
   void select_places(const std::vector<Picture>& pictures, const PictureHits& shown,
                      const PictureHits& dense);
   TexelBand copy_band() const;

@@ -79,8 +79,8 @@ bool NormalProbe::is_seen_from_behind(std::uint32_t triangle, const Picture& pic
 
 /// Finds the points of pixels that both meshes cover completely. Triangles without UVs, such as those of other texture
 /// sets, have no map and are skipped.
-std::vector<std::uint32_t> NormalProbe::points_on_both(const PictureHits& shown,
-                                                       const PictureHits& dense) {
+std::vector<std::uint32_t> NormalProbe::find_points_on_both(const PictureHits& shown,
+                                                            const PictureHits& dense) {
   std::vector<std::uint32_t> points_on_both_meshes;
   for (std::size_t first = 0; first < shown.triangle.size(); first += points_per_pixel_) {
     std::uint32_t points_of_both = 0, points_of_one = 0;
@@ -112,7 +112,7 @@ void NormalProbe::select_places(const std::vector<Picture>& pictures, const Pict
   const std::vector<std::uint32_t>& normal_indices =
       normal_reads_.read_source(source_.attributes.normal_indices);
   const std::vector<float>& normals = normal_reads_.read_source(source_.attributes.normals);
-  const std::vector<std::uint32_t> points_on_both_meshes = points_on_both(shown, dense);
+  const std::vector<std::uint32_t> points_on_both_meshes = find_points_on_both(shown, dense);
   places_.resize(points_on_both_meshes.size());
   for (std::size_t i = 0; i <= pictures.size(); ++i) {
     const auto begin = std::lower_bound(points_on_both_meshes.begin(), points_on_both_meshes.end(),

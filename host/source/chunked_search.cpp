@@ -381,7 +381,7 @@ std::shared_ptr<const LoadedChunks::Chunk> LoadedChunks::load(std::size_t chunk)
 
 namespace {
 
-/// A set of cells of a grid over a box; mark() adds all cells that a smaller box touches.
+/// A set of cells of a grid over a box; mark_cells() adds all cells that a smaller box touches.
 class MarkedCells {
  public:
   explicit MarkedCells(const Box<Vec3>& box)

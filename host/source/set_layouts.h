@@ -16,7 +16,7 @@ namespace kiln {
 /// sets times the number of triangles.
 class SetLayouts {
  public:
-  /// \param low   valid, with UVs; must outlive this object, as the source and the copy must
+  /// \param low valid, with UVs; must outlive this object, and so must the source and the copy
   /// \param part  a copy with tangents; nobody else changes it
   SetLayouts(const Source& source, const Mesh& low, Mesh& part);
   ~SetLayouts();

@@ -111,8 +111,8 @@ kernel void kiln_hemisphere_views(const kiln_hemisphere_views_params params,
       global const kiln_view* view = views + k;
       const float tx = view->toward[0], ty = view->toward[1], tz = view->toward[2];
       const vfloat cosine = (nx * tx + ny * ty) + nz * tz;
-      const vint over = cosine > (vfloat)(0.0f);
-      if (!visibility_any(over)) continue;
+      const vint faces_view = cosine > (vfloat)(0.0f);
+      if (!visibility_any(faces_view)) continue;
       const float rx = view->right[0], ry = view->right[1], rz = view->right[2];
       const float ux = view->up[0], uy = view->up[1], uz = view->up[2];
       const vfloat x = ((px * rx + py * ry) + pz * rz) * view->scale + view->left;
@@ -134,8 +134,8 @@ kernel void kiln_hemisphere_views(const kiln_hemisphere_views_params params,
       const vint seen = (squared > (vfloat)(min_squared)) &
                         ((slope_x * offset_x - slope_y * offset_y) * facing <=
                          ((shown + params.bias) - depth) * (squared * view->scale));
-      const vfloat share = (over & (seen | outside)) ? cosine : (vfloat)(0.0f);
-      const vfloat weight = over ? cosine : (vfloat)(0.0f);
+      const vfloat share = (faces_view & (seen | outside)) ? cosine : (vfloat)(0.0f);
+      const vfloat weight = faces_view ? cosine : (vfloat)(0.0f);
       if (((params.first_view + k) & 1u) == 0u) {
         open_even += share;
         all_even += weight;

@@ -23,7 +23,8 @@
 struct kiln_hemisphere_params {
   kiln_uint first;         // first sample of this launch
   kiln_uint count;         // samples of this launch
-  kiln_uint stride;        // count rounded up to lanes: samples in a row of rays
+  // number of samples in a row of rays: count rounded up to a multiple of the lanes
+  kiln_uint stride;
   kiln_uint first_ray;     // first ray of each sample
   kiln_uint rays;          // rays per sample in this launch
   kiln_uint all_rays;      // rays per sample in total

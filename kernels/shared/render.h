@@ -36,7 +36,8 @@ typedef struct kiln_render_params {
   kiln_uint height;          // height of the picture, pixels
   // direction of the key light: unit, seen from the camera (right, up, towards the viewer)
   kiln_float key[3];
-  kiln_uint show_depth;      // 1: depth towards the viewer, frame units; and coverage
+  // 1: write the depth towards the viewer, in frame units, and the coverage
+  kiln_uint show_depth;
   kiln_float half_way[3];    // half vector: unit, between the key light and the viewer
   kiln_uint padding;
 } kiln_render_params;

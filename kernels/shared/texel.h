@@ -44,7 +44,8 @@ typedef struct kiln_texel_params {
   kiln_uint block_texels;   // texels in a block
   kiln_uint texel_samples;  // samples in a texel: N * N
   kiln_uint samples;        // N
-  kiln_uint shift;          // fixed-point bits below one sample
+  // number of fixed-point bits below one sample: a sample is 2^shift units wide
+  kiln_uint shift;
   kiln_int sample_width;    // width of the map, samples
   kiln_int sample_height;
   kiln_uint width;      // width of the map, texels

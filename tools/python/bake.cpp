@@ -97,7 +97,6 @@ std::string name_or_default(const PyMesh& mesh, const char* otherwise) {
 }
 
 /// Makes a job whose inputs and outputs are in memory.
-/// \param bare  placeholder for the high poly, which the source provides
 Job job_in_memory(const PySource& source, const Keywords& words) {
   Job job;
   job.in_memory = true;

@@ -1,4 +1,4 @@
-// Dense parts of hard-surface scenes.
+// High-poly parts of hard-surface scenes.
 #include <algorithm>
 #include <cmath>
 #include <numbers>

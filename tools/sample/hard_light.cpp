@@ -1,4 +1,4 @@
-// Light parts of hard-surface scenes, and their charts.
+// Low-poly parts of hard-surface scenes, and their charts.
 #include <algorithm>
 #include <cmath>
 #include <numbers>

@@ -87,7 +87,7 @@ void check_scene(const Options& options, bool others) {
     fail_usage("--scene is '" + options.scene +
                "', not cube, cylinder, bracket, bolt, pipe, assembly or leaf");
   }
-  if (others) fail_usage("--scene goes with --out and --low alone");
+  if (others) fail_usage("--scene can only be combined with --out and --low");
   if (options.out.extension() != ".obj" || options.low.extension() != ".obj") {
     fail_usage("--scene needs --out and --low, two files that end in .obj");
   }

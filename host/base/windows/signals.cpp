@@ -10,14 +10,14 @@ namespace {
 
 constexpr DWORD kMillisecondsToEnd = 330;
 
-std::atomic<bool> interrupt_came{false};
+std::atomic<bool> is_interrupt_received{false};
 void (*deadline)() = nullptr;
 const DWORD main_thread = GetCurrentThreadId();
 
 /// The system calls this on a separate thread for each event. If the console was closed, it ends the process when this
 /// returns.
 BOOL WINAPI on_control(DWORD /*event*/) {
-  if (!interrupt_came.exchange(true)) Sleep(kMillisecondsToEnd);
+  if (!is_interrupt_received.exchange(true)) Sleep(kMillisecondsToEnd);
   deadline();
   // the main thread finishes outputs that are being moved into place, and ends the program
   block_forever();
@@ -38,7 +38,7 @@ void catch_interrupts(void (*on_deadline)()) noexcept {
   SetConsoleCtrlHandler(on_control, TRUE);
 }
 
-bool interrupted() noexcept { return interrupt_came.load(); }
+bool interrupted() noexcept { return is_interrupt_received.load(); }
 
 void catch_crashes(void (*on_crash)(int number)) noexcept {
   crash = on_crash;
