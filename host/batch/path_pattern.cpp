@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 // Maximum number of combinations of alternatives in braces
 constexpr std::size_t kMaxExpansions = 256;
 // Maximum number of steps when a path is compared with a pattern, including backtracking
-constexpr std::size_t kMaxMatchSteps = 200000;
+constexpr std::size_t kMaxPatternSteps = 200000;
 // Maximum number of folder entries that a search visits
 constexpr std::size_t kMaxEntries = 2000000;
 constexpr std::size_t kMaxFiles = 200000;  // Maximum number of files that match
@@ -156,7 +156,7 @@ struct PathPattern::Matcher {
   std::size_t steps = 0;
 
   bool match_from(std::size_t token, std::size_t position) {
-    refuse_if(++steps > kMaxMatchSteps,
+    refuse_if(++steps > kMaxPatternSteps,
               "A pattern matches '" + std::string(path) + "' in too many ways: use fewer *.");
     if (token == tokens.size()) return position == path.size();
     const Token& current = tokens[token];

@@ -78,8 +78,8 @@ std::optional<std::vector<unsigned char>> BinaryCache::find(std::string_view sou
   return std::vector<unsigned char>(binary.begin(), binary.end());
 }
 
-void BinaryCache::keep(std::string_view source, std::string_view options,
-                       const std::vector<unsigned char>& binary) const noexcept {
+void BinaryCache::store(std::string_view source, std::string_view options,
+                        const std::vector<unsigned char>& binary) const noexcept {
   if (folder_.empty() || binary.empty() || binary.size() > kMaxFileBytes / 2) return;
   try {
     static std::atomic<unsigned> temporary_count{0};
@@ -105,7 +105,7 @@ void BinaryCache::keep(std::string_view source, std::string_view options,
   }
 }
 
-void BinaryCache::forget(std::string_view source, std::string_view options) const noexcept {
+void BinaryCache::remove(std::string_view source, std::string_view options) const noexcept {
   if (folder_.empty()) return;
   try {
     std::error_code file_error;

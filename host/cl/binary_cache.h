@@ -39,10 +39,10 @@ class BinaryCache {
   std::optional<std::vector<unsigned char>> find(std::string_view source,
                                                  std::string_view options) const;
   /// Stores a binary; does nothing if it cannot be written.
-  void keep(std::string_view source, std::string_view options,
-            const std::vector<unsigned char>& binary) const noexcept;
+  void store(std::string_view source, std::string_view options,
+             const std::vector<unsigned char>& binary) const noexcept;
   /// Removes a binary that the driver rejected.
-  void forget(std::string_view source, std::string_view options) const noexcept;
+  void remove(std::string_view source, std::string_view options) const noexcept;
   bool keeps_programs() const { return keeps_programs_ && !folder_.empty(); }
 
  private:

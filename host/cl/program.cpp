@@ -102,7 +102,7 @@ std::shared_ptr<Context::Program> Context::load(std::string_view source,
     });
     if (status == CL_SUCCESS) return loaded;
   }
-  binaries_->forget(source, options);
+  binaries_->remove(source, options);
   return nullptr;
 }
 
@@ -118,7 +118,7 @@ void Context::keep(std::string_view source, const std::string& options,
   std::vector<unsigned char> binary(size);
   unsigned char* bytes = binary.data();
   if (query(CL_PROGRAM_BINARIES, sizeof bytes, &bytes) == CL_SUCCESS) {
-    binaries_->keep(source, options, binary);
+    binaries_->store(source, options, binary);
   }
 }
 
@@ -157,7 +157,7 @@ std::shared_ptr<Context::Program> Context::build(std::string_view source, const 
   built_program->program = compile_result.program;
   if (compile_result.status == CL_SUCCESS) {
     if (is_kept) keep(source, options, *built_program);
-    if (is_kept && !info_.is_gpu && !is_known) binaries_->keep(source, mark, {1});
+    if (is_kept && !info_.is_gpu && !is_known) binaries_->store(source, mark, {1});
     return built_program;
   }
   const std::string& log = compile_result.log;

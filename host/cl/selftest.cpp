@@ -325,7 +325,7 @@ void Context::require_correct_results() {
     std::string fault_text;
     if (!binaries_->find(source, kPassed)) {
       fault_text = selftest_fault(*this);
-      if (fault_text.empty()) binaries_->keep(source, kPassed, {1});
+      if (fault_text.empty()) binaries_->store(source, kPassed, {1});
     }
     known = fault_of_version.emplace(version, fault_text).first;
   }

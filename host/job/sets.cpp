@@ -142,7 +142,7 @@ class SetWarnings {
     }
   }
 
-  std::vector<Warning> joined() const {
+  std::vector<Warning> joined_warnings() const {
     std::vector<Warning> result;
     for (const auto& [set, warning, further_sets] : set_warnings_) {
       const std::string others_text =
@@ -446,7 +446,7 @@ BakedLayout bake_sets(const RunContext& run, const LoadedHigh& high, const LowMe
   if (sum.samples > sum.missed) {
     sum.mean_abs_distance /= static_cast<double>(sum.samples - sum.missed);
   }
-  sum.warnings = warnings.joined();
+  sum.warnings = warnings.joined_warnings();
   sums.result.report = std::move(sum);
   return sums;
 }

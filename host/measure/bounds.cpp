@@ -14,10 +14,10 @@
 namespace kiln {
 namespace {
 
-constexpr double kPoints = 2000;
+constexpr double kSamplePoints = 2000;
 // Bounds on the side of the sampling grid, in texels.
-constexpr double kMinGrid = 47, kMaxGrid = 1021;
-constexpr std::uint32_t kRays = 4096, kMaxMapSize = 16384;
+constexpr double kMinGridSide = 47, kMaxGridSide = 1021;
+constexpr std::uint32_t kReferenceRays = 4096, kMaxMapSize = 16384;
 // Largest share of a bound on ambient occlusion that the noise of rays may use.
 constexpr double kRayNoiseShare = 0.5;
 
@@ -44,7 +44,7 @@ bool has_errors(const MapRow& row) {
 
 double value_scale(const MapRow& row) { return unit_of(row).name == "1/255" ? 255 : 1; }
 
-/// Side of a sampling grid with about `kPoints` covered texels. It is odd, so that its texel centres do not coincide
+/// Side of a sampling grid with about `kSamplePoints` covered texels. It is odd, so that its texel centres do not coincide
 /// with those of the map.
 std::uint32_t grid_side(const Mesh& low) {
   double area = 0;
@@ -54,8 +54,8 @@ std::uint32_t grid_side(const Mesh& low) {
         (double{b.x} - a.x) * (double{c.y} - a.y) - (double{c.x} - a.x) * (double{b.y} - a.y);
     if (std::isfinite(doubled_area)) area += std::abs(doubled_area) / 2;
   }
-  const double side = std::sqrt(kPoints / std::clamp(area, 1e-6, 1.0));
-  return static_cast<std::uint32_t>(std::clamp(side, kMinGrid, kMaxGrid)) | 1U;
+  const double side = std::sqrt(kSamplePoints / std::clamp(area, 1e-6, 1.0));
+  return static_cast<std::uint32_t>(std::clamp(side, kMinGridSide, kMaxGridSide)) | 1U;
 }
 
 /// Options for a reference bake that evaluates single points of the surface, in the maps that have bounds.
@@ -75,7 +75,7 @@ BakeOptions point_options(const BakeOptions& bake, std::span<const MapBound> bou
   options.width = options.height = side;
   options.samples = 1;
   change_occlusion(options, [](OcclusionOptions& occlusion) {
-    occlusion.rays = kRays;
+    occlusion.rays = kReferenceRays;
     occlusion.by = OcclusionBy::rays;
     occlusion.max_error = 0;
   });

@@ -21,7 +21,7 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kPlanes = 7;  // of TexelBand::points
+constexpr std::size_t kPointPlanes = 7;  // of TexelBand::points
 constexpr std::size_t kSamplesPerTask = std::size_t{1} << 15;
 // Margins by which boxes are enlarged, since searches have rounding errors: an absolute one in frame units, and a share
 // of the coordinates. Rounding errors are smaller.
@@ -35,7 +35,7 @@ class Samples {
   Samples(cl::Context& context, const cl::Array<float>& points, std::uint32_t count,
           std::uint32_t capacity)
       : count_(count) {
-    for (std::size_t p = 0; p < kPlanes; ++p) {
+    for (std::size_t p = 0; p < kPointPlanes; ++p) {
       planes_[p].resize(count);
       points.read(context, planes_[p], p * capacity);
     }
@@ -45,9 +45,9 @@ class Samples {
 
   /// A subset of the samples on the device: one array per component, as kernels read them.
   cl::Array<float> pick(cl::Context& context, std::span<const std::uint32_t> some) const {
-    std::vector<float> values(kPlanes * some.size());
+    std::vector<float> values(kPointPlanes * some.size());
     parallel_for(some.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t p = 0; p < kPlanes; ++p) {
+      for (std::size_t p = 0; p < kPointPlanes; ++p) {
         for (std::size_t k = begin; k < end; ++k) {
           values[p * some.size() + k] = planes_[p][some[k]];
         }
@@ -58,7 +58,7 @@ class Samples {
 
  private:
   std::uint32_t count_;
-  std::array<std::vector<float>, kPlanes> planes_;
+  std::array<std::vector<float>, kPointPlanes> planes_;
 };
 
 /// The samples that satisfy a predicate, in ascending order.

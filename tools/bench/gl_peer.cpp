@@ -12,12 +12,12 @@
 namespace kiln::bench {
 namespace {
 
-constexpr const char* kVertex = R"(#version 330 core
+constexpr const char* kVertexShader = R"(#version 330 core
 layout(location = 0) in vec3 position;
 uniform mat4 view;
 void main() { gl_Position = view * vec4(position, 1.0); }
 )";
-constexpr const char* kFragment = R"(#version 330 core
+constexpr const char* kFragmentShader = R"(#version 330 core
 layout(location = 0) out uint id;
 void main() { id = uint(gl_PrimitiveID) + 1u; }
 )";
@@ -74,8 +74,8 @@ GlPeer::GlPeer(std::span<const Vec3> positions, std::span<const Triangle> triang
   }
 
   const GLuint program = glCreateProgram();
-  glAttachShader(program, shader(GL_VERTEX_SHADER, kVertex));
-  glAttachShader(program, shader(GL_FRAGMENT_SHADER, kFragment));
+  glAttachShader(program, shader(GL_VERTEX_SHADER, kVertexShader));
+  glAttachShader(program, shader(GL_FRAGMENT_SHADER, kFragmentShader));
   glLinkProgram(program);
   glUseProgram(program);
   impl.view_location = glGetUniformLocation(program, "view");

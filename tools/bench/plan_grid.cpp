@@ -40,9 +40,10 @@
 namespace kiln {
 namespace {
 
-constexpr double kStep = 0.95, kGridBytesRatio = 1.05;
-constexpr std::uint32_t kMostFaces = 25000, kFewestFaces = 12, kLargest = 2048, kSmallest = 16;
-constexpr std::uint32_t kViews = 30, kPixels = 128;
+constexpr double kFaceStep = 0.95, kGridBytesRatio = 1.05;
+constexpr std::uint32_t kMostFaces = 25000, kFewestFaces = 12, kLargestMap = 2048,
+                        kSmallestMap = 16;
+constexpr std::uint32_t kHeldOutPictures = 30, kPicturePixels = 128;
 
 double cpu_seconds() {
   rusage use{};
@@ -77,7 +78,7 @@ LowPolyPlanOptions plan_options(const PlanRequest& request) {
   LowPolyPlanOptions options;
   options.max_error = request.degrees;
   options.screen = request.screen;
-  options.bake.width = options.bake.height = kLargest;
+  options.bake.width = options.bake.height = kLargestMap;
   return options;
 }
 
@@ -116,11 +117,12 @@ class Pictures {
       : device_(device) {
     const std::vector<Vec3> seen = held_out_views(kPlanViews, spread_views(12));
     std::vector<ViewAngles> views;
-    for (const Vec3& toward : held_out_views(kViews, seen)) views.push_back(view_angles(toward));
+    for (const Vec3& toward : held_out_views(kHeldOutPictures, seen))
+      views.push_back(view_angles(toward));
     if (screen != 0) {
-      on_screen_ = std::make_unique<ScreenPictures>(source, screen, kViews);
+      on_screen_ = std::make_unique<ScreenPictures>(source, screen, kHeldOutPictures);
     } else {
-      points_ = std::make_unique<NormalReference>(Scene(device, high), high, views, kPixels);
+      points_ = std::make_unique<NormalReference>(Scene(device, high), high, views, kPicturePixels);
     }
   }
   double degrees(const Mesh& low) const {
@@ -158,7 +160,7 @@ Image rounded(Image map, std::uint32_t bits) {
 std::vector<std::uint32_t> grid_face_counts(std::size_t dense) {
   std::vector<std::uint32_t> faces;
   for (double goal = std::min<double>(kMostFaces, 0.5 * static_cast<double>(dense));
-       goal >= kFewestFaces; goal *= kStep) {
+       goal >= kFewestFaces; goal *= kFaceStep) {
     faces.push_back(static_cast<std::uint32_t>(goal));
   }
   return faces;
@@ -298,7 +300,7 @@ void compare(const Device& device, const PlanRequest& request) {
     Grid grid(source, high, pictures, chosen, request);
     std::vector<Point> found{{chosen.faces, chosen.size, chosen.bytes.total(), at_plan}};
     grid.run(0, wanted, kGridBytesRatio * static_cast<double>(chosen.bytes.total()), found);
-    for (std::uint32_t size = kSmallest; size <= kLargest; size *= 2) {
+    for (std::uint32_t size = kSmallestMap; size <= kLargestMap; size *= 2) {
       grid.run(size, wanted, kGridBytesRatio * static_cast<double>(chosen.bytes.total()), found);
     }
     const Point best =

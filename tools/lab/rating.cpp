@@ -48,7 +48,7 @@ struct Inputs {
 };
 
 /// Measures that are shown as pictures, each with its own scale.
-constexpr std::array<const char*, 4> kShown = {
+constexpr std::array<const char*, 4> kShownMeasures = {
     "object space, % of the diagonal", "normalised image space, 0 to 1",
     "uniformity, % longer or shorter", "error of the normal, degrees"};
 
@@ -274,11 +274,11 @@ Mesh recall_mesh(const Mesh& high, const std::vector<VertexCoverage>& vertices) 
 Image ratings_picture(const std::vector<Rating>& rows) {
   std::vector<Image> blocks;
   std::uint32_t width = 0, height = 0;
-  for (std::size_t m = 0; m < kShown.size(); ++m) {
+  for (std::size_t m = 0; m < kShownMeasures.size(); ++m) {
     AnglePictures errors;
     for (const Rating& row : rows) errors.add(row.pictures[m]);
     Scale scale = errors.scale();
-    scale.unit = kShown[m];
+    scale.unit = kShownMeasures[m];
     scale.others[0].second = "missed, never visible, or visible in one mesh only";
     std::vector<Panel> panels;
     for (std::size_t i = 0; i < rows.size(); ++i) {

@@ -82,7 +82,7 @@ struct RunningProgram::Process {
 
 namespace {
 
-constexpr int kNice = 5;
+constexpr int kNiceIncrement = 5;
 
 [[noreturn]] void throw_not_started(const std::string& program, int error) {
   throw Error(ErrorCode::internal,
@@ -184,7 +184,7 @@ std::optional<RunningProgram> RunningProgram::start(std::vector<std::string> com
   if (status == ENOENT || status == EACCES || status == ENOTDIR) return std::nullopt;
   if (status != 0) throw_not_started(command[0], status);
   // The program gets a lower priority than this process, which works at the same time.
-  setpriority(PRIO_PROCESS, static_cast<id_t>(id), kNice);
+  setpriority(PRIO_PROCESS, static_cast<id_t>(id), kNiceIncrement);
   process->id = id;
   Process::Pipe::close_descriptor(process->input.read_end);
   Process::Pipe::close_descriptor(process->output.write_end);

@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 namespace {
 
 /// Share mode that lets this process and others rename and remove an open file, as on POSIX.
-constexpr DWORD kShareAll = FILE_SHARE_READ | FILE_SHARE_WRITE | FILE_SHARE_DELETE;
+constexpr DWORD kShareModeAll = FILE_SHARE_READ | FILE_SHARE_WRITE | FILE_SHARE_DELETE;
 constexpr DWORD kMaxBytesPerCall = DWORD{1} << 30;
 
 /// A handle, which the destructor closes.
@@ -52,7 +52,8 @@ int descriptor_of(HANDLE handle, int flags) noexcept {
 }
 
 HANDLE open_handle(const fs::path& path, DWORD access, DWORD creation, DWORD flags) {
-  return CreateFileW(api_path(path).c_str(), access, kShareAll, nullptr, creation, flags, nullptr);
+  return CreateFileW(api_path(path).c_str(), access, kShareModeAll, nullptr, creation, flags,
+                     nullptr);
 }
 
 /// Converts units of 100 ns since 1601 to nanoseconds since 1970.
@@ -183,7 +184,7 @@ std::ptrdiff_t write_some(int file, const void* from, std::size_t bytes) noexcep
 
 bool sync(int file) noexcept {
   // Only a file that is open for writing can be flushed.
-  const Handle writable_handle(ReOpenFile(handle_of(file), GENERIC_WRITE, kShareAll, 0));
+  const Handle writable_handle(ReOpenFile(handle_of(file), GENERIC_WRITE, kShareModeAll, 0));
   return succeeded(FlushFileBuffers(writable_handle.good() ? writable_handle.get()
                                                            : handle_of(file)) != FALSE) ||
          errno == EACCES || errno == EBADF;

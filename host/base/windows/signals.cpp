@@ -24,10 +24,10 @@ BOOL WINAPI on_control(DWORD /*event*/) {
 }
 
 void (*crash)(int number) = nullptr;
-constexpr int kException = 0;  // number of system exceptions, which have no signal number
+constexpr int kExceptionNumber = 0;  // number of system exceptions, which have no signal number
 
 LONG WINAPI on_exception(EXCEPTION_POINTERS* /*pointers*/) {
-  crash(kException);
+  crash(kExceptionNumber);
   return EXCEPTION_CONTINUE_SEARCH;
 }
 
