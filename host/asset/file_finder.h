@@ -15,7 +15,7 @@ namespace kiln {
 /// their names. Relative paths start at the working directory; an empty path is that directory.
 bool lies_within(const std::filesystem::path& folder, const std::filesystem::path& file);
 
-/// Prefix of the key that note_answer() records for a search by name: see FileFinder::named().
+/// Prefix of the key that register_query() records for a search by name: see FileFinder::named().
 inline constexpr const char* kNamedAnswerPrefix = "named ";
 
 /// Finds pictures and materials with paths of another machine, in a folder and its subfolders. It never

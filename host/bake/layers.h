@@ -102,7 +102,7 @@ class Layers {
   std::vector<MapRow> own_rows_;  // Registry rows of transfers, variants and custom maps
   std::vector<Layer> layers_;
   std::vector<std::uint8_t> coverage_;
-  std::size_t untouched_bytes_ = 0;  // of reserved images; see count_untouched()
+  std::size_t untouched_bytes_ = 0;  // of reserved images; see count_unwritten()
 };
 
 }  // namespace kiln

@@ -62,7 +62,7 @@ class Buffer {
 
   cl_mem get() const { return memory_; }
   std::size_t bytes() const { return bytes_; }
-  /// Marks the memory as written, so that count_untouched() no longer subtracts it.
+  /// Marks the memory as written, so that count_unwritten() no longer subtracts it.
   void mark_written() const noexcept;
 
  private:
@@ -76,7 +76,7 @@ class Buffer {
   std::size_t bytes_ = 0;
   Context* context_ = nullptr;
   mutable std::atomic<bool> is_unwritten_{
-      false};  ///< True while count_untouched() counts the memory as allocated but not written
+      false};  ///< True while count_unwritten() counts the memory as allocated but not written
 };
 
 /// A typed device array of fixed size. An empty array is passed to kernels as a null pointer.

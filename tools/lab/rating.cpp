@@ -34,7 +34,7 @@ struct Rating {
   std::string method, visibility_at;
   Json figures = {};  ///< Figures for the report
   std::vector<Warning> warnings = {};
-  /// Pictures in the order of kShown, one channel; -1 if a pixel does not show LOW, -2 if the value is unknown
+  /// Pictures in the order of kShownMeasures, one channel; -1 if a pixel does not show LOW, -2 if the value is unknown
   std::vector<Image> pictures = {};
 };
 
