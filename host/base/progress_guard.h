@@ -14,7 +14,7 @@ namespace kiln {
 
 /// Thrown by running work when the progress callback returns false.
 struct Cancelled : Error {
-  Cancelled() : Error(ErrorCode::cancelled, "Stopped: the progress callback said so.") {}
+  Cancelled() : Error(ErrorCode::cancelled, "Stopped by the progress callback.") {}
 };
 
 /// Installs a progress callback on the calling thread during its lifetime; parallel loops and waits for the

@@ -29,10 +29,10 @@ typedef struct kiln_render_params {
   kiln_uint pixel_count;   // pixels of this part, a multiple of a tile's
   kiln_uint sample_count;  // pixel_count * samples * samples
   kiln_uint capacity;      // elements per component plane of the samples' arrays
-  kiln_uint flat;          // 1: face normals
-  kiln_uint show_normals;  // 1: the normal as a colour
+  kiln_uint flat;          // 1: shade by face normals
+  kiln_uint show_normals;  // 1: write the normal as a colour
   kiln_uint ambient_passes;  // rays per sample for ambient occlusion; 0: none
-  kiln_uint show_colors;     // 1: the map's channels, unlit
+  kiln_uint show_colors;     // 1: write the map's channels without lighting
   kiln_uint height;          // height of the picture, pixels
   // direction of the key light: unit, seen from the camera (right, up, towards the viewer)
   kiln_float key[3];

@@ -36,8 +36,10 @@ typedef struct kiln_volume_grid {
   kiln_int below;      ///< 1: the solid is below the iso value
   kiln_float outside;  ///< Value that replaces non-finite voxels
   kiln_uint reserved;
-  kiln_float to_world[9];         ///< Columns: world offset of a step along x, y, z
-  kiln_float normal_to_world[9];  ///< Rows: transforms index-space normals to world, up to length
+  /// Columns of the matrix from index space to world space: the offset of one step along x, y, z
+  kiln_float to_world[9];
+  /// Rows of the matrix that transforms normals from index space to world space, except for their length
+  kiln_float normal_to_world[9];
   kiln_uint padding[2];
 } kiln_volume_grid;
 KILN_CHECK_SIZE(kiln_volume_grid, 128);

@@ -24,7 +24,7 @@ BOOL WINAPI on_control(DWORD /*event*/) {
 }
 
 void (*crash)(int number) = nullptr;
-constexpr int kExceptionNumber = 0;  // number of system exceptions, which have no signal number
+constexpr int kExceptionNumber = 0;  // stands for system exceptions, which have no signal number
 
 LONG WINAPI on_exception(EXCEPTION_POINTERS* /*pointers*/) {
   crash(kExceptionNumber);
