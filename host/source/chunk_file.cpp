@@ -63,7 +63,6 @@ void remove_unused_files(const fs::path& folder) {
     const bool complete = at->path().extension() == kFileSuffix;
     const bool temporary = at->path().extension() == ".tmp";
     if (!complete && !temporary) continue;
-
     std::error_code file_error;
     const auto age = now - at->last_write_time(file_error);
     if (!file_error && age > (complete ? kMaxUnusedFileAge : kMaxTemporaryFileAge))
