@@ -234,11 +234,11 @@ void Hemispheres::upload() {
 }
 
 void Hemispheres::make_turns(const TexelBand& band) {
-  if (!std::exchange(has_turns_, true)) turn(band, "kiln_hemisphere_turns", turns_);
+  if (!std::exchange(has_turns_, true)) turn(band, "kiln_hemisphere_write_rotations", turns_);
 }
 
 void Hemispheres::make_keys(const TexelBand& band) {
-  if (!std::exchange(has_keys_, true)) turn(band, "kiln_hemisphere_keys", keys_);
+  if (!std::exchange(has_keys_, true)) turn(band, "kiln_hemisphere_write_keys", keys_);
 }
 
 void Hemispheres::turn(const TexelBand& band, const std::string& kernel,
@@ -289,7 +289,7 @@ void Hemispheres::measure(const TexelBand& band, const DeviceCorrespondence& mat
                 });
     return;
   }
-  const cl::Kernel depth = context_.kernel("hemisphere", "kiln_hemisphere_depth");
+  const cl::Kernel depth = context_.kernel("hemisphere", "kiln_hemisphere_sum_depths");
   over_rays(band, match, second, rays_in_, turns_, false,
             [&](const kiln_hemisphere_params& params, std::uint32_t count) {
               if (first_hits_.capacity < ray_capacity_) {
@@ -333,7 +333,7 @@ std::vector<float> Hemispheres::shadow(const TexelBand& band, const DeviceCorres
   }
   const RayCaster& caster = occluders();
   const RayQuery query = query_up_to(unbounded_, back_faces_);
-  const cl::Kernel lit = context_.kernel("hemisphere", "kiln_hemisphere_lit");
+  const cl::Kernel lit = context_.kernel("hemisphere", "kiln_hemisphere_count_lit");
   make_turns(band);
   over_rays(band, match, second, rays_to_light_, turns_, false,
             [&](const kiln_hemisphere_params& params, std::uint32_t count) {

@@ -74,7 +74,7 @@ void Hemispheres::pick(const TexelBand& band, const DeviceCorrespondence& match,
   picked_.write(context_, samples);
   const kiln_pick_params params{count,    band.capacity,   match.capacity,
                                 capacity, round ? 1U : 0U, round.value_or(0)};
-  context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_pick"), count, kLocal, params,
+  context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_gather"), count, kLocal, params,
                   picked_, band.triangle, band.barycentric, band.points, match.triangle,
                   match.barycentric, round ? keys_ : turns_, picked_samples_.triangle,
                   picked_samples_.barycentric, picked_samples_.points, picked_match_.triangle,

@@ -64,8 +64,9 @@ kernel void kiln_ao_denoiser_weights(const kiln_ao_denoiser_params params,
   const float nearest = min(min(pair_min.x, pair_min.y), min(pair_min.z, pair_min.w));
   const float8 normal_difference = 1.0f - ((cosine_parts[0] + cosine_parts[1]) + cosine_parts[2]);
   const float8 similarity = max(0.0f, 1.0f - normal_difference * (1.0f / MAX_NORMAL_DIFFERENCE));
-  const float8 share =
-      select((float8)(0.0f), similarity * similarity, is_other & (squared_distance <= (float8)(MAX_DISTANCE_RATIO * MAX_DISTANCE_RATIO * nearest)));
+  const float max_squared_distance = MAX_DISTANCE_RATIO * MAX_DISTANCE_RATIO * nearest;
+  const float8 share = select((float8)(0.0f), similarity * similarity,
+                              is_other & (squared_distance <= (float8)(max_squared_distance)));
   const float sum = 1.0f + share.s0 + share.s1 + share.s2 + share.s3 + share.s4 + share.s5 +
                     share.s6 + share.s7;
   vstore8(neighbour_indices | convert_uint8(share / sum * 256.0f) << 24u, i, neighbours);

@@ -15,15 +15,15 @@
 // (by_sample). Origins are offset along the geometric normal (by `push`), to the side of the ray, so that no ray hits
 // the face that it starts from.
 //
-// kernel                        global       local  memory traffic an item
-// kiln_hemisphere_pick          samples      64     reads 44 B (gathered), writes 40 B
-// kiln_hemisphere_rotate_round  samples      64     reads 8 B (gathered), writes 4 B
-// kiln_hemisphere_rays          rays / 8     64     reads 320 B + 8 directions (gathered), writes 192 B
-// kiln_hemisphere_open          samples / 8  8      reads 8 B a row of rays, writes 32 B
-// kiln_hemisphere_own           samples      64     reads 4 B + 1 B a ray, writes 4 B
-// kiln_hemisphere_bent_sum      samples / 8  8      reads 104 B a row of rays, writes 96 B
-// kiln_hemisphere_depth         samples / 8  8      reads 64 B a row of rays, writes 32 B
-// kiln_hemisphere_bent          samples      64     reads 41 B + 2 triangles' attributes, writes 12 B
+// kernel                                global       local  memory traffic an item
+// kiln_hemisphere_gather                samples      64     reads 44 B (gathered), writes 40 B
+// kiln_hemisphere_rotate_round          samples      64     reads 8 B (gathered), writes 4 B
+// kiln_hemisphere_rays                  rays / 8     64     reads 320 B + 8 directions (gathered), writes 192 B
+// kiln_hemisphere_count_open            samples / 8  8      reads 8 B a row of rays, writes 32 B
+// kiln_hemisphere_count_open_by_sample  samples      64     reads 4 B + 1 B a ray, writes 4 B
+// kiln_hemisphere_sum_directions        samples / 8  8      reads 104 B a row of rays, writes 96 B
+// kiln_hemisphere_sum_depths            samples / 8  8      reads 64 B a row of rays, writes 32 B
+// kiln_hemisphere_write_bent            samples      64     reads 41 B + 2 triangles' attributes, writes 12 B
 //
 // Their origins come from hemisphere_points.cl, a program of its own: CPUs pass them to hemisphere_cast.cl, and most
 // bakes there need no kernel of this file. Strengths: sums have a fixed order, so that they depend on the sample alone.
@@ -34,7 +34,7 @@
 #include "detail/hemisphere_turn.clh"
 
 /// Copies the inputs of selected samples' rays from a band into compact arrays.
-kernel void kiln_hemisphere_pick(
+kernel void kiln_hemisphere_gather(
     const kiln_pick_params params, global const uint* restrict samples,
     global const uint* restrict low_triangle, global const float* restrict low_barycentric,
     global const float* restrict low_points, global const uint* restrict hit_triangle,
@@ -154,13 +154,13 @@ kernel void kiln_hemisphere_rays(const kiln_hemisphere_params params,
   }
 
 /// Adds each sample's number of rays without a hit.
-kernel void kiln_hemisphere_open(const kiln_hemisphere_params params,
-                                 global const uchar* restrict hit, global uint* restrict open){
+kernel void kiln_hemisphere_count_open(const kiln_hemisphere_params params,
+                                       global const uchar* restrict hit, global uint* restrict open){
     HEMISPHERE_ADD_ROWS(uint8, 1, open, { sum[0] += 1u - convert_uint8(vload8(0, hit + at)); })}
 
 /// Adds each sample's number of rays without a hit, for params.by_sample = 1.
-kernel void kiln_hemisphere_own(const kiln_hemisphere_params params,
-                                global const uchar* restrict hit, global uint* restrict open) {
+kernel void kiln_hemisphere_count_open_by_sample(const kiln_hemisphere_params params,
+                                                 global const uchar* restrict hit, global uint* restrict open) {
   const size_t i = get_global_id(0);
   if (i >= params.count) return;
   global const uchar* hits_of_sample = hit + i * params.rays;
@@ -171,9 +171,9 @@ kernel void kiln_hemisphere_own(const kiln_hemisphere_params params,
 
 /// Adds each sample's number of rays towards the light without a hit. Samples that face away from the light
 /// have no rays, and count as unlit.
-kernel void kiln_hemisphere_lit(const kiln_hemisphere_params params,
-                                global const uchar* restrict hit, global const float* restrict rays,
-                                global uint* restrict lit) {
+kernel void kiln_hemisphere_count_lit(const kiln_hemisphere_params params,
+                                      global const uchar* restrict hit, global const float* restrict rays,
+                                      global uint* restrict lit) {
   const size_t plane = params.ray_capacity;
   global const float* directions = rays + 3 * plane;
   HEMISPHERE_ADD_ROWS(uint8, 1, lit, {
@@ -185,10 +185,10 @@ kernel void kiln_hemisphere_lit(const kiln_hemisphere_params params,
 }
 
 /// Adds each sample's sum of directions of rays without a hit.
-kernel void kiln_hemisphere_bent_sum(const kiln_hemisphere_params params,
-                                     global const uchar* restrict hit,
-                                     global const float* restrict rays,
-                                     global float* restrict bent_sum) {
+kernel void kiln_hemisphere_sum_directions(const kiln_hemisphere_params params,
+                                           global const uchar* restrict hit,
+                                           global const float* restrict rays,
+                                           global float* restrict bent_sum) {
 #pragma OPENCL FP_CONTRACT OFF
   global const float* directions = rays + 3 * (size_t)params.ray_capacity;
   HEMISPHERE_ADD_ROWS(float8, 3, bent_sum, {
@@ -203,10 +203,10 @@ kernel void kiln_hemisphere_bent_sum(const kiln_hemisphere_params params,
 }
 
 /// Adds each sample's sum of hit distances, each as a share of `reach`, at most 1.
-kernel void kiln_hemisphere_depth(const kiln_hemisphere_params params,
-                                  global const uint* restrict triangle,
-                                  global const float* restrict distance,
-                                  global float* restrict depth) {
+kernel void kiln_hemisphere_sum_depths(const kiln_hemisphere_params params,
+                                       global const uint* restrict triangle,
+                                       global const float* restrict distance,
+                                       global float* restrict depth) {
 #pragma OPENCL FP_CONTRACT OFF
   const float8 reach = (float8)(params.reach);
   HEMISPHERE_ADD_ROWS(float8, 1, depth, {
@@ -225,14 +225,14 @@ static inline float3 hemisphere_bent(const kiln_detail_params params, const deta
   const float3 normal = detail_source_normal(params, low, triangle, barycentric[i],
                                              barycentric[i + capacity], normal_indices, normals);
   const size_t plane = params.out_capacity;
-  return detail_unit((float3)(bent_sum[i], bent_sum[i + plane], bent_sum[i + 2 * plane]), normal);
+  return detail_normalize((float3)(bent_sum[i], bent_sum[i + plane], bent_sum[i + 2 * plane]), normal);
 }
 
 /// Bent normals in the map's space, blended with those of the other correspondence for samples
 /// where the other one has a triangle.
 /// \param other_capacity  0: there is no other correspondence
 /// \param shares weight of the first correspondence, per sample
-kernel void kiln_hemisphere_bent(
+kernel void kiln_hemisphere_write_bent(
     const kiln_detail_params params, const uint other_capacity,
     global const uint* restrict low_triangle, global const float* restrict low_barycentric,
     global const kiln_low_shading* restrict shading, global const uint* restrict hit_triangle,
@@ -253,7 +253,7 @@ kernel void kiln_hemisphere_bent(
         hemisphere_bent(params, low, other_triangle[i], other_barycentric, other_capacity,
                         other_bent_sum, i, normal_indices, normals);
     const float share = shares[i];
-    bent = detail_unit(bent * share + other * (1.0f - share), bent);
+    bent = detail_normalize(bent * share + other * (1.0f - share), bent);
   }
   detail_store_planes(detail_to_map(params, low, bent), i, params.out_capacity, result);
 }

@@ -13,7 +13,7 @@
 #include "accel/occlusion_block.clh"
 #include "detail/hemisphere_fill.clh"
 
-/// Adds the lengths of each sample's rays [first_ray, first_ray + rays), as kiln_hemisphere_depth does.
+/// Adds the lengths of each sample's rays [first_ray, first_ray + rays), as kiln_hemisphere_sum_depths does.
 /// \param query    ray parameters; capacity is KILN_OCCLUSION_BLOCK
 /// \param scratch  per work-item: 6 planes of KILN_OCCLUSION_BLOCK
 /// \param hits     per work-item: KILN_OCCLUSION_BLOCK

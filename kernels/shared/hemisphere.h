@@ -59,7 +59,7 @@ struct kiln_pick_params {
   kiln_uint low_capacity;  // elements per component plane of the low poly's samples
   kiln_uint hit_capacity;  // elements per component plane of the correspondence
   kiln_uint out_capacity;  // elements per component plane of all outputs
-  // 1: rotations are computed from keys (kiln_hemisphere_keys); 0: rotations are copied
+  // 1: rotations are computed from keys (kiln_hemisphere_write_keys); 0: rotations are copied
   kiln_uint by_key;
   kiln_uint round;         // if by_key: index of the round; each round has different rays
 };

@@ -118,7 +118,7 @@ kernel void kiln_volume_map_splat(const kiln_volume_level params,
     const float4 sum = out[i];
     if (sum.w == 0.0f) continue;
     ++known_count;
-    out[i] = (float4)(map_unit(sum.xyz, vload3(0, chart->normal[0])), 1.0f);
+    out[i] = (float4)(map_normalize(sum.xyz, vload3(0, chart->normal[0])), 1.0f);
   }
   splatted[item] = known_count;
   if (known_count != 0u) return;
@@ -159,7 +159,7 @@ kernel void kiln_volume_map_push(const kiln_volume_level params,
       if (sum.w == 0.0f) first = value.xyz;
       sum += value;
     }
-    out[x] = sum.w == 0.0f ? (float4)(0.0f) : (float4)(map_unit(sum.xyz, first), 1.0f);
+    out[x] = sum.w == 0.0f ? (float4)(0.0f) : (float4)(map_normalize(sum.xyz, first), 1.0f);
   }
 }
 
@@ -184,7 +184,7 @@ kernel void kiln_volume_map_pull(const kiln_volume_level params,
     if (out[x].w != 0.0f) continue;
     const float4 coarser = coarse[(row >> 1) * coarse_width + (x >> 1)];
     const float4 sum = map_coarser(coarse, coarse_width, coarse_height, x, row);
-    out[x] = (float4)(map_unit(sum.xyz, coarser.xyz), 1.0f);
+    out[x] = (float4)(map_normalize(sum.xyz, coarser.xyz), 1.0f);
   }
 }
 
@@ -239,7 +239,7 @@ kernel void kiln_volume_map_encode(const kiln_volume_level params,
       value = (float3)(dot3(normal, across), dot3(normal, cross3(frame_normal, tangent)),
                        dot3(normal, cross3(tangent, bitangent)));
       if (dot3(tangent, across) < 0.0f) value = -value;
-      value = map_unit(value, (float3)(0.0f, 0.0f, 1.0f));
+      value = map_normalize(value, (float3)(0.0f, 0.0f, 1.0f));
     }
     value.y *= params.y_scale;
     out[x] = (float4)(value * params.scale + params.offset, 1.0f);

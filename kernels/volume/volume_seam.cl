@@ -96,13 +96,13 @@ static float3 seam_value(global const kiln_volume_chart* charts, global const fl
 static float3 seam_mean(global const kiln_volume_chart* charts, global const float4* texels,
                         global const uint* members, uint begin, uint end, uint self, int j, int m) {
 #pragma OPENCL FP_CONTRACT OFF
-  const float3 own_normal = map_unit(seam_value(charts, texels, self, j, m), (float3)(0.0f, 0.0f, 1.0f));
+  const float3 own_normal = map_normalize(seam_value(charts, texels, self, j, m), (float3)(0.0f, 0.0f, 1.0f));
   float3 sum = (float3)(0.0f);
   for (uint i = begin; i < end; ++i) {
-    const float3 value = map_unit(seam_value(charts, texels, members[i], j, m), own_normal);
+    const float3 value = map_normalize(seam_value(charts, texels, members[i], j, m), own_normal);
     sum += value * seam_weight(own_normal, value);
   }
-  return map_unit(sum, own_normal);
+  return map_normalize(sum, own_normal);
 }
 
 /// Computes the mean of the charts that meet at each corner. agreed: receives the means. begins, members:
@@ -131,7 +131,7 @@ kernel void kiln_volume_seam_corners(const kiln_volume_level params,
         texels[other->first_texel + (uint)at[1] * other->size[0] + (uint)at[0]].xyz;
     sum += value * seam_weight(own_normal, value);
   }
-  agreed[item] = (float4)(map_unit(sum, own_normal), 1.0f);
+  agreed[item] = (float4)(map_normalize(sum, own_normal), 1.0f);
 }
 
 /// Computes the common curve along each side. ring: receives the new values of the texels on
@@ -175,10 +175,10 @@ kernel void kiln_volume_seam_sides(
       const float from_first = max(1.0f - (float)last_node / reach, 0.0f);
       const float from_last = max(1.0f - (float)(m - last_node) / reach, 0.0f);
       b = last_node == m ? last
-                       : map_unit(mean + (move_first * from_first + move_last * from_last), mean);
+                       : map_normalize(mean + (move_first * from_first + move_last * from_last), mean);
     }
     const float share = (float)(scaled_index - (ulong)(node - 1) * (ulong)side.steps) / (float)side.steps;
-    const float3 value = map_unit(a * (1.0f - share) + b * share, a);
+    const float3 value = map_normalize(a * (1.0f - share) + b * share, a);
     out[side.reversed != 0 ? side.steps - i : i] = (float4)(value, 1.0f);
   }
 }
@@ -315,7 +315,7 @@ kernel void kiln_volume_seam_finish(const kiln_volume_level params,
       continue;
     }
     const float4 move = map_coarser(coarse, coarse_width, coarse_height, x, row) * share;
-    out[x] = (float4)(map_unit(out[x].xyz + move.xyz, out[x].xyz), 1.0f);
+    out[x] = (float4)(map_normalize(out[x].xyz + move.xyz, out[x].xyz), 1.0f);
   }
 }
 
@@ -339,6 +339,6 @@ kernel void kiln_volume_seam_mirror(const kiln_volume_level params,
     const int inner = same_column ? (y + side.dy) * width + x : y * width + x + side.dx;
     const int outer = same_column ? y * width + x + side.dx : (y + side.dy) * width + x;
     const float3 ends = at[y * width + x].xyz + at[(y + side.dy) * width + x + side.dx].xyz;
-    at[outer] = (float4)(map_unit(ends - at[inner].xyz, at[inner].xyz), 1.0f);
+    at[outer] = (float4)(map_normalize(ends - at[inner].xyz, at[inner].xyz), 1.0f);
   }
 }
