@@ -202,8 +202,8 @@ class KILN_HIDDEN Context {
   struct Program;
   /// A program whose build is finished or running.
   struct Build;
-  /// Builds a source. \param builds  the name of the source, for messages \param code error code of compiler errors
-  std::shared_ptr<Program> build(std::string_view source, const std::string& builds,
+  /// Builds a source. \param source_name  name of the source, for messages \param code error code of compiler errors
+  std::shared_ptr<Program> build(std::string_view source, const std::string& source_name,
                                  const std::string& defines, ErrorCode code);
   std::shared_ptr<Program> load(std::string_view source, const std::string& options);
   void keep(std::string_view source, const std::string& options, const Program& built_program);

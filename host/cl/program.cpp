@@ -42,8 +42,8 @@ struct CompileResult {
   std::string log;
 };
 
-CompileResult compile(const Context& context, std::string_view source, const std::string& builds,
-                      const std::string& options) {
+CompileResult compile(const Context& context, std::string_view source,
+                      const std::string& source_name, const std::string& options) {
   CompileResult result;
   const char* text = source.data();
   const std::size_t length = source.size();
@@ -53,7 +53,7 @@ CompileResult compile(const Context& context, std::string_view source, const std
               clCreateProgramWithSource(context.get(), 1, &text, &length, &result.status);
           return result.status;
         }),
-        "clCreateProgramWithSource for " + builds);
+        "clCreateProgramWithSource for " + source_name);
   result.status = driver([&] {
     return clBuildProgram(result.program, 1, &device, options.c_str(), nullptr, nullptr);
   });
@@ -122,7 +122,8 @@ void Context::keep(std::string_view source, const std::string& options,
   }
 }
 
-std::shared_ptr<Context::Program> Context::build(std::string_view source, const std::string& builds,
+std::shared_ptr<Context::Program> Context::build(std::string_view source,
+                                                 const std::string& source_name,
                                                  const std::string& defines, ErrorCode code) {
   std::string options = "-cl-std=CL1.2";
   if (info_.has_correct_division) options += " -cl-fp32-correctly-rounded-divide-sqrt";
@@ -150,10 +151,11 @@ std::shared_ptr<Context::Program> Context::build(std::string_view source, const 
   const bool tries = code != ErrorCode::input && !info_.is_gpu && is_pocl(info_);
   if (tries && whole_header_count == 0) {
     compile_result = compile(*this, std::string(embedded_source("builtins")) + std::string(source),
-                             builds, options + " -D_OPENCL_H_=1");
+                             source_name, options + " -D_OPENCL_H_=1");
     if (compile_result.status != CL_SUCCESS) ++whole_header_count;
   }
-  if (compile_result.program == nullptr) compile_result = compile(*this, source, builds, options);
+  if (compile_result.program == nullptr)
+    compile_result = compile(*this, source, source_name, options);
   built_program->program = compile_result.program;
   if (compile_result.status == CL_SUCCESS) {
     if (is_kept) keep(source, options, *built_program);
@@ -163,11 +165,11 @@ std::shared_ptr<Context::Program> Context::build(std::string_view source, const 
   const std::string& log = compile_result.log;
   if (code == ErrorCode::input) {  // an error in the user's source, not in the driver
     throw Error(code,
-                builds + " does not compile on " + info_.name + " (" + options + "):\n" + log);
+                source_name + " does not compile on " + info_.name + " (" + options + "):\n" + log);
   }
   const std::string hint = cache_hint(info_);
   throw Error(code,
-              "Building " + builds + " (" + options + ") on " + info_.name + " failed with " +
+              "Building " + source_name + " (" + options + ") on " + info_.name + " failed with " +
                   status_name(compile_result.status) + ". " + hint + "The build log:\n" + log,
               hint.empty() ? nullptr : "kernel-cache");
 }

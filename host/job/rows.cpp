@@ -201,7 +201,8 @@ OptionValue fallback_value() {
           if (const MissPolicy* const end = Words(kMissWords).find(name)) {
             job.bake.encoding.miss = *end;
             if (&word == &words.back()) continue;
-            fail_usage(flag + " " + name + " decides all that is left: nothing can follow it.");
+            fail_usage(flag + " " + name +
+                       " decides all remaining samples, so nothing can follow it.");
           }
           const MatchMethod method = find_match(name).method;
           refuse_if(std::find(chain.begin(), chain.end(), method) != chain.end(),

@@ -31,7 +31,8 @@ inline constexpr MemoryNeed kMemoryToSimplify{240, 178};
 
 /// Ends a sentence about the high poly: states that an option needs the whole mesh in memory, with a remedy.
 Message explain_whole_mesh_need(const Message& what);
-/// explain_whole_mesh_need() for a low poly within an error. \param remedy  names the options to give instead
+/// As explain_whole_mesh_need(), for a low poly that is made within an error bound. \param remedy names the options to
+/// give instead
 Message explain_error_bound_need(const Message& remedy);
 /// explain_whole_mesh_need() for the options of reading and repairing that bakes and `kiln simplify` share; empty if none
 /// is given.

@@ -18,7 +18,7 @@ constexpr double kSamplePoints = 2000;
 // Bounds on the side of the sampling grid, in texels.
 constexpr double kMinGridSide = 47, kMaxGridSide = 1021;
 constexpr std::uint32_t kReferenceRays = 4096, kMaxMapSize = 16384;
-// Largest share of a bound on ambient occlusion that the noise of rays may use.
+// Share of a bound on the error of ambient occlusion that is left to the noise of its rays.
 constexpr double kRayNoiseShare = 0.5;
 
 /// Registry rows of all requested maps, including transfers, variants and custom maps.

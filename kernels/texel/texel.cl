@@ -189,7 +189,7 @@ static KILN_CALL void texel_fill(const size_t index, const kiln_texel_params par
     float8 px = (float8)(0.0f), py = (float8)(0.0f), pz = (float8)(0.0f);
     float8 dx = (float8)(0.0f), dy = (float8)(0.0f), dz = (float8)(0.0f);
 
-    // The loop has one iteration per distinct piece among the eight samples, which is mostly one.
+    // The loop has one iteration per distinct piece among the eight samples; mostly there is only one piece.
     uint pending[8];
     vstore8(id, 0, pending);
     int remaining = count;

@@ -20,7 +20,8 @@
 kernel void kiln_texel_blend_directions(const uint count,
                                         const uint capacity,
                                         const uint painted,                    // 1: `weights` are used; else 0
-                                        global const float* restrict normals,  // 9 per triangle: 3 corners
+                                        // 9 per triangle: a normal for each corner
+                                        global const float* restrict normals,
                                         // 3 per triangle, one per corner; only read if painted
                                         global const float* restrict weights,
                                         // per triangle, and one past the last edge

@@ -129,7 +129,7 @@ def vertices(folder, n):
     return ["--size", "16", "--maps", "normal,curvature"]
 
 
-FAMILIES = ((parts, (10, 5000, 20000)), (charts, (9, 10000, 90000)), (sets, (10, 500, 2000)), (names, (10, 5000, 20000)), (patterns, (10, 5000, 20000)),
+INPUT_FAMILIES = ((parts, (10, 5000, 20000)), (charts, (9, 10000, 90000)), (sets, (10, 500, 2000)), (names, (10, 5000, 20000)), (patterns, (10, 5000, 20000)),
             (needles, (100, 30000, 120000)), (repeats, (10, 5000, 20000)), (vertices, (1000, 250000, 1000000)))
 
 
@@ -176,9 +176,9 @@ def main():
     arguments = parser.parse_args()
     if arguments.sizes is not None and (len(arguments.sizes) < 3 or list(arguments.sizes) != sorted(set(arguments.sizes))):
         parser.error("--sizes needs three or more, ascending")
-    families = [(make, arguments.sizes or sizes) for make, sizes in FAMILIES if arguments.only in make.__name__]
+    families = [(make, arguments.sizes or sizes) for make, sizes in INPUT_FAMILIES if arguments.only in make.__name__]
     if not families:
-        parser.error(f"no family has '{arguments.only}' in its name: " + ", ".join(make.__name__ for make, _ in FAMILIES))
+        parser.error(f"no family has '{arguments.only}' in its name: " + ", ".join(make.__name__ for make, _ in INPUT_FAMILIES))
     exponents, rows = 0, []
     print("| family | sizes | processor seconds | power |\n| --- | --- | --- | --: |")
     for make, sizes in families:

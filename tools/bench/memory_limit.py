@@ -117,7 +117,7 @@ def main():
                 subprocess.run(["rm", "-rf", out], cwd=folder, check=True)
             print(row, flush=True)
             subprocess.run(["rm", "-rf", "warm", "alone"], cwd=folder, check=True)
-    print(f"{failure_count} not within 105% of the limit, nor refused early")
+    print(f"{failure_count} commands exceeded 105% of the limit, and were not refused early")
     return failure_count != 0
 
 

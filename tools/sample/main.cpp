@@ -294,7 +294,7 @@ int main(int argc, char** argv) {
                   static_cast<std::size_t>(sink.triangles()));
       return 0;
     }
-    if (options.faces > 20000000) fail_usage("--colors are for up to 20000000 faces");
+    if (options.faces > 20000000) fail_usage("--colors supports at most 20000000 faces");
     kiln::Mesh mesh = options.shape == "urn" ? kiln::sample::urn(options.faces)
                                              : kiln::sample::rock(options.faces);
     kiln::sample::paint_stone(mesh);
