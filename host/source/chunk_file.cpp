@@ -259,9 +259,9 @@ std::vector<ChunkRecord> ChunkFile::read(std::size_t chunk) const {
   for (const auto& [offset, records] : record_ranges_[chunk]) {
     if (!read_all(file_, offset, &result[at],
                   static_cast<std::size_t>(records) * sizeof(ChunkRecord))) {
-      throw Error(ErrorCode::input, "'" + path_.string() +
-                                        "', the high poly sorted into chunks, cannot be read: "
-                                        "remove it, and bake again.");
+      throw Error(ErrorCode::input, "The cached file '" + path_.string() +
+                                        "', a copy of the high poly sorted into chunks, cannot be "
+                                        "read: delete this file, and bake again.");
     }
     at += static_cast<std::size_t>(records);
   }
