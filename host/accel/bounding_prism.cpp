@@ -10,10 +10,10 @@
 namespace kiln::bvh {
 namespace {
 
-// Number of candidate directions of sides: kEvenSides evenly spread ones, and those of the 3 edges of a
-// triangle.
+// Number of candidate directions of sides: kEvenSides evenly spaced ones, and those parallel to the 3 edges of the
+// largest triangle.
 constexpr std::size_t kSideCandidates = 16, kEvenSides = 13;
-// extents are computed in single precision
+// Margin for extents, which are computed in single precision
 constexpr double kPrismMargin = KILN_BVH_PRISM_MARGIN + 1e-6;
 constexpr double kMaxSlabDistance = 2;
 constexpr double kMinSideSine = 1e-6;  // minimum sine of the angle between two sides
@@ -149,13 +149,13 @@ std::array<float, kSideCandidates> largest_extents(
   return extents;
 }
 
-/// Three of the candidate sides, which form a triangle around all corners.
+/// Indices of three candidate sides that form a triangle around all corners.
 struct Base {
   std::array<std::size_t, 3> side{};
   double half_area = std::numeric_limits<double>::infinity();
 };
 
-/// The three sides that minimise the surface of a prism of a given height.
+/// Finds the three sides that minimise the surface of a prism of a given height.
 Base smallest_base(const std::array<PlanePoint, kSideCandidates>& sides,
                    const std::array<double, kSideCandidates>& ends, double height) {
   Base best;

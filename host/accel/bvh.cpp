@@ -25,11 +25,11 @@ using namespace bvh;
 // Level from which ranges are split at the median instead of by the surface area heuristic. Each level then divides the
 // number of triangles by 8, so 2^31 triangles add at most 10 levels, and no tree is deeper than 26.
 constexpr std::uint32_t kSahLevels = 15;
-// Minimum number of triangles for which overlap is checked, and maximum share of the halves' total
-// length that may overlap.
+// Minimum number of triangles of a range whose split is checked for overlap, and maximum overlap of the two sides as a
+// share of their total length.
 constexpr std::size_t kMinOverlapTriangles = 64;
 constexpr float kMaxOverlapShare = 0.9F;
-// Cost of a split, as a share of the unsplit range's cost, above which overlap is checked.
+// The overlap of a split is checked if the split's cost exceeds this share of the unsplit range's cost.
 constexpr float kMinCostRatio = 0.75F;
 static_assert(kSahLevels + 11 <= KILN_BVH_MAX_DEPTH);
 
@@ -45,9 +45,8 @@ class Builder {
     TreeParts tree_parts;
     const Range root = gather_usable_triangles();
     tree_parts.skipped = triangles_.size() - root.size();
-    // Builds the top of the tree one node after the other, with parallel binning, then the
-    // subtrees in parallel. The size at which subtrees begin depends on the triangle count alone,
-    // so the tree does not depend on the number of threads.
+    // Builds the top of the tree node by node, with parallel binning, then all subtrees in parallel. The size at which
+    // subtrees begin depends on the triangle count alone, so the tree does not depend on the number of threads.
     const std::size_t cut = std::max<std::size_t>(4096, root.size() / 64);
     std::vector<Task>& tasks = tree_parts.tasks;
     emit_top(root, cut, tree_parts.top, tasks);
@@ -235,8 +234,8 @@ class Builder {
 
   static bool has_one_centre(const Range& range) { return range.merged || is_flat(range); }
 
-  /// Sorts a range before it is halved by count, so that neighbours stay together. Ranges whose
-  /// triangles have one centre are sorted by box size already.
+  /// Sorts a range by position before it is divided into halves of equal count, so that neighbours stay together.
+  /// Ranges in which all triangles have the same centre are already sorted by the size of their boxes.
   void sort_by_position(const Range& range) {
     if (has_one_centre(range)) return;
     const Float4 extent = range.centers.hi - range.centers.lo;
@@ -286,7 +285,7 @@ class Builder {
         duplicates_ += parent_slot.size() - left;
         parent_slot.end = parent_slot.begin + left;
         parent_slot.merged = true;
-        continue;  // skipped, since the child may have become a leaf
+        continue;  // not closed again, since the child may have become a leaf
       }
       const Range parent = parent_slot;
       split(parent, by_count, parent.size() > parallel_above,

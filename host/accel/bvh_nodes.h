@@ -1,4 +1,4 @@
-// Nodes written by the builder of the BVH: subtrees, and the tree that joins them.
+// Nodes as the BVH builder writes them: separate subtrees, and the tree that joins them.
 #pragma once
 
 #include <algorithm>
@@ -50,7 +50,7 @@ inline void set_box(kiln_bvh_node& node, int child, const Box& box) {
   }
 }
 
-/// A tree in parts: what build_bvh() joins.
+/// A tree as separate parts, which build_bvh() joins.
 struct TreeParts {
   Subtree top;
   std::vector<Task> tasks;  ///< The parent of each subtree
@@ -66,11 +66,11 @@ struct TreeParts {
   std::uint32_t join(std::span<kiln_bvh_node> nodes, std::span<kiln_bvh_block> blocks);
 };
 
-/// The parts of build_bvh()'s tree. \param merge  see there
+/// Builds the parts of a tree without joining them. \param merge  as for build_bvh()
 TreeParts build_parts(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                       bool merge);
 
-/// The tree of its parts, with bounding prisms if they are worthwhile.
+/// Joins the parts to a tree, and adds bounding prisms if they are worthwhile.
 Bvh join_parts(TreeParts parts);
 
 }  // namespace kiln::bvh

@@ -16,9 +16,10 @@ namespace kiln::bvh {
 namespace {
 
 constexpr std::uint32_t kMinPrismTriangles =
-    16;  // cost of a prism test, in triangle tests: smaller subtrees get no prism
-// A prism is worthwhile if its surface, or its thickness, is at most this share of the box's and of the
-// enclosing prism's.
+    // cost of a prism test in units of triangle tests; subtrees with fewer triangles get no prism
+    16;
+// A prism is worthwhile if its surface area, or its thickness, is at most this share of that of the node's box and of
+// the enclosing prism.
 constexpr double kMaxAreaRatio = 0.75, kMaxThicknessRatio = 0.5;
 // maximum tilt of thin prisms: with a larger tilt they reject few rays
 constexpr double kMaxThinTilt = 0.5;

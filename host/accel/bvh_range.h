@@ -1,4 +1,4 @@
-// Input of the BVH's builder: triangles as boxes, ranges of them, and splits of a range.
+// Input of the BVH builder: triangles as boxes, ranges of triangles, and splits of a range.
 #pragma once
 
 #include <algorithm>
@@ -53,12 +53,12 @@ struct Range {
   std::size_t end = 0;
   Box box;
   Box centers;
-  bool merged = false;  ///< True once duplicates were removed
+  bool merged = false;  ///< True if the range's duplicates have been removed
   std::size_t size() const { return end - begin; }
   bool is_leaf() const { return size() <= KILN_BVH_LEAF_TRIANGLES; }
 };
 
-/// Minimum extent of an axis that is split: division by a smaller one could overflow.
+/// Minimum extent of the centres along an axis that is split; dividing by a smaller extent could overflow.
 inline constexpr float kMinExtent = 1e-30f;
 
 /// True if all centres are equal: the scale of Mapping is then 0 on every axis.
@@ -138,8 +138,8 @@ inline Split best_split(const Bins& bins, const Mapping& mapping) {
   return best;
 }
 
-/// Moves primitives in bins before the split's to the front. Branch-free, since half of the
-/// branches would be mispredicted. \returns their number
+/// Moves the primitives whose bin lies before the split's first right bin to the front of the range. Branch-free, since
+/// half of the branches would be mispredicted. \returns their number
 std::size_t partition_bins(std::span<Primitive> primitives, const Mapping& mapping,
                            const Split& split);
 

@@ -13,7 +13,7 @@ namespace {
 constexpr std::uint32_t kSamplesPerLaunch = 1U << 20;
 static_assert(kSamplesPerLaunch % KILN_CLOSEST_RUN == 0 &&
               KILN_CLOSEST_RUN % KILN_CLOSEST_GROUP == 0);
-// Work-group size. One run is enough work for a work-item, so small work-groups keep all threads busy on
+// Work-group size. A work-item searches a whole run of samples, so work-groups are small, to keep all threads busy on
 // small maps.
 constexpr std::size_t kRunLocalSize = 16;
 constexpr std::size_t kScalarLocalSize = 64;

@@ -55,7 +55,8 @@ class ClosestFinder : public ClosestSearch {
   cl::Context* context_;
   std::shared_ptr<const Tree> tree_;
   Traversal traversal_;
-  bool is_automatic_;  // true if the number of samples may select the variant
+  // true if the kernel variant is chosen automatically, by the number of samples
+  bool is_automatic_;
 };
 
 }  // namespace kiln

@@ -33,7 +33,7 @@ struct ViewQuery {
   ViewArea area;           ///< The area that the view shows
 };
 
-/// Depth views on the device, drawn once and matched with any number of bands of samples.
+/// Depth views on the device. They are drawn once, and any number of bands of samples can be matched with them.
 class DepthViews {
  public:
   /// \param size  pixels a side of each view

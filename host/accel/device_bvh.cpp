@@ -17,12 +17,12 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-// From here on, a build returns the allocator's free memory to the system first. Smaller meshes keep it, since new pages
-// cost time.
+// For meshes of at least this many triangles, the allocator's free memory is returned to the system before the build.
+// For smaller meshes it is kept, since getting new pages takes time.
 constexpr std::size_t kMinTrianglesToTrim = std::size_t{1} << 21;
 
-// Smaller trees are joined on the host and uploaded, which takes half as many commands of the device: bakes by parts build
-// thousands of them.
+// Smaller trees are joined on the host and then uploaded, which needs half as many device commands; bakes by parts
+// build thousands of small trees.
 constexpr std::size_t kMinTrianglesToJoinOnDevice = 4096;
 
 /// Calls `fill` with the arrays of nodes and leaves, mapped into the host's memory: in the device's own memory if it
@@ -52,7 +52,7 @@ Traversal choose_traversal(const cl::Context& context, Traversal requested) {
 Tree::Tree(cl::Context& context, std::span<const Vec3> positions,
            std::span<const Triangle> triangles, bool keep) {
   const auto start = Clock::now();
-  // Otherwise, memory that loading and repairs have freed would stay with the allocator while the tree is built.
+  // Otherwise the allocator would keep memory that was freed after loading and repairs while the tree is built.
   if (triangles.size() >= kMinTrianglesToTrim) os::return_free_blocks();
   bvh::TreeParts parts = bvh::build_parts(positions, triangles, !keep);
   stats.build_seconds = seconds_since(start);

@@ -31,7 +31,7 @@ void store_vector(const Vec3d& from, kiln_float to[3]) {
   to[2] = static_cast<float>(from.z);
 }
 
-/// Squared radius around the origin of the part of a mesh that views can show.
+/// Squared radius of the ball around the origin that contains the part of a mesh that views can show.
 double squared_radius(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
   std::vector<double> largest_of_tasks((triangles.size() >> 16) + 1, 0.0);
   parallel_for(triangles.size(), 1 << 16, [&](std::size_t begin, std::size_t end) {
@@ -178,7 +178,7 @@ void Rasterizer::draw_tiles(std::span<const kiln_view> views, const DepthKeys& k
     context_.launch(context_.kernel("tiles", "kiln_tiles_draw"), std::size_t{count} * tiles, 1,
                     count * tiles, groups, padded, batch_views, boxes_, group_boxes_, chunks_,
                     keys.keys, keys.drawn);
-    context_.finish();  // the device still reads `batch_views`
+    context_.finish();  // waits, since the device still reads `batch_views`
   }
 }
 

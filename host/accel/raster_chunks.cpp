@@ -32,7 +32,7 @@ class LocalVertices {
  public:
   LocalVertices() { clear(); }
   void clear() { vertices_.fill(kNone); }
-  bool has(std::uint32_t vertex) const { return vertices_[slot_of(vertex)] == vertex; }
+  bool contains(std::uint32_t vertex) const { return vertices_[slot_of(vertex)] == vertex; }
   /// Returns the vertex's index in the chunk; a new vertex gets the index `next`.
   std::uint32_t add(std::uint32_t vertex, std::uint32_t next) {
     const std::uint32_t slot = slot_of(vertex);
@@ -127,7 +127,7 @@ void compute_bounds(const kiln_raster_chunk& chunk, std::uint32_t vertex_count, 
   bounds.height[lane] = static_cast<float>(least_height * (1 - 1e-6));
 }
 
-/// Cuts triangles `order[begin, end)` into chunks; with an empty `order`, triangles [begin, end) of the mesh.
+/// Divides the triangles `order[begin, end)` into chunks; if `order` is empty, the triangles [begin, end) of the mesh.
 RasterChunks cut_piece(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                        std::span<const std::uint32_t> order, std::size_t begin, std::size_t end) {
   RasterChunks result;
@@ -153,7 +153,7 @@ RasterChunks cut_piece(std::span<const Vec3> positions, std::span<const Triangle
       continue;
     }
     std::uint32_t new_vertices = vertex_count;
-    for (const std::uint32_t v : triangle) new_vertices += local_vertices.has(v) ? 0 : 1;
+    for (const std::uint32_t v : triangle) new_vertices += local_vertices.contains(v) ? 0 : 1;
     if (count == kTrianglesPerChunk || new_vertices > kTrianglesPerChunk) finish_chunk();
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t number = local_vertices.add(triangle[k], vertex_count);
@@ -184,7 +184,7 @@ std::vector<RasterChunks> cut_in_parallel(std::span<const Vec3> positions,
   return pieces;
 }
 
-/// Moves each of 10 bits to three times its position.
+/// Moves bit i to position 3 i, for the lowest 10 bits.
 std::uint32_t spread_bits(std::uint32_t x) {
   x = (x | x << 16) & 0x030000FFU;
   x = (x | x << 8) & 0x0300F00FU;
@@ -192,8 +192,8 @@ std::uint32_t spread_bits(std::uint32_t x) {
   return (x | x << 2) & 0x09249249U;
 }
 
-/// Stable radix sort by the upper 32 bits, of which 30 are used. Digits of 10 bits from the lowest, each
-/// in two passes over fixed pieces: count, then move.
+/// Stable radix sort by the upper 32 bits, of which 30 are used. Digits of 10 bits are processed from the lowest to the
+/// highest, each in two passes over fixed pieces of the array: counting, then moving.
 void radix_sort(std::vector<std::uint64_t>& keys) {
   constexpr std::uint32_t kDigits = 1024;
   constexpr std::size_t kKeysPerTask = 1 << 16;

@@ -16,12 +16,13 @@ constexpr std::size_t kLocalSize = 64;
 constexpr std::uint32_t kRaysPerLaunch = 1u << 20;
 // Rays of a work-item: KILN_ITEM_RAYS of kernels/accel/ray.cl.
 constexpr std::uint32_t kRaysPerBeam = 64;
-// From here on, neighbouring rays are traced as streams instead of beams. By processor time, streams took 0.28 as long
-// with 1.2 triangles per ray, 0.63 with 0.15, 0.93 with 0.04, and 1.18 with 0.01.
+// Neighbouring rays are traced as streams instead of beams if the region that they hit has at least this many triangles
+// per ray. By processor time, streams took 0.28 as long with 1.2 triangles per ray, 0.63 with 0.15, 0.93 with 0.04, and
+// 1.18 with 0.01.
 constexpr double kMinTrianglesPerRayForStreams = 0.025;
-// Work-items per work-group of streams: as many rays as a work-group of beams has.
+// Work-group size of the stream kernels, chosen so that a work-group traces as many rays as one of the beam kernel.
 constexpr std::size_t kStreamLocalSize = kLocalSize * kRaysPerBeam / KILN_RAY_STREAM_BLOCK;
-// Work-items per work-group; each casts one block of rays.
+// Work-group size of the any-hit stream kernel; each work-item casts one block of rays.
 constexpr std::size_t kOcclusionLocalSize = 4;
 static_assert(kRaysPerLaunch % kRaysPerBeam == 0 && kRaysPerLaunch % KILN_OCCLUSION_BLOCK == 0 &&
               kRaysPerLaunch % KILN_RAY_STREAM_BLOCK == 0);
@@ -33,7 +34,7 @@ void check_query(const RayQuery& query, std::uint32_t count, std::uint32_t capac
   }
   if (query.has_ray_limits && (!query.outermost || query.use_reach)) {
     throw Error(ErrorCode::internal,
-                "Limits per ray require the rule outermost, and no offsets of ray starts.");
+                "Limits per ray require the ray rule `outermost` and a ray offset of 0.");
   }
   if (count > capacity) {
     throw Error(ErrorCode::internal, "The number of rays exceeds the size of their arrays.");

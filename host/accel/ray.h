@@ -21,10 +21,10 @@ struct RayQuery {
   float t_min = 0;
   float t_max = 1;
   float offset = 0;
-  bool use_reach = false;  ///< The offset is each sample's own `reach` (cage meshes)
+  bool use_reach = false;  ///< The offset of each ray is its sample's `reach` (cage meshes)
   bool inward = false;
-  /// Find the nearest hit with t >= 0, else the nearest one with t < 0 (Tarini et al., section 3.2); requires
-  /// t_min < 0. Without it, the smallest t.
+  /// Find the nearest hit with t >= 0, else the nearest one with t < 0 (Tarini et al., section 3.2); requires t_min <
+  /// 0. If false, find the hit with the smallest t.
   bool outward_first = false;
   bool two_sided = false;  ///< Count faces turned away from the direction, too
   /// Find the largest t instead. KILN_RAY_SEVERAL is set in the status of rays with hits at two or
@@ -36,8 +36,8 @@ struct RayQuery {
   /// only which rays hit nothing is then defined. For rays that have little in common; many of them are faster by RayCaster::occluded(), whose kernel is
   /// another program.
   bool any_hit = false;
-  /// Number of triangles per ray where rays of neighbouring texels hit, if known: it decides on CPUs whether these rays
-  /// are traced together. Never changes results.
+  /// If known, the number of triangles per ray in the region that rays of neighbouring texels hit. On CPUs it
+  /// determines whether these rays are traced as a stream. Never changes results.
   double triangles_per_ray = 0;
 };
 

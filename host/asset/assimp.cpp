@@ -626,13 +626,13 @@ void check_in_child(const MeshInput& input, const Message& remedy) {
     return problem;
   };
   const ChildEnd end = run_in_child(limits, read, reason);
-  if (end == ChildEnd::slow || end == ChildEnd::crashed) {
-    input.fail(
-        "",
-        std::string("Assimp ") +
-            (end == ChildEnd::slow ? "takes too long to read it" : "crashes while reading it") +
-            ": the file is damaged, or Assimp does not support it",
-        remedy);
+  if (end == ChildEnd::timed_out || end == ChildEnd::crashed) {
+    input.fail("",
+               std::string("Assimp ") +
+                   (end == ChildEnd::timed_out ? "takes too long to read it"
+                                               : "crashes while reading it") +
+                   ": the file is damaged, or Assimp does not support it",
+               remedy);
   }
   if (!reason.empty()) input.fail("", "Assimp could not read it: " + reason, remedy);
 }

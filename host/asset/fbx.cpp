@@ -91,7 +91,7 @@ LoadedScene load(const MeshInput& input) {
   if (scene != nullptr) return scene;
   if (error.type == UFBX_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
   if (error.type == UFBX_ERROR_MEMORY_LIMIT) {
-    input.fail("", "reading it needs more than " + mebibytes(max_bytes) + " of memory",
+    input.fail("", "reading it needs more than " + format_mebibytes(max_bytes) + " of memory",
                "Free some memory, raise the " + option("memory_limit") + ", or split the file.");
   }
   if (error.type == UFBX_ERROR_UNKNOWN) {
@@ -245,10 +245,10 @@ class FbxReader {
     }
     const FailWith fail = [this](const std::string& place, const std::string& problem,
                                  const Message& remedy) { input_.fail(place, problem, remedy); };
-    require_memory(
-        "its meshes, counted once per instance,",
-        std::max(capped_product(vertices, kVertexBytes), capped_product(corners, kCornerBytes)),
-        memory_failure(fail, ""));
+    require_memory("its meshes, counted once per instance,",
+                   std::max(saturated_product(vertices, kVertexBytes),
+                            saturated_product(corners, kCornerBytes)),
+                   memory_failure(fail, ""));
   }
 
   void add(const Placed& placed) {

@@ -89,7 +89,7 @@ std::string FileFinder::named(const std::string& name) {
 
 fs::path FileFinder::find(const fs::path& path, const std::string& named_by) {
   std::error_code ignored;
-  if (note_whether_file(path) || fs::exists(path, ignored)) return path;
+  if (register_file_check(path) || fs::exists(path, ignored)) return path;
   if (const auto tiles = TileName::by_token(path)) {
     if (!tiles->files().empty()) return path;
     // A UDIM set is found by the first of its pictures that exists.
@@ -103,8 +103,8 @@ fs::path FileFinder::find(const fs::path& path, const std::string& named_by) {
   const auto [entry, added] = found_paths_.emplace(path, path);
   if (!added) return entry->second;
   if (!is_folder_listed_) list();
-  note_answer(folder_.empty() ? "." : folder_, kNamedAnswerPrefix + path.filename().string(),
-              named(path.filename().string()));
+  register_query(folder_.empty() ? "." : folder_, kNamedAnswerPrefix + path.filename().string(),
+                 named(path.filename().string()));
   const auto candidates = files_.find(lower_case(path.filename().string()));
   if (candidates == files_.end()) return path;
   const std::vector<std::string> wanted_parts = parts_of(path);

@@ -16,7 +16,7 @@ namespace kiln {
 /// empty path stands for.
 bool lies_within(const std::filesystem::path& folder, const std::filesystem::path& file);
 
-/// Prefix of the key under which note_answer() records the result of FileFinder::named().
+/// Prefix of the key under which register_query() records the result of FileFinder::named().
 inline constexpr const char* kNamedAnswerPrefix = "named ";
 
 /// Finds pictures and material files whose paths come from another machine, by their names, in a

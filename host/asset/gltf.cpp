@@ -274,7 +274,7 @@ class GltfReader {
         // A skinned mesh is placed by its joints, so all instances would coincide.
         const std::vector<AffineMap> instances =
             skin ? std::vector<AffineMap>{kIdentityMap} : instances_of(file_, node);
-        require_memory("its instances", capped_product(instances.size(), sizeof(PlacedMesh)),
+        require_memory("its instances", saturated_product(instances.size(), sizeof(PlacedMesh)),
                        memory_failure(fail_, ""));
         for (const AffineMap& instance : instances) {
           const AffineMap map = instances.size() == 1 && instance == kIdentityMap
@@ -393,25 +393,25 @@ class GltfReader {
         if (!attributes[wanted.name].exists()) continue;
         numbers_per_vertex += wanted.width == GltfFile::kColor ? 4 : wanted.width;
       }
-      const std::uint64_t numbers = capped_product(
+      const std::uint64_t numbers = saturated_product(
           size.vertices, (size.is_packed ? 2 : 1) * sizeof(double) * numbers_per_vertex);
       const std::uint64_t read =
-          capped_sum(numbers, capped_product(size.triangles, sizeof(Triangle)));
-      const std::uint64_t working = capped_sum(
-          capped_product(size.corners, kIndexBytes),
-          capped_product(size.vertices,
-                         (placed.skin ? kSkinnedBytes : 0) +
-                             (size.primitive["targets"].size() != 0 ? kTargetBytes : 0)));
-      memory.vertices = capped_sum(memory.vertices, size.vertices);
-      memory.triangles = capped_sum(memory.triangles, size.triangles);
-      memory.normals = capped_sum(memory.normals, has_normals ? size.vertices : size.triangles);
-      memory.read = capped_sum(memory.read, read);
-      memory.one_primitive = std::max(memory.one_primitive, capped_sum(read, working));
-      memory.placed =
-          capped_sum(memory.placed, capped_sum(capped_product(size.vertices, bytes_per_vertex),
-                                               capped_product(size.triangles, bytes_per_triangle)));
+          saturated_sum(numbers, saturated_product(size.triangles, sizeof(Triangle)));
+      const std::uint64_t working = saturated_sum(
+          saturated_product(size.corners, kIndexBytes),
+          saturated_product(size.vertices,
+                            (placed.skin ? kSkinnedBytes : 0) +
+                                (size.primitive["targets"].size() != 0 ? kTargetBytes : 0)));
+      memory.vertices = saturated_sum(memory.vertices, size.vertices);
+      memory.triangles = saturated_sum(memory.triangles, size.triangles);
+      memory.normals = saturated_sum(memory.normals, has_normals ? size.vertices : size.triangles);
+      memory.read = saturated_sum(memory.read, read);
+      memory.one_primitive = std::max(memory.one_primitive, saturated_sum(read, working));
+      memory.placed = saturated_sum(
+          memory.placed, saturated_sum(saturated_product(size.vertices, bytes_per_vertex),
+                                       saturated_product(size.triangles, bytes_per_triangle)));
     }
-    memory.placed = capped_sum(memory.placed, capped_product(memory.normals, sizeof(Vec3)));
+    memory.placed = saturated_sum(memory.placed, saturated_product(memory.normals, sizeof(Vec3)));
     return memory;
   }
 
@@ -436,19 +436,19 @@ class GltfReader {
           memory_of_mesh.try_emplace({placed.mesh, placed.skin.has_value()});
       if (added) entry->second = memory_of(mesh, placed, has_uvs);
       const MeshMemory& memory = entry->second;
-      total = capped_sum(total, memory.placed);
+      total = saturated_sum(total, memory.placed);
       reading = std::max(
-          reading, capped_sum(mesh.placement_count == 1 ? 0 : memory.read, memory.one_primitive));
+          reading, saturated_sum(mesh.placement_count == 1 ? 0 : memory.read, memory.one_primitive));
       primitives += mesh.sizes.size();
-      vertices = capped_sum(vertices, memory.vertices);
-      triangles = capped_sum(triangles, memory.triangles);
-      normals = capped_sum(normals, memory.normals);
+      vertices = saturated_sum(vertices, memory.vertices);
+      triangles = saturated_sum(triangles, memory.triangles);
+      normals = saturated_sum(normals, memory.normals);
     }
     require_memory(counted(primitives, "primitive") + ", as often as nodes place " +
                        (primitives == 1 ? "it" : "them") + ", with " +
                        counted(vertices, "vertex", "vertices") + " and " +
                        counted(triangles, "triangle"),
-                   capped_sum(total, reading), memory_failure(fail_, "its meshes"));
+                   saturated_sum(total, reading), memory_failure(fail_, "its meshes"));
     const auto reserve = [](auto& list, std::uint64_t count) {
       list.reserve(std::min<std::uint64_t>(count, kMaxVertices));
     };

@@ -53,7 +53,7 @@ class DecodeLimits {
       place_.fail("its " + std::to_string(bytes_) + " bytes cannot contain the " +
                   std::to_string(max_count) + " triangles or vertices that it declares");
     }
-    require(capped_product(max_count, kBytesPerTriangle));
+    require(saturated_product(max_count, kBytesPerTriangle));
     return counts;
   }
 
@@ -69,7 +69,7 @@ class DecodeLimits {
     if (bytes > kMaxBytesPerPoint) {
       place_.fail("it has more attributes than a mesh can use");
     }
-    require(capped_product(points.num_points(), bytes));
+    require(saturated_product(points.num_points(), bytes));
   }
 
   [[noreturn]] void fail() const {

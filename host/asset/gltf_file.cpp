@@ -205,7 +205,7 @@ GltfFile::GltfFile(const MeshInput& input) : input_(input) {
                                  const Message& remedy) { input.fail(place, problem, remedy); };
   // The worst case is a list of empty lists: each is two characters of text, but takes 16 bytes and
   // a vector in memory.
-  require_memory("its JSON", capped_product(24, text.size()), memory_failure(fail, ""));
+  require_memory("its JSON", saturated_product(24, text.size()), memory_failure(fail, ""));
   if (is_nested_too_deep(text)) {
     input.fail("", "its JSON is nested more than " + std::to_string(kMaxJsonDepth) + " levels deep",
                "Remove deeply nested data, such as extras, and export the file again.");
@@ -370,7 +370,7 @@ void GltfFile::check_packed() const {
       packed.fail("it should hold " + std::to_string(part->count) + " elements, more than its " +
                   std::to_string(part->length) + " compressed bytes can hold");
     }
-    unpacked = capped_sum(unpacked, capped_product(part->count, part->step));
+    unpacked = saturated_sum(unpacked, saturated_product(part->count, part->step));
     buffers.insert(part->buffer);
   }
   for (const std::size_t i : buffers) bytes += buffer(i).size();
@@ -438,7 +438,7 @@ std::size_t GltfFile::view_size(std::size_t index) const {
   if (!packed.exists()) return part_of_buffer(view).size();
   check_packed();
   const CompressedView part = compressed_view_of(packed);
-  const std::uint64_t size = capped_product(part.count, part.step);
+  const std::uint64_t size = saturated_product(part.count, part.step);
   if (size != view["byteLength"].count(0)) {
     packed.fail("its count times byteStride is not the byteLength of its bufferView");
   }
@@ -526,7 +526,7 @@ GltfNumbers GltfFile::read(std::size_t index, std::size_t width, bool indices) c
   const std::optional<Elements> source_elements = check_elements(accessor);
   const FailWith fail = [&](const std::string& /*place*/, const std::string& problem,
                             const Message& remedy) { accessor.fail(problem, remedy); };
-  require_memory("its numbers", capped_product(count, file_width * sizeof(double)),
+  require_memory("its numbers", saturated_product(count, file_width * sizeof(double)),
                  memory_failure(fail, ""));
   GltfNumbers result{file_width, std::vector<double>(count * file_width)};
   const auto copy = [&](const char* element, std::size_t to) {

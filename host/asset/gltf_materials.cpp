@@ -367,7 +367,7 @@ class MaterialReader {
       // The first bytes of a file, which contain the header and the description of the format
       constexpr std::size_t kKtxHeaderBytes = 1024;
       bytes.resize(kKtxHeaderBytes);
-      note_whether_file(picture.file);
+      register_file_check(picture.file);
       std::ifstream file(picture.file, std::ios::binary);
       file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
       bytes.resize(static_cast<std::size_t>(file.gcount()));

@@ -672,7 +672,7 @@ class GltfOutput {
       for (std::size_t k = 0; k < 4; ++k) {
         const std::uint8_t byte = vertex->color[k];
         values.push_back(static_cast<std::uint16_t>(
-            k < 3 ? std::lround(linear_of_bytes()[byte] * 65535.0F) : byte * 257));
+            k < 3 ? std::lround(linear_values_of_bytes()[byte] * 65535.0F) : byte * 257));
       }
     }
     return values;

@@ -279,8 +279,8 @@ bool are_equivalent(const MaterialPicture& a, const MaterialPicture& b,
   const auto [known, added] = compared_files.try_emplace({a.file, b.file});
   if (!added) return known->second;
   std::error_code error;
-  note_whether_file(a.file);
-  note_whether_file(b.file);
+  register_file_check(a.file);
+  register_file_check(b.file);
   if (fs::equivalent(a.file, b.file, error)) return known->second = true;
   std::ifstream one(a.file, std::ios::binary), other(b.file, std::ios::binary);
   using Byte = std::istreambuf_iterator<char>;
@@ -591,7 +591,7 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
     }
     check_transform(material, picture.uv_transform);
     std::error_code error;
-    if (picture.bytes == nullptr && !note_whether_file(picture.file) &&
+    if (picture.bytes == nullptr && !register_file_check(picture.file) &&
         !fs::exists(picture.file, error) && !is_picture_file(picture.file)) {
       if (missing.count() == 0) first_missing = picture.file.string();
       missing.add(material);
@@ -726,7 +726,7 @@ Asset load_asset(const std::filesystem::path& path, const LoadMeshOptions& optio
   FileFinder finder(path.parent_path());
   const auto is_there = [&](std::string file) {
     std::replace(file.begin(), file.end(), '\\', '/');
-    return note_whether_file(finder.find(path.parent_path() / file, path.string()));
+    return register_file_check(finder.find(path.parent_path() / file, path.string()));
   };
   const std::vector<std::string>& files = asset.mesh.material_files;
   if (asset.materials.empty() && !is_gltf_name(path) && !files.empty() &&

@@ -91,10 +91,10 @@ class OffReader {
     scan_.next_line();
     // A vertex takes at least "0 0 0\n", and a face "0\n". The last line end may be missing, so one
     // byte is added.
-    const std::uint64_t bytes_left = scan_.remaining() + 1;
-    if (vertices_ > bytes_left / 6 || faces_ > bytes_left / 2) {
+    const std::uint64_t remaining_bytes = scan_.remaining() + 1;
+    if (vertices_ > remaining_bytes / 6 || faces_ > remaining_bytes / 2) {
       fail("the header promises " + std::to_string(vertices_) + " vertices and " +
-           std::to_string(faces_) + " faces, more than the " + std::to_string(bytes_left - 1) +
+           std::to_string(faces_) + " faces, more than the " + std::to_string(remaining_bytes - 1) +
            " bytes after it can hold (truncated)");
     }
   }

@@ -123,7 +123,7 @@ class PlyStream : public MeshStream {
     }
     std::error_code error;
     const std::filesystem::path whole = std::filesystem::absolute(path, error);
-    const std::optional<os::FileFacts> facts = os::facts_of(path);
+    const std::optional<os::FileStatus> facts = os::query_file(path);
     identity_ = (error ? path : whole).string() + "\n" + std::to_string(source_->size());
     if (facts) {
       identity_ += "\n" +

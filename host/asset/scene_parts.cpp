@@ -120,7 +120,7 @@ std::filesystem::path ScenePictures::find(const std::string& name) {
 
 void ScenePictures::count_missing(const std::string& name) {
   const std::filesystem::path normal_path = std::filesystem::path(name).lexically_normal();
-  const bool is_kept_out = !input_.options.outside && note_whether_file(folder_ / normal_path);
+  const bool is_kept_out = !input_.options.outside && register_file_check(folder_ / normal_path);
   (is_kept_out ? outside_ : missing_pictures_).add(name);
 }
 

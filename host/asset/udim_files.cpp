@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 constexpr std::uint32_t kMaxNumberedTile = 1999;
 constexpr std::uint32_t kMaxTileRows = 100;  // Number of rows of tiles for which files are searched
 
-bool is_file(const fs::path& path) { return note_whether_file(path); }
+bool is_file(const fs::path& path) { return register_file_check(path); }
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_word(char c) { return is_digit(c) || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 
@@ -117,7 +117,7 @@ std::vector<std::uint32_t> TileName::files() const {
   }
   // The input log gets one record for the whole set: a thousand names are tested, of which few
   // exist.
-  note_answer(token_path(), kTilesAnswerKey, found_tiles);
+  register_query(token_path(), kTilesAnswerKey, found_tiles);
   return tiles;
 }
 

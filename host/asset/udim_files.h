@@ -18,7 +18,7 @@
 
 namespace kiln {
 
-/// Key under which note_answer() records the existing tiles of a name with a token, such as "1001
+/// Key under which register_query() records the existing tiles of a name with a token, such as "1001
 /// 1002 ".
 inline constexpr const char* kTilesAnswerKey = "tiles";
 

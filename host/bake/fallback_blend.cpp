@@ -23,7 +23,7 @@ class TexelNeighbours {
  public:
   TexelNeighbours(const TexelLinks& links, std::uint32_t width) : links_(links), width_(width) {}
 
-  /// The eight neighbours, in the order of kiln_visibility_link; KILN_VISIBILITY_NO_LINK if one is missing.
+  /// The eight neighbours, in the order of kiln_visibility_smooth_seams; KILN_VISIBILITY_NO_LINK if one is missing.
   std::array<std::uint32_t, 8> of(std::uint32_t texel) const {
     std::array<std::uint32_t, 8> result;
     if (links_.kind[texel] == KILN_VISIBILITY_INNER) {

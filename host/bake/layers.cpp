@@ -134,10 +134,10 @@ Layers::Layers(const Source::Impl& source, const LowSurface& surface, const Bake
     layer.image.pixels.reserve(values);
     untouched_bytes_ += values * sizeof(float);
   }
-  count_untouched(static_cast<std::int64_t>(untouched_bytes_));
+  count_unwritten(static_cast<std::int64_t>(untouched_bytes_));
 }
 
-Layers::~Layers() { count_untouched(-static_cast<std::int64_t>(untouched_bytes_)); }
+Layers::~Layers() { count_unwritten(-static_cast<std::int64_t>(untouched_bytes_)); }
 
 void Layers::extend(Image& image, std::size_t texels) {
   std::vector<float>& pixels = image.pixels;
@@ -151,7 +151,7 @@ void Layers::extend(Image& image, std::size_t texels) {
   });
   pixels.resize(new_size);
   untouched_bytes_ -= bytes;
-  count_untouched(-static_cast<std::int64_t>(bytes));
+  count_unwritten(-static_cast<std::int64_t>(bytes));
 }
 
 void Layers::extend_images() {

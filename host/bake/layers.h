@@ -113,7 +113,7 @@ class Layers {
   std::vector<Layer> layers_;
   RowFinisher rows_;
   std::vector<std::uint8_t> coverage_;
-  std::size_t untouched_bytes_ = 0;  // of reserved images; see count_untouched()
+  std::size_t untouched_bytes_ = 0;  // of reserved images; see count_unwritten()
 };
 
 }  // namespace kiln

@@ -1,4 +1,4 @@
-// Asynchronous work on a thread of its own.
+// Asynchronous work on a separate thread.
 #pragma once
 
 #include <chrono>

@@ -14,7 +14,7 @@
 
 namespace kiln {
 
-/// 64-bit hash of bytes: FNV-1a over the words of each block, in parallel, then over the blocks' hashes.
+/// 64-bit hash of bytes: FNV-1a over the words of each block, in parallel, then FNV-1a over the hashes of the blocks.
 class ByteHash {
  public:
   void add(std::span<const std::byte> bytes) {
@@ -47,7 +47,7 @@ class ByteHash {
   Fnv1a hash_;
 };
 
-/// The hash that ByteHash has of one array, for bytes that come in pieces. It buffers 16 MiB.
+/// Computes the hash that ByteHash gives for one array if its bytes are added in pieces. It buffers 16 MiB.
 class PieceHash {
  public:
   /// \param size  sum of the sizes of all pieces
@@ -101,8 +101,8 @@ std::uint64_t fast_hash(const Arrays&... arrays) {
       std::uint64_t words[kHashLanes];
       std::memcpy(words, &bytes[i], kBytesPerStep);
       for (std::size_t k = 0; k < kHashLanes; ++k) {
-        // The low bits of a product depend on the low bits of its factors alone; the rotation moves high bits
-        // down.
+        // The low bits of a product only depend on the low bits of its factors, so the rotation moves high bits to the
+        // low end.
         lanes[k].add(words[k]);
         lanes[k].value = std::rotl(lanes[k].value, 29);
       }

@@ -8,10 +8,10 @@
 namespace kiln {
 
 enum class ChildEnd {
-  none,  ///< The work did not run: no child could be created, or the system does not support child processes
-  done,     ///< The child ended normally
-  slow,     ///< The child exceeded its time limit
-  crashed,  ///< The child ended by a signal or std::terminate()
+  not_run,  ///< The work did not run: no child could be created, or the system does not support child processes
+  finished,   ///< The child ended normally
+  timed_out,  ///< The child exceeded its time limit
+  crashed,    ///< The child ended by a signal or std::terminate()
 };
 
 struct ChildLimits {

@@ -22,11 +22,11 @@ struct FileId {
   friend auto operator<=>(const FileId&, const FileId&) = default;
 };
 
-struct FileFacts {
+struct FileStatus {
   FileId id;
   bool is_regular = false;
   bool is_folder = false;
-  bool is_own = false;  ///< Owned by the user who runs the process
+  bool is_owned_by_user = false;  ///< Owned by the user who runs the process
   std::uint64_t bytes = 0;
   std::int64_t modified = 0;  ///< Time of the last change, in seconds since 1970
   /// Times of the last change of contents and of metadata, nanoseconds since 1970; 0: unknown.
@@ -34,10 +34,10 @@ struct FileFacts {
   unsigned permissions = 0;  ///< Permission bits as in chmod
 };
 
-std::optional<FileFacts> facts_of(const std::filesystem::path& path) noexcept;
-/// Facts of a symbolic link itself, not of its target.
-std::optional<FileFacts> facts_of_link(const std::filesystem::path& path) noexcept;
-std::optional<FileFacts> facts_of(int file) noexcept;
+std::optional<FileStatus> query_file(const std::filesystem::path& path) noexcept;
+/// The properties of a symbolic link itself, not of its target.
+std::optional<FileStatus> query_link(const std::filesystem::path& path) noexcept;
+std::optional<FileStatus> query_file(int file) noexcept;
 
 // Opens files; descriptors are not inherited by child programs.
 int open_to_read(
@@ -56,8 +56,8 @@ void close(int file) noexcept;
 
 /// Assigns a name, which must not exist, to a file of create_unnamed().
 bool name_file(int file, const std::filesystem::path& name) noexcept;
-/// A path by which other processes can read an open file.
-std::string name_of_open(int file);
+/// A path at which other processes can read an open file.
+std::string path_of_open_file(int file);
 
 std::FILE* stream_of(int file) noexcept;  ///< For writing; closing the stream closes the file
 int file_of(std::FILE* stream) noexcept;  ///< File of a stream
@@ -93,8 +93,8 @@ bool may_write(const std::filesystem::path& path) noexcept;
 bool may_write_in(const std::filesystem::path& folder) noexcept;
 /// Moves a file to another name atomically, replacing a file that has it.
 bool replace(const std::filesystem::path& from, const std::filesystem::path& to) noexcept;
-bool add_name(const std::filesystem::path& of,
-              const std::filesystem::path& name) noexcept;  ///< Adds a hard link
+bool add_hard_link(const std::filesystem::path& of,
+                   const std::filesystem::path& name) noexcept;  ///< Adds a hard link
 
 // These functions replace those of std::filesystem with the same names, which treat a network share of Windows
 // (\\server\share) as a folder of the current drive.
@@ -108,10 +108,11 @@ std::filesystem::path absolute_normal(const std::filesystem::path& path);
 /// weakly_canonical() of absolute(): follows links as far as the path exists. Not on Windows.
 std::filesystem::path canonical(const std::filesystem::path& path, std::error_code& error);
 
-/// A key that is equal for names that the system takes for one file: on Windows, case, slashes, and dots and spaces at the
-/// end do not count. Links are not followed.
+/// A key that is equal for all spellings of a name that the system takes for the same file: on Windows, case, the kind
+/// of slash, and dots and spaces at the end make no difference. Links are not followed.
 std::string name_key(const std::filesystem::path& path);
-/// True on Windows for names of devices other than `NUL`, with any ending: writing `con.png` would print it.
+/// True on Windows for names of devices other than `NUL`, with any extension: a file `con.png` would be written to the
+/// console.
 bool is_device_name(const std::filesystem::path& path);
 
 // Async-signal-safe; takes fs::path::c_str().
@@ -122,9 +123,10 @@ bool remove_folder(const std::filesystem::path::value_type* path) noexcept;
 // Functions for folders that other users cannot put files into.
 
 /// The first level of a path at which another user could replace a part of the path: a folder or link that belongs to
-/// another user, or that others may write to. Root's folders are trusted. So are folders that are writable by all but
-/// sticky, such as /tmp, if the next level exists and belongs to this user. Empty if there is no such level.
-std::filesystem::path shared_level(const std::filesystem::path& path);
+/// another user, or that others may write to. Root's folders are trusted. Folders that all users may write to and that
+/// have the sticky bit, such as /tmp, are trusted, too, if the next level exists and belongs to this user. Empty if
+/// there is no such level.
+std::filesystem::path find_unsafe_level(const std::filesystem::path& path);
 /// Creates a folder and its missing parents, accessible by this user only.
 void create_private_folders(const std::filesystem::path& path) noexcept;
 /// The folder for temporary files: TMPDIR, or the system's default.
@@ -135,15 +137,14 @@ std::filesystem::path create_temporary_folder(const std::string& start_of_name);
 /// This user's permanent folder in temporary_folder(): `kiln-USER`.
 std::filesystem::path user_folder();
 /// Sets an environment variable; null: unsets it.
-void set_variable(const char* name, const char* value) noexcept;
+void set_environment_variable(const char* name, const char* value) noexcept;
 
 long process_id() noexcept;
 /// A text of 16 hexadecimal digits that names temporary files. It identifies the machine, its current boot and the
-/// process numbering, of which each container has its own. Files with another mark may belong to processes that this
-/// one cannot see.
-const std::string& process_mark();
-/// True if no process with this number exists any more. Only valid for numbers of processes with the same
-/// process_mark().
+/// process numbering, of which each container has its own. Files with another id may belong to processes that this one
+/// cannot see.
+const std::string& process_namespace_id();
+/// True if the process with this number has ended. Only valid for processes with the same process_namespace_id().
 bool is_gone(long process) noexcept;
 
 }  // namespace kiln::os

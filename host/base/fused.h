@@ -7,9 +7,9 @@
 
 namespace kiln {
 
-/// a * b + c, rounded once to the nearest float, like fma() of OpenCL and IEEE 754. std::fma() of MinGW rounds the
-/// sum to a double first, and so differs for a third of random triples. The product is exact in a double (24 + 24 of
-/// 53 bits); the sum is rounded to odd in double precision (Boldo, Melquiond 2008), so that the second rounding
+/// a * b + c, rounded once to the nearest float, like fma() of OpenCL and IEEE 754. std::fma() of MinGW first rounds
+/// the sum to a double, so its result differs for a third of random arguments. The product is exact in a double (24 +
+/// 24 of 53 bits); the sum is rounded to odd in double precision (Boldo, Melquiond 2008), so that the second rounding
 /// resolves ties correctly. If the sum is NaN or infinite, it is returned.
 inline float fused_multiply_add(float a, float b, float c) {
   const double product = double{a} * b, addend = c;

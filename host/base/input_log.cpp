@@ -23,7 +23,7 @@ std::string absolute_text(const fs::path& path) {
   return os::normal(error ? path : whole).string();
 }
 
-/// Calls a function for the thread's log; for all logs if it has none.
+/// Calls a function for the calling thread's log, or for all logs if the thread has none.
 template <typename Function>
 void for_each_log(const Function& function) {
   if (own_log != nullptr) {
@@ -60,7 +60,8 @@ void InputLog::add(const fs::path& path) {
     const std::lock_guard lock(mutex_);
     if (inputs_.files.count(whole) != 0) return;
   }
-  // The identity is determined before the caller reads: if the file changes later, its identity differs.
+  // The identity is determined before the caller reads the file: if the file changes later, the recorded identity
+  // differs from the new one.
   std::string identity = identify_(whole);
   const std::lock_guard lock(mutex_);
   inputs_.files.try_emplace(whole, std::move(identity));
@@ -70,12 +71,12 @@ InputLogScope::InputLogScope(InputLog* log) noexcept : before_(own_log) { own_lo
 InputLogScope::~InputLogScope() { own_log = before_; }
 InputLog* current_input_log() noexcept { return own_log; }
 
-void note_input(const fs::path& path) {
+void register_input(const fs::path& path) {
   if (log_count == 0) return;
   for_each_log([&](InputLog& log) { log.add(path); });
 }
 
-void note_absent(const fs::path& path) {
+void register_missing_file(const fs::path& path) {
   if (log_count == 0) return;
   for_each_log([&](InputLog& log) {
     const std::lock_guard lock(log.mutex_);
@@ -83,7 +84,7 @@ void note_absent(const fs::path& path) {
   });
 }
 
-void note_answer(const fs::path& path, const std::string& question, const std::string& answer) {
+void register_query(const fs::path& path, const std::string& question, const std::string& answer) {
   if (log_count == 0) return;
   for_each_log([&](InputLog& log) {
     const std::lock_guard lock(log.mutex_);
@@ -91,10 +92,10 @@ void note_answer(const fs::path& path, const std::string& question, const std::s
   });
 }
 
-bool note_whether_file(const fs::path& path) {
+bool register_file_check(const fs::path& path) {
   std::error_code error;
   const bool is_present = fs::is_regular_file(path, error);
-  is_present ? note_input(path) : note_absent(path);
+  is_present ? register_input(path) : register_missing_file(path);
   return is_present;
 }
 

@@ -21,18 +21,19 @@ class InputLog {
   InputLog& operator=(const InputLog&) = delete;
 
   struct Inputs {
-    std::map<std::string, std::string> files;  ///< Absolute path to identity
-    std::set<std::string> absent;              ///< Absolute paths
+    /// Identity of each file's contents, by absolute path
+    std::map<std::string, std::string> files;
+    std::set<std::string> absent;  ///< Absolute paths
     /// Answers by absolute path and query. Queries: "tiles" of a name, "named crate.png" of a folder
     std::map<std::pair<std::string, std::string>, std::string> answers;
   };
   Inputs inputs() const;
 
  private:
-  friend void note_input(const std::filesystem::path& path);
-  friend void note_absent(const std::filesystem::path& path);
-  friend void note_answer(const std::filesystem::path& path, const std::string& question,
-                          const std::string& answer);
+  friend void register_input(const std::filesystem::path& path);
+  friend void register_missing_file(const std::filesystem::path& path);
+  friend void register_query(const std::filesystem::path& path, const std::string& question,
+                             const std::string& answer);
   void add(const std::filesystem::path& path);
 
   std::function<std::string(const std::filesystem::path&)> identify_;
@@ -40,9 +41,9 @@ class InputLog {
   Inputs inputs_;
 };
 
-/// While it lives, reads of the calling thread are recorded in a log, and so are those of threads that it starts by
-/// parallel_for() and AsyncTask. Reads of threads without a log are recorded in all logs: an unneeded dependency is
-/// safer than a missing one.
+/// During its lifetime, files that the calling thread reads are recorded in a log, and so are files read by threads
+/// that it starts by parallel_for() and AsyncTask. Reads of threads without a log are recorded in all logs: a
+/// superfluous dependency is safer than a missing one.
 class InputLogScope {
  public:
   explicit InputLogScope(InputLog* log) noexcept;
@@ -56,14 +57,14 @@ class InputLogScope {
 /// The calling thread's log; null if there is none.
 InputLog* current_input_log() noexcept;
 
-/// Records a file that is about to be read, or that was found. Does nothing without a log.
-void note_input(const std::filesystem::path& path);
+/// Records a file that is about to be read, or whose existence was checked. Does nothing without a log.
+void register_input(const std::filesystem::path& path);
 /// Records that a file is missing.
-void note_absent(const std::filesystem::path& path);
+void register_missing_file(const std::filesystem::path& path);
 /// Records a query about a folder or names in it, with its answer.
-void note_answer(const std::filesystem::path& path, const std::string& question,
-                 const std::string& answer);
-/// Calls note_input() or note_absent(). \returns true if a regular file exists there
-bool note_whether_file(const std::filesystem::path& path);
+void register_query(const std::filesystem::path& path, const std::string& question,
+                    const std::string& answer);
+/// Calls register_input() or register_missing_file(). \returns true if a regular file exists there
+bool register_file_check(const std::filesystem::path& path);
 
 }  // namespace kiln

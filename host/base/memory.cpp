@@ -16,7 +16,7 @@ namespace {
 constexpr std::uint64_t kUnlimited = kNoNumber;
 
 std::atomic<std::uint64_t> explicit_limit{0};
-std::atomic<std::int64_t> untouched{0};
+std::atomic<std::int64_t> unwritten_bytes{0};
 
 std::uint64_t default_limit() {
   const std::uint64_t free = free_memory();
@@ -27,20 +27,21 @@ std::uint64_t default_limit() {
 
 std::uint64_t peak_resident_bytes() noexcept { return os::peak_resident_memory(); }
 
-std::uint64_t capped_product(std::uint64_t a, std::uint64_t b) {
+std::uint64_t saturated_product(std::uint64_t a, std::uint64_t b) {
   return b != 0 && a > kUnlimited / b ? kUnlimited : a * b;
 }
 
-std::uint64_t capped_sum(std::uint64_t a, std::uint64_t b) {
+std::uint64_t saturated_sum(std::uint64_t a, std::uint64_t b) {
   return b > kUnlimited - a ? kUnlimited : a + b;
 }
 
-std::string mebibytes(std::uint64_t bytes) {
+std::string format_mebibytes(std::uint64_t bytes) {
   return std::to_string((bytes >> 20) + ((bytes & 0xFFFFF) != 0 ? 1 : 0)) + " MiB";
 }
 
 std::uint64_t free_memory() {
-  return std::min({os::free_in_machine(), free_in_control_groups(), os::free_addresses()});
+  return std::min(
+      {os::free_memory_of_machine(), free_in_control_groups(), os::free_address_space()});
 }
 
 std::uint64_t memory_limit() {
@@ -57,12 +58,12 @@ std::uint64_t memory_limit() {
 void set_memory_limit(std::uint64_t bytes) noexcept { explicit_limit = bytes; }
 
 std::uint64_t memory_left() {
-  const auto more = static_cast<std::uint64_t>(std::max<std::int64_t>(0, untouched));
-  return bytes_left(std::min(bytes_left(memory_limit(), os::resident_memory()), free_memory()),
-                    more);
+  const auto more = static_cast<std::uint64_t>(std::max<std::int64_t>(0, unwritten_bytes));
+  return remaining_bytes(
+      std::min(remaining_bytes(memory_limit(), os::resident_memory()), free_memory()), more);
 }
 
-void count_untouched(std::int64_t bytes) noexcept { untouched += bytes; }
+void count_unwritten(std::int64_t bytes) noexcept { unwritten_bytes += bytes; }
 
 bool memory_fits(std::uint64_t bytes) {
   if (bytes <= memory_left()) return true;
@@ -77,14 +78,14 @@ thread_local std::size_t unchecked_bytes = 0;
 
 void obey_memory_limit() noexcept { obeys_limit = true; }
 
-bool may_take(std::size_t bytes) {
+bool may_allocate(std::size_t bytes) {
   constexpr std::size_t kBytesBetweenChecks = std::size_t{1} << 20;
   if (!obeys_limit ||
       (unchecked_bytes += std::min(bytes, kBytesBetweenChecks)) < kBytesBetweenChecks)
     return true;
   unchecked_bytes = 0;
   const auto fits = [bytes] {
-    const auto more = static_cast<std::uint64_t>(std::max<std::int64_t>(0, untouched));
+    const auto more = static_cast<std::uint64_t>(std::max<std::int64_t>(0, unwritten_bytes));
     return os::resident_memory() + more + bytes <= memory_limit();
   };
   if (fits()) return true;
@@ -102,8 +103,8 @@ void require_memory(const std::string& what, std::uint64_t bytes, const MemoryFa
   if (bytes <= kMaxUncheckedBytes) return;
   if (memory_fits(bytes)) return;
   const std::uint64_t available = memory_left();
-  fail(what + " would take " + mebibytes(bytes) + " of memory, but only " + mebibytes(available) +
-       " are left of the memory limit");
+  fail(what + " would take " + format_mebibytes(bytes) + " of memory, but only " +
+       format_mebibytes(available) + " are left of the memory limit");
 }
 
 }  // namespace kiln

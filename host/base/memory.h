@@ -14,29 +14,28 @@ namespace kiln {
 inline constexpr std::uint64_t kMaxUncheckedBytes = std::uint64_t{16} << 20;
 
 /// a * b, saturated at 2^64 - 1.
-std::uint64_t capped_product(std::uint64_t a, std::uint64_t b);
+std::uint64_t saturated_product(std::uint64_t a, std::uint64_t b);
 
 /// a + b, saturated at 2^64 - 1.
-std::uint64_t capped_sum(std::uint64_t a, std::uint64_t b);
+std::uint64_t saturated_sum(std::uint64_t a, std::uint64_t b);
 
 /// "17 MiB", rounded up.
-std::string mebibytes(std::uint64_t bytes);
+std::string format_mebibytes(std::uint64_t bytes);
 
 /// Peak resident memory of the process in bytes; 0: unknown.
 std::uint64_t peak_resident_bytes() noexcept;
 
-/// Counts memory that is allocated but not yet written, which the system does not count as resident; it is
+/// Accounts for memory that is allocated but not yet written: the system does not count it as resident, so it is
 /// subtracted from memory_left(). \param bytes negative when the memory is written or freed
-void count_untouched(std::int64_t bytes) noexcept;
+void count_unwritten(std::int64_t bytes) noexcept;
 
-/// Reserves memory for later work during its lifetime, so that a lack of memory is found at the start of the
-/// work.
+/// During its lifetime, reserves memory for later work, so that a lack of memory is detected when the work starts.
 class ReservedMemory {
  public:
   explicit ReservedMemory(std::uint64_t bytes) noexcept : bytes_(static_cast<std::int64_t>(bytes)) {
-    count_untouched(bytes_);
+    count_unwritten(bytes_);
   }
-  ~ReservedMemory() { count_untouched(-bytes_); }
+  ~ReservedMemory() { count_unwritten(-bytes_); }
   ReservedMemory(const ReservedMemory&) = delete;
   ReservedMemory& operator=(const ReservedMemory&) = delete;
 
@@ -48,12 +47,12 @@ class ReservedMemory {
 /// again.
 bool memory_fits(std::uint64_t bytes);
 
-/// Makes may_take() check the calling thread's allocations from now on. For threads of Kiln, not of drivers.
+/// Makes may_allocate() check the calling thread's allocations from now on. For threads of Kiln, not of drivers.
 void obey_memory_limit() noexcept;
 
 /// For a program's operator new: false if the calling thread is checked and a block of this size exceeds the budget.
 /// Queries the system once per MiB, which takes microseconds.
-bool may_take(std::size_t bytes);
+bool may_allocate(std::size_t bytes);
 
 /// Reports a lack of memory; must throw. \param problem  such as "The maps would take 3 MiB of memory, but only 2 MiB
 /// are left"

@@ -8,7 +8,7 @@
 namespace kiln {
 namespace {
 
-constexpr double kDegrees = 57.295779513082320876798154814105;
+constexpr double kDegreesPerRadian = 57.295779513082320876798154814105;
 
 using Vector = std::array<double, 3>;
 
@@ -18,7 +18,8 @@ Vector decode(const float* texel) {
   return n;
 }
 
-// True for a zero vector: 0 is stored in 8 bits as 128/255, which decodes to 0.0039 per channel.
+// True for a zero vector or its rounding error: with 8 bits, 0 is stored as 128/255, which decodes to 0.0039 per
+// channel.
 bool is_zero(const Vector& n) { return n[0] * n[0] + n[1] * n[1] + n[2] * n[2] < 1e-4; }
 bool is_finite(const Vector& n) {
   return std::isfinite(n[0]) && std::isfinite(n[1]) && std::isfinite(n[2]);
@@ -42,7 +43,7 @@ double normal_angle_degrees(const float* texel_a, const float* texel_b) {
   const double y = a[2] * b[0] - a[0] * b[2];
   const double z = a[0] * b[1] - a[1] * b[0];
   const double dot = a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-  return std::atan2(std::sqrt(x * x + y * y + z * z), dot) * kDegrees;
+  return std::atan2(std::sqrt(x * x + y * y + z * z), dot) * kDegreesPerRadian;
 }
 
 double percentile(std::vector<double>& values, std::uint64_t hundredths) {

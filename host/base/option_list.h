@@ -5,7 +5,7 @@
 
 namespace kiln {
 
-/// True if a list contains an option, another one of its group, or its group.
+/// True if a list contains an option, its group, or, if `option` is a group, one of the group's options.
 /// \param list    paths separated by blanks
 /// \param option  a path, such as "occlusion.rays", or a group, "occlusion"
 inline bool contains_option(std::string_view list, std::string_view option) {

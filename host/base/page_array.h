@@ -1,4 +1,4 @@
-// Large arrays whose memory comes from the system in whole pages, and goes back to it at once.
+// Large arrays whose memory is allocated from the system in whole pages, and returned to it as soon as it is freed.
 #pragma once
 
 #include <cstddef>
@@ -13,14 +13,14 @@
 
 namespace kiln {
 
-/// Arrays of this size or more take pages from the system. Programs that keep freed memory (os::keep_free_blocks())
-/// would otherwise hold the largest temporary arrays of a build beside its result.
+/// Arrays of at least this many bytes are allocated as pages of the system. Otherwise, programs that keep freed memory
+/// (os::keep_free_blocks()) would keep the largest temporary arrays of a build in addition to its result.
 inline constexpr std::size_t kMinPagedBytes = std::size_t{4} << 20;
 
 /// Alignment of smaller arrays: the largest of a type in OpenCL, so that devices can use the memory in place.
 inline constexpr std::align_val_t kArrayAlignment{128};
 
-/// Allocator of containers that may become large. Memory that was reserved and not written takes no pages.
+/// Allocator of containers that may become large. Reserved memory that is not written occupies no physical pages.
 template <typename T>
 struct PageAllocator {
   using value_type = T;
@@ -32,9 +32,9 @@ struct PageAllocator {
   T* allocate(std::size_t count) {
     if (count > SIZE_MAX / sizeof(T)) throw std::bad_array_new_length();
     const std::size_t bytes = count * sizeof(T);
-    if (!may_take(bytes)) throw std::bad_alloc();
+    if (!may_allocate(bytes)) throw std::bad_alloc();
     if (bytes < kMinPagedBytes) return static_cast<T*>(::operator new(bytes, kArrayAlignment));
-    void* const pages = os::take_pages(bytes);
+    void* const pages = os::allocate_pages(bytes);
     if (pages == nullptr) throw std::bad_alloc();
     return static_cast<T*>(pages);
   }

@@ -19,9 +19,9 @@ namespace kiln {
 namespace {
 
 constexpr int kMaxThreads = 1024;
-std::atomic<int> asked_limit{0};
+std::atomic<int> requested_limit{0};
 
-/// Number of threads without a limit.
+/// Number of threads if no limit was set.
 int default_thread_count() {
   static const int count = [] {
     if (const char* text = std::getenv("KILN_THREADS")) {
@@ -36,7 +36,7 @@ int default_thread_count() {
 }  // namespace
 
 int thread_count() {
-  const int set = asked_limit;
+  const int set = requested_limit;
   return set != 0 ? set : default_thread_count();
 }
 
@@ -47,7 +47,7 @@ void set_thread_limit(int threads) {
                     ": it must be 1 to 1024, or 0 for as many as the machine has.",
                 "thread-limit");
   }
-  asked_limit = threads;
+  requested_limit = threads;
 }
 
 int thread_limit() { return thread_count(); }

@@ -31,7 +31,7 @@ void parallel_for(std::size_t count, std::size_t grain, const Body& body, int th
 
 /// Calls body(i) for [0, count) in order on the calling thread, polling progress. For long loops.
 template <typename Body>
-void for_each_alive(std::size_t count, const Body& body) {
+void for_each_polling(std::size_t count, const Body& body) {
   parallel_for(
       count, std::size_t{1} << 17,
       [&](std::size_t begin, std::size_t end) {

@@ -14,7 +14,7 @@ namespace kiln::os {
 void read_arguments(int& argc, char**& argv);
 
 /// The command line's arguments of this process; empty if the system does not provide them.
-std::vector<std::string> own_words();
+std::vector<std::string> own_arguments();
 /// A path at which this program's file can be read while it runs; empty if the system does not provide it.
 std::filesystem::path own_program();
 /// Writes the folder of this program, with a separator at its end; an empty string if the system does not provide it
@@ -38,8 +38,8 @@ bool run_own_program(const std::vector<std::string>& words,
 
 /// Loads a shared library, which is never unloaded. \returns null on failure, with the reason
 void* load_library(const std::string& path, std::string& reason);
-/// A function of a library of load_library(); null if it has no function of this name.
-void* function_of(void* library, const char* name) noexcept;
+/// Finds a function in a library of load_library(); null if the library has no function of this name.
+void* find_library_function(void* library, const char* name) noexcept;
 
 /// True if the system supports prepare_restart() and split_process().
 bool can_restart() noexcept;
@@ -51,7 +51,7 @@ void prepare_restart(char** argv, const std::string& variable);
 /// Restarts the program with the same arguments. Async-signal-safe. Returns only if that is impossible.
 void restart() noexcept;
 
-/// Which of the two processes of split_process() is running.
+/// Tells in which of the two processes split_process() has returned.
 struct SplitEnd {
   enum class Kind {
     copy,    ///< The new process, which continues the work

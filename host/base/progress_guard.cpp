@@ -10,19 +10,19 @@ std::chrono::milliseconds min_progress_interval{50};
 
 namespace {
 
-thread_local ProgressGuard* of_thread = nullptr;
+thread_local ProgressGuard* current_guard = nullptr;
 
 }  // namespace
 
 ProgressGuard::ProgressGuard(Progress callback)
     : callback_(std::move(callback)),
-      outer_(of_thread),
+      outer_(current_guard),
       last_call_time_(std::chrono::steady_clock::now()) {
-  if (callback_) of_thread = this;
+  if (callback_) current_guard = this;
 }
 
 ProgressGuard::~ProgressGuard() {
-  if (callback_) of_thread = outer_;
+  if (callback_) current_guard = outer_;
 }
 
 bool ProgressGuard::report(double done, std::string_view stage) {
@@ -46,21 +46,21 @@ Progress ProgressGuard::progress() {
 }
 
 void ProgressGuard::poll_at(double done, std::string_view stage) {
-  ProgressGuard* const guard = of_thread;
+  ProgressGuard* const guard = current_guard;
   if (guard == nullptr || guard->is_calling_back_) return;
   if (!guard->report(done, stage)) throw Cancelled();
 }
 
-void ProgressGuard::poll_in(std::string_view stage) {
-  ProgressGuard* const guard = of_thread;
+void ProgressGuard::poll_within_stage(std::string_view stage) {
+  ProgressGuard* const guard = current_guard;
   if (guard == nullptr || guard->is_calling_back_) return;
   if (!guard->report(guard->last_done_, stage)) throw Cancelled();
 }
 
-bool ProgressGuard::active() { return of_thread != nullptr; }
+bool ProgressGuard::active() { return current_guard != nullptr; }
 
 void ProgressGuard::poll() {
-  ProgressGuard* const guard = of_thread;
+  ProgressGuard* const guard = current_guard;
   if (guard == nullptr || guard->is_calling_back_) return;
   if (std::chrono::steady_clock::now() - guard->last_call_time_ < min_progress_interval) return;
   if (!guard->report(guard->last_done_, guard->last_stage_)) throw Cancelled();

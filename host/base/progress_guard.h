@@ -14,7 +14,7 @@ namespace kiln {
 
 /// Thrown by running work when the progress callback returns false.
 struct Cancelled : Error {
-  Cancelled() : Error(ErrorCode::cancelled, "Stopped: the progress callback said so.") {}
+  Cancelled() : Error(ErrorCode::cancelled, "Stopped by the progress callback.") {}
 };
 
 /// Installs a progress callback on the calling thread during its lifetime; parallel loops and waits for the
@@ -29,8 +29,8 @@ class ProgressGuard {
 
   /// Calls the callback now. \returns false to cancel
   bool report(double done, std::string_view stage);
-  /// report() as a callback, for work that knows its progress; empty if the guard's callback is. Valid during
-  /// the guard's lifetime.
+  /// report() as a callback, for functions that report their progress themselves; empty if the guard has no callback.
+  /// Valid during the guard's lifetime.
   Progress progress();
 
   /// Repeats the last progress to the calling thread's callback, if more than 50 ms have passed. Otherwise the cost
@@ -38,8 +38,9 @@ class ProgressGuard {
   static void poll();
   /// Calls the calling thread's callback now. \throws Cancelled if the callback returns false
   static void poll_at(double done, std::string_view stage);
-  /// poll(), with the name of a stage within the last progress, such as a chunk of a large input.
-  static void poll_in(std::string_view stage);
+  /// As poll(), but reports the name of a part of the current stage, such as a chunk of a large input. The reported
+  /// share is unchanged.
+  static void poll_within_stage(std::string_view stage);
   /// True if the calling thread has a callback.
   static bool active();
 

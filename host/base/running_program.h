@@ -33,14 +33,14 @@ class RunningProgram {
   RunningProgram& operator=(RunningProgram&&) noexcept;
   ~RunningProgram();
 
-  /// Starts writing its standard input, and returns while it runs. Must be called once.
-  /// \param input its standard input; it need not read all of it
-  /// \param limit_seconds time limit from now on, after which it is killed
+  /// Starts to write to the program's standard input, and returns while the program runs. Must be called once.
+  /// \param input bytes for the program's standard input; the program need not read all of them
+  /// \param limit_seconds time limit from this call on, after which the program is killed
   /// \param interrupted polled on another thread; the program is killed when it returns true
   void begin(std::string input, double limit_seconds, std::function<bool()> interrupted);
-  /// True if begin() was called. The second overload: true if it was called with this input.
+  /// True if begin() was called; began_with_input(): true if it was called with this input.
   bool began() const;
-  bool began_with(std::string_view input) const;
+  bool began_with_input(std::string_view input) const;
 
   /// Waits until the program ends. Must be called once, after begin().
   ProgramResult finish();

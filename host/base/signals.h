@@ -19,10 +19,10 @@ void catch_crashes(void (*on_crash)(int number)) noexcept;
 bool handles_crash(int number) noexcept;
 /// True for the number with which `on_crash` is called after an abort().
 bool is_abort(int number) noexcept;
-/// Ends the process by the crash for which `on_crash` was called, as without a handler.
-void crash_unhandled(int number) noexcept;
+/// Ends the process by the crash for which `on_crash` was called, in the same way as if no handler were installed.
+void end_by_crash(int number) noexcept;
 /// Blocks this thread forever, while another one ends the process.
-[[noreturn]] void stop_thread() noexcept;
+[[noreturn]] void block_forever() noexcept;
 
 /// A number above 0 that identifies this thread among the running ones. Async-signal-safe.
 std::int64_t thread_number() noexcept;

@@ -18,7 +18,8 @@ namespace {
 constexpr std::size_t kTableSteps = 4096;
 constexpr std::size_t kGrain = std::size_t{1} << 16;
 
-/// The curve, sampled at evenly spaced fourth roots of its argument, between which it is nearly linear.
+/// Samples of the sRGB curve at arguments whose fourth roots are evenly spaced. Between the samples the curve is nearly
+/// linear.
 const std::vector<float>& srgb_curve_samples() {
   static const std::vector<float> values = [] {
     std::vector<float> list(kTableSteps + 2);
@@ -50,7 +51,7 @@ double from_srgb(double value) {
 
 float to_srgb(float linear) { return interpolate_curve(srgb_curve_samples().data(), linear); }
 
-const std::array<float, 256>& linear_of_bytes() {
+const std::array<float, 256>& linear_values_of_bytes() {
   static const std::array<float, 256> values = [] {
     std::array<float, 256> list{};
     for (std::size_t i = 0; i < list.size(); ++i) {

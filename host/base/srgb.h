@@ -15,6 +15,6 @@ double encode_srgb(double linear);
 float to_srgb(float linear);
 
 /// Linear values of the 256 sRGB bytes.
-const std::array<float, 256>& linear_of_bytes();
+const std::array<float, 256>& linear_values_of_bytes();
 
 }  // namespace kiln

@@ -10,12 +10,12 @@ namespace kiln::os {
 /// control sequences. Only Windows needs it.
 void prepare_streams() noexcept;
 
-/// std::_Exit(), with the terminal as it was before prepare_streams(). Async-signal-safe.
+/// Restores the terminal's state before prepare_streams(), and calls std::_Exit(). Async-signal-safe.
 [[noreturn]] void end_process(int exit_code) noexcept;
 
-/// Opens the standard streams that the program was started without, so that their use still fails. Otherwise a file
-/// that the program opens would get a stream's descriptor, and printed text would be written to that file. \returns
-/// false on failure
+/// If the program was started without some of the standard streams, reserves their descriptors, such that using these
+/// streams still fails. Otherwise a file that the program opens could get such a descriptor, and printed text would be
+/// written to that file. \returns false on failure
 bool reserve_streams() noexcept;
 
 /// True if the stream is a terminal that obeys control sequences.
@@ -24,7 +24,7 @@ bool is_terminal(std::FILE* stream) noexcept;
 std::size_t terminal_columns() noexcept;
 
 /// After a write that failed: true if the stream is a pipe or socket without a reader.
-bool reader_left(std::FILE* stream) noexcept;
+bool has_reader_closed(std::FILE* stream) noexcept;
 /// True if the stream cannot be written, since it is closed or open for reading only.
 bool is_closed(std::FILE* stream) noexcept;
 

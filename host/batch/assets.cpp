@@ -25,8 +25,8 @@ namespace fs = std::filesystem;
   throw Error(ErrorCode::usage, setting.origin.place() + ": " + setting.key + ": " + problem);
 }
 
-/// True for extensions of meshes, which are the only files that a pattern with an open ending such as "crate_low.*" may
-/// match.
+/// True if a path has the extension of a mesh. A pattern with an open ending, such as "crate_low.*", matches meshes
+/// only.
 bool is_mesh_ending(const std::string& path) {
   constexpr std::array kEndings = {".ply", ".obj", ".stl", ".off", ".gltf",
                                    ".glb", ".fbx", ".dae", ".3ds", ".x"};
@@ -34,38 +34,39 @@ bool is_mesh_ending(const std::string& path) {
   return std::find(kEndings.begin(), kEndings.end(), ending) != kEndings.end();
 }
 
-bool has_wildcards(const PathPattern& pattern) { return !pattern.is_plain(); }
+bool is_multi_path_pattern(const PathPattern& pattern) { return !pattern.is_plain(); }
 
-std::string joined(const std::string& folder, const std::string& path) {
+std::string join_path(const std::string& folder, const std::string& path) {
   if (folder.empty() || os::is_absolute(path)) return path;
   return folder.ends_with('/') ? folder + path : folder + "/" + path;
 }
 
-/// A pattern below the setting's folder. The folder's name is escaped, since it is not a pattern.
-std::string in_folder(const Setting& setting, const std::string& word) {
-  return joined(escape_pattern(setting.folder), word);
+/// Prepends the setting's folder to a pattern. The folder's name is escaped, since it is not a pattern.
+std::string prepend_folder(const Setting& setting, const std::string& word) {
+  return join_path(escape_pattern(setting.folder), word);
 }
 
-std::string identity(const fs::path& path) {
+std::string canonical_path(const fs::path& path) {
   std::error_code error;
   const fs::path found = os::canonical(path, error);
   return (error ? os::absolute_normal(path) : found).generic_string();
 }
 
-/// Paths of the files that a job writes beside its maps. A folder of maps has the path of a low poly, even if none is
-/// written, since its stem names the maps.
-std::vector<std::string> outputs_of(const Job& job) {
+/// Paths of the files that a job writes beside its maps. If the output is a folder of maps, the list contains the path
+/// at which the low poly would be written, even if it is not written: the names of the maps begin with the stem of that
+/// path.
+std::vector<std::string> secondary_outputs(const Job& job) {
   std::vector<std::string> outputs;
   const std::string file = asset_file(job);
-  if (!file.empty()) outputs.push_back(identity(file));
+  if (!file.empty()) outputs.push_back(canonical_path(file));
   if (file.empty() || lower_extension(file) == ".obj") {
-    outputs.push_back(identity(fs::path(out_folder(job)) / (low_stem(job) + ".obj")));
+    outputs.push_back(canonical_path(fs::path(out_folder(job)) / (low_stem(job) + ".obj")));
   }
   if (lower_extension(file) == ".gltf")
-    outputs.push_back(identity(fs::path(file).replace_extension(".bin")));
-  for (const std::string* const one :
+    outputs.push_back(canonical_path(fs::path(file).replace_extension(".bin")));
+  for (const std::string* const output :
        {&job.json, &job.save_cage, &job.save_match, &job.save_source}) {
-    if (!one->empty()) outputs.push_back(identity(*one));
+    if (!output->empty()) outputs.push_back(canonical_path(*output));
   }
   return outputs;
 }
@@ -76,25 +77,25 @@ class Expander {
       : file_(file), options_(options), lister_(file.folder) {}
 
   Batch expand() {
-    for (const std::string& only : options_.only) only_.emplace_back(only);
+    for (const std::string& only : options_.only) only_patterns_.emplace_back(only);
     for (std::size_t rule = 0; rule < file_.bakes.size(); ++rule) expand_rule(rule);
     make_names_unique();
     check_outputs();
     check_sidecars();
     check_next_inputs();
-    if (!only_.empty()) keep_only();
+    if (!only_patterns_.empty()) select_assets();
     return std::move(batch_);
   }
 
  private:
-  struct Group {
+  struct CaptureGroup {
     Captures captures;
     std::vector<std::string> files;  ///< files that match the first pattern
   };
 
-  std::vector<FileLister::Found> find(const Setting& setting, const PathPattern& pattern,
-                                      const Captures& known) {
-    std::vector<FileLister::Found> found;
+  std::vector<FileLister::FoundFile> find(const Setting& setting, const PathPattern& pattern,
+                                          const Captures& known) {
+    std::vector<FileLister::FoundFile> found;
     try {
       found = lister_.find(pattern, known);
     } catch (const Error& error) {
@@ -103,15 +104,15 @@ class Expander {
     }
     if (pattern.has_open_ending()) {
       std::erase_if(found,
-                    [](const FileLister::Found& file) { return !is_mesh_ending(file.path); });
+                    [](const FileLister::FoundFile& file) { return !is_mesh_ending(file.path); });
     }
     return found;
   }
 
-  static PathPattern pattern_of(const Setting& setting, const std::string& word) {
+  static PathPattern parse_pattern(const Setting& setting, const std::string& word) {
     try {
-      const PathPattern pattern(in_folder(setting, word));
-      // ".." after a capture would leave the captured folder.
+      const PathPattern pattern(prepend_folder(setting, word));
+      // A ".." after a capture would lead out of the captured folder.
       const std::string& text = pattern.text();
       const std::size_t open = std::min({text.find('{'), text.find('*'), text.size()});
       if (!pattern.captures().empty() && text.find("/..", open) != std::string::npos) {
@@ -140,8 +141,9 @@ class Expander {
   }
 
   static bool is_skipped(const std::vector<PathPattern>& skip, const std::string& path) {
-    return std::any_of(skip.begin(), skip.end(),
-                       [&](const PathPattern& pattern) { return pattern.covers(path); });
+    return std::any_of(skip.begin(), skip.end(), [&](const PathPattern& pattern) {
+      return pattern.matches_path_or_parent(path);
+    });
   }
 
   void expand_rule(std::size_t rule) {
@@ -150,30 +152,32 @@ class Expander {
     const Setting* const low = bake.find("low");
     std::vector<PathPattern> skip;
     if (const Setting* const setting = bake.find("skip")) {
-      for (const std::string& word : setting->words) skip.push_back(pattern_of(*setting, word));
+      for (const std::string& word : setting->words) skip.push_back(parse_pattern(*setting, word));
     }
     const Setting& first = low != nullptr ? *low : *high;
-    const PathPattern primary = pattern_of(first, first.words[0]);
-    if (has_wildcards(primary)) primaries_.push_back({primary, skip, rule, &first});
+    const PathPattern input_pattern = parse_pattern(first, first.words[0]);
+    if (is_multi_path_pattern(input_pattern))
+      input_patterns_.push_back({input_pattern, skip, rule, &first});
     // Assets are created in the order of their first files, so that the order is deterministic.
-    std::vector<Group> groups;
-    std::map<Captures, std::size_t> places;
+    std::vector<CaptureGroup> groups;
+    std::map<Captures, std::size_t> group_indices;
     std::size_t matched_files = 0;
-    for (FileLister::Found& file : find(first, primary, {})) {
+    for (FileLister::FoundFile& file : find(first, input_pattern, {})) {
       ++matched_files;
       if (is_skipped(skip, file.path)) continue;
-      const auto [place, added] = places.try_emplace(file.captures, groups.size());
+      const auto [place, added] = group_indices.try_emplace(file.captures, groups.size());
       if (added) groups.push_back({file.captures, {}});
       groups[place->second].files.push_back(std::move(file.path));
     }
     if (matched_files == 0) {
-      fail_in(first, has_wildcards(primary) ? "no file matches '" + primary.text() + "'" +
-                                                  folder_suffix() + ": check the path."
-                                            : "there is no file '" + primary.path({}) + "'" +
-                                                  folder_suffix() + ": check the path.");
+      fail_in(first, is_multi_path_pattern(input_pattern)
+                         ? "no file matches '" + input_pattern.text() + "'" + folder_suffix() +
+                               ": check the path."
+                         : "there is no file '" + input_pattern.path({}) + "'" + folder_suffix() +
+                               ": check the path.");
     }
     std::set<std::string> used_stems;
-    for (const Group& group : groups) {
+    for (const CaptureGroup& group : groups) {
       check_formats(first, group.files);
       expand_asset(rule, group, used_stems);
     }
@@ -189,9 +193,9 @@ class Expander {
                       const std::set<std::string>& used_stems) {
     std::vector<std::string> unpaired;
     for (const std::string& word : high.words) {
-      const PathPattern pattern = pattern_of(high, word);
+      const PathPattern pattern = parse_pattern(high, word);
       if (pattern.captures().empty()) continue;
-      for (const FileLister::Found& file : find(high, pattern, {})) {
+      for (const FileLister::FoundFile& file : find(high, pattern, {})) {
         if (used_stems.count(file.path) == 0 && !is_skipped(skip, file.path))
           unpaired.push_back(file.path);
       }
@@ -205,17 +209,18 @@ class Expander {
                                unpaired.size()});
   }
 
-  /// All files of a side; empty if no file matches. \param problem  receives the reason in that case
-  std::vector<std::string> files_of(const Setting& setting, const Captures& captures,
-                                    std::string& problem) {
+  /// All files of the setting `high` or `low` for the given captures; empty if no file matches. \param problem
+  /// receives the reason in that case
+  std::vector<std::string> find_mesh_files(const Setting& setting, const Captures& captures,
+                                           std::string& problem) {
     std::vector<std::string> files;
     for (const std::string& word : setting.words) {
-      const PathPattern pattern = pattern_of(setting, word).with(captures);
+      const PathPattern pattern = parse_pattern(setting, word).substitute(captures);
       for (const std::string& name : pattern.captures()) {
-        fail_in(setting, "{" + name + "} is not captured" + captures_in_words(captures));
+        fail_in(setting, "{" + name + "} is not captured" + describe_captures(captures));
       }
       std::vector<std::string> matching_files;
-      for (FileLister::Found& file : find(setting, pattern, {}))
+      for (FileLister::FoundFile& file : find(setting, pattern, {}))
         matching_files.push_back(std::move(file.path));
       if (matching_files.empty() && problem.empty()) {
         problem = "there is no " + setting.key + " '" +
@@ -228,7 +233,7 @@ class Expander {
     return files;
   }
 
-  static std::string captures_in_words(const Captures& captures) {
+  static std::string describe_captures(const Captures& captures) {
     std::string list;
     for (const auto& [name, value] : captures)
       list += (list.empty() ? "; there are {" : ", {") + name + "}";
@@ -243,11 +248,11 @@ class Expander {
       const OptionRow* const row = find_option_row(setting.key);
       for (auto other = effective_settings.begin();
            row != nullptr && other != effective_settings.end();) {
-        const OptionRow* const their = find_option_row(other->first);
+        const OptionRow* const other_row = find_option_row(other->first);
         const bool excluded =
-            their != nullptr && layer.find(other->first) == nullptr &&
-            ((" " + row->excludes + " ").find(" " + their->flag + " ") != std::string::npos ||
-             (" " + their->excludes + " ").find(" " + row->flag + " ") != std::string::npos);
+            other_row != nullptr && layer.find(other->first) == nullptr &&
+            ((" " + row->excludes + " ").find(" " + other_row->flag + " ") != std::string::npos ||
+             (" " + other_row->excludes + " ").find(" " + row->flag + " ") != std::string::npos);
         other = excluded ? effective_settings.erase(other) : std::next(other);
       }
       effective_settings[setting.key] = setting;
@@ -255,16 +260,18 @@ class Expander {
   }
 
   /// The path of NAME.kiln.toml beside a mesh, where NAME is its stem or the capture {name}; empty if there is none.
-  std::string sidecar_of(const std::vector<std::string>& meshes, const Captures& captures) {
+  std::string find_sidecar_path(const std::vector<std::string>& meshes, const Captures& captures) {
     std::set<std::string> found;
     const auto find_sidecar = [&](const std::string& folder, const std::string& stem) {
       const std::string name = stem + std::string(kSidecarEnding);
       const std::vector<std::string>& files = lister_.files_of(folder);
-      if (std::binary_search(files.begin(), files.end(), name)) found.insert(joined(folder, name));
+      if (std::binary_search(files.begin(), files.end(), name))
+        found.insert(join_path(folder, name));
     };
     for (const std::string& mesh : meshes) {
       const std::string folder = fs::path(mesh).parent_path().string();
-      // Beside meshes that are named one by one lie those of other job files.
+      // Folders of meshes that are named one by one are not searched for unused sidecars, since the other files in
+      // these folders may belong to other job files.
       if (!captures.empty()) sidecar_folders_.insert(folder);
       find_sidecar(folder, fs::path(mesh).stem().string());
       if (const auto name = captures.find("name"); name != captures.end())
@@ -278,7 +285,8 @@ class Expander {
     return found.empty() ? "" : *found.begin();
   }
 
-  void expand_asset(std::size_t rule, const Group& group, std::set<std::string>& used_stems) {
+  void expand_asset(std::size_t rule, const CaptureGroup& group,
+                    std::set<std::string>& used_stems) {
     const OptionLayer& bake = file_.bakes[rule];
     const Setting* const high = bake.find("high");
     const Setting* const low = bake.find("low");
@@ -291,10 +299,10 @@ class Expander {
       Setting remaining_setting = first;
       remaining_setting.words.erase(remaining_setting.words.begin());
       std::vector<std::string>& files = low != nullptr ? lows : highs;
-      for (std::string& file : files_of(remaining_setting, group.captures, asset.problem))
+      for (std::string& file : find_mesh_files(remaining_setting, group.captures, asset.problem))
         files.push_back(std::move(file));
     }
-    if (low != nullptr) highs = files_of(*high, group.captures, asset.problem);
+    if (low != nullptr) highs = find_mesh_files(*high, group.captures, asset.problem);
     used_stems.insert(highs.begin(), highs.end());
     used_stems.insert(lows.begin(), lows.end());
     std::vector<std::string> meshes = lows;
@@ -303,7 +311,7 @@ class Expander {
     add_layer(effective_settings, file_.defaults);
     if (file_.profile) add_layer(effective_settings, *file_.profile);
     add_layer(effective_settings, bake);
-    if (const std::string sidecar = sidecar_of(meshes, group.captures); !sidecar.empty()) {
+    if (const std::string sidecar = find_sidecar_path(meshes, group.captures); !sidecar.empty()) {
       const OptionLayer layer =
           read_sidecar(file_.folder / sidecar, fs::path(sidecar).parent_path().string());
       if (const Setting* const skip = layer.find("skip")) {
@@ -328,26 +336,27 @@ class Expander {
       name = plain_path(setting->second, setting->second.words[0], group.captures);
     }
     asset.name = name;
-    run_settings(asset, effective_settings);
+    apply_run_settings(asset, effective_settings);
     const auto faces = effective_settings.find("faces");
     const std::vector<std::string> levels =
         faces == effective_settings.end() ? std::vector<std::string>() : faces->second.words;
     for (std::size_t level = 0; level < std::max<std::size_t>(1, levels.size()); ++level) {
-      BatchAsset one = asset;
+      BatchAsset level_asset = asset;
       if (levels.size() > 1) {
         effective_settings["faces"].words = {levels[level]};
-        if (level > 0) one.name += "_lod" + std::to_string(level);
+        if (level > 0) level_asset.name += "_lod" + std::to_string(level);
       }
-      make_job(one, effective_settings, highs, lows, group.captures, level);
-      batch_.assets.push_back(std::move(one));
+      make_job(level_asset, effective_settings, highs, lows, group.captures, level);
+      batch_.assets.push_back(std::move(level_asset));
     }
   }
 
   static std::vector<std::string> capture_order(const Setting& first) {
-    return pattern_of(first, first.words[0]).captures();
+    return parse_pattern(first, first.words[0]).captures();
   }
 
-  void run_settings(BatchAsset& asset, std::map<std::string, Setting>& effective_settings) const {
+  void apply_run_settings(BatchAsset& asset,
+                          std::map<std::string, Setting>& effective_settings) const {
     double number = 0;
     if (const auto s = effective_settings.find("retries");
         s != effective_settings.end() && read_number(s->second.words[0], number)) {
@@ -372,13 +381,13 @@ class Expander {
   std::string plain_path(const Setting& setting, const std::string& word,
                          const Captures& captures) const {
     try {
-      const PathPattern pattern = PathPattern(word).with(captures);
+      const PathPattern pattern = PathPattern(word).substitute(captures);
       for (const std::string& name : pattern.captures()) {
         std::vector<std::string> known_names;
         for (const auto& [known_name, value] : captures) known_names.push_back(known_name);
         const std::string suggestion = nearest_word(name, known_names);
         fail_in(setting, "{" + name + "} is not captured" +
-                             (suggestion.empty() ? captures_in_words(captures)
+                             (suggestion.empty() ? describe_captures(captures)
                                                  : "; did you mean {" + suggestion + "}?"));
       }
       return pattern.path({});
@@ -388,21 +397,23 @@ class Expander {
     }
   }
 
-  /// Resolves the paths in an option's words. \returns false if an optional file is missing
-  bool place_words(const OptionRow& row, Setting& setting, const Captures& captures) {
-    const PathOption kind = path_option(row);
-    if (kind == PathOption::none) return true;
+  /// Resolves the paths in an option's values. \returns false if an optional file is missing
+  bool resolve_paths(const OptionRow& row, Setting& setting, const Captures& captures) {
+    const PathAccess kind = path_access(row);
+    if (kind == PathAccess::none) return true;
     OptionWords words;
     for (const std::string& word : setting.words) {
       bool exists = true;
       OptionWords substituted_words;
-      const std::string placed = with_path(row, word, [&](const std::string& path) {
-        const std::string full_path = in_folder(setting, path);
-        const PathPattern pattern =
-            kind == PathOption::input ? pattern_of(setting, path).with(captures) : PathPattern();
-        if (kind == PathOption::input && pattern.captures().empty() && has_wildcards(pattern)) {
-          // For pictures and kernel sources, the extension is part of the pattern.
-          for (const FileLister::Found& file : lister_.find(pattern))
+      const std::string resolved_word = replace_path(row, word, [&](const std::string& path) {
+        const std::string full_path = prepend_folder(setting, path);
+        const PathPattern pattern = kind == PathAccess::input
+                                        ? parse_pattern(setting, path).substitute(captures)
+                                        : PathPattern();
+        if (kind == PathAccess::input && pattern.captures().empty() &&
+            is_multi_path_pattern(pattern)) {
+          // An open ending is not limited to meshes here: the option may take pictures or kernel sources.
+          for (const FileLister::FoundFile& file : lister_.find(pattern))
             substituted_words.push_back(base_path(file.path));
           exists = !substituted_words.empty();
           if (!exists && !setting.optional)
@@ -426,7 +437,7 @@ class Expander {
         fail_in(setting,
                 "'" + word + "' matches several files, but the option takes one: write its name.");
       } else {
-        words.push_back(placed);
+        words.push_back(resolved_word);
       }
     }
     setting.words = words;
@@ -439,8 +450,8 @@ class Expander {
     return os::normal(file_.folder / path).string();
   }
 
-  /// True for settings of layers that apply to all bakes, so that some bakes may have no use for them.
-  bool is_general(const Setting& setting) const {
+  /// True for settings of layers that apply to all bakes. Some of these bakes may not use the option.
+  bool applies_to_all_bakes(const Setting& setting) const {
     const std::string& layer = setting.origin.layer;
     return layer == file_.defaults.name || (file_.profile && layer == file_.profile->name) ||
            layer == options_.command_line.name;
@@ -448,8 +459,8 @@ class Expander {
 
   /// True if a map or the match of a bake uses an option. Bakes without occlusion, for example, do not use `ao_rays`
   /// of [defaults].
-  static bool is_served_by(const std::map<std::string, Setting>& effective_settings,
-                           const OptionRow& row) {
+  static bool is_option_used(const std::map<std::string, Setting>& effective_settings,
+                             const OptionRow& row) {
     if (!row.is_map_option() && !row.is_match_option()) return true;
     Job job;
     job.high = {"high.obj"};
@@ -462,7 +473,7 @@ class Expander {
       }
       return is_applicable(row, resolve_job(job));
     } catch (const Error&) {
-      return true;  // the check of the job will report the error
+      return true;  // the later check of the job reports the error
     }
   }
 
@@ -478,7 +489,7 @@ class Expander {
         asset.settings.push_back(setting);
         continue;
       }
-      if (is_general(setting) && !is_served_by(effective_settings, *row)) continue;
+      if (applies_to_all_bakes(setting) && !is_option_used(effective_settings, *row)) continue;
       if (key == "high" || key == "low") {
         setting.words = key == "high" ? highs : lows;
         asset.settings.push_back(setting);
@@ -487,12 +498,12 @@ class Expander {
       if (setting.origin.file.empty()) {
         // Paths on the command line are relative to the current folder.
         for (std::string& word : setting.words) {
-          word = with_path(*row, word, [&](const std::string& path) {
-            return path_option(*row) == PathOption::output ? plain_path(setting, path, captures)
+          word = replace_path(*row, word, [&](const std::string& path) {
+            return path_access(*row) == PathAccess::output ? plain_path(setting, path, captures)
                                                            : path;
           });
         }
-      } else if (!place_words(*row, setting, captures)) {
+      } else if (!resolve_paths(*row, setting, captures)) {
         continue;
       }
       if (key == "out" && level > 0) {
@@ -516,7 +527,7 @@ class Expander {
                              "'), which is code that would run with your rights: read it, and add "
                              "--allow-own-maps.");
       }
-      if (path_option(*row) == PathOption::output && !setting.origin.file.empty() &&
+      if (path_access(*row) == PathAccess::output && !setting.origin.file.empty() &&
           !options_.allow_outside && !lies_within(file_.folder, setting.words[0])) {
         fail_in(setting, "'" + setting.words[0] +
                              "' lies outside the job file's folder: choose a folder below it, or "
@@ -533,7 +544,7 @@ class Expander {
     if (!asset.problem.empty()) return;
     try {
       check(asset.job);
-      check_values(asset.job);
+      check_nested_options(asset.job);
     } catch (const Error& error) {
       throw Error(ErrorCode::usage, file_.bakes[asset.rule].find("high")->origin.place() + ": '" +
                                         asset.name + "': " + error.message());
@@ -543,7 +554,7 @@ class Expander {
 
   /// Checks options that are nested in values of other options, such as those of a variant. Named files need not exist
   /// yet, since a hook may create them.
-  static void check_values(const Job& job) {
+  static void check_nested_options(const Job& job) {
     try {
       options_of(resolve_job(job));
     } catch (const Error& error) {
@@ -563,14 +574,14 @@ class Expander {
   void check_outputs() {
     std::unordered_map<std::string, const BatchAsset*> writers;
     for (const BatchAsset& asset : batch_.assets) {
-      for (const std::string& output : outputs_of(asset.job)) {
+      for (const std::string& output : secondary_outputs(asset.job)) {
         const auto [entry, added] = writers.try_emplace(os::name_key(output), &asset);
         if (added || entry->second == &asset) continue;
-        const Setting* const out = setting_of(asset, "out");
+        const Setting* const out = find_setting(asset, "out");
         throw Error(ErrorCode::usage,
                     (out == nullptr ? file_.path.string() : out->origin.place()) + ": out: '" +
-                        entry->second->name + "'" + rule_place(*entry->second, asset) + " and '" +
-                        asset.name + "'" + rule_place(asset, *entry->second) +
+                        entry->second->name + "'" + rule_location(*entry->second, asset) +
+                        " and '" + asset.name + "'" + rule_location(asset, *entry->second) +
                         " would both write '" + output +
                         "': give each a separate path, such as out/{dir}/{name}.");
       }
@@ -584,7 +595,7 @@ class Expander {
       inputs.push_back(asset.job.load_match);
       for (const std::string& input : inputs) {
         if (input.empty()) continue;
-        const auto writer = writers.find(os::name_key(identity(input)));
+        const auto writer = writers.find(os::name_key(canonical_path(input)));
         if (writer == writers.end()) continue;
         throw Error(ErrorCode::usage, file_.path.string() + ": '" + input + "' is written by '" +
                                           writer->second->name + "' and read by '" + asset.name +
@@ -593,13 +604,13 @@ class Expander {
     }
   }
 
-  /// Place of an asset's [[bake]] in parentheses; empty if another asset is of the same one.
-  std::string rule_place(const BatchAsset& asset, const BatchAsset& other) const {
+  /// File and line of an asset's [[bake]] in parentheses; empty if both assets belong to the same [[bake]].
+  std::string rule_location(const BatchAsset& asset, const BatchAsset& other) const {
     if (asset.rule == other.rule) return {};
     return " (" + file_.bakes[asset.rule].find("high")->origin.place() + ")";
   }
 
-  static const Setting* setting_of(const BatchAsset& asset, std::string_view key) {
+  static const Setting* find_setting(const BatchAsset& asset, std::string_view key) {
     for (const Setting& setting : asset.settings) {
       if (setting.key == key) return &setting;
     }
@@ -608,13 +619,14 @@ class Expander {
 
   /// Rejects outputs that match a pattern of inputs: the next run would bake them.
   void check_next_inputs() {
-    const std::string base = identity(file_.folder.empty() ? fs::path(".") : file_.folder) + "/";
+    const std::string base =
+        canonical_path(file_.folder.empty() ? fs::path(".") : file_.folder) + "/";
     for (const BatchAsset& asset : batch_.assets) {
       if (!asset.problem.empty()) continue;
       for (const std::string& output : known_outputs(asset.job)) {
         if (!output.starts_with(base)) continue;
         const std::string path = output.substr(base.size());
-        for (const auto& [pattern, skip, rule, setting] : primaries_) {
+        for (const auto& [pattern, skip, rule, setting] : input_patterns_) {
           Captures captures;
           if (!pattern.matches(path, {}, captures) || is_skipped(skip, path)) continue;
           if (pattern.has_open_ending() && !is_mesh_ending(path)) continue;
@@ -631,7 +643,7 @@ class Expander {
     for (const std::string& folder : sidecar_folders_) {
       for (const std::string& file : lister_.files_of(folder)) {
         if (!file.ends_with(kSidecarEnding) || file.starts_with('.')) continue;
-        const std::string path = joined(folder, file);
+        const std::string path = join_path(folder, file);
         if (sidecars_.count(path) != 0) continue;
         batch_.warnings.push_back({"unused-sidecar",
                                    "'" + path +
@@ -642,14 +654,14 @@ class Expander {
     }
   }
 
-  void keep_only() {
+  void select_assets() {
     std::vector<std::string> names;
     for (const BatchAsset& asset : batch_.assets) names.push_back(asset.name);
     std::vector<bool> is_selected(names.size(), false);
-    for (const PathPattern& only : only_) {
+    for (const PathPattern& only : only_patterns_) {
       bool any_match = false;
       for (std::size_t i = 0; i < names.size(); ++i) {
-        if (!only.selects(names[i])) continue;
+        if (!only.selects_asset(names[i])) continue;
         any_match = is_selected[i] = true;
       }
       if (any_match) continue;
@@ -666,7 +678,7 @@ class Expander {
     batch_.assets = std::move(selected_assets);
   }
 
-  struct Primary {
+  struct InputPattern {
     PathPattern pattern;
     std::vector<PathPattern> skip;
     std::size_t rule;
@@ -677,8 +689,8 @@ class Expander {
   const JobFile& file_;
   const ExpandOptions& options_;
   FileLister lister_;
-  std::vector<PathPattern> only_;
-  std::vector<Primary> primaries_;
+  std::vector<PathPattern> only_patterns_;
+  std::vector<InputPattern> input_patterns_;
   std::set<std::string> sidecars_, sidecar_folders_;
   Batch batch_;
 };
@@ -695,26 +707,26 @@ std::string output_name(const Job& job) {
 }
 
 std::vector<std::string> known_outputs(const Job& job) {
-  std::vector<std::string> outputs = outputs_of(job);
+  std::vector<std::string> outputs = secondary_outputs(job);
   if (!asset_file(job).empty()) return outputs;
   if (!writes_low(job)) outputs.erase(outputs.begin());
   for (const std::string& map : all_map_names(resolve_job(job))) {
     outputs.push_back(
-        identity(fs::path(out_folder(job)) /
-                 (low_stem(job) + "_" + map + std::string(extension_of(job.image.format)))));
+        canonical_path(fs::path(out_folder(job)) /
+                       (low_stem(job) + "_" + map + std::string(extension_of(job.image.format)))));
   }
   return outputs;
 }
 
 double expected_seconds(const Job& job) {
-  // Cost model, measured on two CPU cores in 2026: fixed seconds per job, and rates per second of parsed bytes, baked
-  // map samples, and occlusion rays.
+  // Cost model, measured on two CPU cores in 2026: a fixed number of seconds per job, and numbers of parsed bytes,
+  // baked map samples and occlusion rays per second.
   constexpr double kJobSeconds = 0.05, kBytesPerSecond = 4e7, kSamplesPerSecond = 6e6,
                    kRaysPerSecond = 1e7;
   double bytes = 0;
-  for (const auto* const side : {&job.high, &job.low.given}) {
-    for (const JobInput& input : *side) {
-      if (const auto facts = os::facts_of(fs::path(input.name)))
+  for (const auto* const mesh_files : {&job.high, &job.low.given}) {
+    for (const JobInput& input : *mesh_files) {
+      if (const auto facts = os::query_file(fs::path(input.name)))
         bytes += static_cast<double>(facts->bytes);
     }
   }

@@ -24,24 +24,25 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kFormat =
-    "1";  // Version of keys, records and entries; a change invalidates all of them
-constexpr std::int64_t kCoarsest =
-    2000000000;  // Time resolution of the coarsest file system (FAT), in nanoseconds
-constexpr std::size_t kMaxLists = 64;         // Maximum number of dependency lists per key
-constexpr const char* kMissingFile = "none";  // Identity of a file that cannot be read
+constexpr const char* kFormatVersion =
+    // Version of the format of keys, records and entries. A new version invalidates all former ones.
+    "1";
+constexpr std::int64_t kCoarsestTimeResolution =
+    2000000000;  // Coarsest time resolution of file systems (FAT's), in nanoseconds
+constexpr std::size_t kMaxListsPerKey = 64;   // Maximum number of dependency lists per key
+constexpr const char* kMissingFile = "none";  // Stands for the hash of a file that cannot be read
 
 /// Size, times and inode number of a file; empty if there is no file.
 /// \param proves_unchanged  receives true if an equal state at a later time proves that the file has not changed
 std::string state_of(const fs::path& path, bool& proves_unchanged) {
-  const std::optional<os::FileFacts> facts = os::facts_of(path);
+  const std::optional<os::FileStatus> facts = os::query_file(path);
   if (!facts || !facts->is_regular) return {};
   const auto current_time = std::chrono::duration_cast<std::chrono::nanoseconds>(
                                 std::chrono::system_clock::now().time_since_epoch())
                                 .count();
-  // A file that has just changed, or whose time is in the future, may change again without a new time.
-  const std::int64_t last = std::max(facts->modified_ns, facts->changed_ns);
-  proves_unchanged = facts->changed_ns != 0 && current_time - last > kCoarsest;
+  // A file that has just changed, or whose time is in the future, may change again without its time changing.
+  const std::int64_t last_change = std::max(facts->modified_ns, facts->changed_ns);
+  proves_unchanged = facts->changed_ns != 0 && current_time - last_change > kCoarsestTimeResolution;
   return std::to_string(facts->bytes) + ":" + std::to_string(facts->modified_ns) + ":" +
          std::to_string(facts->changed_ns) + ":" + std::to_string(facts->id.device) + ":" +
          std::to_string(facts->id.file);
@@ -104,27 +105,27 @@ std::string BakeCache::identify(const fs::path& path) {
   return file_hash(path).value_or(kMissingFile);
 }
 
-/// All options of an asset, with paths relative to the folder.
-Json BakeCache::options_of(const BatchAsset& asset) const {
+/// All options of an asset, with paths relative to the job file's folder.
+Json BakeCache::portable_options(const BatchAsset& asset) const {
   const Json json = Json::parse(to_json(asset.job));
   Json options = Json::object();
-  const auto placed = [&](const OptionRow* row, const std::string& word) {
+  const auto relative_path = [&](const OptionRow* row, const std::string& word) {
     if (row == nullptr) return word;
-    return with_path(*row, word, [&](const std::string& path) { return relative(path); });
+    return replace_path(*row, word, [&](const std::string& path) { return relative(path); });
   };
   for (const std::string& key : json.keys()) {
-    // the report and the device class do not change the result
+    // These options do not change the result. The device's class is part of the key.
     if (key == "quiet" || key == "device") continue;
     const OptionRow* const row = find_option_row(key);
     const Json& value = json.at(key);
     if (value.is_array()) {
       Json list = Json::array();
       for (const Json& element : value.elements()) {
-        list.push_back(element.is_string() ? Json(placed(row, element.text())) : element);
+        list.push_back(element.is_string() ? Json(relative_path(row, element.text())) : element);
       }
       options[key] = list;
     } else {
-      options[key] = value.is_string() ? Json(placed(row, value.text())) : value;
+      options[key] = value.is_string() ? Json(relative_path(row, value.text())) : value;
     }
   }
   if (!asset.after.empty()) options["after"] = asset.after;
@@ -133,7 +134,8 @@ Json BakeCache::options_of(const BatchAsset& asset) const {
 
 std::string BakeCache::key_of(const Json& options) const {
   ContentHash hash;
-  for (const std::string& part : {std::string(kFormat), program_, device_class_, options.dump()}) {
+  for (const std::string& part :
+       {std::string(kFormatVersion), program_, device_class_, options.dump()}) {
     hash.add(std::string_view(part));
   }
   return hash.text();
@@ -185,29 +187,30 @@ std::optional<BakeCache::Record> BakeCache::load(const BatchAsset& asset) const 
     }
   }
   for (const Json& path : json.at("absent").elements())
-    record.absent.push_back(unescape_bytes(path.text()));
+    record.missing_files.push_back(unescape_bytes(path.text()));
   for (const Json& path : json.at("files").elements())
     record.files.push_back(unescape_bytes(path.text()));
   for (const Json& answer : json.at("answers").elements()) {
     if (!is_texts(answer, 3)) return std::nullopt;
-    record.answers[{unescape_bytes(answer[0].text()), unescape_bytes(answer[1].text())}] =
+    record.query_results[{unescape_bytes(answer[0].text()), unescape_bytes(answer[1].text())}] =
         unescape_bytes(answer[2].text());
   }
   return record;
 }
 
 void BakeCache::save(const BatchAsset& asset, const Record& record) const {
-  Json json = {
-      {"asset", asset.name},      {"key", record.key},           {"options", record.options},
-      {"entry", record.entry},    {"warnings", record.warnings}, {"inputs", Json::array()},
-      {"outputs", Json::array()}, {"absent", record.absent},     {"files", record.files},
-      {"answers", Json::array()}, {"missed", record.missed}};
+  Json json = {{"asset", asset.name},         {"key", record.key},
+               {"options", record.options},   {"entry", record.entry},
+               {"warnings", record.warnings}, {"inputs", Json::array()},
+               {"outputs", Json::array()},    {"absent", record.missing_files},
+               {"files", record.files},       {"answers", Json::array()},
+               {"missed", record.missed}};
   for (const auto& [path, file] : record.inputs)
     json["inputs"].push_back(Json::array({path, file.hash, file.state}));
   for (const auto& [path, file] : record.outputs)
     json["outputs"].push_back(Json::array({path, file.hash, file.state}));
-  for (const auto& [of, answer] : record.answers) {
-    json["answers"].push_back(Json::array({of.first, of.second, answer}));
+  for (const auto& [query, answer] : record.query_results) {
+    json["answers"].push_back(Json::array({query.first, query.second, answer}));
   }
   const std::string text = json.with_texts(escape_bytes).dump();
   const fs::path path = record_path(asset);
@@ -220,7 +223,7 @@ void BakeCache::save(const BatchAsset& asset, const Record& record) const {
   if (!out || !os::replace(written, path)) fs::remove(written, error);
 }
 
-std::string BakeCache::hash_now(const std::string& path) {
+std::string BakeCache::current_hash(const std::string& path) {
   bool proves_unchanged = false;
   const std::string state = state_of(path, proves_unchanged);
   if (state.empty()) return kMissingFile;
@@ -236,13 +239,14 @@ std::string BakeCache::hash_now(const std::string& path) {
   return hash;
 }
 
-bool BakeCache::is_same(const std::string& path, File& file, bool& renewed, bool output) {
+bool BakeCache::is_file_unchanged(const std::string& path, File& file, bool& renewed,
+                                  bool is_output) {
   bool proves_unchanged = false;
   const std::string name = absolute_path(path).string();
   const std::string state = state_of(name, proves_unchanged);
   if (state.empty()) return file.hash == kMissingFile;
   if (!file.state.empty() && file.state == state) return true;
-  if ((output ? identify(name) : hash_now(name)) != file.hash) return false;
+  if ((is_output ? identify(name) : current_hash(name)) != file.hash) return false;
   // The file has a new time but the same contents, so its state is renewed.
   const std::string new_state = proves_unchanged ? state : "";
   renewed = renewed || new_state != file.state;
@@ -250,57 +254,59 @@ bool BakeCache::is_same(const std::string& path, File& file, bool& renewed, bool
   return true;
 }
 
-std::string BakeCache::why_changed(Record& record, bool& renewed) {
+std::string BakeCache::describe_input_change(Record& record, bool& renewed) {
   for (auto& [path, file] : record.inputs) {
-    if (is_same(path, file, renewed, false)) continue;
+    if (is_file_unchanged(path, file, renewed, false)) continue;
     std::error_code error;
     return path + (fs::exists(absolute_path(path), error) ? " changed" : " is gone");
   }
-  for (const std::string& path : record.absent) {
+  for (const std::string& path : record.missing_files) {
     std::error_code error;
     if (fs::is_regular_file(absolute_path(path), error)) return path + " is new";
   }
-  for (const auto& [of, answer] : record.answers) {
-    if (current_answer(absolute_path(of.first), of.second) != answer) {
-      return of.first + " has other files (" + of.second + ")";
+  for (const auto& [query, answer] : record.query_results) {
+    if (current_answer(absolute_path(query.first), query.second) != answer) {
+      return query.first + " has other files (" + query.second + ")";
     }
   }
   return {};
 }
 
-std::string BakeCache::why_outputs_changed(Record& record, bool& renewed) {
+std::string BakeCache::describe_output_change(Record& record, bool& renewed) {
   for (auto& [path, file] : record.outputs) {
     std::error_code error;
     if (!fs::exists(absolute_path(path), error)) return path + " is gone";
-    if (!is_same(path, file, renewed, true)) return path + " changed after it was written";
+    if (!is_file_unchanged(path, file, renewed, true))
+      return path + " changed after it was written";
   }
   return {};
 }
 
-std::string BakeCache::list_text(const Record& record) {
+std::string BakeCache::dependency_list_text(const Record& record) {
   Json json = Json::array();
   std::map<std::string, std::string> files;
   for (const auto& [path, file] : record.inputs) files[path] = file.hash;
   json.push_back(pairs_json(files));
-  json.push_back(record.absent);
-  for (const auto& [of, answer] : record.answers)
-    json.push_back(Json::array({of.first, of.second, answer}));
+  json.push_back(record.missing_files);
+  for (const auto& [query, answer] : record.query_results)
+    json.push_back(Json::array({query.first, query.second, answer}));
   return json.with_texts(escape_bytes).dump();
 }
 
 namespace {
 
 /// Names the options that differ between two jobs.
-std::string changed_options(const Json& before, const Json& now) {
+std::string changed_options(const Json& former, const Json& now) {
   std::string list;
   const auto add = [&](const std::string& text) { list += (list.empty() ? "" : ", ") + text; };
   for (const std::string& key : now.keys()) {
-    const Json& was = before.at(key);
-    if (was.dump() == now.at(key).dump()) continue;
-    add(was.is_null() ? key + " is new"
-                      : key + " changed from " + written(was) + " to " + written(now.at(key)));
+    const Json& former_value = former.at(key);
+    if (former_value.dump() == now.at(key).dump()) continue;
+    add(former_value.is_null()
+            ? key + " is new"
+            : key + " changed from " + written(former_value) + " to " + written(now.at(key)));
   }
-  for (const std::string& key : before.keys()) {
+  for (const std::string& key : former.keys()) {
     if (now.at(key).is_null()) add(key + " is gone");
   }
   return list.empty() ? "Kiln or the device changed" : list;
@@ -322,16 +328,16 @@ bool BakeCache::find_entry(const std::string& key, CacheDecision& decision) {
       if (is_valid) record.inputs[unescape_bytes(file[0].text())] = {file[1].text(), ""};
     }
     for (const Json& path : list.at("absent").elements())
-      record.absent.push_back(unescape_bytes(path.text()));
+      record.missing_files.push_back(unescape_bytes(path.text()));
     for (const Json& answer : list.at("answers").elements()) {
       is_valid = is_valid && is_texts(answer, 3);
       if (is_valid) {
-        record.answers[{unescape_bytes(answer[0].text()), unescape_bytes(answer[1].text())}] =
+        record.query_results[{unescape_bytes(answer[0].text()), unescape_bytes(answer[1].text())}] =
             unescape_bytes(answer[2].text());
       }
     }
     bool renewed = false;
-    if (!is_valid || !why_changed(record, renewed).empty()) continue;
+    if (!is_valid || !describe_input_change(record, renewed).empty()) continue;
     decision.entry = list.at("entry").text();
     decision.kind = CacheDecision::Kind::restored;
     return true;
@@ -345,7 +351,7 @@ CacheDecision BakeCache::decide(const BatchAsset& asset) {
     decision.reason = "a user-defined map includes files, whose changes cannot be tracked";
     return decision;
   }
-  const Json options = options_of(asset);
+  const Json options = portable_options(asset);
   const std::string key = key_of(options);
   std::optional<Record> record = load(asset);
   bool renewed = false;
@@ -354,9 +360,9 @@ CacheDecision BakeCache::decide(const BatchAsset& asset) {
   } else if (record->key != key) {
     decision.reason = changed_options(record->options, options);
   } else {
-    decision.reason = why_changed(*record, renewed);
+    decision.reason = describe_input_change(*record, renewed);
     if (decision.reason.empty()) {
-      decision.reason = why_outputs_changed(*record, renewed);
+      decision.reason = describe_output_change(*record, renewed);
       if (decision.reason.empty()) {
         decision.kind = CacheDecision::Kind::unchanged;
         decision.warnings = record->warnings;
@@ -372,13 +378,13 @@ CacheDecision BakeCache::decide(const BatchAsset& asset) {
   return decision;
 }
 
-std::string BakeCache::keep(const BatchAsset& asset, const InputLog::Inputs& inputs,
-                            const std::vector<HeldOutput>& outputs,
-                            const std::vector<std::string>& files, const Json& warnings,
-                            double missed) {
+std::string BakeCache::store_result(const BatchAsset& asset, const InputLog::Inputs& inputs,
+                                    const std::vector<HeldOutput>& outputs,
+                                    const std::vector<std::string>& files, const Json& warnings,
+                                    double missed) {
   if (includes_files(asset.job)) return {};
   Record record;
-  record.options = options_of(asset);
+  record.options = portable_options(asset);
   record.key = key_of(record.options);
   record.warnings = warnings;
   record.missed = missed;
@@ -396,45 +402,45 @@ std::string BakeCache::keep(const BatchAsset& asset, const InputLog::Inputs& inp
     std::error_code error;
     if (written.count(relative(path)) != 0 || record.inputs.count(relative(path)) != 0) continue;
     if (fs::is_regular_file(path, error)) return relative(path) + " appeared while it was baked";
-    record.absent.push_back(relative(path));
+    record.missing_files.push_back(relative(path));
   }
-  for (const auto& [of, answer] : inputs.answers) {
-    if (current_answer(of.first, of.second) != answer)
-      return of.first + " changed while it was baked";
-    record.answers[{relative(of.first), of.second}] = answer;
+  for (const auto& [query, answer] : inputs.answers) {
+    if (current_answer(query.first, query.second) != answer)
+      return query.first + " changed while it was baked";
+    record.query_results[{relative(query.first), query.second}] = answer;
   }
   // An entry is a JSON header, followed by the bytes of all files.
-  Json head = {{"files", Json::array()},
-               {"outputs", record.files},
-               {"warnings", warnings},
-               {"missed", missed}};
+  Json header = {{"files", Json::array()},
+                 {"outputs", record.files},
+                 {"warnings", warnings},
+                 {"missed", missed}};
   std::string bytes;
   for (const auto& [path, from] : written) {
     std::ifstream in(from, std::ios::binary);
     const std::string content(std::istreambuf_iterator<char>(in), {});
     if (!in) return path + " could not be read again";
-    head["files"].push_back({{"path", path}, {"bytes", content.size()}});
+    header["files"].push_back({{"path", path}, {"bytes", content.size()}});
     record.outputs[path] = {content_hash(content), ""};
     if (store_ != nullptr) bytes += content;
   }
-  record.entry = content_hash(record.key + list_text(record));
+  record.entry = content_hash(record.key + dependency_list_text(record));
   if (store_ != nullptr) {
-    const std::string text = head.with_texts(escape_bytes).dump();
+    const std::string text = header.with_texts(escape_bytes).dump();
     if (store_->put("entries/" + record.entry, std::to_string(text.size()) + "\n" + text + bytes)) {
       Json lists = Json::array();
       Json list = {{"entry", record.entry},
                    {"inputs", Json::array()},
-                   {"absent", record.absent},
+                   {"absent", record.missing_files},
                    {"answers", Json::array()}};
       for (const auto& [path, file] : record.inputs)
         list["inputs"].push_back(Json::array({path, file.hash}));
-      for (const auto& [of, answer] : record.answers)
-        list["answers"].push_back(Json::array({of.first, of.second, answer}));
+      for (const auto& [query, answer] : record.query_results)
+        list["answers"].push_back(Json::array({query.first, query.second, answer}));
       lists.push_back(list.with_texts(escape_bytes));
       if (const auto former_lists = store_->get("lists/" + record.key)) {
         const Json other_lists = Json::parse(*former_lists);
         for (const Json& other : other_lists.elements()) {
-          if (lists.size() < kMaxLists && other.at("entry").text() != record.entry)
+          if (lists.size() < kMaxListsPerKey && other.at("entry").text() != record.entry)
             lists.push_back(other);
         }
       }
@@ -442,26 +448,26 @@ std::string BakeCache::keep(const BatchAsset& asset, const InputLog::Inputs& inp
     }
   }
   const std::lock_guard lock(mutex_);
-  kept_[asset.name] = std::move(record);
+  pending_records_[asset.name] = std::move(record);
   return {};
 }
 
-void BakeCache::note_outputs(const BatchAsset& asset, bool read) {
+void BakeCache::record_outputs(const BatchAsset& asset, bool rehash) {
   Record record;
   {
     const std::lock_guard lock(mutex_);
-    const auto kept_record = kept_.find(asset.name);
-    if (kept_record == kept_.end()) {
-      // the state of the current outputs is unknown, so the record is removed
+    const auto kept_record = pending_records_.find(asset.name);
+    if (kept_record == pending_records_.end()) {
+      // The state of the current outputs is unknown, so the former record is removed.
       std::error_code error;
       fs::remove(record_path(asset), error);
       return;
     }
     record = std::move(kept_record->second);
-    kept_.erase(kept_record);
+    pending_records_.erase(kept_record);
   }
   for (auto& [path, file] : record.outputs) {
-    if (read) file.hash = identify(absolute_path(path));
+    if (rehash) file.hash = identify(absolute_path(path));
   }
   save(asset, record);
 }
@@ -474,34 +480,34 @@ bool BakeCache::restore(const BatchAsset& asset, CacheDecision& decision) {
   double number = 0;
   if (line == std::string::npos || !read_number(std::string_view(*entry).substr(0, line), number))
     return false;
-  // A conversion of what is negative, infinite or NaN is undefined.
-  const auto within = [&](double bytes, std::size_t first) {
+  // Converting a negative, infinite or NaN number to an integer is undefined behaviour.
+  const auto fits_in_entry = [&](double bytes, std::size_t first) {
     return bytes >= 0 && bytes <= static_cast<double>(entry->size() - first);
   };
-  if (!within(number, line + 1)) return false;
+  if (!fits_in_entry(number, line + 1)) return false;
   size = static_cast<std::size_t>(number);
-  const Json head = Json::parse(std::string_view(*entry).substr(line + 1, size));
-  if (!head.is_object()) return false;
+  const Json header = Json::parse(std::string_view(*entry).substr(line + 1, size));
+  if (!header.is_object()) return false;
   const fs::path out = os::absolute_normal(out_folder(asset.job));
-  const auto is_ours = [&](const fs::path& file) {
+  const auto is_own_output = [&](const fs::path& file) {
     const fs::path folder = file.parent_path();
     if (folder == out || folder / "" == out) return true;
-    for (const std::string* const one :
+    for (const std::string* const output :
          {&asset.job.json, &asset.job.save_match, &asset.job.save_cage, &asset.job.save_source}) {
-      if (!one->empty() && folder == os::absolute_normal(*one).parent_path()) return true;
+      if (!output->empty() && folder == os::absolute_normal(*output).parent_path()) return true;
     }
     return false;
   };
   std::size_t file_offset = line + 1 + size;
   std::vector<std::pair<fs::path, std::string_view>> files;
   Record record;
-  for (const Json& file : head.at("files").elements()) {
+  for (const Json& file : header.at("files").elements()) {
     const std::string path = unescape_bytes(file.at("path").text());
-    if (!within(file.at("bytes").number(), file_offset)) return false;
+    if (!fits_in_entry(file.at("bytes").number(), file_offset)) return false;
     const auto bytes = static_cast<std::size_t>(file.at("bytes").number());
     const fs::path name = os::normal(absolute_path(path));
-    // A shared cache is untrusted: only the asset's own outputs may be written from it.
-    if (!is_ours(name)) return false;
+    // A shared cache is not trusted: its entries may only write files in the asset's output folders.
+    if (!is_own_output(name)) return false;
     files.emplace_back(name, std::string_view(*entry).substr(file_offset, bytes));
     record.outputs[path] = {content_hash(files.back().second), ""};
     file_offset += bytes;
@@ -518,14 +524,14 @@ bool BakeCache::restore(const BatchAsset& asset, CacheDecision& decision) {
     file.write(bytes);
     file.commit();
   }
-  decision.warnings = head.at("warnings");
-  decision.missed = head.at("missed").number();
-  for (const Json& path : head.at("outputs").elements()) {
+  decision.warnings = header.at("warnings");
+  decision.missed = header.at("missed").number();
+  for (const Json& path : header.at("outputs").elements()) {
     record.files.push_back(unescape_bytes(path.text()));
     decision.files.push_back(given_path(record.files.back()).string());
   }
   // The new record gets the list of dependencies that led to the entry.
-  record.options = options_of(asset);
+  record.options = portable_options(asset);
   record.key = key_of(record.options);
   record.entry = decision.entry;
   record.warnings = decision.warnings;
@@ -539,13 +545,13 @@ bool BakeCache::restore(const BatchAsset& asset, CacheDecision& decision) {
       record.inputs[unescape_bytes(file[0].text())] = {file[1].text(), ""};
     }
     for (const Json& path : list.at("absent").elements())
-      record.absent.push_back(unescape_bytes(path.text()));
+      record.missing_files.push_back(unescape_bytes(path.text()));
     for (const Json& answer : list.at("answers").elements()) {
-      record.answers[{unescape_bytes(answer[0].text()), unescape_bytes(answer[1].text())}] =
+      record.query_results[{unescape_bytes(answer[0].text()), unescape_bytes(answer[1].text())}] =
           unescape_bytes(answer[2].text());
     }
     const std::lock_guard lock(mutex_);
-    kept_[asset.name] = std::move(record);
+    pending_records_[asset.name] = std::move(record);
     break;
   }
   return true;
@@ -556,7 +562,7 @@ std::string BakeCache::derived_data_key(const BatchAsset& asset,
                                         std::string_view what) const {
   ContentHash hash;
   hash.add(what);
-  hash.add(std::string_view(key_of(options_of(asset))));
+  hash.add(std::string_view(key_of(portable_options(asset))));
   std::vector<std::string> inputs = high_files(asset.job);
   const std::vector<std::string> low = low_files(asset.job);
   inputs.insert(inputs.end(), low.begin(), low.end());

@@ -35,11 +35,11 @@ struct CacheDecision {
 
 /// Records of each asset's dependencies, and a store of results.
 ///
-/// A result is found by two keys, as in the direct mode of ccache. The first key is a hash of the options, this
-/// program and the device class. It leads to lists of dependencies, one for each bake with these options: files with
-/// hashes, missing files that were searched for, and answers to questions about folders. If all dependencies of a
-/// list are unchanged, its second key, the hash of the first key and the list, names the entry. A record stores the
-/// same for an asset's last bake, together with the state of its outputs.
+/// A result is found by two keys, as in the direct mode of ccache. The first key is a hash of the options, this program
+/// and the device class. It leads to lists of dependencies, one for each bake with these options: files with hashes,
+/// missing files that were searched for, and the results of queries about folders (such as which UDIM tiles a folder
+/// contains). If all dependencies of a list are unchanged, its second key, the hash of the first key and the list,
+/// names the entry. A record stores the same for an asset's last bake, together with the state of its outputs.
 ///
 /// A file whose size, times and inode number equal the recorded ones is not read again, unless it changed within the
 /// two seconds before the record was written, because file systems have coarse clocks. Thread-safe.
@@ -55,23 +55,23 @@ class BakeCache {
   /// Sets the device class, which is part of keys: devices of one class give the same bytes.
   void set_device(const DeviceInfo& info);
 
-  /// Decides whether an asset must be baked. Only writes records whose files were hashed again.
+  /// Decides whether an asset must be baked. Rewrites an asset's record only if a file was hashed again.
   CacheDecision decide(const BatchAsset& asset);
-  /// Writes the outputs of an entry to the open OutputSet. \returns false if the entry is missing or damaged
+  /// Writes the outputs of a cache entry to the open OutputSet. \returns false if the entry is missing or damaged
   bool restore(const BatchAsset& asset, CacheDecision& decision);
   /// Identifies a file's contents by their hash, for InputLog.
   static std::string identify(const std::filesystem::path& path);
 
   /// Stores a result before its outputs are placed, from their temporary files.
-  /// \param report  JSON of the bake
   /// \returns the name of an input that changed during the bake, in which case nothing is stored; otherwise an empty
   ///          text
-  std::string keep(const BatchAsset& asset, const InputLog::Inputs& inputs,
-                   const std::vector<HeldOutput>& outputs, const std::vector<std::string>& files,
-                   const Json& warnings, double missed);
+  std::string store_result(const BatchAsset& asset, const InputLog::Inputs& inputs,
+                           const std::vector<HeldOutput>& outputs,
+                           const std::vector<std::string>& files, const Json& warnings,
+                           double missed);
   /// Records the state of an asset's outputs after they were placed.
-  /// \param read  true to hash the outputs again, since a hook may have changed them
-  void note_outputs(const BatchAsset& asset, bool read);
+  /// \param rehash  true to hash the outputs again, since a hook may have changed them
+  void record_outputs(const BatchAsset& asset, bool rehash);
 
   /// Key for data that is derived from an asset's inputs and outputs, such as its pictures: a hash of the options,
   /// this program, the contents of the meshes and of `files`, and the kind `what` of the data.
@@ -94,8 +94,8 @@ class BakeCache {
     std::string key;
     Json options;
     std::map<std::string, File> inputs, outputs;
-    std::vector<std::string> absent;
-    std::map<std::pair<std::string, std::string>, std::string> answers;
+    std::vector<std::string> missing_files;
+    std::map<std::pair<std::string, std::string>, std::string> query_results;
     std::string entry;
     std::vector<std::string> files;
     Json warnings = Json::array();
@@ -104,20 +104,21 @@ class BakeCache {
 
   std::string relative(const std::filesystem::path& path) const;
   std::filesystem::path absolute_path(const std::string& path) const;
-  /// A path of a record, as a bake states it: below the job file's folder as that was given.
+  /// Converts a record's path to the form that bakes report: the job file's folder as the user wrote it, followed by
+  /// the relative path.
   std::filesystem::path given_path(const std::string& path) const;
-  Json options_of(const BatchAsset& asset) const;
+  Json portable_options(const BatchAsset& asset) const;
   std::string key_of(const Json& options) const;
   std::filesystem::path record_path(const BatchAsset& asset) const;
   std::optional<Record> load(const BatchAsset& asset) const;
   void save(const BatchAsset& asset, const Record& record) const;
-  /// The first input that differs from a record; empty if all are equal.
+  /// Describes the first input that differs from a record; empty if all are equal.
   /// \param renewed  receives true if a file was hashed again
-  std::string why_changed(Record& record, bool& renewed);
-  std::string why_outputs_changed(Record& record, bool& renewed);
-  bool is_same(const std::string& path, File& file, bool& renewed, bool output);
-  std::string hash_now(const std::string& path);
-  static std::string list_text(const Record& record);
+  std::string describe_input_change(Record& record, bool& renewed);
+  std::string describe_output_change(Record& record, bool& renewed);
+  bool is_file_unchanged(const std::string& path, File& file, bool& renewed, bool is_output);
+  std::string current_hash(const std::string& path);
+  static std::string dependency_list_text(const Record& record);
   bool find_entry(const std::string& key, CacheDecision& decision);
 
   std::filesystem::path given_folder_, folder_, records_;
@@ -125,8 +126,11 @@ class BakeCache {
   std::string program_, device_class_;
   std::mutex mutex_;
   std::map<std::string, std::pair<std::string, std::string>>
-      hashes_;                          ///< States and hashes of files by path, valid for this run
-  std::map<std::string, Record> kept_;  ///< Records of results whose outputs are not placed yet
+      /// States and hashes of files by path; used during this run only
+      hashes_;
+  std::map<std::string, Record>
+      /// Records of results whose outputs have not been moved to their destinations yet
+      pending_records_;
 };
 
 }  // namespace kiln

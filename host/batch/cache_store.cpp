@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kSealBytes = 32;
+constexpr std::size_t kTrailingHashBytes = 32;
 constexpr std::chrono::hours kMinLeftoverAge(
     24);  // Age after which a temporary file counts as abandoned by its writer
 
@@ -24,9 +24,9 @@ constexpr std::chrono::hours kMinLeftoverAge(
 
 std::optional<std::string> CacheStore::get(const std::string& name) {
   std::optional<std::string> bytes = load(name);
-  if (!bytes || bytes->size() < kSealBytes) return std::nullopt;
+  if (!bytes || bytes->size() < kTrailingHashBytes) return std::nullopt;
   const std::string_view stored_bytes = *bytes;
-  const std::string_view content = stored_bytes.substr(0, stored_bytes.size() - kSealBytes);
+  const std::string_view content = stored_bytes.substr(0, stored_bytes.size() - kTrailingHashBytes);
   // The hash includes the name, so an entry that was moved to another name is invalid.
   if (content_hash(name + "\n" + content_hash(content)) != stored_bytes.substr(content.size()))
     return std::nullopt;
@@ -60,7 +60,7 @@ bool FolderStore::store(const std::string& name, std::string_view bytes) {
   const fs::path path = folder_ / name;
   std::error_code error;
   fs::create_directories(path.parent_path(), error);
-  const fs::path written = path.string() + ".tmp-" + os::process_mark() + "-" +
+  const fs::path written = path.string() + ".tmp-" + os::process_namespace_id() + "-" +
                            std::to_string(os::process_id()) + "-" + std::to_string(number++);
   std::ofstream out(written, std::ios::binary | std::ios::trunc);
   out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));

@@ -24,13 +24,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string bytes_of(const fs::path& path) {
+std::string read_bytes(const fs::path& path) {
   std::ifstream in(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// The map whose name ends the stem of a file; of several, the one with the longest name. Null if there is none.
-const MapInfo* map_of(const fs::path& file) {
+/// The map with whose name the stem of a file ends; if there are several, the one with the longest name. Null if there
+/// is none.
+const MapInfo* find_map_by_stem(const fs::path& file) {
   const std::string stem = file.stem().string();
   const MapInfo* found = nullptr;
   for (const MapInfo& map : maps()) {
@@ -46,60 +47,64 @@ const MapInfo* map_of(const fs::path& file) {
 }
 
 /// The limit for a map; if it has none, the limit for all maps. Null if there is none either.
-const CheckLimit* limit_of(const CheckRules& rules, const std::string& map,
-                           const std::string& measure) {
-  const CheckLimit* general = nullptr;
+const CheckLimit* find_limit(const CheckRules& rules, const std::string& map,
+                             const std::string& measure) {
+  const CheckLimit* limit_for_all_maps = nullptr;
   for (const CheckLimit& limit : rules.limits) {
     if (limit.measure != measure) continue;
     if (!limit.map.empty() && limit.map == map) return &limit;
-    if (limit.map.empty()) general = &limit;
+    if (limit.map.empty()) limit_for_all_maps = &limit;
   }
-  return general;
+  return limit_for_all_maps;
 }
 
 /// Compares an output with its golden map. \returns the difference as a sentence; empty if it is within the limits
 std::string compare_with_golden(const CheckRules& rules, const fs::path& output,
                                 const fs::path& golden, const Image* mask) {
-  if (bytes_of(output) == bytes_of(golden)) return {};
+  if (read_bytes(output) == read_bytes(golden)) return {};
   if (!is_map_file(output)) return "its bytes differ from '" + golden.string() + "'";
-  const Image ours = load_image(output), theirs = load_image(golden);
-  if (ours.width != theirs.width || ours.height != theirs.height ||
-      ours.channels != theirs.channels) {
-    return formatted("it has %u x %u texels of %u channels, '", ours.width, ours.height,
-                     ours.channels) +
+  const Image output_image = load_image(output), golden_image = load_image(golden);
+  if (output_image.width != golden_image.width || output_image.height != golden_image.height ||
+      output_image.channels != golden_image.channels) {
+    return formatted("it has %u x %u texels of %u channels, '", output_image.width,
+                     output_image.height, output_image.channels) +
            golden.string() +
            formatted("' %u x %u of %u: restore the size, or accept the new one by --accept",
-                     theirs.width, theirs.height, theirs.channels);
+                     golden_image.width, golden_image.height, golden_image.channels);
   }
-  const MapInfo* const info = map_of(output);
-  const bool angles = info != nullptr && info->type == MapType::unit_vector && ours.channels >= 3;
+  const MapInfo* const info = find_map_by_stem(output);
+  const bool compares_angles =
+      info != nullptr && info->type == MapType::unit_vector && output_image.channels >= 3;
   const std::string map = info == nullptr ? "" : std::string(info->kind.name);
-  const Image* const counted =
-      mask != nullptr && mask->width == ours.width && mask->height == ours.height ? mask : nullptr;
-  const Image differences = image_differences(ours, theirs, counted, !angles);
-  const CheckLimit* const max = limit_of(rules, map, "max");
-  const CheckLimit* const mean = limit_of(rules, map, "mean");
-  const CheckLimit* const outliers = limit_of(rules, map, "outliers");
-  // Without limits, all texels must be equal. If the mean has a limit and the maximum has none, single texels are
-  // unlimited, also where `outliers` has a limit for maps with a maximum.
+  const Image* const compared_texels =
+      mask != nullptr && mask->width == output_image.width && mask->height == output_image.height
+          ? mask
+          : nullptr;
+  const Image differences =
+      image_differences(output_image, golden_image, compared_texels, !compares_angles);
+  const CheckLimit* const max = find_limit(rules, map, "max");
+  const CheckLimit* const mean = find_limit(rules, map, "mean");
+  const CheckLimit* const outliers = find_limit(rules, map, "outliers");
+  // Without limits, all texels must be equal. If the mean has a limit and the maximum has none, single texels may
+  // differ by any amount, and `outliers` has no effect.
   const double max_difference = max != nullptr ? max->value : mean != nullptr ? HUGE_VAL : 0;
-  double sum = 0, greatest = 0;
+  double sum = 0, max_found = 0;
   std::uint64_t count = 0, beyond_count = 0;
   for (const float value : differences.pixels) {
     if (value < 0) continue;
     ++count;
     sum += double{value};
-    greatest = std::max(greatest, double{value});
+    max_found = std::max(max_found, double{value});
     // Differences have single precision, so limits in decimal digits need a tolerance.
     beyond_count += double{value} > max_difference * (1 + 1e-6) ? 1 : 0;
   }
   if (count == 0) return {};
-  const char* const unit = angles ? " degrees" : "";
+  const char* const unit = compares_angles ? " degrees" : "";
   const double share = static_cast<double>(beyond_count) / static_cast<double>(count);
   if (share > (outliers != nullptr ? outliers->value : 0)) {
     return formatted("%.4g%% of its texels differ from '", 100 * share) + golden.string() +
            formatted("' by more than %.4g%s, at most by %.4g (allowed: %.4g%%)", max_difference,
-                     unit, greatest, 100 * (outliers != nullptr ? outliers->value : 0));
+                     unit, max_found, 100 * (outliers != nullptr ? outliers->value : 0));
   }
   const double average = sum / static_cast<double>(count);
   if (mean != nullptr && average > mean->value) {
@@ -111,7 +116,7 @@ std::string compare_with_golden(const CheckRules& rules, const fs::path& output,
 
 /// Stem of the `mask` file that belongs to a map's file; empty if the file is not a map.
 std::string mask_stem(const fs::path& file) {
-  const MapInfo* const info = map_of(file);
+  const MapInfo* const info = find_map_by_stem(file);
   if (info == nullptr) return {};
   std::string name = file.stem().string();
   name.replace(name.rfind("_" + std::string(info->kind.name)) + 1, info->kind.name.size(), "mask");
@@ -119,12 +124,12 @@ std::string mask_stem(const fs::path& file) {
 }
 
 bool is_mask(const fs::path& file) {
-  const MapInfo* const info = map_of(file);
+  const MapInfo* const info = find_map_by_stem(file);
   return info != nullptr && info->type == MapType::coverage && info->kind.name == "mask";
 }
 
 /// The mask that was baked with an output; nullopt if there is none.
-std::optional<Image> mask_of(const AssetResult& result, const fs::path& output) {
+std::optional<Image> load_mask_of(const AssetResult& result, const fs::path& output) {
   const std::string name = mask_stem(output);
   for (const std::string& file : result.files) {
     if (!name.empty() && is_mask(file) && fs::path(file).stem().string() == name)
@@ -145,7 +150,7 @@ bool is_map_file(const fs::path& path) {
   return std::find(kEndings.begin(), kEndings.end(), ending) != kEndings.end();
 }
 
-fs::path golden_of(const JobFile& file, const std::string& output) {
+fs::path golden_path(const JobFile& file, const std::string& output) {
   const fs::path relative_path =
       absolute_path(output).lexically_relative(absolute_path(file.folder / "x").parent_path());
   return file.folder / file.check.golden / relative_path;
@@ -153,21 +158,22 @@ fs::path golden_of(const JobFile& file, const std::string& output) {
 
 std::vector<std::string> check_asset(const JobFile& file, const AssetResult& result) {
   std::vector<std::string> problems;
-  if (const CheckLimit* const missed = limit_of(file.check, "", "missed");
+  if (const CheckLimit* const missed = find_limit(file.check, "", "missed");
       missed != nullptr && result.missed > missed->value) {
     problems.push_back(formatted("%.4g%% of the samples were missed (allowed: %.4g%%)",
                                  100 * result.missed, 100 * missed->value));
   }
   if (file.check.golden.empty()) return problems;
   for (const std::string& output : result.files) {
-    const fs::path golden = golden_of(file, output);
+    const fs::path golden = golden_path(file, output);
     std::error_code error;
     if (!fs::exists(golden, error)) {
       problems.push_back("'" + output + "': there is no '" + golden.string() +
                          "': inspect the map, and accept it by --accept '" + result.name + "'");
       continue;
     }
-    const std::optional<Image> mask = is_map_file(output) ? mask_of(result, output) : std::nullopt;
+    const std::optional<Image> mask =
+        is_map_file(output) ? load_mask_of(result, output) : std::nullopt;
     const std::string problem =
         compare_with_golden(file.check, output, golden, mask ? &*mask : nullptr);
     if (!problem.empty()) problems.push_back("'" + output + "': " + problem);
@@ -178,10 +184,10 @@ std::vector<std::string> check_asset(const JobFile& file, const AssetResult& res
 std::vector<std::string> accept_asset(const JobFile& file, const AssetResult& result) {
   std::vector<std::string> changed;
   for (const std::string& output : result.files) {
-    const fs::path golden = golden_of(file, output);
-    const std::string bytes = bytes_of(output);
+    const fs::path golden = golden_path(file, output);
+    const std::string bytes = read_bytes(output);
     std::error_code error;
-    if (fs::exists(golden, error) && bytes_of(golden) == bytes) continue;
+    if (fs::exists(golden, error) && read_bytes(golden) == bytes) continue;
     prepare_output_folder(golden.parent_path());
     AtomicFile out(golden);
     out.write(bytes);
@@ -196,12 +202,12 @@ std::vector<std::string> golden_without_outputs(const JobFile& file,
   std::set<fs::path> expected, folders;
   for (const AssetResult& result : results) {
     for (const std::string& output : result.files) {
-      const fs::path golden = absolute_path(golden_of(file, output));
+      const fs::path golden = absolute_path(golden_path(file, output));
       expected.insert(golden);
       folders.insert(golden.parent_path());
     }
   }
-  std::vector<std::string> missing;
+  std::vector<std::string> stale_files;
   for (const fs::path& folder : folders) {
     std::error_code error;
     for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
@@ -210,18 +216,18 @@ std::vector<std::string> golden_without_outputs(const JobFile& file,
       const bool hidden = path.filename().string().starts_with('.');
       std::error_code ignored_error;
       if (!hidden && entry->is_regular_file(ignored_error) && expected.count(path) == 0)
-        missing.push_back(path.string());
+        stale_files.push_back(path.string());
     }
   }
-  return missing;
+  return stale_files;
 }
 
 bool holds_directions(const fs::path& map) {
-  const MapInfo* const info = map_of(map);
+  const MapInfo* const info = find_map_by_stem(map);
   return info != nullptr && info->type == MapType::unit_vector;
 }
 
-fs::path mask_beside(const fs::path& map) {
+fs::path find_mask_beside(const fs::path& map) {
   const std::string name = mask_stem(map);
   std::error_code error;
   const fs::path file = map.parent_path() / (name + map.extension().string());
@@ -242,45 +248,46 @@ std::string pixel_hash(const Image& image) {
   return hash.text();
 }
 
-std::string hashes_text(const std::map<std::string, std::string>& hashes) {
+std::string format_hashes(const std::map<std::string, std::string>& hashes) {
   std::string text;
   for (const auto& [path, hash] : hashes) text += hash + "  " + escape_bytes(path) + "\n";
   return text;
 }
 
 std::map<std::string, std::string> parse_hashes(const std::string& text, const std::string& file) {
-  constexpr std::size_t kHash = 32;
+  constexpr std::size_t kHashDigits = 32;
   std::map<std::string, std::string> hashes;
   std::istringstream in(text);
   std::size_t number = 0;
   for (std::string line; std::getline(in, line);) {
     ++number;
     if (line.empty()) continue;
-    const bool is_valid = line.size() > kHash + 2 && line.substr(kHash, 2) == "  " &&
-                          line.find_first_not_of("0123456789abcdef") == kHash;
+    const bool is_valid = line.size() > kHashDigits + 2 && line.substr(kHashDigits, 2) == "  " &&
+                          line.find_first_not_of("0123456789abcdef") == kHashDigits;
     if (!is_valid) {
       throw Error(ErrorCode::input, "'" + file + "':" + std::to_string(number) +
                                         ": this is not a line of --hashes: create the file again.");
     }
-    hashes[unescape_bytes(line.substr(kHash + 2))] = line.substr(0, kHash);
+    hashes[unescape_bytes(line.substr(kHashDigits + 2))] = line.substr(0, kHashDigits);
   }
   return hashes;
 }
 
-std::vector<std::string> compare_hashes(const std::map<std::string, std::string>& wanted,
-                                        const std::map<std::string, std::string>& found) {
+std::vector<std::string> compare_hashes(const std::map<std::string, std::string>& expected_hashes,
+                                        const std::map<std::string, std::string>& actual_hashes) {
   std::vector<std::string> differences;
-  for (const auto& [path, hash] : wanted) {
-    const auto ours = found.find(path);
-    if (ours == found.end()) {
+  for (const auto& [path, hash] : expected_hashes) {
+    const auto output_hash = actual_hashes.find(path);
+    if (output_hash == actual_hashes.end()) {
       differences.push_back("'" + path + "' was not written");
-    } else if (ours->second != hash) {
-      differences.push_back("'" + path + "' has different pixels: " + ours->second + ", not " +
-                            hash);
+    } else if (output_hash->second != hash) {
+      differences.push_back("'" + path + "' has different pixels: " + output_hash->second +
+                            ", not " + hash);
     }
   }
-  for (const auto& [path, hash] : found) {
-    if (wanted.count(path) == 0) differences.push_back("'" + path + "' is not in the list");
+  for (const auto& [path, hash] : actual_hashes) {
+    if (expected_hashes.count(path) == 0)
+      differences.push_back("'" + path + "' is not in the list");
   }
   return differences;
 }
@@ -313,16 +320,17 @@ std::string xml_text(const std::string& text) {
 
 }  // namespace
 
-std::string junit_text(const std::string& name, const Json& assets) {
+std::string format_junit(const std::string& name, const Json& assets) {
   std::size_t failures = 0;
   double seconds = 0;
   std::string cases;
   for (const Json& asset : assets.elements()) {
     const Json& error = asset.at("error");
-    const double took = asset.at("seconds").number();
-    seconds += took;
+    const double asset_seconds = asset.at("seconds").number();
+    seconds += asset_seconds;
     cases += "  <testcase classname=\"" + xml_text(name) + "\" name=\"" +
-             xml_text(escape_bytes(asset.at("asset").text())) + formatted("\" time=\"%.3f\"", took);
+             xml_text(escape_bytes(asset.at("asset").text())) +
+             formatted("\" time=\"%.3f\"", asset_seconds);
     if (error.is_null() && asset.at("state").text() != "not run" &&
         asset.at("state").text() != "cancelled") {
       cases += "/>\n";
@@ -342,7 +350,7 @@ std::string junit_text(const std::string& name, const Json& assets) {
          cases + "</testsuite>\n";
 }
 
-std::vector<std::size_t> shards_of(const std::vector<BatchAsset>& assets, std::size_t count) {
+std::vector<std::size_t> assign_shards(const std::vector<BatchAsset>& assets, std::size_t count) {
   // Greedy distribution: in order of decreasing expected time (ties: by name), each asset is added to the shard with
   // the smallest total so far.
   std::vector<std::size_t> order(assets.size()), shards(assets.size());

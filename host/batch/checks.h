@@ -15,11 +15,11 @@ namespace kiln {
 /// \returns one sentence per problem
 std::vector<std::string> check_asset(const JobFile& file, const AssetResult& result);
 /// The path of an output's golden file.
-std::filesystem::path golden_of(const JobFile& file, const std::string& output);
+std::filesystem::path golden_path(const JobFile& file, const std::string& output);
 /// Copies an asset's files to the golden folder, through the open OutputSet, if any. \returns files that are new or
 /// changed
 std::vector<std::string> accept_asset(const JobFile& file, const AssetResult& result);
-/// Golden files in the folders of a run's golden files to which no output corresponds.
+/// Golden files that belong to no output of a run. Searches the folders that contain golden files of the run's outputs.
 std::vector<std::string> golden_without_outputs(const JobFile& file,
                                                 const std::vector<AssetResult>& results);
 
@@ -29,7 +29,7 @@ bool is_map_file(const std::filesystem::path& path);
 bool holds_directions(const std::filesystem::path& map);
 /// The path of the `mask` beside a map of the same low poly, whose zero texels are excluded from comparisons. Empty if
 /// there is none.
-std::filesystem::path mask_beside(const std::filesystem::path& map);
+std::filesystem::path find_mask_beside(const std::filesystem::path& map);
 /// Hash of a picture's size, channels and values, independent of its compression; for other files, the hash of their
 /// bytes.
 std::string pixel_hash(const std::filesystem::path& path);
@@ -37,21 +37,21 @@ std::string pixel_hash(const std::filesystem::path& path);
 std::string pixel_hash(const Image& image);
 /// Formats hashes as lines of "HASH PATH".
 /// \param hashes  hashes by path
-std::string hashes_text(const std::map<std::string, std::string>& hashes);
-/// The inverse of hashes_text().
+std::string format_hashes(const std::map<std::string, std::string>& hashes);
+/// The inverse of format_hashes().
 /// \param file  file name for messages
 /// \throws Error(input)
 std::map<std::string, std::string> parse_hashes(const std::string& text, const std::string& file);
 /// The differences of two lists of hashes, one sentence per file.
-std::vector<std::string> compare_hashes(const std::map<std::string, std::string>& wanted,
-                                        const std::map<std::string, std::string>& found);
+std::vector<std::string> compare_hashes(const std::map<std::string, std::string>& expected,
+                                        const std::map<std::string, std::string>& actual);
 
 /// Results as JUnit XML, one test case per asset.
 /// \param assets  a list of results of to_json()
-std::string junit_text(const std::string& name, const Json& assets);
+std::string format_junit(const std::string& name, const Json& assets);
 
 /// Distributes assets over `count` shards of about equal expected time. \returns the shard of each asset; identical on
 /// all machines
-std::vector<std::size_t> shards_of(const std::vector<BatchAsset>& assets, std::size_t count);
+std::vector<std::size_t> assign_shards(const std::vector<BatchAsset>& assets, std::size_t count);
 
 }  // namespace kiln

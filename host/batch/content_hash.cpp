@@ -59,7 +59,7 @@ std::string content_hash(std::string_view text) {
 std::optional<std::string> file_hash(const std::filesystem::path& path) {
   const int file = os::open_to_read(path);
   if (file < 0) return std::nullopt;
-  const std::optional<os::FileFacts> facts = os::facts_of(file);
+  const std::optional<os::FileStatus> facts = os::query_file(file);
   bool is_readable = facts && facts->is_regular;
   ContentHash hash;
   std::vector<std::byte> buffer(std::size_t{1} << 18);

@@ -23,8 +23,8 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxSidecarBytes = std::size_t{1} << 20;
 constexpr std::array kRunKeys = {"skip", "name", "retries", "timeout", "before", "after"};
-/// Options of the whole run, which job files cannot set; only the command line can.
-constexpr std::array kWholeRun = {"device", "quiet"};
+/// Options that apply to the whole run. Only the command line can set them, job files cannot.
+constexpr std::array kWholeRunOptions = {"device", "quiet"};
 
 [[noreturn]] void fail_in(const Origin& origin, const std::string& key, const Message& problem) {
   throw Error(ErrorCode::usage, origin.place() + ": " + key + ": " + problem);
@@ -37,13 +37,13 @@ std::vector<std::string> known_keys() {
   return keys;
 }
 
-std::string without_dashes(std::string key) {
+std::string dashes_to_underscores(std::string key) {
   std::replace(key.begin(), key.end(), '-', '_');
   return key;
 }
 
 /// The end of a message about an unknown key: "; did you mean size?", or a list of the known keys.
-std::string did_you_mean(const std::string& word, const std::vector<std::string>& known) {
+std::string suggest_key(const std::string& word, const std::vector<std::string>& known) {
   const std::string suggestion = nearest_word(word, known);
   if (!suggestion.empty()) return "; did you mean " + suggestion + "?";
   std::string list;
@@ -57,19 +57,19 @@ void check_keys(const TomlValue& table, const std::string& file, const std::stri
     if (std::find(known.begin(), known.end(), table.keys[i]) != known.end()) continue;
     throw Error(ErrorCode::usage, file + ":" + std::to_string(table.elements[i].line) + ": " +
                                       table_name + " has no key '" + table.keys[i] + "'" +
-                                      did_you_mean(table.keys[i], known));
+                                      suggest_key(table.keys[i], known));
   }
 }
 
-class Reader {
+class LayerReader {
  public:
-  Reader(std::string file, std::string layer, std::string folder)
+  LayerReader(std::string file, std::string layer, std::string folder)
       : file_(std::move(file)), layer_(std::move(layer)), folder_(std::move(folder)) {}
 
-  OptionLayer layer_of(const TomlValue& table) const {
+  OptionLayer read_layer(const TomlValue& table) const {
     OptionLayer layer{layer_, {}};
     for (std::size_t i = 0; i < table.keys.size(); ++i) {
-      Setting setting = setting_of(table.keys[i], table.elements[i]);
+      Setting setting = read_setting(table.keys[i], table.elements[i]);
       if (const Setting* const other = layer.find(setting.key)) {
         fail_in(setting.origin, table.keys[i],
                 "line " + std::to_string(other->origin.line) + " sets it, too: remove one.");
@@ -82,8 +82,8 @@ class Reader {
   Origin origin(const TomlValue& value) const { return {layer_, file_, value.line}; }
 
  private:
-  Setting setting_of(const std::string& name, const TomlValue& value) const {
-    Setting setting{without_dashes(name), {}, false, origin(value), folder_};
+  Setting read_setting(const std::string& name, const TomlValue& value) const {
+    Setting setting{dashes_to_underscores(name), {}, false, origin(value), folder_};
     if (is_run_key(setting.key)) {
       read_run_key(setting, value);
       return setting;
@@ -91,26 +91,27 @@ class Reader {
     const OptionRow* row = find_option_row(setting.key);
     if (row == nullptr) {
       fail_in(setting.origin, name,
-              "there is no such option" + did_you_mean(setting.key, known_keys()));
+              "there is no such option" + suggest_key(setting.key, known_keys()));
     }
     setting.key = option_key(*row);
-    if (std::find(kWholeRun.begin(), kWholeRun.end(), setting.key) != kWholeRun.end()) {
+    if (std::find(kWholeRunOptions.begin(), kWholeRunOptions.end(), setting.key) !=
+        kWholeRunOptions.end()) {
       fail_in(setting.origin, name,
               "this applies to the whole run: use the flag kiln run --" + setting.key + ".");
     }
     const TomlValue* words = &value;
     if (value.is_table() && value.find("file") != nullptr) {
       check_keys(value, file_, name, {"file", "optional"});
-      // In a job file, `cage` may name a file, which the option `cage_mesh` takes.
+      // If `cage` in a job file names a file, the setting becomes one of the option `cage_mesh`.
       if (setting.key == "cage") setting.key = "cage_mesh";
       row = find_option_row(setting.key);
       words = value.find("file");
-      if (path_option(*row) != PathOption::input) {
+      if (path_access(*row) != PathAccess::input) {
         fail_in(setting.origin, name,
                 "only input files may be optional, and this is none: give only the value.");
       }
       if (const TomlValue* const optional = value.find("optional")) {
-        if (optional->kind != TomlValue::Kind::truth) {
+        if (optional->kind != TomlValue::Kind::boolean) {
           fail_in(origin(*optional), "optional",
                   std::string("it is ") + optional->kind_name() + ": give true or false.");
         }
@@ -122,35 +123,35 @@ class Reader {
             "the baked mesh cannot be optional: use a pattern that only matches existing files.");
       }
     }
-    setting.words = words_of(*row, name, *words);
+    setting.words = parse_words(*row, name, *words);
     check_option(*row, setting, words->is_list());
     return setting;
   }
 
-  OptionWords words_of(const OptionRow& row, const std::string& name,
-                       const TomlValue& value) const {
+  OptionWords parse_words(const OptionRow& row, const std::string& name,
+                          const TomlValue& value) const {
     OptionWords words;
     if (value.is_list()) {
       if (value.elements.empty())
         fail_in(origin(value), name, "the list is empty: remove it, or add a value.");
       for (const TomlValue& element : value.elements)
-        words.push_back(word_of(name, element, false));
+        words.push_back(parse_word(name, element, false));
     } else if (value.is_table()) {
       if (!row.value.repeats) fail_in(origin(value), name, "it is a table: give one value.");
       for (std::size_t i = 0; i < value.keys.size(); ++i) {
-        words.push_back(value.keys[i] + "=" + word_of(name, value.elements[i], true));
+        words.push_back(value.keys[i] + "=" + parse_word(name, value.elements[i], true));
       }
     } else {
-      words.push_back(word_of(name, value, false));
+      words.push_back(parse_word(name, value, false));
     }
     return words;
   }
 
-  std::string word_of(const std::string& name, const TomlValue& value, bool lists) const {
-    if (value.is_list() && lists) {
+  std::string parse_word(const std::string& name, const TomlValue& value, bool allow_lists) const {
+    if (value.is_list() && allow_lists) {
       std::string text;
       for (const TomlValue& element : value.elements) {
-        text += (text.empty() ? "" : ",") + word_of(name, element, false);
+        text += (text.empty() ? "" : ",") + parse_word(name, element, false);
       }
       return text;
     }
@@ -184,10 +185,10 @@ class Reader {
           set_option(job, setting.key, std::vector{word});
         return;
       }
-      if (path_option(row) != PathOption::none) {
+      if (path_access(row) != PathAccess::none) {
         for (std::string& word : setting.words) {
-          word = with_path(row, word,
-                           [](const std::string& path) { return PathPattern(path).text(); });
+          word = replace_path(row, word,
+                              [](const std::string& path) { return PathPattern(path).text(); });
         }
       }
       if (list) {
@@ -204,11 +205,11 @@ class Reader {
     }
   }
 
-  static OptionWords split(const std::string& text, char between) {
+  static OptionWords split(const std::string& text, char delimiter) {
     OptionWords words;
     std::size_t begin = 0;
     for (;;) {
-      const std::size_t end = std::min(text.find(between, begin), text.size());
+      const std::size_t end = std::min(text.find(delimiter, begin), text.size());
       words.push_back(text.substr(begin, end - begin));
       if (end == text.size()) return words;
       begin = end + 1;
@@ -217,16 +218,16 @@ class Reader {
 
   void read_run_key(Setting& setting, const TomlValue& value) const {
     const std::string& key = setting.key;
-    const auto assign_value = [&](const char* what) {
+    const auto fail_expecting = [&](const char* what) {
       fail_in(setting.origin, key,
               std::string("it is ") + value.kind_name() + ": give " + what + ".");
     };
     if (key == "skip") {
-      if (value.kind == TomlValue::Kind::truth) {  // a sidecar may set `skip` to true or false
+      if (value.kind == TomlValue::Kind::boolean) {  // a sidecar may set `skip` to true or false
         setting.words = {value.text};
         return;
       }
-      if (!value.is_list() && !value.is_text()) assign_value("a list of patterns");
+      if (!value.is_list() && !value.is_text()) fail_expecting("a list of patterns");
       const std::vector<TomlValue> patterns = value.is_list() ? value.elements : std::vector{value};
       for (const TomlValue& pattern : patterns) {
         if (!pattern.is_text()) fail_in(origin(pattern), key, "a pattern is a text.");
@@ -240,18 +241,18 @@ class Reader {
     }
     double number = 0;
     if (key == "retries") {
-      if (value.kind != TomlValue::Kind::whole || !read_number(value.text, number) || number < 0 ||
-          number > 100) {
-        assign_value("a whole number, 0 to 100");
+      if (value.kind != TomlValue::Kind::integer || !read_number(value.text, number) ||
+          number < 0 || number > 100) {
+        fail_expecting("a whole number, 0 to 100");
       }
     } else if (key == "timeout") {
       const bool is_number =
-          value.kind == TomlValue::Kind::whole || value.kind == TomlValue::Kind::number;
+          value.kind == TomlValue::Kind::integer || value.kind == TomlValue::Kind::number;
       if (!is_number || !read_number(value.text, number) || !(number > 0 && number <= 1e6)) {
         fail_in(setting.origin, key, "it is " + value.text + ": give seconds, above 0 to 1000000.");
       }
     } else if (!value.is_text() || value.text.empty()) {
-      assign_value("a text");
+      fail_expecting("a text");
     }
     setting.words = {value.text};
   }
@@ -266,23 +267,23 @@ void check_version(const Origin& origin, const TomlValue& value) {
   std::size_t position = 0;
   while (position < text.size()) {
     const std::size_t end = std::min(text.find(',', position), text.size());
-    std::string one = text.substr(position, end - position);
-    one.erase(std::remove(one.begin(), one.end(), ' '), one.end());
+    std::string condition = text.substr(position, end - position);
+    condition.erase(std::remove(condition.begin(), condition.end(), ' '), condition.end());
     position = end + 1;
-    const std::size_t digits = std::min(one.find_first_of("0123456789"), one.size());
-    const std::string sign = one.substr(0, digits);
+    const std::size_t digits = std::min(condition.find_first_of("0123456789"), condition.size());
+    const std::string sign = condition.substr(0, digits);
     std::array<int, 3> required_version{},
-        have = {KILN_VERSION_MAJOR, KILN_VERSION_MINOR, KILN_VERSION_PATCH};
+        running_version = {KILN_VERSION_MAJOR, KILN_VERSION_MINOR, KILN_VERSION_PATCH};
     std::size_t parts = 0;
-    const char* from = one.data() + digits;
-    const char* const last = one.data() + one.size();
-    bool is_valid = from != last;
-    while (is_valid && from != last) {
+    const char* cursor = condition.data() + digits;
+    const char* const last = condition.data() + condition.size();
+    bool is_valid = cursor != last;
+    while (is_valid && cursor != last) {
       if (parts == 3) is_valid = false;
       if (!is_valid) break;
-      const auto [next, error] = std::from_chars(from, last, required_version[parts++]);
+      const auto [next, error] = std::from_chars(cursor, last, required_version[parts++]);
       is_valid = error == std::errc() && (next == last || (*next == '.' && next + 1 != last));
-      from = next == last ? next : next + 1;
+      cursor = next == last ? next : next + 1;
     }
     const bool is_known_sign =
         sign == ">=" || sign == ">" || sign == "<=" || sign == "<" || sign == "==" || sign == "=";
@@ -290,13 +291,14 @@ void check_version(const Origin& origin, const TomlValue& value) {
       fail_in(origin, "kiln", "'" + text + "' is not a version: give \">=0.3\", or \">=0.3, <1\".");
     // "==0.3" matches all versions 0.3.x.
     if (sign.find('=') == 0)
-      std::fill(have.begin() + static_cast<std::ptrdiff_t>(parts), have.end(), 0);
-    const bool fits = sign == ">="   ? have >= required_version
-                      : sign == ">"  ? have > required_version
-                      : sign == "<=" ? have <= required_version
-                      : sign == "<"  ? have < required_version
-                                     : have == required_version;
-    if (!fits) {
+      std::fill(running_version.begin() + static_cast<std::ptrdiff_t>(parts), running_version.end(),
+                0);
+    const bool is_compatible = sign == ">="   ? running_version >= required_version
+                               : sign == ">"  ? running_version > required_version
+                               : sign == "<=" ? running_version <= required_version
+                               : sign == "<"  ? running_version < required_version
+                                              : running_version == required_version;
+    if (!is_compatible) {
       fail_in(origin, "kiln",
               "this is Kiln " + std::string(version()) + ", but the file requires " + text +
                   ": install a suitable version, or change this line.");
@@ -305,13 +307,13 @@ void check_version(const Origin& origin, const TomlValue& value) {
 }
 
 /// Converts "5%" to a share of 1; numbers are unchanged.
-double limit_value(const Reader& reader, const std::string& key, const TomlValue& value) {
+double limit_value(const LayerReader& reader, const std::string& key, const TomlValue& value) {
   std::string text = value.text;
   const bool percent = value.is_text() && text.ends_with('%');
   if (percent) text.pop_back();
   double number = 0;
   const bool is_number =
-      value.kind == TomlValue::Kind::whole || value.kind == TomlValue::Kind::number;
+      value.kind == TomlValue::Kind::integer || value.kind == TomlValue::Kind::number;
   if ((!is_number && !percent) || !read_number(text, number) || !std::isfinite(number) ||
       number < 0) {
     fail_in(reader.origin(value), key,
@@ -322,7 +324,7 @@ double limit_value(const Reader& reader, const std::string& key, const TomlValue
 }
 
 CheckRules read_check(const TomlValue& table, const std::string& file) {
-  const Reader reader(file, "check", "");
+  const LayerReader reader(file, "check", "");
   CheckRules rules;
   rules.origin = reader.origin(table);
   if (!table.is_table()) fail_in(rules.origin, "check", "write it as a table: [check].");
@@ -345,7 +347,7 @@ CheckRules read_check(const TomlValue& table, const std::string& file) {
       const std::vector<std::string> known_limits = {"missed", "mean", "max", "outliers"};
       if (std::find(known_limits.begin(), known_limits.end(), key) == known_limits.end()) {
         fail_in(reader.origin(value), key,
-                "there is no such limit" + did_you_mean(key, known_limits));
+                "there is no such limit" + suggest_key(key, known_limits));
       }
       rules.limits.push_back({"", key, limit_value(reader, key, value), reader.origin(value)});
       continue;
@@ -354,7 +356,7 @@ CheckRules read_check(const TomlValue& table, const std::string& file) {
       const TomlValue& limit = value.elements[k];
       if (std::find(measures.begin(), measures.end(), value.keys[k]) == measures.end()) {
         fail_in(reader.origin(limit), key + "." + value.keys[k],
-                "there is no such limit for a map" + did_you_mean(value.keys[k], measures));
+                "there is no such limit for a map" + suggest_key(value.keys[k], measures));
       }
       rules.limits.push_back({key, value.keys[k],
                               limit_value(reader, key + "." + value.keys[k], limit),
@@ -381,31 +383,32 @@ bool is_run_key(std::string_view key) {
 }
 
 std::string option_key(const OptionRow& row) {
-  return without_dashes(lower_case(row.flag.substr(row.flag.find_first_not_of('-'))));
+  return dashes_to_underscores(lower_case(row.flag.substr(row.flag.find_first_not_of('-'))));
 }
 
 const OptionRow* find_option_row(std::string_view key) {
   for (const OptionRow& row : bake_rows()) {
-    // Further files of a side are elements of the list of HIGH or LOW.
+    // Job files have no keys for these flags: further files are elements of the list `high` or `low`.
     if (row.flag != "--high" && row.flag != "--low" && option_key(row) == key) return &row;
   }
   return nullptr;
 }
 
-PathOption path_option(const OptionRow& row) {
+PathAccess path_access(const OptionRow& row) {
   constexpr std::array kOutputs = {"--out", "--save-cage", "--save-match", "--save-source",
                                    "--json"};
   constexpr std::array kInputs = {"HIGH",           "LOW",          "--cage-mesh",
                                   "--load-match",   "--match-list", "--view-weight",
                                   "--ao-occluders", "--maps",       "--transfer"};
-  const auto is = [&](const char* flag) { return row.flag == flag; };
-  if (std::any_of(kOutputs.begin(), kOutputs.end(), is)) return PathOption::output;
-  return std::any_of(kInputs.begin(), kInputs.end(), is) ? PathOption::input : PathOption::none;
+  const auto has_flag = [&](const char* flag) { return row.flag == flag; };
+  if (std::any_of(kOutputs.begin(), kOutputs.end(), has_flag)) return PathAccess::output;
+  return std::any_of(kInputs.begin(), kInputs.end(), has_flag) ? PathAccess::input
+                                                               : PathAccess::none;
 }
 
-std::string with_path(const OptionRow& row, const std::string& word,
-                      const std::function<std::string(const std::string&)>& change) {
-  if (path_option(row) == PathOption::none) return word;
+std::string replace_path(const OptionRow& row, const std::string& word,
+                         const std::function<std::string(const std::string&)>& change) {
+  if (path_access(row) == PathAccess::none) return word;
   if (row.flag == "--maps") {
     const std::size_t equals = word.find('=');
     if (equals == std::string::npos || is_variant(word)) return word;
@@ -423,7 +426,7 @@ OptionLayer read_sidecar(const fs::path& path, const std::string& folder) {
   const std::string file = path.string();
   const TomlValue table =
       parse_toml(read_small_file(path, kMaxSidecarBytes, "'" + file + "'"), file);
-  OptionLayer layer = Reader(file, "sidecar", folder).layer_of(table);
+  OptionLayer layer = LayerReader(file, "sidecar", folder).read_layer(table);
   for (const char* const key : {"high", "low", "name", "before", "after"}) {
     if (const Setting* const setting = layer.find(key)) {
       fail_in(setting->origin, key, "a sidecar describes one asset: set this in the job file.");
@@ -442,7 +445,7 @@ JobFile parse_job_file(std::string_view text, const fs::path& path, const std::s
   JobFile job;
   job.path = path;
   job.folder = path.parent_path();
-  const auto not_allowed = [&](const OptionLayer& layer, std::initializer_list<const char*> keys) {
+  const auto reject_keys = [&](const OptionLayer& layer, std::initializer_list<const char*> keys) {
     for (const char* const key : keys) {
       if (const Setting* const setting = layer.find(key)) {
         fail_in(setting->origin, key, "it applies to one bake: set it in [[bake]].");
@@ -450,11 +453,11 @@ JobFile parse_job_file(std::string_view text, const fs::path& path, const std::s
     }
   };
   if (const TomlValue* const defaults = root.find("defaults")) {
-    const Reader reader(file, "defaults", "");
+    const LayerReader reader(file, "defaults", "");
     if (!defaults->is_table())
       fail_in(reader.origin(*defaults), "defaults", "write it as a table: [defaults].");
-    job.defaults = reader.layer_of(*defaults);
-    not_allowed(job.defaults, {"high", "low", "name", "skip"});
+    job.defaults = reader.read_layer(*defaults);
+    reject_keys(job.defaults, {"high", "low", "name", "skip"});
   }
   std::vector<std::string> profiles;
   if (const TomlValue* const profile_tables = root.find("profile")) {
@@ -463,14 +466,14 @@ JobFile parse_job_file(std::string_view text, const fs::path& path, const std::s
       fail_in(origin, "profile", "write it as a table: [profile.NAME].");
     for (std::size_t i = 0; i < profile_tables->keys.size(); ++i) {
       const std::string name = "profile." + profile_tables->keys[i];
-      const Reader reader(file, name, "");
+      const LayerReader reader(file, name, "");
       if (!profile_tables->elements[i].is_table()) {
         fail_in(reader.origin(profile_tables->elements[i]), name,
                 "write it as a table: [" + name + "].");
       }
       // Profiles that are not selected are checked as well.
-      OptionLayer layer = reader.layer_of(profile_tables->elements[i]);
-      not_allowed(layer, {"high", "low", "name", "skip"});
+      OptionLayer layer = reader.read_layer(profile_tables->elements[i]);
+      reject_keys(layer, {"high", "low", "name", "skip"});
       profiles.push_back(profile_tables->keys[i]);
       if (profile_tables->keys[i] == profile) job.profile = std::move(layer);
     }
@@ -478,7 +481,7 @@ JobFile parse_job_file(std::string_view text, const fs::path& path, const std::s
   if (!profile.empty() && !job.profile) {
     throw Error(ErrorCode::usage, file + ": there is no [profile." + profile + "]" +
                                       (profiles.empty() ? ", nor any other profile."
-                                                        : did_you_mean(profile, profiles)));
+                                                        : suggest_key(profile, profiles)));
   }
   const TomlValue* const bake_rules = root.find("bake");
   if (bake_rules == nullptr) {
@@ -488,12 +491,12 @@ JobFile parse_job_file(std::string_view text, const fs::path& path, const std::s
     fail_in({"bake", file, bake_rules->line}, "bake", "write each as [[bake]].");
   }
   for (const TomlValue& bake : bake_rules->elements) {
-    const Reader reader(
+    const LayerReader reader(
         file,
         bake_rules->elements.size() == 1 ? "bake" : "bake " + std::to_string(job.bakes.size() + 1),
         "");
     if (!bake.is_table()) fail_in(reader.origin(bake), "bake", "write each as [[bake]].");
-    OptionLayer layer = reader.layer_of(bake);
+    OptionLayer layer = reader.read_layer(bake);
     if (layer.find("high") == nullptr)
       fail_in(reader.origin(bake), "bake", "high is missing: name the high-poly mesh.");
     job.bakes.push_back(std::move(layer));
@@ -515,10 +518,11 @@ std::string job_file_schema() {
   Json properties = Json::object();
   const Json options = job.at("properties");
   for (const std::string& key : options.keys()) {
-    if (std::find(kWholeRun.begin(), kWholeRun.end(), key) != kWholeRun.end()) continue;
+    if (std::find(kWholeRunOptions.begin(), kWholeRunOptions.end(), key) != kWholeRunOptions.end())
+      continue;
     Json property = options.at(key);
     const OptionRow* const row = find_option_row(key);
-    const bool takes_file = row != nullptr && path_option(*row) == PathOption::input;
+    const bool takes_file = row != nullptr && path_access(*row) == PathAccess::input;
     if (takes_file || key == "cage") {
       property["anyOf"].push_back(
           {{"type", "object"},
@@ -545,23 +549,23 @@ std::string job_file_schema() {
        "Shell command to run before each bake, with the asset's JSON on standard input"}};
   properties["after"] = {{"type", "string"},
                          {"description", "Shell command to run after each bake"}};
-  const auto table = [&](Json more, Json required) {
+  const auto table = [&](Json extra_properties, Json required) {
     Json profile_tables = properties;
-    if (more.is_object()) profile_tables.update(more);
+    if (extra_properties.is_object()) profile_tables.update(extra_properties);
     Json schema = {
         {"type", "object"}, {"properties", profile_tables}, {"additionalProperties", false}};
     if (!required.empty()) schema["required"] = required;
     return schema;
   };
-  const Json of_bake = {{"skip", texts}, {"name", text}};
+  const Json bake_only_properties = {{"skip", texts}, {"name", text}};
   const Json limit = {{"type", Json::array({"number", "string"})}};
-  const Json of_map = {{"type", "object"},
-                       {"properties", {{"mean", limit}, {"max", limit}, {"outliers", limit}}},
-                       {"additionalProperties", false}};
+  const Json map_limits = {{"type", "object"},
+                           {"properties", {{"mean", limit}, {"max", limit}, {"outliers", limit}}},
+                           {"additionalProperties", false}};
   const Json limits = {
       {"type", "object"},
       {"properties", {{"missed", limit}, {"mean", limit}, {"max", limit}, {"outliers", limit}}},
-      {"additionalProperties", of_map}};
+      {"additionalProperties", map_limits}};
   const Json schema = {
       {"$schema", "https://json-schema.org/draft/2020-12/schema"},
       {"title", "A job file of Kiln"},
@@ -573,7 +577,9 @@ std::string job_file_schema() {
         {"defaults", table(Json(), Json::array())},
         {"profile", {{"type", "object"}, {"additionalProperties", table(Json(), Json::array())}}},
         {"bake",
-         {{"type", "array"}, {"minItems", 1}, {"items", table(of_bake, Json::array({"high"}))}}},
+         {{"type", "array"},
+          {"minItems", 1},
+          {"items", table(bake_only_properties, Json::array({"high"}))}}},
         {"check",
          {{"type", "object"},
           {"properties", {{"golden", text}, {"limits", limits}}},
@@ -585,12 +591,12 @@ std::string job_file_schema() {
 
 namespace {
 
-std::string toml_of(const Json& value) {
+std::string to_toml(const Json& value) {
   if (value.is_string()) return toml_quoted(value.text());
   if (!value.is_array()) return value.dump();
   std::string list;
   for (const Json& element : value.elements())
-    list += (list.empty() ? "" : ", ") + toml_of(element);
+    list += (list.empty() ? "" : ", ") + to_toml(element);
   return "[" + list + "]";
 }
 
@@ -602,20 +608,21 @@ Json with_escaped_paths(const OptionRow& row, const Json& value) {
     return list;
   }
   if (!value.is_string()) return value;
-  return with_path(row, value.text(), escape_pattern);
+  return replace_path(row, value.text(), escape_pattern);
 }
 
 }  // namespace
 
-std::string job_file_of(std::string_view text) {
+std::string to_job_file(std::string_view text) {
   const Json json = Json::parse(text);
   std::string file = "kiln = \">=" + std::to_string(KILN_VERSION_MAJOR) + "." +
                      std::to_string(KILN_VERSION_MINOR) + "\"\n\n[[bake]]\n";
   for (const std::string& key : json.keys()) {
-    if (std::find(kWholeRun.begin(), kWholeRun.end(), key) != kWholeRun.end()) continue;
+    if (std::find(kWholeRunOptions.begin(), kWholeRunOptions.end(), key) != kWholeRunOptions.end())
+      continue;
     const OptionRow* const row = find_option_row(key);
     const Json& value = json.at(key);
-    file += key + " = " + toml_of(row == nullptr ? value : with_escaped_paths(*row, value)) + "\n";
+    file += key + " = " + to_toml(row == nullptr ? value : with_escaped_paths(*row, value)) + "\n";
   }
   return file;
 }

@@ -92,21 +92,21 @@ const OptionRow* find_option_row(std::string_view key);
 std::string option_key(const OptionRow& row);
 
 /// Kind of access to the files or folders that the words of an option name.
-enum class PathOption : std::uint8_t {
+enum class PathAccess : std::uint8_t {
   none,
   input,   ///< The files are read
   output,  ///< The files are written
 };
-PathOption path_option(const OptionRow& row);
+PathAccess path_access(const OptionRow& row);
 /// Returns a word of an option's value with its path replaced; words without a path are unchanged.
 /// \param change  function that returns the new path for an old one
-std::string with_path(const OptionRow& row, const std::string& word,
-                      const std::function<std::string(const std::string&)>& change);
+std::string replace_path(const OptionRow& row, const std::string& word,
+                         const std::function<std::string(const std::string&)>& change);
 
 /// A JSON Schema (2020-12) of job files.
 std::string job_file_schema();
 /// A job file with one bake for a job.
 /// \param json  the job as written by to_json()
-std::string job_file_of(std::string_view json);
+std::string to_job_file(std::string_view json);
 
 }  // namespace kiln

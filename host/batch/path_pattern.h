@@ -17,8 +17,8 @@ using Captures = std::map<std::string, std::string>;
 /// A pattern of paths. `*` matches any text within a name, `?` one character, `**/` any number of folders. `{a,b}`
 /// matches either text. `{name}` captures a non-empty text within a name; `{dir}/` captures any number of folders. A
 /// capture that occurs twice must match the same text both times. `[*]`, `[?]`, `[{]` and `[}]` match the literal
-/// characters. `\` is read as `/`. If there are several matches, the one with the longest captures is used, of which
-/// earlier captures have priority.
+/// characters. `\` is read as `/`. If a path matches in several ways, the way with the longest captures is used; an
+/// earlier capture has priority over a later one.
 class PathPattern {
  public:
   PathPattern() = default;
@@ -35,28 +35,35 @@ class PathPattern {
   /// \param captured  receives the values of all captures if the pattern matches
   bool matches(std::string_view path, const Captures& known, Captures& captured) const;
   /// True if the pattern matches the path, or a folder that contains the path.
-  bool covers(std::string_view path) const;
-  /// True if the pattern selects an asset by its name: it covers the name, or it has no `/` and matches what follows
-  /// the name's last `/`, as patterns of .gitignore do.
-  bool selects(std::string_view name) const;
+  bool matches_path_or_parent(std::string_view path) const;
+  /// True if the pattern selects an asset by its name: it matches the name or one of its parent folders, or the pattern
+  /// has no `/` and matches the part of the name after the last `/`, as patterns of .gitignore do.
+  bool selects_asset(std::string_view name) const;
   /// The path that results from the values of all captures. \throws Error(usage) if a capture or wildcard remains
   std::string path(const Captures& captures) const;
   /// The pattern with known captures substituted. Other captures and wildcards remain.
-  PathPattern with(const Captures& captures) const;
+  PathPattern substitute(const Captures& captures) const;
   /// True if the last name in the pattern ends in a wildcard, such as "{name}_low.*".
   bool has_open_ending() const;
 
  private:
   friend class FileLister;
-  enum class Kind : unsigned char { text, any, one, folders, capture, folder_capture };
+  enum class Kind : unsigned char {
+    text,
+    any_text,
+    any_character,
+    any_folders,
+    capture,
+    folder_capture
+  };
   struct Token {
     Kind kind;
     std::string text;  ///< The literal text, or the name of a capture
   };
   using Tokens = std::vector<Token>;
-  struct Matching;
+  struct Matcher;
 
-  static Tokens tokens_of(std::string_view text);
+  static Tokens tokenize(std::string_view text);
 
   std::string text_;
   std::vector<Tokens> expansions_;  ///< Tokens of the pattern, for each combination of alternatives
@@ -71,9 +78,9 @@ class FileLister {
  public:
   /// Creates a lister. \param base  folder of relative patterns; empty: the current folder
   explicit FileLister(std::filesystem::path base)
-      : base_(base.empty() ? std::filesystem::path(".") : std::move(base)) {}
+      : base_folder_(base.empty() ? std::filesystem::path(".") : std::move(base)) {}
 
-  struct Found {
+  struct FoundFile {
     /// The path with `/` as separator; relative to the base if the pattern is relative
     std::string path;
     Captures captures;
@@ -81,7 +88,7 @@ class FileLister {
   /// All regular files that match, sorted by name. A name that begins with a dot only matches if the name in the
   /// pattern begins with a dot, too.
   /// \throws Error(usage) for too many files, Error(input) for folders that cannot be read
-  std::vector<Found> find(const PathPattern& pattern, const Captures& known = {});
+  std::vector<FoundFile> find(const PathPattern& pattern, const Captures& known = {});
   /// Sorted names of a folder's regular files; empty if there is no such folder.
   const std::vector<std::string>& files_of(const std::string& folder);
 
@@ -90,10 +97,10 @@ class FileLister {
     std::vector<std::string> files, folders;  ///< Sorted names in the folder
   };
   const Folder& list_folder(const std::string& path);
-  void walk(const std::string& folder, std::size_t depth, std::size_t deepest,
-            const PathPattern& pattern, const Captures& known, std::vector<Found>& found);
+  void walk(const std::string& folder, std::size_t depth, std::size_t max_depth,
+            const PathPattern& pattern, const Captures& known, std::vector<FoundFile>& found);
 
-  std::filesystem::path base_;
+  std::filesystem::path base_folder_;
   std::map<std::string, Folder> folders_;
   std::size_t entries_ = 0;
 };

@@ -19,8 +19,9 @@ namespace {
 /// Maximum size of a report: ten thousand assets with pictures are about 100 MB.
 constexpr std::size_t kMaxReportBytes = std::size_t{1} << 30;
 
-/// Weights that rank changes of assets, in degrees of rendered normals. A failure outweighs any error; a missed share
-/// of 1% counts as 1 degree; a new kind of warning counts 0.1 degrees; changed pixels with the same error come last.
+/// Weights by which changes of assets are ranked, in degrees of rendered normals. A failure outweighs any error; a
+/// missed share of 1% counts as 1 degree; a new kind of warning counts 0.1 degrees; changed pixels with the same error
+/// come last.
 struct ChangeWeights {
   static constexpr double kFailed = 1000, kMissedShare = 100, kWarning = 0.1, kPixels = 0.001;
 };
@@ -35,7 +36,7 @@ bool is_failure(const Json& asset) {
          state == name_of(AssetState::cancelled);
 }
 
-std::map<std::string, const Json*> by_text(const Json& list, const char* key) {
+std::map<std::string, const Json*> index_by_text(const Json& list, const char* key) {
   std::map<std::string, const Json*> found;
   for (const Json& element : list.elements()) found.try_emplace(element.at(key).text(), &element);
   return found;
@@ -48,7 +49,7 @@ std::string size_text(const Json& map) {
 
 class Comparison {
  public:
-  Json of(const Json& former, const Json& now) {
+  Json compare(const Json& former, const Json& now) {
     const bool failed = is_failure(now), had_failed = is_failure(former);
     if (failed && !had_failed)
       add_change(ChangeWeights::kFailed, "it failed, but succeeded before");
@@ -58,22 +59,23 @@ class Comparison {
       compare_maps(former.at("maps"), now.at("maps"));
     }
     compare_warnings(former.at("warnings"), now.at("warnings"));
-    return {{"state", what_.empty() ? "same" : "changed"}, {"what", what_}, {"worse", worse_}};
+    return {{"state", changes_.empty() ? "same" : "changed"}, {"what", changes_}, {"worse", rank_}};
   }
 
  private:
   void add_change(double worse, const std::string& what) {
-    worse_ += worse;
-    what_.push_back(what);
+    rank_ += worse;
+    changes_.push_back(what);
   }
 
   void compare_figures(const Json& former, const Json& now) {
-    const Json &was = former.at("rendered.mean_degrees"), &is = now.at("rendered.mean_degrees");
-    if (was.is_number() && is.is_number() &&
-        std::abs(is.number() - was.number()) >= kMinReportedDegrees) {
-      add_change(is.number() - was.number(),
-                 formatted("rendered normals deviate by %.2f degrees, formerly %.2f", is.number(),
-                           was.number()));
+    const Json &former_degrees = former.at("rendered.mean_degrees"),
+               &degrees = now.at("rendered.mean_degrees");
+    if (former_degrees.is_number() && degrees.is_number() &&
+        std::abs(degrees.number() - former_degrees.number()) >= kMinReportedDegrees) {
+      add_change(degrees.number() - former_degrees.number(),
+                 formatted("rendered normals deviate by %.2f degrees, formerly %.2f",
+                           degrees.number(), former_degrees.number()));
     }
     const double missed = now.at("missed").number(), missed_before = former.at("missed").number();
     if (std::abs(missed - missed_before) >= kMinReportedShare) {
@@ -92,15 +94,16 @@ class Comparison {
   void compare_maps(const Json& former, const Json& now) {
     // Reports that were not embedded in a page contain no maps.
     if (!former.is_array() || !now.is_array()) return;
-    const auto former_maps = by_text(former, "name"), current_maps = by_text(now, "name");
+    const auto former_maps = index_by_text(former, "name"),
+               current_maps = index_by_text(now, "name");
     for (const auto& [name, map] : current_maps) {
-      const auto old = former_maps.find(name);
-      if (old == former_maps.end()) {
+      const auto former_entry = former_maps.find(name);
+      if (former_entry == former_maps.end()) {
         add_change(0, name + " is new");
-      } else if (size_text(*old->second) != size_text(*map)) {
+      } else if (size_text(*former_entry->second) != size_text(*map)) {
         add_change(ChangeWeights::kPixels,
-                   name + " is " + size_text(*map) + ", not " + size_text(*old->second));
-      } else if (old->second->at("hash").text() != map->at("hash").text()) {
+                   name + " is " + size_text(*map) + ", not " + size_text(*former_entry->second));
+      } else if (former_entry->second->at("hash").text() != map->at("hash").text()) {
         add_change(ChangeWeights::kPixels, name + " has other pixels");
       }
     }
@@ -110,7 +113,8 @@ class Comparison {
   }
 
   void compare_warnings(const Json& former, const Json& now) {
-    const auto former_warnings = by_text(former, "code"), current_warnings = by_text(now, "code");
+    const auto former_warnings = index_by_text(former, "code"),
+               current_warnings = index_by_text(now, "code");
     for (const auto& [code, warning] : current_warnings) {
       if (former_warnings.count(code) == 0)
         add_change(ChangeWeights::kWarning, "it warns now: " + code);
@@ -121,8 +125,8 @@ class Comparison {
     }
   }
 
-  double worse_ = 0;
-  std::vector<std::string> what_;
+  double rank_ = 0;
+  std::vector<std::string> changes_;
 };
 
 /// Parses a report's shard "2/8".
@@ -136,7 +140,7 @@ bool read_shard(const Json& report, double& part, double& count) {
 
 }  // namespace
 
-Json states_of(const Json& assets) {
+Json count_states(const Json& assets) {
   std::map<std::string, std::size_t> counts;
   for (const Json& asset : assets.elements()) ++counts[asset.at("state").text()];
   Json states = Json::object();
@@ -152,12 +156,14 @@ Json report_of(const ReportHead& head, const Batch& batch,
     asset["report"] = results[i].report.empty() ? Json() : Json::parse(results[i].report);
     assets.push_back(std::move(asset));
   }
-  const auto or_null = [](const std::string& text) { return text.empty() ? Json() : Json(text); };
-  const Json states = states_of(assets);
+  const auto text_or_null = [](const std::string& text) {
+    return text.empty() ? Json() : Json(text);
+  };
+  const Json states = count_states(assets);
   return {{"version", version()},
           {"job", head.job},
-          {"profile", or_null(head.profile)},
-          {"shard", or_null(head.shard)},
+          {"profile", text_or_null(head.profile)},
+          {"shard", text_or_null(head.shard)},
           {"seconds", head.seconds},
           {"states", states},
           {"warnings", describe(batch.warnings)},
@@ -166,23 +172,23 @@ Json report_of(const ReportHead& head, const Batch& batch,
 
 std::string report_schema() {
   const Json text = {{"type", "string"}}, number = {{"type", "number"}},
-             integer_type = {{"type", "integer"}, {"minimum", 0}};
-  const Json or_text = {{"type", Json::array({"string", "null"})}};
-  const Json or_number = {{"type", Json::array({"number", "null"})}};
-  const auto list = [](const Json& of) { return Json{{"type", "array"}, {"items", of}}; };
+             integer = {{"type", "integer"}, {"minimum", 0}};
+  const Json text_or_null = {{"type", Json::array({"string", "null"})}};
+  const Json number_or_null = {{"type", Json::array({"number", "null"})}};
+  const auto list = [](const Json& items) { return Json{{"type", "array"}, {"items", items}}; };
   const auto object = [](const Json& properties, const Json& required) {
     return Json{{"type", "object"}, {"properties", properties}, {"required", required}};
   };
-  const Json warning = object({{"code", text}, {"message", text}, {"count", integer_type}},
+  const Json warning = object({{"code", text}, {"message", text}, {"count", integer}},
                               Json::array({"code", "message"}));
   const Json map = object({{"name", text},
-                           {"file", or_text},
-                           {"width", integer_type},
-                           {"height", integer_type},
-                           {"channels", integer_type},
-                           {"min", list(or_number)},
-                           {"mean", list(or_number)},
-                           {"max", list(or_number)},
+                           {"file", text_or_null},
+                           {"width", integer},
+                           {"height", integer},
+                           {"channels", integer},
+                           {"min", list(number_or_null)},
+                           {"mean", list(number_or_null)},
+                           {"max", list(number_or_null)},
                            {"shown", list(number)},
                            {"hash", text},
                            {"picture", text},
@@ -198,10 +204,10 @@ std::string report_schema() {
                                 {"pictures", {{"type", "object"}}},
                                 {"maps", {{"type", "object"}}}},
                                Json::array({"state", "what", "worse"}));
-  const Json rendered = object({{"mean_degrees", or_number},
-                                {"without_maps_degrees", or_number},
-                                {"scale_degrees", or_number},
-                                {"note", or_text}},
+  const Json rendered = object({{"mean_degrees", number_or_null},
+                                {"without_maps_degrees", number_or_null},
+                                {"scale_degrees", number_or_null},
+                                {"note", text_or_null}},
                                Json::array());
   Json states = Json::array();
   for (const AssetState state : {AssetState::not_run, AssetState::baked, AssetState::unchanged,
@@ -211,14 +217,14 @@ std::string report_schema() {
   const Json asset = object({{"asset", text},
                              {"state", {{"enum", states}}},
                              {"seconds", number},
-                             {"attempts", integer_type},
+                             {"attempts", integer},
                              {"high", list(text)},
                              {"low", list(text)},
                              {"out", text},
                              {"files", list(text)},
                              {"warnings", list(warning)},
                              {"missed", number},
-                             {"reason", or_text},
+                             {"reason", text_or_null},
                              {"error", error},
                              {"report", {{"type", Json::array({"object", "null"})}}},
                              {"rendered", rendered},
@@ -234,13 +240,13 @@ std::string report_schema() {
       {"properties",
        {{"version", text},
         {"job", text},
-        {"profile", or_text},
-        {"shard", or_text},
+        {"profile", text_or_null},
+        {"shard", text_or_null},
         {"seconds", number},
-        {"states", {{"type", "object"}, {"additionalProperties", integer_type}}},
+        {"states", {{"type", "object"}, {"additionalProperties", integer}}},
         {"warnings", list(warning)},
         {"assets", list(asset)},
-        {"baseline", or_text},
+        {"baseline", text_or_null},
         {"gone", list(text)}}},
       {"required", Json::array({"version", "job", "seconds", "states", "warnings", "assets"})}};
   return schema.dump(1);
@@ -286,7 +292,7 @@ Json read_report(const std::filesystem::path& path, const std::string& what) {
 
 Json merge_reports(const std::vector<Json>& reports, const std::vector<std::string>& names) {
   Json merged = reports.at(0);
-  std::map<std::string, std::size_t> owners;
+  std::map<std::string, std::size_t> asset_reports;
   std::set<double> parts;
   double seconds = 0, count = 0;
   Json assets = Json::array(), warnings = Json::array();
@@ -311,7 +317,7 @@ Json merge_reports(const std::vector<Json>& reports, const std::vector<std::stri
     }
     seconds = std::max(seconds, reports[i].at("seconds").number());
     for (const Json& asset : reports[i].at("assets").elements()) {
-      const auto [owner, added] = owners.try_emplace(asset.at("asset").text(), i);
+      const auto [owner, added] = asset_reports.try_emplace(asset.at("asset").text(), i);
       if (!added) {
         throw Error(ErrorCode::usage, "--merge: '" + asset.at("asset").text() + "' is in '" +
                                           names[owner->second] + "' and in '" + names[i] +
@@ -335,32 +341,32 @@ Json merge_reports(const std::vector<Json>& reports, const std::vector<std::stri
   });
   merged["shard"] = Json();
   merged["seconds"] = seconds;
-  merged["states"] = states_of(assets);
+  merged["states"] = count_states(assets);
   merged["warnings"] = std::move(warnings);
   merged["assets"] = Json(sorted);
   return merged;
 }
 
 void add_baseline(Json& report, const Json& former) {
-  const auto former_assets = by_text(former.at("assets"), "asset");
+  const auto former_assets = index_by_text(former.at("assets"), "asset");
   std::set<std::string> current_names;
   Json assets = Json::array();
   for (Json asset : report.at("assets").elements()) {
     const std::string name = asset.at("asset").text();
     current_names.insert(name);
-    const auto old = former_assets.find(name);
-    if (old == former_assets.end()) {
+    const auto former_entry = former_assets.find(name);
+    if (former_entry == former_assets.end()) {
       asset["baseline"] = {{"state", "new"},
                            {"what", Json::array({"it is new"})},
                            {"worse", is_failure(asset) ? ChangeWeights::kFailed : 0.0}};
     } else {
-      Json baseline = Comparison().of(*old->second, asset);
+      Json baseline = Comparison().compare(*former_entry->second, asset);
       if (baseline.at("state").text() == "changed") {
         // A page shows the former pictures beside the new ones.
-        if (old->second->at("pictures").is_object())
-          baseline["pictures"] = old->second->at("pictures");
+        if (former_entry->second->at("pictures").is_object())
+          baseline["pictures"] = former_entry->second->at("pictures");
         Json maps = Json::object();
-        for (const Json& map : old->second->at("maps").elements()) {
+        for (const Json& map : former_entry->second->at("maps").elements()) {
           if (map.at("picture").is_string()) maps[map.at("name").text()] = map;
         }
         baseline["maps"] = std::move(maps);

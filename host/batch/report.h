@@ -44,13 +44,13 @@ Json read_report(const std::filesystem::path& path, const std::string& what);
 ///         missing
 Json merge_reports(const std::vector<Json>& reports, const std::vector<std::string>& names);
 
-/// Adds the difference to a former report to each asset: "baseline" with `state` (same, changed, new), `what`
+/// Adds to each asset how it differs from a former report: "baseline" with `state` (same, changed, new), `what`
 /// (sentences) and `worse` (positive: worse, negative: better). The report's "gone" lists the assets that only the
 /// former report has.
 void add_baseline(Json& report, const Json& former);
 
 /// Number of assets in each state.
-Json states_of(const Json& assets);
+Json count_states(const Json& assets);
 
 /// Encodes bytes as base64 (RFC 4648).
 std::string base64(std::string_view bytes);

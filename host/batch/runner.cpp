@@ -35,32 +35,34 @@ namespace fs = std::filesystem;
 /// Estimated memory of a bake in bytes, from sizes of files and maps. It limits concurrency, so it is an upper bound
 /// rather than a mean.
 std::uint64_t expected_bytes(const Job& job) {
-  constexpr std::uint64_t kOwn = std::uint64_t{32} << 20, kOfMesh = 8, kOfSample = 96, kOfMap = 24;
-  std::uint64_t bytes = kOwn;
-  for (const auto* const side : {&job.high, &job.low.given}) {
-    for (const JobInput& input : *side) {
-      if (const auto facts = os::facts_of(fs::path(input.name))) bytes += kOfMesh * facts->bytes;
+  constexpr std::uint64_t kBaseBytes = std::uint64_t{32} << 20, kBytesPerFileByte = 8,
+                          kBytesPerSample = 96, kBytesPerMapTexel = 24;
+  std::uint64_t bytes = kBaseBytes;
+  for (const auto* const mesh_files : {&job.high, &job.low.given}) {
+    for (const JobInput& input : *mesh_files) {
+      if (const auto facts = os::query_file(fs::path(input.name)))
+        bytes += kBytesPerFileByte * facts->bytes;
     }
   }
   const std::uint64_t texels = std::uint64_t{job.bake.width} * job.bake.height;
   const std::uint64_t maps =
       job.bake.maps.size() + job.own_maps.size() + job.variants.size() + job.transfers.size();
-  return bytes + texels * (kOfSample * job.bake.samples * job.bake.samples +
-                           kOfMap * std::max<std::uint64_t>(1, maps));
+  return bytes + texels * (kBytesPerSample * job.bake.samples * job.bake.samples +
+                           kBytesPerMapTexel * std::max<std::uint64_t>(1, maps));
 }
 
 /// The reason why a job's outputs cannot be written: an output file or its folder is write-protected. Empty if they
-/// can. Computed before any work, since a bake may take hours.
+/// can. Called before the bake, which may take hours.
 std::string unwritable_output(const Job& job) {
   for (const std::string& output : known_outputs(job)) {
     if (is_write_protected(output))
       return "'" + output + "' cannot be written: the file there is write-protected.";
     fs::path folder = fs::path(output).parent_path();
-    while (!os::facts_of(folder) && folder.has_parent_path() && folder != folder.parent_path()) {
+    while (!os::query_file(folder) && folder.has_parent_path() && folder != folder.parent_path()) {
       folder = folder.parent_path();
     }
-    const auto found = os::facts_of(folder);
-    if (found && found->is_folder && !os::may_write_in(folder)) {
+    const auto folder_facts = os::query_file(folder);
+    if (folder_facts && folder_facts->is_folder && !os::may_write_in(folder)) {
       return "'" + output + "' cannot be written: the folder '" + folder.string() +
              "' is write-protected. Change its permissions, or choose another place.";
     }
@@ -75,28 +77,30 @@ class BatchRun {
         options_(options),
         results_(assets.size()),
         finished_shares_(assets.size(), 0) {
-    at_once_ = options.at_once != 0 ? options.at_once : thread_count() > 1 ? 2 : 1;
-    sources_.emplace(at_once_);
+    concurrency_ = options.concurrent_bakes != 0 ? options.concurrent_bakes
+                   : thread_count() > 1          ? 2
+                                                 : 1;
+    sources_.emplace(concurrency_);
     for (std::size_t i = 0; i < assets.size(); ++i) {
       results_[i].name = assets[i].name;
-      total_ += weight(i);
+      total_weight_ += weight(i);
     }
   }
 
   std::vector<AssetResult> run() {
-    if (at_once_ <= 1 || assets_.size() <= 1) {
-      work();
+    if (concurrency_ <= 1 || assets_.size() <= 1) {
+      run_next_assets();
     } else {
       std::vector<std::jthread> threads;
-      for (unsigned i = 1; i < std::min<std::size_t>(at_once_, assets_.size()); ++i) {
+      for (unsigned i = 1; i < std::min<std::size_t>(concurrency_, assets_.size()); ++i) {
         threads.emplace_back([this] {
           obey_memory_limit();
-          work();
+          run_next_assets();
         });
       }
-      work();
+      run_next_assets();
     }
-    if (error_) std::rethrow_exception(error_);
+    if (callback_error_) std::rethrow_exception(callback_error_);
     return std::move(results_);
   }
 
@@ -105,7 +109,7 @@ class BatchRun {
 
   bool interrupted() const { return options_.interrupted && options_.interrupted(); }
 
-  void work() {
+  void run_next_assets() {
     std::size_t i = 0;
     std::uint64_t bytes = 0;
     while (next_asset(i, bytes)) {
@@ -114,10 +118,10 @@ class BatchRun {
       try {
         report_result(i);
       } catch (...) {
-        // The callback failed, so that no result can be reported any more; the run ends.
+        // A callback failed, so results can no longer be reported. The run ends.
         const std::lock_guard lock(mutex_);
-        if (!error_) error_ = std::current_exception();
-        next_ = assets_.size();
+        if (!callback_error_) callback_error_ = std::current_exception();
+        next_index_ = assets_.size();
       }
     }
   }
@@ -126,14 +130,13 @@ class BatchRun {
   /// \returns false if no asset is left
   bool next_asset(std::size_t& i, std::uint64_t& bytes) {
     std::unique_lock lock(mutex_);
-    if (next_ == assets_.size() || interrupted()) return false;
-    i = next_++;
+    if (next_index_ == assets_.size() || interrupted()) return false;
+    i = next_index_++;
     bytes = expected_bytes(assets_[i].job);
-    // Running bakes have allocated a part of their estimate already, which is thus counted twice. So fewer bakes run at
-    // once than memory would allow.
-    // A bake that waits to run alone goes first.
-    while (waiting_alone_ > 0 || (running_ > 0 && running_bytes_ + bytes > memory_left())) {
-      done_.wait_for(lock, std::chrono::milliseconds(50));
+    // Running bakes have already allocated a part of their estimated memory. That part is counted twice, so fewer bakes
+    // run at once than memory would allow. A bake that waits to run alone goes first.
+    while (waiting_to_run_alone_ > 0 || (running_ > 0 && running_bytes_ + bytes > memory_left())) {
+      bake_finished_.wait_for(lock, std::chrono::milliseconds(50));
       if (interrupted()) return false;
     }
     ++running_;
@@ -145,24 +148,24 @@ class BatchRun {
     const std::lock_guard lock(mutex_);
     --running_;
     running_bytes_ -= bytes;
-    done_.notify_all();
+    bake_finished_.notify_all();
   }
 
-  /// True if an error may be a lack of memory that was caused by concurrent bakes.
+  /// True if the cause of an error may be a lack of memory due to concurrent bakes.
   bool may_lack_memory(const AssetResult& result) const {
-    return at_once_ > 1 && result.state == AssetState::failed &&
+    return concurrency_ > 1 && result.state == AssetState::failed &&
            result.error_code == static_cast<int>(ErrorCode::internal) &&
            result.error_id != "timeout";
   }
 
-  /// Runs a bake again while no other one runs: estimates of memory may be too low.
-  void try_alone(std::size_t i, const Stopwatch& watch, AssetResult& result) {
+  /// Repeats a bake while no other one runs, since estimates of memory may be too low.
+  void retry_alone(std::size_t i, const Stopwatch& watch, AssetResult& result) {
     {
       std::unique_lock lock(mutex_);
-      ++waiting_alone_;
+      ++waiting_to_run_alone_;
       --running_;
-      done_.notify_all();
-      while (running_ > 0) done_.wait_for(lock, std::chrono::milliseconds(50));
+      bake_finished_.notify_all();
+      while (running_ > 0) bake_finished_.wait_for(lock, std::chrono::milliseconds(50));
       ++running_;
     }
     const unsigned attempts = result.attempts;
@@ -171,12 +174,12 @@ class BatchRun {
     result.attempts = attempts;
     try_asset(i, watch, result);
     const std::lock_guard lock(mutex_);
-    --waiting_alone_;
-    done_.notify_all();
+    --waiting_to_run_alone_;
+    bake_finished_.notify_all();
   }
 
   void report_result(std::size_t i) {
-    const std::lock_guard lock(told_);
+    const std::lock_guard lock(report_mutex_);
     finished_shares_[i] = 1;
     if (options_.on_result) options_.on_result(assets_[i], results_[i]);
     show_progress({});
@@ -187,11 +190,11 @@ class BatchRun {
     double completed = 0;
     for (std::size_t i = 0; i < finished_shares_.size(); ++i)
       completed += finished_shares_[i] * weight(i);
-    options_.on_progress(completed / total_, stage);
+    options_.on_progress(completed / total_weight_, stage);
   }
 
   Device device() {
-    const std::lock_guard lock(opening_);
+    const std::lock_guard lock(device_mutex_);
     if (!device_) {
       device_ = Device::open(options_.device);
       if (options_.cache != nullptr) options_.cache->set_device(device_->info());
@@ -208,11 +211,11 @@ class BatchRun {
       result.name = asset.name;
       result.attempts = attempt + 1;
       try_asset(i, watch, result);
-      if (may_lack_memory(result) && !interrupted()) try_alone(i, watch, result);
-      // a bake with wrong options would fail again, so it is not retried
-      const bool retries = result.state == AssetState::failed &&
-                           result.error_code != static_cast<int>(ErrorCode::usage);
-      if (!retries || interrupted()) break;
+      if (may_lack_memory(result) && !interrupted()) retry_alone(i, watch, result);
+      // A bake with wrong options would fail again, so it is not retried.
+      const bool is_retryable = result.state == AssetState::failed &&
+                                result.error_code != static_cast<int>(ErrorCode::usage);
+      if (!is_retryable || interrupted()) break;
     }
     const bool has_outputs = result.state == AssetState::baked ||
                              result.state == AssetState::unchanged ||
@@ -300,17 +303,17 @@ class BatchRun {
       return options_.cache == nullptr ? std::string() : BakeCache::identify(path);
     });
     const InputLogScope scope(&log);
-    // Discards outputs that were not placed, also on exceptions.
+    // Discards outputs that were not moved to their destinations, also on exceptions.
     struct Discard {
       const InputLog& log;
       ~Discard() { discard_outputs(log); }
-    } const discard{log};
+    } const discard_on_exit{log};
     if (options_.cache != nullptr && take_from_cache(asset, log, unwritable, watch, result)) return;
     const double start = watch.total();
     bool is_timed_out = false;
     const auto progress = [&](double share, std::string_view stage) {
       {
-        const std::lock_guard lock(told_);
+        const std::lock_guard lock(report_mutex_);
         finished_shares_[i] = share;
         show_progress(asset.name + ": " + std::string(stage));
       }
@@ -335,15 +338,15 @@ class BatchRun {
     result.missed = missed_share(Json::parse(job_result.report));
     std::string changed;
     if (options_.cache != nullptr && job_result.failure.empty()) {
-      changed = options_.cache->keep(asset, log.inputs(), outputs_of(log), job_result.files,
-                                     describe(job_result.warnings), result.missed);
+      changed = options_.cache->store_result(asset, log.inputs(), outputs_of(log), job_result.files,
+                                             describe(job_result.warnings), result.missed);
     }
     if (!changed.empty()) {
       const Warning warning{"input-changed", changed + ": the next run bakes it again.", 1};
       job_result.warnings.push_back(warning);
       job_result.causes.push_back(warning);
     }
-    place(asset.job, log);
+    place_outputs(asset.job, log);
     result.files = std::move(job_result.files);
     result.warnings = describe(job_result.warnings);
     result.causes = std::move(job_result.causes);
@@ -355,7 +358,7 @@ class BatchRun {
       result.error_id = "limit";
       result.error_code = 1;
     }
-    finish(asset, watch, result);
+    finish_asset(asset, watch, result);
   }
 
   /// Takes the asset's outputs from the cache, if possible.
@@ -375,32 +378,32 @@ class BatchRun {
     if (decision.kind == CacheDecision::Kind::bake) return false;
     if (decision.kind == CacheDecision::Kind::restored) {
       if (!options_.cache->restore(asset, decision)) return false;
-      place(asset.job, log);
+      place_outputs(asset.job, log);
     }
     result.files = decision.files;
     result.warnings = decision.warnings;
     result.missed = decision.missed;
     const bool unchanged = decision.kind == CacheDecision::Kind::unchanged;
     result.state = unchanged ? AssetState::unchanged : AssetState::restored;
-    if (!unchanged) finish(asset, watch, result);
+    if (!unchanged) finish_asset(asset, watch, result);
     return true;
   }
 
-  /// Runs the `after` hook and records the outputs, after they were placed.
+  /// Runs the `after` hook and records the outputs, after they were moved to their destinations.
   /// \param watch  started with the asset's first attempt: hooks read its seconds
-  void finish(const BatchAsset& asset, const Stopwatch& watch, AssetResult& result) {
+  void finish_asset(const BatchAsset& asset, const Stopwatch& watch, AssetResult& result) {
     result.seconds = watch.total();
     if (!asset.after.empty()) run_hook(asset, asset.after, "after", result);
-    if (options_.cache != nullptr) options_.cache->note_outputs(asset, !asset.after.empty());
+    if (options_.cache != nullptr) options_.cache->record_outputs(asset, !asset.after.empty());
   }
 
   /// Moves the files of a bake to their destinations: all of them, or none.
-  void place(const Job& job, const InputLog& log) {
-    const std::lock_guard lock(placing_);
+  void place_outputs(const Job& job, const InputLog& log) {
+    const std::lock_guard lock(output_mutex_);
     for (const HeldOutput& output : outputs_of(log)) {
       // Two assets may still write the same file: stem "a" with map "b_normal", and stem "a_b" with map "normal".
       const std::string full_path = os::name_key(os::absolute_normal(output.destination));
-      const auto [writer, added] = written_.try_emplace(full_path, &job);
+      const auto [writer, added] = output_writers_.try_emplace(full_path, &job);
       if (!added && writer->second != &job) {
         throw Error(ErrorCode::usage, "'" + output.destination.string() +
                                           "' was already written by another bake of this run: give "
@@ -430,18 +433,18 @@ class BatchRun {
   const std::vector<BatchAsset>& assets_;
   const RunBatchOptions& options_;
   std::vector<AssetResult> results_;
-  std::mutex mutex_, told_, opening_, placing_;
-  std::condition_variable done_;
-  std::size_t next_ = 0;
-  unsigned at_once_ = 1, running_ = 0;
-  unsigned waiting_alone_ = 0;  // Bakes in try_alone()
+  std::mutex mutex_, report_mutex_, device_mutex_, output_mutex_;
+  std::condition_variable bake_finished_;
+  std::size_t next_index_ = 0;
+  unsigned concurrency_ = 1, running_ = 0;
+  unsigned waiting_to_run_alone_ = 0;  // Bakes in retry_alone()
   std::uint64_t running_bytes_ = 0;
   std::vector<double> finished_shares_;
-  double total_ = 0;
+  double total_weight_ = 0;
   std::optional<Device> device_;
   std::optional<SourceCache> sources_;
-  std::map<std::string, const Job*> written_;
-  std::exception_ptr error_;
+  std::map<std::string, const Job*> output_writers_;
+  std::exception_ptr callback_error_;
 };
 
 }  // namespace

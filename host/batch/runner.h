@@ -20,7 +20,7 @@ enum class AssetState : std::uint8_t {
   baked,
   unchanged,  ///< The outputs are up to date
   restored,   ///< The files were copied from the cache
-  failed,     ///< The files were not written, unless the asset only exceeded a limit
+  failed,     ///< No files were written, unless the asset only exceeded a limit
   cancelled,  ///< The run was interrupted
 };
 const char* name_of(AssetState state);
@@ -49,7 +49,7 @@ struct RunBatchOptions {
   /// True to bake all assets even if they are unchanged, and to store the results
   bool rebake = false;
   /// Number of concurrent bakes; 0: two if there are two threads, but fewer if memory is short
-  unsigned at_once = 0;
+  unsigned concurrent_bakes = 0;
   /// Polled during the run, and cancels it by returning true; may be empty
   std::function<bool()> interrupted;
   /// Runs a shell command with `input` on its standard input.

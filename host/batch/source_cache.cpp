@@ -35,7 +35,7 @@ std::string key_of(const Mesh& mesh, RayTraversal traversal) {
   hash.add_array(polygons);
   for (const auto* const names : {&group_names, &object_names, &material_names, &material_files}) {
     hash.add(std::to_string(names->size()));
-    for (const std::string& one : *names) hash.add(one);
+    for (const std::string& name_text : *names) hash.add(name_text);
   }
   hash.add(std::as_bytes(std::span(&metres, 1)));
   hash.add(std::as_bytes(std::span(&uv_set, 1)));
@@ -65,7 +65,7 @@ Source SourceCache::get(const Device& device, const Mesh& mesh, RayTraversal tra
       ++built_count_;
       source = promise.get_future().share();
       entries_.push_front({key, source});
-      if (entries_.size() > kept_) entries_.pop_back();
+      if (entries_.size() > capacity_) entries_.pop_back();
     }
   }
   if (!is_builder) return source.get();
@@ -80,7 +80,7 @@ Source SourceCache::get(const Device& device, const Mesh& mesh, RayTraversal tra
   return source.get();
 }
 
-std::size_t SourceCache::made() const {
+std::size_t SourceCache::built_count() const {
   const std::lock_guard lock(mutex_);
   return built_count_;
 }

@@ -11,24 +11,24 @@
 
 namespace kiln {
 
-/// Sources keyed by the contents of their meshes, so that bakes of one high poly share one BVH. The `kept` most
-/// recently used sources stay in memory. Thread-safe.
+/// Sources keyed by the contents of their meshes, so that bakes of one high poly share one BVH. At most `capacity`
+/// sources stay in memory, the most recently used ones. Thread-safe.
 class SourceCache {
  public:
-  explicit SourceCache(std::size_t kept) : kept_(kept) {}
+  explicit SourceCache(std::size_t capacity) : capacity_(capacity) {}
 
   /// Returns the cached source of an equal mesh, or builds a new source. Threads that request the same mesh wait
   /// until its source is built.
   Source get(const Device& device, const Mesh& mesh, RayTraversal traversal);
   /// Number of sources that were built, for tests.
-  std::size_t made() const;
+  std::size_t built_count() const;
 
  private:
   struct Entry {
     std::string key;
     std::shared_future<Source> source;
   };
-  const std::size_t kept_;
+  const std::size_t capacity_;
   mutable std::mutex mutex_;
   std::list<Entry> entries_;  // Entries, the most recently used one first
   std::size_t built_count_ = 0;

@@ -11,7 +11,7 @@ namespace kiln {
 
 /// A value of a TOML file, with its line.
 struct TomlValue {
-  enum class Kind : std::uint8_t { text, whole, number, truth, date, list, table };
+  enum class Kind : std::uint8_t { text, integer, number, boolean, date, list, table };
 
   Kind kind = Kind::table;
   std::string text;  ///< Text of a scalar, such as "0.5" or "true"; strings have no quotes

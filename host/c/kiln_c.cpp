@@ -58,7 +58,7 @@ class ShadedHigh {
   std::vector<Warning> warnings_;
 };
 
-/// Warnings of the last call that made a mesh or a source.
+/// Warnings of the last call that created a mesh or a source.
 thread_local std::vector<std::string> last_warnings;
 
 std::vector<std::string> texts_of(const std::vector<Warning>& warnings) {
@@ -79,8 +79,8 @@ void check_found(const BakeReport& report) {
   throw Error(ErrorCode::input, message, id);
 }
 
-/// Copies the caller's struct, which may be that of an older header, over the defaults; a null pointer gives the
-/// defaults. `reserved` members must be 0, so that later versions can use them.
+/// Copies the caller's struct, which may be smaller since it is from an older header, over the default values; a null
+/// pointer gives the default values. `reserved` members must be 0, so that later versions can use them.
 template <typename Options>
 Options given(const Options* options, void (*init)(Options*)) {
   Options all;

@@ -67,7 +67,7 @@ inline void check_cancelled(bool cancelled) {
   if (cancelled) throw Error(ErrorCode::cancelled, "Cancelled by the callback.");
 }
 
-/// Fills the part of a caller's struct that its size covers.
+/// Fills as much of a caller's struct as its size states, since it may be from an older header.
 template <typename Out>
 void give(Out* out, Out values) {
   if (out->size < sizeof(std::size_t)) {

@@ -65,21 +65,21 @@ std::optional<std::vector<unsigned char>> BinaryCache::find(std::string_view sou
   const fs::path path = file(file_key);
   const std::uintmax_t size =
       fs::file_size(path, file_error);  // fails if the path is no regular file
-  const std::size_t head = kMagic.size() + file_key.size() + 17;
-  if (file_error || size <= head || size > kMaxFileBytes) return std::nullopt;
+  const std::size_t header = kMagic.size() + file_key.size() + 17;
+  if (file_error || size <= header || size > kMaxFileBytes) return std::nullopt;
   // Skips files that other users may replace. kernel_folder() has warned about the folder itself.
-  if (os::shared_level(path).filename() == path.filename()) return std::nullopt;
+  if (os::find_unsafe_level(path).filename() == path.filename()) return std::nullopt;
   std::string text(size, '\0');
   std::ifstream in(path, std::ios::binary);
   if (!in.read(text.data(), static_cast<std::streamsize>(size))) return std::nullopt;
-  const std::string_view all = text, binary = all.substr(head);
+  const std::string_view all = text, binary = all.substr(header);
   const std::string expected = std::string(kMagic) + file_key + hex(fnv1a(binary)) + '\n';
-  if (all.substr(0, head) != expected) return std::nullopt;
+  if (all.substr(0, header) != expected) return std::nullopt;
   return std::vector<unsigned char>(binary.begin(), binary.end());
 }
 
-void BinaryCache::keep(std::string_view source, std::string_view options,
-                       const std::vector<unsigned char>& binary) const noexcept {
+void BinaryCache::store(std::string_view source, std::string_view options,
+                        const std::vector<unsigned char>& binary) const noexcept {
   if (folder_.empty() || binary.empty() || binary.size() > kMaxFileBytes / 2) return;
   try {
     static std::atomic<unsigned> temporary_count{0};
@@ -101,11 +101,11 @@ void BinaryCache::keep(std::string_view source, std::string_view options,
     if (!is_written || !os::replace(temporary, path)) os::remove_file(temporary.c_str());
     remove_oldest();
   } catch (const std::exception&) {
-    // without a cached binary, the next run builds the program again
+    // errors are ignored: without a cached binary, the next run builds the program again
   }
 }
 
-void BinaryCache::forget(std::string_view source, std::string_view options) const noexcept {
+void BinaryCache::remove(std::string_view source, std::string_view options) const noexcept {
   if (folder_.empty()) return;
   try {
     std::error_code file_error;
@@ -114,15 +114,16 @@ void BinaryCache::forget(std::string_view source, std::string_view options) cons
   }
 }
 
-/// Also removes files that a killed process left incomplete: they are never loaded, and become the oldest.
+/// This also removes incomplete files of killed processes: they are never loaded, so they become the oldest files.
 void BinaryCache::remove_oldest() const {
   std::error_code file_error;
   std::vector<std::pair<fs::file_time_type, fs::path>> cached_files;
   for (fs::directory_iterator at(folder_, file_error), end; !file_error && at != end;
        at.increment(file_error)) {
-    std::error_code gone;
-    const fs::file_time_type time = fs::last_write_time(at->path(), gone);
-    if (!gone && at->is_regular_file(gone)) cached_files.emplace_back(time, at->path());
+    std::error_code remove_error;
+    const fs::file_time_type time = fs::last_write_time(at->path(), remove_error);
+    if (!remove_error && at->is_regular_file(remove_error))
+      cached_files.emplace_back(time, at->path());
   }
   if (cached_files.size() <= kMaxBinaries) return;
   std::sort(cached_files.begin(), cached_files.end());

@@ -14,10 +14,10 @@ namespace kiln::ocl {
 
 /// Binaries of programs, one file each.
 ///
-/// The result of the self-test is always stored, and so is a mark for each program that a CPU driver compiled.
-/// Programs are stored for PoCL if KILN_KEEP_BINARIES is 1: to make a binary, PoCL compiles each kernel of a program
-/// once more, for work-groups of any size, which doubles the time of a first bake. Other drivers have effective
-/// caches of their own.
+/// The result of the self-test is always stored. For each program that a CPU driver has compiled, a file of one byte
+/// records this fact. Programs are stored for PoCL if KILN_KEEP_BINARIES is 1: to create a binary, PoCL compiles each
+/// kernel of a program a second time, for work-groups of any size, which doubles the time of a first bake. Other
+/// drivers cache programs effectively themselves.
 ///
 /// Files that are incomplete, from another driver, or writable by others are ignored. Files are replaced atomically, so
 /// any number of processes may share a folder. Above kMaxBinaries, the oldest files are removed.
@@ -26,11 +26,12 @@ class BinaryCache {
   static constexpr std::size_t kMaxBinaries = 256;
 
   /// \param folder  empty: disables the cache. Created with the first file, for this user only
-  /// \param driver text that identifies all that binaries depend on, besides source and options
+  /// \param driver text that identifies everything that binaries depend on except source and options
   /// \param programs  true: binaries of programs are stored, too
   BinaryCache(std::filesystem::path folder, std::string driver, bool programs = true);
-  /// Cache of a device. Disabled if POCL_KERNEL_CACHE or KILN_KEEP_BINARIES is 0; stores programs for PoCL only, and
-  /// only if KILN_KEEP_BINARIES is 1.
+  /// Creates the cache of a device. It is disabled if POCL_KERNEL_CACHE or KILN_KEEP_BINARIES is 0. If
+  /// KILN_KEEP_BINARIES is 1 and the driver is PoCL, binaries of programs are stored, too; otherwise only test results
+  /// and records of compiled programs.
   /// \param folder  KernelFolder::kiln
   static BinaryCache of(const DeviceInfo& device, std::string_view platform_version,
                         const std::filesystem::path& folder);
@@ -38,10 +39,10 @@ class BinaryCache {
   std::optional<std::vector<unsigned char>> find(std::string_view source,
                                                  std::string_view options) const;
   /// Stores a binary; does nothing if it cannot be written.
-  void keep(std::string_view source, std::string_view options,
-            const std::vector<unsigned char>& binary) const noexcept;
+  void store(std::string_view source, std::string_view options,
+             const std::vector<unsigned char>& binary) const noexcept;
   /// Removes a binary that the driver rejected.
-  void forget(std::string_view source, std::string_view options) const noexcept;
+  void remove(std::string_view source, std::string_view options) const noexcept;
   bool keeps_programs() const { return keeps_programs_ && !folder_.empty(); }
 
  private:

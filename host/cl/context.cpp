@@ -117,21 +117,22 @@ Buffer::Buffer(Context& context, std::size_t bytes, const void* data)
                                        " failed with " + status_name(status) + "; " +
                                        megabytes(context.device_bytes()) + " are in use.");
   }
-  context.account(static_cast<std::int64_t>(bytes));
+  context.account_memory(static_cast<std::int64_t>(bytes));
   if (info.is_gpu || data != nullptr) return;
-  untouched_ = true;
-  count_untouched(static_cast<std::int64_t>(bytes));
+  is_unwritten_ = true;
+  count_unwritten(static_cast<std::int64_t>(bytes));
 }
 
-void Buffer::touch() const noexcept {
-  if (untouched_ && untouched_.exchange(false)) count_untouched(-static_cast<std::int64_t>(bytes_));
+void Buffer::mark_written() const noexcept {
+  if (is_unwritten_ && is_unwritten_.exchange(false))
+    count_unwritten(-static_cast<std::int64_t>(bytes_));
 }
 
 Buffer::~Buffer() {
   if (memory_ == nullptr) return;
-  touch();
+  mark_written();
   release([&] { clReleaseMemObject(memory_); });
-  context_->account(-static_cast<std::int64_t>(bytes_));
+  context_->account_memory(-static_cast<std::int64_t>(bytes_));
 }
 
 Context::Context(cl_platform_id platform, cl_device_id device, DeviceInfo info)
@@ -139,17 +140,19 @@ Context::Context(cl_platform_id platform, cl_device_id device, DeviceInfo info)
   const cl_context_properties properties[] = {CL_CONTEXT_PLATFORM,
                                               reinterpret_cast<cl_context_properties>(platform), 0};
   cl_int status = CL_SUCCESS;
-  check(driver([&] {
-          context_ = clCreateContext(properties, 1, &device, nullptr, nullptr, &status);
-          if (status == CL_INVALID_PLATFORM) {
-            // ocl-icd rejects a device if it lists no platform, as with KILN_OPENCL_DRIVER. Then the driver's function
-            // is called directly: each of its objects starts with the table of functions.
-            const cl_icd_dispatch& table = **reinterpret_cast<const cl_icd_dispatch**>(device);
-            context_ = table.clCreateContext(properties, 1, &device, nullptr, nullptr, &status);
-          }
-          return status;
-        }),
-        "Opening " + info_.name);
+  check(
+      driver([&] {
+        context_ = clCreateContext(properties, 1, &device, nullptr, nullptr, &status);
+        if (status == CL_INVALID_PLATFORM) {
+          // If ocl-icd lists no platform, as with KILN_OPENCL_DRIVER, it rejects every device. In that case the
+          // driver's function is called directly: each object of a driver starts with a pointer to the table of its
+          // functions.
+          const cl_icd_dispatch& table = **reinterpret_cast<const cl_icd_dispatch**>(device);
+          context_ = table.clCreateContext(properties, 1, &device, nullptr, nullptr, &status);
+        }
+        return status;
+      }),
+      "Opening " + info_.name);
   record_opened();
   try {
     check(driver([&] {
@@ -181,7 +184,7 @@ Context::Context(cl_context context, cl_device_id device, cl_command_queue queue
 }
 
 Context::~Context() {
-  // Threads that still compile programs use this context, so they are joined.
+  // Waits for threads that still compile programs, since they use this context.
   for (const auto& [key, build] : programs_) {
     if (build->thread.joinable()) build->thread.join();
   }
@@ -197,7 +200,7 @@ thread_local std::int64_t thread_bytes = 0;
 
 std::int64_t Context::bytes_of_thread() { return thread_bytes; }
 
-void Context::account(std::int64_t bytes) {
+void Context::account_memory(std::int64_t bytes) {
   thread_bytes += bytes;
   const std::uint64_t now = device_bytes_ += static_cast<std::uint64_t>(bytes);
   std::uint64_t peak = peak_device_bytes_;
@@ -207,7 +210,7 @@ void Context::account(std::int64_t bytes) {
 
 void Context::set_buffer_argument(const Kernel& kernel, cl_uint index, const Buffer& buffer) {
   const cl_mem memory = buffer.get();
-  buffer.touch();
+  buffer.mark_written();
   set_raw_argument(kernel, index, &memory, sizeof(void*));
 }
 
@@ -244,7 +247,7 @@ bool Context::wait_within(std::chrono::steady_clock::duration timeout) {
   check(driver([&] { return clEnqueueMarkerWithWaitList(queue_, 0, nullptr, &marker.event); }),
         what);
   check(driver([&] { return clFlush(queue_); }), what);
-  // Each pause is a sixteenth of the time waited so far, so that polling adds little to the wait.
+  // Each pause between polls is a sixteenth of the time waited so far, so that polling prolongs the wait only slightly.
   const auto start = std::chrono::steady_clock::now();
   for (;;) {
     cl_int status = CL_COMPLETE;
@@ -278,19 +281,19 @@ bool Context::finish_within(double seconds) {
 
 namespace {
 
-// Blocks of a CPU's buffers from this size on are copied and filled by all threads, in the memory that the device
-// shares with the host: drivers do it on one thread, while the others wait.
+// Blocks of a CPU device's buffers of at least this size are copied and filled by all threads, directly in the memory
+// that the device shares with the host. Drivers would use one thread, while the others wait.
 constexpr std::size_t kMinSharedBytes = std::size_t{1} << 20;
 constexpr std::size_t kSharedBytesPerTask = std::size_t{1} << 18;  // a multiple of any value's size
-// Copies of a value that repeat() copies at once: they stay in the first cache.
+// Maximum bytes of repeated values that fill_with_copies() copies at once, so that they stay in the first-level cache.
 constexpr std::size_t kMaxRepeatedBytes = std::size_t{1} << 13;
 
 bool is_shared(const DeviceInfo& info, std::size_t bytes) {
   return !info.is_gpu && bytes >= kMinSharedBytes;
 }
 
-/// Fills memory with copies of a value, doubling what it copies at once up to kMaxRepeatedBytes.
-void repeat(const void* value, std::size_t value_bytes, char* to, std::size_t bytes) {
+/// Fills memory with copies of a value. The copied block doubles in size with each copy, up to kMaxRepeatedBytes.
+void fill_with_copies(const void* value, std::size_t value_bytes, char* to, std::size_t bytes) {
   std::size_t done = std::min(value_bytes, bytes);
   std::memcpy(to, value, done);
   while (done < bytes) {
@@ -300,9 +303,10 @@ void repeat(const void* value, std::size_t value_bytes, char* to, std::size_t by
   }
 }
 
-/// Calls copy(offset, bytes) for the whole range; with a progress callback, in pieces, polling before each.
+/// Calls copy(offset, bytes) for the whole range. If there is a progress callback, copies in pieces, and polls progress
+/// before each piece.
 template <typename Copy>
-void in_pieces(std::size_t bytes, const Copy& copy) {
+void copy_in_pieces(std::size_t bytes, const Copy& copy) {
   constexpr std::size_t kBytesPerPiece = std::size_t{1} << 26;
   for (std::size_t at = 0; at < bytes;) {
     const std::size_t piece =
@@ -320,13 +324,13 @@ void Context::fill_bytes(const Buffer& buffer, const void* value, std::size_t va
   if (is_shared(info_, bytes)) {
     return use_mapped(buffer, CL_MAP_WRITE_INVALIDATE_REGION, 0, bytes, [&](void* data) {
       parallel_for(bytes, kSharedBytesPerTask, [&](std::size_t begin, std::size_t end) {
-        repeat(value, value_bytes, static_cast<char*>(data) + begin, end - begin);
+        fill_with_copies(value, value_bytes, static_cast<char*>(data) + begin, end - begin);
       });
     });
   }
   ++commands_;
   if (bytes == 0) return;
-  buffer.touch();
+  buffer.mark_written();
   check(driver([&] {
           return clEnqueueFillBuffer(queue_, buffer.get(), value, value_bytes, 0, bytes, 0, nullptr,
                                      nullptr);
@@ -339,8 +343,8 @@ void Context::write_bytes(const Buffer& buffer, std::size_t offset, const void* 
                           std::size_t bytes) {
   ++commands_;
   wait();
-  buffer.touch();
-  in_pieces(bytes, [&](std::size_t at, std::size_t piece) {
+  buffer.mark_written();
+  copy_in_pieces(bytes, [&](std::size_t at, std::size_t piece) {
     check(driver([&] {
             return clEnqueueWriteBuffer(queue_, buffer.get(), CL_TRUE, offset + at, piece,
                                         static_cast<const char*>(data) + at, 0, nullptr, nullptr);
@@ -353,7 +357,7 @@ void* Context::map_bytes(const Buffer& buffer, cl_map_flags flags, std::size_t o
                          std::size_t bytes) {
   ++commands_;
   wait();
-  if (flags != CL_MAP_READ) buffer.touch();
+  if (flags != CL_MAP_READ) buffer.mark_written();
   cl_int status = CL_SUCCESS;
   void* data = nullptr;
   check(driver([&] {
@@ -383,7 +387,7 @@ void Context::read_bytes(const Buffer& buffer, std::size_t offset, void* data, s
   }
   ++commands_;
   wait();
-  in_pieces(bytes, [&](std::size_t at, std::size_t piece) {
+  copy_in_pieces(bytes, [&](std::size_t at, std::size_t piece) {
     check(driver([&] {
             return clEnqueueReadBuffer(queue_, buffer.get(), CL_TRUE, offset + at, piece,
                                        static_cast<char*>(data) + at, 0, nullptr, nullptr);

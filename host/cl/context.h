@@ -62,21 +62,21 @@ class Buffer {
 
   cl_mem get() const { return memory_; }
   std::size_t bytes() const { return bytes_; }
-  /// Marks the memory as written, so that count_untouched() no longer subtracts it.
-  void touch() const noexcept;
+  /// Marks the memory as written, so that count_unwritten() no longer subtracts it.
+  void mark_written() const noexcept;
 
  private:
   void swap(Buffer& other) noexcept {
     std::swap(memory_, other.memory_);
-    other.untouched_ = untouched_.exchange(other.untouched_);
+    other.is_unwritten_ = is_unwritten_.exchange(other.is_unwritten_);
     std::swap(bytes_, other.bytes_);
     std::swap(context_, other.context_);
   }
   cl_mem memory_ = nullptr;
   std::size_t bytes_ = 0;
   Context* context_ = nullptr;
-  mutable std::atomic<bool> untouched_{
-      false};  ///< True while count_untouched() counts the memory as allocated but not written
+  mutable std::atomic<bool> is_unwritten_{
+      false};  ///< True while count_unwritten() counts the memory as allocated but not written
 };
 
 /// A typed device array of fixed size. An empty array is passed to kernels as a null pointer.
@@ -130,9 +130,10 @@ class Kernel {
 
 /// Context, in-order queue, built programs and memory account of one device.
 ///
-/// Thread-safe. A thread's own commands run in its order, interleaved with those of other threads; waiting includes
-/// commands that others enqueued before. Access to arrays and buffers is not synchronised: a thread that writes one
-/// must be its only user, or hold a lock until the last command that needs the data is enqueued.
+/// Thread-safe. The commands of one thread run in the order in which it enqueues them, interleaved with those of other
+/// threads. A wait also waits for commands that other threads enqueued before. Access to arrays and buffers is not
+/// synchronised: a thread that writes one must be its only user, or hold a lock until the last command that needs the
+/// data is enqueued.
 class KILN_HIDDEN Context {
  public:
   Context(cl_platform_id platform, cl_device_id device, DeviceInfo info);
@@ -154,7 +155,7 @@ class KILN_HIDDEN Context {
                 const std::string& defines = {});
 
   /// Returns a kernel of a family to whose program a user's source is appended.
-  /// \param more       the user's source; compiler messages name it `more_name` and count its lines from 1
+  /// \param more the user's source; compiler messages call it `more_name` and count its lines from 1
   /// \throws Error(input) with the whole build log if it does not compile
   Kernel kernel_with(const std::string& family, const std::string& name, const std::string& more,
                      const std::string& more_name);
@@ -179,12 +180,12 @@ class KILN_HIDDEN Context {
 
   /// Waits for all commands.
   void finish();
-  /// Waits at most this long. \returns false if commands are still running; no driver is called after that
+  /// Waits at most this long. \returns false if commands are still running; then no driver function is called any more
   bool finish_within(double seconds);
 
   /// Rejects a device that computes wrong results (host/cl/selftest.h). Each device and driver version is tested
   /// once; a pass is stored in the binary cache. \throws Error(device), id `self-test`
-  void require_sound();
+  void require_correct_results();
 
   /// Seconds spent so far in clBuildProgram and in loading from caches.
   double build_seconds() const;
@@ -201,8 +202,8 @@ class KILN_HIDDEN Context {
   struct Program;
   /// A program whose build is finished or running.
   struct Build;
-  /// Builds a source. \param builds name of the source in messages \param code error code of compiler errors
-  std::shared_ptr<Program> build(std::string_view source, const std::string& builds,
+  /// Builds a source. \param source_name  name of the source, for messages \param code error code of compiler errors
+  std::shared_ptr<Program> build(std::string_view source, const std::string& source_name,
                                  const std::string& defines, ErrorCode code);
   std::shared_ptr<Program> load(std::string_view source, const std::string& options);
   void keep(std::string_view source, const std::string& options, const Program& built_program);
@@ -254,7 +255,7 @@ class KILN_HIDDEN Context {
   cl_device_id device_ = nullptr;
   cl_context context_ = nullptr;
   cl_command_queue queue_ = nullptr;
-  void account(std::int64_t bytes);
+  void account_memory(std::int64_t bytes);
 
   mutable std::mutex programs_mutex_;
   std::map<std::string, std::shared_ptr<Build>> programs_;

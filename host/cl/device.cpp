@@ -21,12 +21,12 @@ namespace kiln {
 namespace {
 
 #ifdef _WIN32
-constexpr bool kLoaderIsLoadedLate = true;
+constexpr bool kHasDelayedLoading = true;
 constexpr const char* kHowToInstall =
     "OpenCL comes with the driver of your GPU: install that of its vendor (AMD, Intel, NVIDIA). "
     "A machine without a GPU can have Intel's CPU Runtime for OpenCL.";
 #else
-constexpr bool kLoaderIsLoadedLate = false;
+constexpr bool kHasDelayedLoading = false;
 constexpr const char* kHowToInstall =
     "Install one with 'apt install pocl-opencl-icd' or, for Python, with 'pip install kiln[cpu]' "
     "(any CPU), or your GPU vendor's OpenCL driver. If one is installed, it may have no "
@@ -104,8 +104,8 @@ PlatformsCall driver_of_variable(std::string& reason) {
     return nullptr;
   }
   using GetFunction = void*(CL_API_CALL*)(const char*);
-  const auto get_function =
-      reinterpret_cast<GetFunction>(os::function_of(library, "clGetExtensionFunctionAddress"));
+  const auto get_function = reinterpret_cast<GetFunction>(
+      os::find_library_function(library, "clGetExtensionFunctionAddress"));
   if (get_function != nullptr) {
     reason += ": '" + std::string(path) + "' gives no device";
     return reinterpret_cast<PlatformsCall>(get_function("clIcdGetPlatformIDsKHR"));
@@ -158,24 +158,24 @@ std::vector<FoundDevice> query_devices(PlatformsCall get_platforms) {
 
 /// \param reason  why KILN_OPENCL_DRIVER provides no device; empty if it was not used
 std::vector<FoundDevice> find_devices(std::string& reason) {
-  // a lower bound: PoCL's driver needs 68 MiB
+  // A lower bound of the memory of a driver: PoCL's needs 68 MiB
   constexpr std::uint64_t kDriverBytes = std::uint64_t{60} << 20;
   require_memory("Loading OpenCL drivers", kDriverBytes);
   cl::kernel_folder();  // This is set before the first call of OpenCL, since PoCL reads the environment only once
-  // PoCL compiles a kernel anew for each work-group size and for small and large grids, so maps of another size would
-  // not find their kernels in its cache. Kernels that call one function per item (kernels/lib/call.clh) do not
-  // benefit from that.
+  // PoCL compiles a kernel again for each work-group size, and for small and large grids, so maps of another size would
+  // not find their kernels in its cache. Kernels that call one function per item (kernels/lib/call.clh) do not benefit
+  // from that.
   constexpr const char* kSpecializeVariable = "POCL_WORK_GROUP_SPECIALIZATION";
-  if (std::getenv(kSpecializeVariable) == nullptr) os::set_variable(kSpecializeVariable, "0");
+  if (std::getenv(kSpecializeVariable) == nullptr)
+    os::set_environment_variable(kSpecializeVariable, "0");
   std::vector<FoundDevice> found_devices;
-  // With delayed loading, the first call loads the OpenCL library, and would end the process if there is
-  // none.
+  // With delayed loading, the first call of OpenCL loads its library, and would end the process if there is none.
   std::string load_error;
   const bool has_loader =
-      !kLoaderIsLoadedLate || os::load_library("OpenCL.dll", load_error) != nullptr;
+      !kHasDelayedLoading || os::load_library("OpenCL.dll", load_error) != nullptr;
   cl::driver([&] {
     if (has_loader) found_devices = query_devices(clGetPlatformIDs);
-    // The query is repeated, since a driver whose start failed, such as PoCL without a writable folder, may
+    // The query is repeated, since a driver that failed to start before, such as PoCL without a writable folder, may
     // succeed now.
     if (has_loader && found_devices.empty()) found_devices = query_devices(clGetPlatformIDs);
     if (found_devices.empty()) found_devices = query_devices(driver_of_variable(reason));
@@ -187,9 +187,8 @@ std::vector<FoundDevice> find_devices(std::string& reason) {
 const FoundDevice* select_device(const std::vector<FoundDevice>& found_devices,
                                  std::string_view selector) {
   if (selector.empty()) {
-    const auto sound =
-        std::find_if(found_devices.begin(), found_devices.end(),
-                     [](const FoundDevice& f) { return !may_wait_for_itself(f.info); });
+    const auto sound = std::find_if(found_devices.begin(), found_devices.end(),
+                                    [](const FoundDevice& f) { return !may_deadlock(f.info); });
     return sound != found_devices.end() ? &*sound : found_devices.data();
   }
   if (std::all_of(selector.begin(), selector.end(),
@@ -214,7 +213,7 @@ DeviceInfo describe_device(cl_platform_id platform, cl_device_id device) {
 
 Device checked_device(std::shared_ptr<cl::Context> context) {
   try {
-    context->require_sound();
+    context->require_correct_results();
   } catch (const Error&) {
     // Never freed: PoCL 3.0, which computes wrong results, aborts when a context is released, which would
     // hide the message.
@@ -236,7 +235,7 @@ const char* version() noexcept {
 
 std::vector<Warning> kernel_folder_warnings() { return cl::kernel_folder().warnings; }
 
-bool may_wait_for_itself(const DeviceInfo& info) {
+bool may_deadlock(const DeviceInfo& info) {
   return is_pocl(info) && info.name.starts_with("basic");
 }
 

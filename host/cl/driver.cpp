@@ -15,10 +15,10 @@
 namespace kiln {
 namespace {
 
-std::atomic<bool> failed{false};
+std::atomic<bool> has_driver_failed{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
-thread_local volatile int depth = 0;
-// Numbers of driver calls, of all threads, that have begun and that have ended.
+thread_local volatile int call_depth = 0;
+// Numbers of driver calls of all threads that have begun, and that have ended.
 std::atomic<std::uint64_t> begun_calls{0}, ended_calls{0};
 std::atomic<int> own_maps{0};
 // name of the first running user's map; read by signal handlers
@@ -27,19 +27,19 @@ std::atomic<long> opened_by{0};  // process that opened the last device
 
 }  // namespace
 
-bool driver_failed() noexcept { return failed.load(); }
-bool in_driver() noexcept { return depth > 0; }
+bool driver_failed() noexcept { return has_driver_failed.load(); }
+bool in_driver() noexcept { return call_depth > 0; }
 const char* running_own_map() noexcept { return own_maps > 0 ? own_map_name.data() : nullptr; }
 
 namespace ocl {
 
 DriverCall::DriverCall() noexcept {
-  depth = depth + 1;
+  call_depth = call_depth + 1;
   ++begun_calls;
 }
 DriverCall::~DriverCall() {
   ++ended_calls;
-  depth = depth - 1;
+  call_depth = call_depth - 1;
 }
 
 namespace {
@@ -83,7 +83,7 @@ std::uint64_t call_under_way() noexcept {
   return all > done ? all + done : 0;
 }
 
-void record_driver_failure() noexcept { failed = true; }
+void record_driver_failure() noexcept { has_driver_failed = true; }
 
 void throw_driver_failure() {
   throw Error(ErrorCode::device,

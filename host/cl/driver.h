@@ -9,7 +9,7 @@
 
 namespace kiln::ocl {
 
-/// Marks a driver call for its scope: in_driver() is true meanwhile.
+/// Marks a driver call during its lifetime, in which in_driver() returns true.
 class DriverCall {
  public:
   DriverCall() noexcept;
@@ -17,13 +17,14 @@ class DriverCall {
   DriverCall(const DriverCall&) = delete;
 };
 
-/// A number that changes whenever a call begins or ends on any thread; 0 if no call is in progress.
+/// Returns a number that changes whenever a driver call begins or ends on any thread; 0 if no call is in progress.
 std::uint64_t call_under_way() noexcept;
 
 /// Called in handlers of exceptions from a driver: disables all further calls.
 void record_driver_failure() noexcept;
 
-/// Scope of building and running a user's kernel function: running_own_map() returns its name meanwhile.
+/// The scope in which a user's kernel function is built and run: during its lifetime, running_own_map() returns the
+/// map's name.
 class OwnMapRun {
  public:
   /// \param label    name of the map and its file, for messages
@@ -47,7 +48,7 @@ class OwnMapRun {
   const OwnMapRun* before_;
 };
 
-/// \throws Error(device) because a driver has failed, now or before
+/// Throws the error for a driver that has failed, now or before. \throws Error(device)
 [[noreturn]] void throw_driver_failure();
 
 /// Records that this process has opened a device. A forked child has none of the driver's threads, so calls there would
@@ -55,11 +56,11 @@ class OwnMapRun {
 void record_opened() noexcept;
 /// True in a child that was forked after a device was opened.
 bool is_forked() noexcept;
-/// \throws Error(device) that explains the fork
+/// Throws the error for the child of a fork. \throws Error(device)
 [[noreturn]] void throw_forked();
 
-/// Calls a driver. \returns its status \throws Error(device) if the driver throws, or has thrown before, and in a
-/// forked child of the process that opened a device
+/// Calls a driver function. \returns its status \throws Error(device) if the driver throws, or has thrown before, and
+/// in a forked child of the process that opened a device
 template <typename Call>
 cl_int driver(const Call& call) {
   if (is_forked()) throw_forked();

@@ -26,6 +26,6 @@ std::vector<Warning> kernel_folder_warnings();
 
 /// True for PoCL's driver `basic`: it runs kernels on the waiting thread, and several waiting threads can deadlock.
 /// Device::open() avoids it unless it is requested by name.
-bool may_wait_for_itself(const DeviceInfo& info);
+bool may_deadlock(const DeviceInfo& info);
 
 }  // namespace kiln

@@ -11,16 +11,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kPocl = "POCL_CACHE_DIR";
+constexpr const char* kPoclVariable = "POCL_CACHE_DIR";
 
 std::string environment_text(const char* name) {
   const char* value = std::getenv(name);
   return value != nullptr ? value : "";
 }
 
-/// The folder that a variable names, as an absolute path without "." that replaces the value in the environment, too:
-/// PoCL does not start if POCL_CACHE_DIR is ".", and kernels stay in one folder if the current folder changes. Links and
-/// ".." are kept for os::shared_level().
+/// Returns the folder that an environment variable names, as an absolute path without ".", and replaces the variable's
+/// value by it: PoCL does not start if POCL_CACHE_DIR is ".", and a relative path would name another folder when the
+/// current folder changes. Links and ".." stay in the path, so that os::find_unsafe_level() checks them.
 std::string folder_of_variable(const char* name) {
   const std::string given = environment_text(name);
   std::error_code error;
@@ -30,26 +30,26 @@ std::string folder_of_variable(const char* name) {
     if (!part.empty() && part != ".") folder /= part;
   }
   if (error || folder == fs::path(given)) return given;
-  os::set_variable(name, folder.string().c_str());
+  os::set_environment_variable(name, folder.string().c_str());
   return folder.string();
 }
 
-fs::path shared_level(const fs::path& a, const fs::path& b) {
-  const fs::path level = os::shared_level(a);
-  return level.empty() ? os::shared_level(b) : level;
+fs::path find_unsafe_level(const fs::path& a, const fs::path& b) {
+  const fs::path level = os::find_unsafe_level(a);
+  return level.empty() ? os::find_unsafe_level(b) : level;
 }
 
 /// \param next_action what the user should do, or what Kiln does instead
-Warning warning_of(const fs::path& level, const std::string& next_action) {
+Warning make_warning(const fs::path& level, const std::string& next_action) {
   return {"kernel-folder",
           "Compiled kernels are code, and another user owns '" + level.string() +
               "' or may write to it: " + next_action,
           1};
 }
 
-/// True if the process may write to a folder, or create it.
+/// True if the process may write to a folder, or may create it.
 bool can_write(fs::path folder) {
-  while (!os::facts_of_link(folder) && folder.has_parent_path() && folder != folder.parent_path()) {
+  while (!os::query_link(folder) && folder.has_parent_path() && folder != folder.parent_path()) {
     folder = folder.parent_path();
   }
   return os::may_write_in(folder);
@@ -59,7 +59,7 @@ bool can_write(fs::path folder) {
 fs::path use_user_folder() {
   const fs::path folder = os::user_folder();
   os::create_private_folders(folder);
-  const fs::path level = shared_level(folder, folder / "kiln");
+  const fs::path level = find_unsafe_level(folder, folder / "kiln");
   if (!level.empty()) {
     throw Error(ErrorCode::device,
                 "Compiled kernels are code, and there is no safe folder for them: another user "
@@ -76,12 +76,12 @@ fs::path use_user_folder() {
                     "/tmp (--tmpfs /tmp:exec).",
                 "kernel-folder");
   }
-  os::set_variable(kPocl, folder.string().c_str());
+  os::set_environment_variable(kPoclVariable, folder.string().c_str());
   return folder;
 }
 
-/// Copies the files of a folder that the other one lacks. Files that cannot be read or written are skipped:
-/// their kernels are compiled again.
+/// Copies those files of a folder that do not exist in the other folder. Files that cannot be read or written are
+/// skipped; their kernels are compiled again.
 void copy_missing_files(const fs::path& from, const fs::path& to) {
   const std::string suffix = "." + std::to_string(os::process_id());
   std::error_code failed;
@@ -103,15 +103,15 @@ void copy_missing_files(const fs::path& from, const fs::path& to) {
 /// Handles a folder of kernels that this process may not write to, such as one in a container image. PoCL writes to
 /// its cache even if it contains all kernels, and ends the process if writing fails. So the kernels are copied to the
 /// user's folder, which takes milliseconds.
-KernelFolder use_copy(const fs::path& given) {
-  const fs::path level = shared_level(given, given / "kiln"), folder = use_user_folder();
+KernelFolder use_copied_folder(const fs::path& given) {
+  const fs::path level = find_unsafe_level(given, given / "kiln"), folder = use_user_folder();
   if (level.empty()) {
     copy_missing_files(given, folder);
     return {folder / "kiln"};
   }
   return {folder / "kiln",
-          {warning_of(level, "they are not used, but compiled again, in '" + folder.string() +
-                                 "'. Let root own that folder, and nobody else write to it.")}};
+          {make_warning(level, "they are not used, but compiled again, in '" + folder.string() +
+                                   "'. Let root own that folder, and nobody else write to it.")}};
 }
 
 }  // namespace
@@ -121,19 +121,19 @@ KernelFolder kernel_folder() {
   static std::string chosen_folder;  // the folder that this process has set
   static std::vector<Warning> warnings_of_choice;
   const std::lock_guard lock(mutex);
-  if (const std::string given = folder_of_variable(kPocl); !given.empty()) {
+  if (const std::string given = folder_of_variable(kPoclVariable); !given.empty()) {
     const fs::path kiln = fs::path(given) / "kiln";
     if (given == chosen_folder) return {kiln, warnings_of_choice};
     os::create_private_folders(given);
     if (!os::may_write_in(given)) {
-      KernelFolder copy = use_copy(given);
+      KernelFolder copy = use_copied_folder(given);
       chosen_folder = copy.kiln.parent_path().string();
       warnings_of_choice = copy.warnings;
       return copy;
     }
-    const fs::path level = shared_level(given, kiln);
+    const fs::path level = find_unsafe_level(given, kiln);
     if (level.empty()) return {kiln};
-    return {kiln, {warning_of(level, "set POCL_CACHE_DIR to a folder that is yours alone.")}};
+    return {kiln, {make_warning(level, "set POCL_CACHE_DIR to a folder that is yours alone.")}};
   }
   std::vector<Warning> warnings;
   const std::string given = folder_of_variable("XDG_CACHE_HOME"), home = environment_text("HOME");
@@ -142,20 +142,21 @@ KernelFolder kernel_folder() {
                                          : fs::path(home) / ".cache";
   if (!caches.empty() && can_write(caches)) {
     const char* const pocl = environment_text("POCL_KERNEL_CACHE") == "0" ? "uncached" : "kcache";
-    const fs::path kiln = caches / "kiln", level = shared_level(caches / "pocl" / pocl, kiln);
+    const fs::path kiln = caches / "kiln", level = find_unsafe_level(caches / "pocl" / pocl, kiln);
     if (level.empty() || !given.empty()) {
       if (!level.empty()) {
         warnings.push_back(
-            warning_of(level,
-                       "set XDG_CACHE_HOME or POCL_CACHE_DIR to a folder that is yours "
-                       "alone."));
+            make_warning(level,
+                         "set XDG_CACHE_HOME or POCL_CACHE_DIR to a folder that is yours "
+                         "alone."));
       }
-      os::set_variable(kPocl, nullptr);  // an empty value would end the process within PoCL
+      // with an empty value, PoCL would end the process
+      os::set_environment_variable(kPoclVariable, nullptr);
       return {kiln, warnings};
     }
     warnings.push_back(
-        warning_of(level, "they are kept in '" + os::user_folder().string() +
-                              "'. Remove this permission (chmod go-w), or set POCL_CACHE_DIR."));
+        make_warning(level, "they are kept in '" + os::user_folder().string() +
+                                "'. Remove this permission (chmod go-w), or set POCL_CACHE_DIR."));
   }
   const fs::path folder = use_user_folder();
   chosen_folder = folder.string();

@@ -16,7 +16,7 @@ struct KernelFolder {
 
 /// Chooses the folders of compiled kernels, Kiln's and PoCL's: POCL_CACHE_DIR, or else `kiln` and `pocl` in
 /// XDG_CACHE_HOME or ~/.cache. PoCL executes the files there, so a folder that other users own or may write to would
-/// allow them to run code; os::shared_level() checks every level. A folder that the user set by a variable is used
+/// allow them to run code; os::find_unsafe_level() checks every level. A folder that the user set by a variable is used
 /// with a warning; ~/.cache is not used then. If it is unsafe, missing or not writable, `kiln-USER` in the folder for
 /// temporary files replaces it, for this user only; PoCL's own choice without HOME, /tmp/pocl/kcache, may belong to
 /// anyone. Relative paths start at the current folder of the first call. The choice is passed to PoCL by POCL_CACHE_DIR

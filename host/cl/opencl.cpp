@@ -135,7 +135,7 @@ Device opencl_device(const OpenClHandles& handles) {
   }
   const auto context = std::make_shared<cl::Context>(handles.context, handles.device, handles.queue,
                                                      describe_device(platform, handles.device));
-  context->require_sound();
+  context->require_correct_results();
   return DeviceAccess::make(context);
 }
 

@@ -42,8 +42,8 @@ struct CompileResult {
   std::string log;
 };
 
-CompileResult compile(const Context& context, std::string_view source, const std::string& builds,
-                      const std::string& options) {
+CompileResult compile(const Context& context, std::string_view source,
+                      const std::string& source_name, const std::string& options) {
   CompileResult result;
   const char* text = source.data();
   const std::size_t length = source.size();
@@ -53,7 +53,7 @@ CompileResult compile(const Context& context, std::string_view source, const std
               clCreateProgramWithSource(context.get(), 1, &text, &length, &result.status);
           return result.status;
         }),
-        "clCreateProgramWithSource for " + builds);
+        "clCreateProgramWithSource for " + source_name);
   result.status = driver([&] {
     return clBuildProgram(result.program, 1, &device, options.c_str(), nullptr, nullptr);
   });
@@ -102,7 +102,7 @@ std::shared_ptr<Context::Program> Context::load(std::string_view source,
     });
     if (status == CL_SUCCESS) return loaded;
   }
-  binaries_->forget(source, options);
+  binaries_->remove(source, options);
   return nullptr;
 }
 
@@ -118,11 +118,12 @@ void Context::keep(std::string_view source, const std::string& options,
   std::vector<unsigned char> binary(size);
   unsigned char* bytes = binary.data();
   if (query(CL_PROGRAM_BINARIES, sizeof bytes, &bytes) == CL_SUCCESS) {
-    binaries_->keep(source, options, binary);
+    binaries_->store(source, options, binary);
   }
 }
 
-std::shared_ptr<Context::Program> Context::build(std::string_view source, const std::string& builds,
+std::shared_ptr<Context::Program> Context::build(std::string_view source,
+                                                 const std::string& source_name,
                                                  const std::string& defines, ErrorCode code) {
   std::string options = "-cl-std=CL1.2";
   if (info_.has_correct_division) options += " -cl-fp32-correctly-rounded-divide-sqrt";
@@ -134,8 +135,9 @@ std::shared_ptr<Context::Program> Context::build(std::string_view source, const 
   if (is_kept) {
     if (std::shared_ptr<Program> loaded = load(source, options)) return loaded;
   }
-  // Memory that a CPU driver's compiler (PoCL's LLVM) allocates at its first use and keeps. A program that an earlier
-  // run compiled is in the driver's cache, for which a mark of one byte is stored.
+  // Memory that a CPU driver's compiler (PoCL's LLVM) allocates at its first use and does not free. If an earlier run
+  // has compiled the program, the driver loads it from its cache and the compiler needs no memory. Kiln records such
+  // programs by a file of one byte.
   constexpr std::uint64_t kCompilerBytes = std::uint64_t{150} << 20;
   const std::string mark = "compiled " + options;
   const bool is_known = is_kept && !info_.is_gpu && binaries_->find(source, mark);
@@ -149,24 +151,25 @@ std::shared_ptr<Context::Program> Context::build(std::string_view source, const 
   const bool tries = code != ErrorCode::input && !info_.is_gpu && is_pocl(info_);
   if (tries && whole_header_count == 0) {
     compile_result = compile(*this, std::string(embedded_source("builtins")) + std::string(source),
-                             builds, options + " -D_OPENCL_H_=1");
+                             source_name, options + " -D_OPENCL_H_=1");
     if (compile_result.status != CL_SUCCESS) ++whole_header_count;
   }
-  if (compile_result.program == nullptr) compile_result = compile(*this, source, builds, options);
+  if (compile_result.program == nullptr)
+    compile_result = compile(*this, source, source_name, options);
   built_program->program = compile_result.program;
   if (compile_result.status == CL_SUCCESS) {
     if (is_kept) keep(source, options, *built_program);
-    if (is_kept && !info_.is_gpu && !is_known) binaries_->keep(source, mark, {1});
+    if (is_kept && !info_.is_gpu && !is_known) binaries_->store(source, mark, {1});
     return built_program;
   }
   const std::string& log = compile_result.log;
   if (code == ErrorCode::input) {  // an error in the user's source, not in the driver
     throw Error(code,
-                builds + " does not compile on " + info_.name + " (" + options + "):\n" + log);
+                source_name + " does not compile on " + info_.name + " (" + options + "):\n" + log);
   }
   const std::string hint = cache_hint(info_);
   throw Error(code,
-              "Building " + builds + " (" + options + ") on " + info_.name + " failed with " +
+              "Building " + source_name + " (" + options + ") on " + info_.name + " failed with " +
                   status_name(compile_result.status) + ". " + hint + "The build log:\n" + log,
               hint.empty() ? nullptr : "kernel-cache");
 }
@@ -230,7 +233,7 @@ Kernel Context::kernel_by(const std::string& key, const std::string& name,
   const auto program = [&] {
     try {
       return new_build->program.get();
-    } catch (...) {  // the next caller tries again
+    } catch (...) {  // the next caller builds the program again
       const auto there = programs_.find(key);
       if (there != programs_.end() && there->second == new_build) programs_.erase(there);
       throw;
@@ -277,7 +280,8 @@ Kernel Context::kernel_with(const std::string& family, const std::string& name,
   const std::string label = own != nullptr ? own->label() : more_name;
   return kernel_by(family + "\n" + more_name + "\n" + more, name, [=, this] {
     const OwnMapRun here(
-        label, 0);  // a copy for the building thread, which may outlive the waiting thread
+        // a copy of the name for the building thread, which may outlive the waiting thread
+        label, 0);
     std::string file = more_name;
     for (char& c : file) {
       if (c == '"' || c == '\\' || static_cast<unsigned char>(c) < 32) c = '_';

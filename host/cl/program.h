@@ -1,4 +1,4 @@
-// Programs that a context has built and caches. For cl/context.cpp, cl/program.cpp and tests only.
+// Programs that a context has built and caches. Only cl/context.cpp, cl/program.cpp and tests include this header.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// The host's side of a device's self-test; the device's side is kernels/cl/selftest.cl.
+// The host's part of the self-test of a device; the device's part is kernels/cl/selftest.cl.
 #include "cl/selftest.h"
 
 #include <algorithm>
@@ -20,15 +20,15 @@ namespace {
 
 using ResultWords = std::vector<std::uint32_t>;
 constexpr std::uint32_t kWorkItems = KILN_SELFTEST_ITEMS, kAtomicCells = KILN_SELFTEST_CELLS;
-// Samples of a work-item of kiln_ray_closest_beam; rays of the first launch, of which the last item has too few for a
-// beam or a stream.
+// Numbers of samples per work-item of kiln_ray_closest_beam, and of rays in the first launch, whose last work-item has
+// too few rays for a beam or a stream.
 constexpr std::uint32_t kRaysPerBeam = 64, kRaysInFirstLaunch = kWorkItems / 2 + 40;
 // The local size that bakes use for streams, so that they need not compile the kernel again.
 constexpr std::size_t kStreamLocal = 16;
 
 std::uint32_t bits_of(float value) { return std::bit_cast<std::uint32_t>(value); }
 
-/// Inputs of all magnitudes, and edge cases of operations: halves, zero, extreme values.
+/// Makes inputs of all magnitudes, and of edge cases: halves, zero, extreme values.
 kiln_selftest_input make_input() {
   kiln_selftest_input in{};
   std::uint32_t random_state = 1;
@@ -256,7 +256,7 @@ std::string selftest_fault(Context& context, const std::string& extra_options) {
   for (const std::uint64_t word : kept) all.push_back(static_cast<std::uint32_t>(word >> 32U));
   for (const std::uint64_t word : kept) all.push_back(static_cast<std::uint32_t>(word));
   all.resize(std::size_t{KILN_SELFTEST_RAY} * kWorkItems);
-  // A faulty device may crash, so these results are checked before the next program is compiled.
+  // These results are checked before the next program is compiled, since a faulty device may crash in it.
   if (std::string text = describe_differences(info, expected, all, 0, KILN_SELFTEST_RAY);
       !text.empty()) {
     return text;
@@ -274,8 +274,8 @@ std::string selftest_fault(Context& context, const std::string& extra_options) {
   const Array<float> barycentric(context, std::size_t{2} * kWorkItems);
   const Array<float> distance(context, kWorkItems);
   const Array<std::uint8_t> status(context, kWorkItems);
-  // The program and kernel that most bakes use on this kind of device, CPU or GPU (host/accel/ray.cpp). Kernels of
-  // other kinds are not tested.
+  // The program and kernel that most bakes use on this kind of device, CPU or GPU (host/accel/ray.cpp). The kernels for
+  // the other kind of device are not tested.
   const bool traces_streams = !info.is_gpu && is_pocl(info);
   const Kernel trace = context.kernel(traces_streams ? "ray_stream" : "ray",
                                       info.is_gpu      ? "kiln_ray_closest_scalar"
@@ -289,7 +289,8 @@ std::string selftest_fault(Context& context, const std::string& extra_options) {
   const std::uint32_t rays_per_item = info.is_gpu      ? 1
                                       : traces_streams ? KILN_RAY_STREAM_BLOCK
                                                        : kRaysPerBeam;
-  // Neither launch has a multiple of rays_per_item rays, so that both trace some rays otherwise.
+  // In neither launch is the number of rays a multiple of rays_per_item, so that some rays are traced without a beam or
+  // stream.
   for (const auto& [first, end] :
        {std::pair{0U, kRaysInFirstLaunch}, std::pair{kRaysInFirstLaunch, kWorkItems}}) {
     params.first = first;
@@ -308,10 +309,11 @@ std::string selftest_fault(Context& context, const std::string& extra_options) {
   return describe_differences(info, expected, all, KILN_SELFTEST_RAY, KILN_SELFTEST_RESULTS);
 }
 
-void Context::require_sound() {
+void Context::require_correct_results() {
   static std::mutex mutex;
   static std::map<std::string, std::string>
-      fault_of_version;  // stored per process, since a faulty driver may give other results the next time
+      // stored per process, since the results of a faulty driver may change between calls
+      fault_of_version;
   constexpr std::string_view kPassed = "self-test passed";
   const std::string source =
       std::string(embedded_source("selftest")) + std::string(embedded_source("ray"));
@@ -323,7 +325,7 @@ void Context::require_sound() {
     std::string fault_text;
     if (!binaries_->find(source, kPassed)) {
       fault_text = selftest_fault(*this);
-      if (fault_text.empty()) binaries_->keep(source, kPassed, {1});
+      if (fault_text.empty()) binaries_->store(source, kPassed, {1});
     }
     known = fault_of_version.emplace(version, fault_text).first;
   }

@@ -12,7 +12,7 @@ namespace kiln::ocl {
 ///
 /// Results are compared with the host's arithmetic, and rays with a scene whose results are exact. Division and square
 /// root are exempt if the device reports that they are not correctly rounded.
-/// \param extra_options compiler options with which a test makes a device compute wrong results
+/// \param extra_options compiler options by which a test makes a device compute wrong results
 std::string selftest_fault(Context& context, const std::string& extra_options = {});
 
 }  // namespace kiln::ocl

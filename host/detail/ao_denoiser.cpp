@@ -111,7 +111,7 @@ void AoDenoiser::prepare(const Texels& texels) {
   });
   const TexelLinks links = TexelLinks::of(surface_, topology_, {triangle.get(), pixels}, width_,
                                           height_, texels.first_row);
-  const std::size_t neighbour_count = std::size_t{KILN_SHARE_NEIGHBOURS} * count_;
+  const std::size_t neighbour_count = std::size_t{KILN_AO_DENOISER_NEIGHBOURS} * count_;
   const auto neighbour_or_self = [&](std::uint32_t own, std::uint32_t place) {
     const std::uint32_t found = place == KILN_VISIBILITY_NO_LINK ? kNone : number[place];
     return found == kNone ? own : found;
@@ -123,36 +123,36 @@ void AoDenoiser::prepare(const Texels& texels) {
         const auto own = static_cast<std::uint32_t>(i);
         const std::uint32_t at = place_[i], w = width_;
         const bool inner = links.kind[at] == KILN_VISIBILITY_INNER;
-        const std::array<std::uint32_t, KILN_SHARE_NEIGHBOURS> neighbour{
+        const std::array<std::uint32_t, KILN_AO_DENOISER_NEIGHBOURS> neighbour{
             at - 1, at + 1, at - w, at + w, at - w - 1, at - w + 1, at + w - 1, at + w + 1};
         for (std::size_t k = 0; k < neighbour.size(); ++k) {
           neighbours[i * neighbour.size() + k] = inner ? neighbour_or_self(own, neighbour[k]) : own;
         }
       }
     });
-    constexpr std::size_t kLinkStride = KILN_SHARE_NEIGHBOURS + 1;
+    constexpr std::size_t kLinkStride = KILN_AO_DENOISER_NEIGHBOURS + 1;
     parallel_for(links.links.size() / kLinkStride, kTexelsPerSmoothingTask,
                  [&](std::size_t begin, std::size_t end) {
                    for (std::size_t b = begin; b < end; ++b) {
                      const std::uint32_t* link = &links.links[b * kLinkStride];
                      const std::uint32_t own = number[link[0]];
-                     for (std::size_t k = 0; k < KILN_SHARE_NEIGHBOURS; ++k) {
-                       neighbours[std::size_t{KILN_SHARE_NEIGHBOURS} * own + k] =
+                     for (std::size_t k = 0; k < KILN_AO_DENOISER_NEIGHBOURS; ++k) {
+                       neighbours[std::size_t{KILN_AO_DENOISER_NEIGHBOURS} * own + k] =
                            neighbour_or_self(own, link[k + 1]);
                      }
                    }
                  });
   });
-  const kiln_share_params params{count_, texels.points_plane};
+  const kiln_ao_denoiser_params params{count_, texels.points_plane};
   make_room(context_, smoothing_input_, std::size_t{2} * count_);
   make_room(context_, smoothing_output_, std::size_t{2} * count_);
-  context_.launch(context_.kernel("ao_denoiser", "kiln_share_weights"), count_, kLocal, params,
+  context_.launch(context_.kernel("ao_denoiser", "kiln_ao_denoiser_weights"), count_, kLocal, params,
                   neighbours_, texels.points);
 }
 
 void AoDenoiser::launch_steps(std::uint32_t steps) {
-  const cl::Kernel smooth = context_.kernel("ao_denoiser", "kiln_share_smooth");
-  const kiln_share_params params{count_, 0};
+  const cl::Kernel smooth = context_.kernel("ao_denoiser", "kiln_ao_denoiser_smooth");
+  const kiln_ao_denoiser_params params{count_, 0};
   for (std::uint32_t step = 0; step < steps; ++step) {
     context_.launch(smooth, count_, kLocal, params, neighbours_, smoothing_input_,
                     smoothing_output_);
@@ -322,8 +322,8 @@ void AoDenoiser::mark_unsure(const Levels& levels, std::span<const float> smooth
   const auto lost_memory = std::make_unique_for_overwrite<float[]>(pairs);
   const auto further_memory = std::make_unique_for_overwrite<float[]>(pairs);
   const std::span<float> lost(lost_memory.get(), pairs), further(further_memory.get(), pairs);
-  const kiln_share_params params{count_, 0};
-  context_.launch(context_.kernel("ao_denoiser", "kiln_share_lean"), count_, kLocal, params,
+  const kiln_ao_denoiser_params params{count_, 0};
+  context_.launch(context_.kernel("ao_denoiser", "kiln_ao_denoiser_centroid"), count_, kLocal, params,
                   neighbours_, smoothing_input_);
   // Squared distance from each texel to the centroid of its weights (kMaxLean), stored twice per
   // texel
@@ -384,10 +384,10 @@ std::vector<std::uint32_t> AoDenoiser::mark_nearby(std::span<const std::uint32_t
                                                    std::uint32_t reach,
                                                    std::vector<std::uint8_t>& unsure) {
   // Mask of the low bits of an entry, which hold the neighbour's index; the high bits hold its
-  // weight (kiln_share_weights)
+  // weight (kiln_ao_denoiser_weights)
   constexpr std::uint32_t kIndexMask = 0xFFFFFFU;
   if (!texels.empty() && host_neighbours_.empty()) {
-    host_neighbours_.resize(std::size_t{KILN_SHARE_NEIGHBOURS} * count_);
+    host_neighbours_.resize(std::size_t{KILN_AO_DENOISER_NEIGHBOURS} * count_);
     neighbours_.read(context_, std::span(host_neighbours_));
   }
   std::vector<std::uint32_t> added, border(texels.begin(), texels.end());
@@ -396,9 +396,9 @@ std::vector<std::uint32_t> AoDenoiser::mark_nearby(std::span<const std::uint32_t
   for (std::uint32_t step = 0; step < reach; ++step) {
     std::vector<std::uint32_t> next;
     for (const std::uint32_t i : border) {
-      for (std::size_t k = 0; k < KILN_SHARE_NEIGHBOURS; ++k) {
+      for (std::size_t k = 0; k < KILN_AO_DENOISER_NEIGHBOURS; ++k) {
         const std::uint32_t neighbour =
-            host_neighbours_[std::size_t{KILN_SHARE_NEIGHBOURS} * i + k] & kIndexMask;
+            host_neighbours_[std::size_t{KILN_AO_DENOISER_NEIGHBOURS} * i + k] & kIndexMask;
         next.push_back(neighbour);
         if (std::exchange(unsure[neighbour], std::uint8_t{1}) == 0) added.push_back(neighbour);
       }

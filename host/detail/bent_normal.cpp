@@ -47,7 +47,7 @@ class BentNormal : public MapMaker {
     detail_.out_capacity = plane;
     const cl::Array<float>& bent_sum = rays_->bent_sum(band, match, false);
     const cl::Array<float> values(context_, std::size_t{3} * plane);
-    context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_bent"), band.sample_count,
+    context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_write_bent"), band.sample_count,
                     kLocal, detail_, other.capacity, band.triangle, band.barycentric,
                     rays_->shading(), match.triangle, match.barycentric, bent_sum, other.triangle,
                     other.barycentric, other_bent_sum, shares, source_.attributes.normal_indices,

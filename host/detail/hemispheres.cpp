@@ -246,11 +246,11 @@ void Hemispheres::upload() {
 }
 
 void Hemispheres::make_turns(const TexelBand& band) {
-  if (!std::exchange(has_turns_, true)) turn(band, "kiln_hemisphere_turns", turns_);
+  if (!std::exchange(has_turns_, true)) turn(band, "kiln_hemisphere_write_rotations", turns_);
 }
 
 void Hemispheres::make_keys(const TexelBand& band) {
-  if (!std::exchange(has_keys_, true)) turn(band, "kiln_hemisphere_keys", keys_);
+  if (!std::exchange(has_keys_, true)) turn(band, "kiln_hemisphere_write_keys", keys_);
 }
 
 void Hemispheres::turn(const TexelBand& band, const std::string& kernel,
@@ -302,7 +302,7 @@ void Hemispheres::measure_thickness(const TexelBand& band, const DeviceCorrespon
                    });
     return;
   }
-  const cl::Kernel depth = context_.kernel("hemisphere", "kiln_hemisphere_depth");
+  const cl::Kernel depth = context_.kernel("hemisphere", "kiln_hemisphere_sum_depths");
   for_each_ray_piece(band, match, second, rays_in_, turns_, false,
                      [&](const kiln_hemisphere_params& params, std::uint32_t count) {
                        if (first_hits_.capacity < ray_capacity_) {
@@ -346,7 +346,7 @@ std::vector<float> Hemispheres::shadow(const TexelBand& band, const DeviceCorres
   }
   const RayCaster& caster = occluders();
   const RayQuery query = query_up_to(unbounded_, back_faces_);
-  const cl::Kernel lit = context_.kernel("hemisphere", "kiln_hemisphere_lit");
+  const cl::Kernel lit = context_.kernel("hemisphere", "kiln_hemisphere_count_lit");
   make_turns(band);
   for_each_ray_piece(band, match, second, rays_to_light_, turns_, false,
                      [&](const kiln_hemisphere_params& params, std::uint32_t count) {

@@ -77,7 +77,7 @@ void Hemispheres::pick(const TexelBand& band, const DeviceCorrespondence& match,
   picked_indices_.write(context_, samples);
   const kiln_pick_params params{count,    band.capacity,   match.capacity,
                                 capacity, round ? 1U : 0U, round.value_or(0)};
-  context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_pick"), count, kLocal, params,
+  context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_gather"), count, kLocal, params,
                   picked_indices_, band.triangle, band.barycentric, band.points, match.triangle,
                   match.barycentric, round ? keys_ : turns_, picked_samples_.triangle,
                   picked_samples_.barycentric, picked_samples_.points, picked_match_.triangle,
@@ -88,7 +88,7 @@ void Hemispheres::turn_picked(std::uint32_t count, std::uint32_t round,
                               cl::Array<std::uint32_t>& turns) {
   make_room(context_, turns, round_up_to_lanes(count));
   const kiln_pick_params params{count, 0, 0, 0, 1, round};
-  context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_turn_more"), count, kLocal, params,
+  context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_rotate_round"), count, kLocal, params,
                   picked_indices_, keys_, turns);
 }
 

@@ -129,12 +129,12 @@ void Hemispheres::for_each_ray_piece(const TexelBand& band, const DeviceCorrespo
 void Hemispheres::add_misses(const kiln_hemisphere_params& params,
                              const cl::Array<std::uint32_t>& open) {
   if (params.by_sample != 0) {
-    context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_own"), params.count, kLocal,
-                    params, ray_hits_, open);
+    context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_count_open_by_sample"),
+                    params.count, kLocal, params, ray_hits_, open);
     return;
   }
-  context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_open"), params.stride / kLanes,
-                  kCastLanes, params, ray_hits_, open);
+  context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_count_open"),
+                  params.stride / kLanes, kCastLanes, params, ray_hits_, open);
 }
 
 void Hemispheres::count_open(const TexelBand& band, const DeviceCorrespondence& match, bool second,
@@ -156,7 +156,7 @@ void Hemispheres::count_open(const TexelBand& band, const DeviceCorrespondence& 
                          caster.occluded(rays_, count, ray_capacity_, query, ray_hits_);
                          add_misses(params, *to);
                          if (bent_sum.empty()) return;
-                         context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_bent_sum"),
+                         context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_sum_directions"),
                                          params.stride / kLanes, kCastLanes, params, ray_hits_,
                                          rays_, bent_sum);
                        });
@@ -180,7 +180,7 @@ void Hemispheres::cast_by_sample(const TexelBand& band, const DeviceCorresponden
   const std::uint32_t batch_size = kMaxRaysPerLaunch / set.count;
   const kiln_ray_params query_params = caster.params(query, KILN_OCCLUSION_BLOCK);
   const cl::Kernel cast =
-      context_.kernel("hemisphere_cast", "kiln_hemisphere_cast_own", caster.tree().defines());
+      context_.kernel("hemisphere_cast", "kiln_hemisphere_cast_by_sample", caster.tree().defines());
   for_each_piece(band, match, second, set, batch_size, [&](kiln_hemisphere_params params) {
     params.rays = set.count;
     make_room(context_, scratch_, std::size_t{params.count} * 6 * KILN_OCCLUSION_BLOCK);

@@ -7,7 +7,7 @@
 #include <mutex>
 #include <string>
 
-#include "base/kept_name.h"
+#include "base/intern.h"
 #include "base/option_list.h"
 #include "base/parallel.h"
 #include "image/gutter.h"
@@ -48,7 +48,7 @@ std::span<const MapInfo> maps() {
   return map_infos;
 }
 
-MapKind::MapKind(std::string_view text) : name(kept_name(text)) {}
+MapKind::MapKind(std::string_view text) : name(intern(text)) {}
 
 const MapInfo& find_map(std::string_view name) {
   MapKind kind;

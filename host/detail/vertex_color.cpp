@@ -13,7 +13,7 @@ void check_vertex_colors(const Source::Impl& source, const char* map, const char
 }
 
 void read_vertex_color(const Source::Impl& source, const HighPoint& point, float* value) {
-  const std::array<float, 256>& linear = linear_of_bytes();
+  const std::array<float, 256>& linear = linear_values_of_bytes();
   const Triangle& corners = source.triangles[point.triangle];
   const double weights[3] = {1.0 - point.u - point.v, point.u, point.v};
   double sum[4] = {};

@@ -24,7 +24,7 @@ float decode_srgb(float value) {
   const float byte = value * 255;
   const float nearest = std::round(byte);
   if (nearest >= 0 && nearest <= 255 && std::abs(byte - nearest) < 1e-4F) {
-    return linear_of_bytes()[static_cast<std::size_t>(nearest)];
+    return linear_values_of_bytes()[static_cast<std::size_t>(nearest)];
   }
   return static_cast<float>(from_srgb(value));
 }

@@ -31,13 +31,13 @@ bool is_transparent_or_double_sided(const Material& m) {
   return is_transparent(m) || m.double_sided;
 }
 
-/// The materials that a file describes, by their names. A view: the materials outlive it.
+/// Finds the materials of a file by name. Refers to the materials, which must outlive it.
 class MaterialNames {
  public:
   explicit MaterialNames(const std::vector<Material>& materials) {
     for (const Material& m : materials) {
       if (!m.place.empty())
-        by_name_.emplace(m.name, &m);  // of several materials with one name, the first counts
+        by_name_.emplace(m.name, &m);  // the first of several materials with the same name is used
     }
   }
   /// \returns null if there is none
@@ -50,7 +50,7 @@ class MaterialNames {
   std::unordered_map<std::string_view, const Material*> by_name_;
 };
 
-/// LOW with the asset's materials: one for each used pair of a texture set and a source material.
+/// LOW with the asset's materials: one for each pair of a texture set and a source material that occurs.
 struct AssetMesh {
   Mesh mesh;
   std::vector<AssetMaterial> materials;
@@ -80,8 +80,8 @@ void copy_surface_properties(const BakeScene& scene, const AssetParts& asset,
   material.alpha_mode = common.value_or(AlphaMode::opaque);
   if (of_high != nullptr && is_transparent(*of_high)) {
     material.alpha_mode = common.value_or(of_high->alpha_mode);
-    const bool cuts = of_high->alpha_mode == material.alpha_mode;
-    if (cuts && !asset.opacity_is_sampled) material.alpha_cutoff = of_high->alpha_cutoff;
+    const bool same_alpha_mode = of_high->alpha_mode == material.alpha_mode;
+    if (same_alpha_mode && !asset.opacity_is_sampled) material.alpha_cutoff = of_high->alpha_cutoff;
   }
   if (source_material != nullptr) {
     material.double_sided =
@@ -218,8 +218,8 @@ void find_materials_hit(const BakeScene& scene, const BakeResult& result, AssetP
   asset.materials_hit.resize(low.triangles.size(), AssetParts::kNoMaterial);
   constexpr int kSamplesPerEdge = 8;  // sample points per edge of a triangle
   const auto texel = [](double value, std::uint32_t size) {
-    const double inside = (value - std::floor(value)) * size;
-    return std::min(static_cast<std::uint32_t>(inside), size - 1);
+    const double position_in_tile = (value - std::floor(value)) * size;
+    return std::min(static_cast<std::uint32_t>(position_in_tile), size - 1);
   };
   const auto find = [&](std::size_t t) {
     const auto& [a, b, c] = low.uv_triangles[t];
@@ -293,14 +293,15 @@ void encode_asset_maps(const BakeScene& scene, const Source& source, const Plann
                                 ": bake them into a folder.",
                             1});
   }
-  const bool pads = pads_for_mips(scene.run.job), keeps_copies = chooses_padding(scene.run.job);
+  const bool pads_for_mip_levels = pads_for_mips(scene.run.job),
+             keeps_given_padding = chooses_padding(scene.run.job);
   for (BakedMap& map : baked.result.maps) {
-    if (pads) pad_for_mips(map, baked.result.coverage, keeps_copies);
+    if (pads_for_mip_levels) pad_for_mips(map, baked.result.coverage, keeps_given_padding);
   }
   for (auto& [name, image] : baked.sampled_images) {
     const Image** const slot = slot_of(maps, name);
     if (slot == nullptr) continue;
-    if (pads) pad_for_mips(image, baked.result.coverage, keeps_copies);
+    if (pads_for_mip_levels) pad_for_mips(image, baked.result.coverage, keeps_given_padding);
     *slot = &image;
     if (slot == &maps.emission) maps.emission_strength = 1;
   }
@@ -382,9 +383,9 @@ std::string asset_extras(const BakeScene& scene, const BakeReport& report, const
 namespace {
 
 /// Leaves out the vertex colours of a low poly that Kiln made if the colour pictures of all its materials replace them.
-/// They would be `_COLOR_0`, which no renderer reads: a quarter of the bytes of compressed triangles. Those of a given
-/// low poly may be masks of its author.
-void leave_out_painted_colors(const BakeScene& scene, AssetMesh& written) {
+/// They would be stored as `_COLOR_0`, which no renderer reads, and take a quarter of the bytes of compressed
+/// triangles. Vertex colours of a given low poly are kept, since they may be masks that its author painted.
+void drop_replaced_vertex_colors(const BakeScene& scene, AssetMesh& written) {
   if (!scene.run.job.low.given.empty()) return;
   const bool painted = std::all_of(written.materials.begin(), written.materials.end(),
                                    [](const AssetMaterial& material) {
@@ -407,13 +408,14 @@ std::uint64_t bytes_without_pictures(const BakeScene& scene, const Mesh& low) {
   for (AssetMaterial& material : written.materials) material.pictures = placeholder;
   const std::vector<std::string> maps = all_map_names(scene.run.job);
   if (std::find(maps.begin(), maps.end(), "color") != maps.end())
-    leave_out_painted_colors(scene, written);
+    drop_replaced_vertex_colors(scene, written);
   return encode_glb(written.mesh, written.materials, asset_options(scene, written.mesh)).size();
 }
 
 namespace {
 
-/// Makes LOW as the asset gets it: with materials, which are double-sided where open shells show their backs.
+/// Makes LOW as it is written to the asset: with materials, which are double-sided where views show back faces of open
+/// shells.
 AssetMesh make_final_asset_mesh(const BakeScene& scene, const AssetParts& asset) {
   const Job& job = scene.run.job;
   AssetMesh written = make_asset_mesh(scene, scene.low.mesh, asset);
@@ -422,7 +424,7 @@ AssetMesh make_final_asset_mesh(const BakeScene& scene, const AssetParts& asset)
         show_backs_of_shells(written.mesh, written.sidedness_is_stated, written.materials);
     if (warning) scene.run.log.warnings.push_back(std::move(*warning));
   }
-  leave_out_painted_colors(scene, written);
+  drop_replaced_vertex_colors(scene, written);
   return written;
 }
 

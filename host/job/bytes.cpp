@@ -19,8 +19,8 @@
 namespace kiln {
 namespace {
 
-/// Upper bound in bytes for the growth of a GLB's JSON once lengths, offsets and counts of its parts have all their
-/// digits.
+/// Upper bound in bytes for the growth of a GLB's JSON when the final lengths, offsets and counts replace the estimated
+/// ones, which may have fewer digits.
 constexpr std::uint64_t kMaxJsonGrowthBytes = 512;
 /// Share of Job::max_bytes that a plan reserves for images of RunHooks::sample, whose size is unknown at that time.
 constexpr double kSampledImagesShare = 1.0 / 3;
@@ -33,7 +33,7 @@ PictureFitOptions fit_options(const Job& job) {
   return fit;
 }
 
-/// Number of bytes by which the extras grow if Job::max_bytes, which they state, gets its largest number of digits.
+/// Number of bytes by which the extras, which state Job::max_bytes, grow if that number has the most digits.
 std::uint64_t max_extras_growth(const Job& job) {
   constexpr std::uint64_t kMaxDigits = 10;
   return kMaxDigits - std::min<std::uint64_t>(kMaxDigits, std::to_string(job.max_bytes).size());
@@ -50,7 +50,7 @@ double triangle_area(const Mesh& low, std::size_t triangle) {
   return triangle_shape(positions[corners[0]], positions[corners[1]], positions[corners[2]]).area;
 }
 
-/// The share of LOW's surface area that belongs to the current texture set.
+/// Share of LOW's surface area in the current texture set.
 double surface_share(const BakeScene& scene, FittedPictures& fitted) {
   if (scene.set == nullptr) return 1;
   const Mesh& low = scene.low.mesh;
@@ -221,12 +221,12 @@ void fit_pictures(const Job& job, const std::function<std::uint64_t()>& file_byt
   const std::uint64_t other_bytes = fitted.bytes - std::min(fitted.bytes, smallest.bytes);
   // The JSON of a GLB states the lengths of its pictures, so the file may exceed the limit by a few digits. The loop
   // retries with fewer bytes for pictures.
-  for (std::uint64_t bytes_left = max_bytes - std::min(max_bytes, other_bytes);;) {
-    const std::optional<PictureFit> fit = least_error(fitted.ladders, bytes_left);
+  for (std::uint64_t remaining_bytes = max_bytes - std::min(max_bytes, other_bytes);;) {
+    const std::optional<PictureFit> fit = least_error(fitted.ladders, remaining_bytes);
     apply_picture_fit(fit ? *fit : smallest, asset);
     fitted.bytes = file_bytes();
     if (!fit || fitted.bytes <= max_bytes) return;
-    bytes_left -= std::min(bytes_left, fitted.bytes - max_bytes);
+    remaining_bytes -= std::min(remaining_bytes, fitted.bytes - max_bytes);
   }
 }
 

@@ -46,7 +46,7 @@ void resolve_asset_output(Job& a) {
   const bool is_folder = std::filesystem::is_directory(out, ignored_error);
   if (ending != ".glb" && ending != ".gltf" && ending != ".obj") {
     if (is_folder) return;
-    // A name with an extension of another file format is a mistake: a folder of that name is hardly ever meant.
+    // A name with the extension of another file format is taken for a mistake, since hardly any folder has such a name.
     constexpr std::string_view kOtherExtensions[] = {
         ".3ds",  ".abc",  ".blend", ".bmp",  ".dae",  ".dds",  ".exr",  ".fbx", ".hdr",
         ".jpeg", ".jpg",  ".ktx",   ".ktx2", ".off",  ".ply",  ".png",  ".stl", ".tga",
@@ -64,14 +64,14 @@ void resolve_asset_output(Job& a) {
   refuse_if(is_folder, option("out") + " '" + a.out +
                            "' is an existing folder: name another file, or end the name with a "
                            "slash to write maps into the folder.");
-  const auto refuse = [&](bool is, const char* flag) {
-    refuse_if(is, option_of(flag) + " is not for a glTF, GLB or OBJ, " + option("out") + " '" +
-                      a.out + "': leave it out, or name a folder.");
+  const auto refuse_flag_if = [&](bool is_given, const char* flag) {
+    refuse_if(is_given, option_of(flag) + " is not for a glTF, GLB or OBJ, " + option("out") +
+                            " '" + a.out + "': leave it out, or name a folder.");
   };
-  refuse(a.layers, "--layers");
-  refuse(a.bake.match.visibility.clusters > 1, "--visibility-clusters");
+  refuse_flag_if(a.layers, "--layers");
+  refuse_flag_if(a.bake.match.visibility.clusters > 1, "--visibility-clusters");
   if (ending == ".obj") {
-    refuse(a.low.make.lods != 0, "--lod");
+    refuse_flag_if(a.low.make.lods != 0, "--lod");
   } else {
     const ImageFormat format = a.image.format;
     EncodeMapsOptions& pictures = a.pictures;
@@ -101,14 +101,14 @@ void resolve_asset_output(Job& a) {
     refuse_if(a.mesh_compression == MeshCompression::draco && !can_pack_draco(),
               "This build of Kiln was made without Draco: give " +
                   option("mesh_compression", "meshopt") + ".");
-    refuse(a.bake.encoding.space != NormalMapSpace::tangent, "--space");
-    refuse(a.bake.encoding.flip_y, "--flip-y");
-    refuse(a.bake.encoding.two_component, "--two-component");
-    refuse(a.bake.encoding.raw, "--raw");
-    refuse(!a.ranges.empty(), "--range");
-    refuse(!a.packs.empty(), "--pack");
-    refuse(a.bake.encoding.mips, "--mips");
-    refuse(a.reasons, "--reasons");
+    refuse_flag_if(a.bake.encoding.space != NormalMapSpace::tangent, "--space");
+    refuse_flag_if(a.bake.encoding.flip_y, "--flip-y");
+    refuse_flag_if(a.bake.encoding.two_component, "--two-component");
+    refuse_flag_if(a.bake.encoding.raw, "--raw");
+    refuse_flag_if(!a.ranges.empty(), "--range");
+    refuse_flag_if(!a.packs.empty(), "--pack");
+    refuse_flag_if(a.bake.encoding.mips, "--mips");
+    refuse_flag_if(a.reasons, "--reasons");
     a.image.format = pictures.format == PictureFormat::webp ? ImageFormat::webp : ImageFormat::png8;
   }
 }
@@ -123,19 +123,20 @@ void check_memory(const Job& a) {
             option("out") + " '" + a.out +
                 "' consists of several files, but a job in memory returns one file: use .glb, or a "
                 "folder of maps.");
-  const auto refuse = [](bool is, const char* flag) {
-    refuse_if(is, option_of(flag) + " is a file, but a job in memory writes none: leave it out.");
+  const auto refuse_flag_if = [](bool is_given, const char* flag) {
+    refuse_if(is_given,
+              option_of(flag) + " is a file, but a job in memory writes none: leave it out.");
   };
   refuse_if(a.low.make.lods != 0 && !writes_lods_into_one_file(a),
             option("lod") + " makes several files, but a job in memory returns one: add " +
                 option("lod_files", "one") + ", or leave it out.");
-  refuse(!a.packs.empty(), "--pack");
-  refuse(a.layers, "--layers");
-  refuse(a.reasons, "--reasons");
-  refuse(!a.save_match.empty(), "--save-match");
-  refuse(!a.save_cage.empty(), "--save-cage");
-  refuse(!a.save_source.empty(), "--save-source");
-  refuse(!a.json.empty(), "--json");
+  refuse_flag_if(!a.packs.empty(), "--pack");
+  refuse_flag_if(a.layers, "--layers");
+  refuse_flag_if(a.reasons, "--reasons");
+  refuse_flag_if(!a.save_match.empty(), "--save-match");
+  refuse_flag_if(!a.save_cage.empty(), "--save-cage");
+  refuse_flag_if(!a.save_source.empty(), "--save-source");
+  refuse_flag_if(!a.json.empty(), "--json");
 }
 
 }  // namespace
@@ -167,7 +168,7 @@ bool applies_to_match(const OptionRow& row, const Job& a) {
   return std::any_of(matches().begin(), matches().end(), applicable);
 }
 
-/// A stand-in row for the user's own maps, to test which options apply to them.
+/// A placeholder row for the user's own maps, by which tests find the options that apply to them.
 MapInfo own_map_info() {
   MapInfo info;
   info.type = MapType::unit_vector;
@@ -433,7 +434,7 @@ void check_parts(const Job& a) {
             option("reasons") + " only explains rays: leave out " + option("fallback") +
                 ", or end it with low, fill or mark.");
   if (a.parts_by && (a.low.given.empty() || a.unwrap)) {
-    fail_usage(option("match_by", name_of(Words(kPartsByWords), a.parts_by)) +
+    fail_usage(option("match_by", name_of(Words(kPartsByChoices), a.parts_by)) +
                " needs a LOW with named parts and UVs of its own.");
   }
   refuse_if(
@@ -540,7 +541,7 @@ void check_sets(const Job& a) {
                 " makes one map for all: leave one out.");
   if (!a.sets || a.sets == SetsBy::none) return;
   if (const std::string reason = explain_single_set(a); !reason.empty()) {
-    fail_usage(option("sets", name_of(Words(kSets), a.sets)) + " " + reason);
+    fail_usage(option("sets", name_of(Words(kSetsWords), a.sets)) + " " + reason);
   }
 }
 
@@ -577,7 +578,7 @@ bool is_applicable(const OptionRow& row, const Job& a) {
 void check_applicable(const Job& a) {
   for (const OptionRow& row : bake_rows()) {
     if (!a.given.contains(row.flag)) continue;
-    // A chain that consists only of a fill affects how misses look in maps, not the match.
+    // A fallback that is only a fill affects how misses look in maps, not the match.
     if (row.flag == "--fallback" && a.bake.match.fallback.empty()) continue;
     refuse_if(row.is_match_option() && has_saved_match(a),
               option_of(row.flag) + " affects matching, but " + option("load_match") +
@@ -612,8 +613,8 @@ void check_resolved_job(const Job& a) {
   check_files(a);
   refuse_if(a.bake.encoding.raw && !holds_floats(a.image),
             option("raw") + " writes negative values, which " +
-                option("format", name_of(Words(kFormats), a.image.format)) + " cannot hold: add " +
-                option("format", "exr") + ".");
+                option("format", name_of(Words(kFormatWords), a.image.format)) +
+                " cannot hold: add " + option("format", "exr") + ".");
   const bool dithers = a.image.format == ImageFormat::png8 || a.image.format == ImageFormat::tga ||
                        a.image.format == ImageFormat::webp;
   refuse_if(a.pictures.format == PictureFormat::jpeg && !writes_gltf(a),

@@ -21,11 +21,11 @@
 namespace kiln {
 namespace {
 
-/// A regular file, open for reading. Opening comes before the check of its type, and never blocks on a pipe.
+/// A regular file, open for reading. It is opened before its type is checked, without blocking if it is a pipe.
 class RegularFile {
  public:
   explicit RegularFile(const std::filesystem::path& path) : file_(os::open_to_read(path)) {
-    const std::optional<os::FileFacts> facts = file_ < 0 ? std::nullopt : os::facts_of(file_);
+    const std::optional<os::FileStatus> facts = file_ < 0 ? std::nullopt : os::query_file(file_);
     if (!facts) {
       problem_ = std::strerror(errno);
     } else if (!facts->is_regular) {
@@ -45,21 +45,23 @@ class RegularFile {
   std::uint64_t size() const { return size_; }
   /// Reads up to `count` bytes: fewer at the end of the file, or after an I/O error, which sets problem().
   std::string read(std::size_t count) {
-    // Memory for the size that the file reports, or for what has come so far, rather than for all of `count`.
+    // Allocates memory for the size that the file reports, or for the bytes read so far, instead of `count` bytes at
+    // once.
     constexpr std::size_t kMinBytes = std::size_t{1} << 16;
     std::string bytes;
-    std::size_t have = 0;
-    while (problem_.empty() && have < count) {
-      if (have == bytes.size()) {
+    std::size_t bytes_read = 0;
+    while (problem_.empty() && bytes_read < count) {
+      if (bytes_read == bytes.size()) {
         bytes.resize(std::min<std::uint64_t>(
-            count, std::max<std::uint64_t>({2 * have, kMinBytes, size_ + 1})));
+            count, std::max<std::uint64_t>({2 * bytes_read, kMinBytes, size_ + 1})));
       }
-      have += os::read_fully(file_, have, bytes.data() + have, bytes.size() - have);
-      if (have == bytes.size()) continue;
+      bytes_read +=
+          os::read_fully(file_, bytes_read, bytes.data() + bytes_read, bytes.size() - bytes_read);
+      if (bytes_read == bytes.size()) continue;
       if (errno != 0) problem_ = std::strerror(errno);
       break;
     }
-    bytes.resize(have);
+    bytes.resize(bytes_read);
     return bytes;
   }
 
@@ -117,7 +119,7 @@ namespace {
 
 /// A key that is equal for all paths of one file: device and inode of an existing file, else its canonical path.
 std::string file_key(const fs::path& path) {
-  if (const std::optional<os::FileFacts> facts = os::facts_of(path)) {
+  if (const std::optional<os::FileStatus> facts = os::query_file(path)) {
     return std::to_string(facts->id.device) + ":" + std::to_string(facts->id.file);
   }
   std::error_code error;
@@ -128,7 +130,7 @@ std::string file_key(const fs::path& path) {
 }  // namespace
 
 bool is_write_protected(const fs::path& path) {
-  const auto found = os::facts_of(path);
+  const auto found = os::query_file(path);
   return found && found->is_regular && !os::may_write(path);
 }
 
@@ -192,7 +194,7 @@ fs::path record_path(const fs::path& folder, const std::string& stem) {
   return folder / ("." + stem + ".kiln.json");
 }
 
-/// The mesh that the record in a folder of maps names; empty if there is no record that Kiln wrote.
+/// The mesh that is named in the record of a folder of maps; empty if there is no record that Kiln wrote.
 fs::path recorded_source(const fs::path& folder, const std::string& stem) {
   const fs::path path = record_path(folder, stem);
   if (!is_readable_file(path)) return {};
@@ -228,7 +230,8 @@ void check_folder_holds_same_low(const fs::path& folder, const std::string& stem
   if (is_same_file(recorded, source) || is_same_file(recorded, written_mesh) ||
       is_same_file(source, written_mesh))
     return;
-  const fs::path map = first_map_in(folder, stem);  // checked last, since it lists the folder
+  // checked last, since it lists all files of the folder
+  const fs::path map = first_map_in(folder, stem);
   if (map.empty()) return;
   fail_usage("'" + map.string() + "' is a map of '" + os::normal(recorded).string() +
              "', and would be overwritten by a map of '" + source.string() + "'. Choose another " +

@@ -15,7 +15,7 @@
 namespace kiln {
 namespace {
 
-/// An upper bound for the distance between a height field and the mesh under it, as a share of the diagonal.
+/// Upper bound of the distance between a height field's surface and the plane under it, as a share of the diagonal.
 double max_height_share(const Mesh& field) {
   const Bounds box = Bounds::of(field);
   double squared_diagonal = 0;
@@ -25,7 +25,7 @@ double max_height_share(const Mesh& field) {
   return squared_diagonal > 0 ? reach / std::sqrt(squared_diagonal) : 0;
 }
 
-/// Returns the options of a height field. If they give no extent, the file's pixel spacing does.
+/// Returns the options of a height field. If they state no extent, it is derived from the file's pixel spacing.
 HeightFieldOptions with_file_extent(const Heights& read, HeightFieldOptions options) {
   if (options.width != 0 || options.depth != 0 || read.spacing[0] == 0) return options;
   options.width = (read.image.width - 1.0) * read.spacing[0];
@@ -71,8 +71,8 @@ void warn_of_no_data(const std::string& path, const NoData& found, const Image& 
   }
 }
 
-/// Checks the memory of a bake from a height field before its mesh is built: a picture of 100 KB may hold 134 million
-/// triangles, which would otherwise fail in a later stage, minutes on.
+/// Checks the memory of a bake from a height field before its mesh is built: a picture of 100 KB may give 134 million
+/// triangles, so that a later stage would run out of memory after minutes.
 void require_field_memory(const std::string& path, const Image& image) {
   // The mesh, its repair and its BVH: 370 bytes a pixel at 2048 x 2048, 400 at 4096 x 4096.
   constexpr std::uint64_t kBytesPerPixel = 350;

@@ -28,8 +28,9 @@ MapRange parse_range(const Job& job, const std::string& text) {
       option("range") + " '" + text + "': write MAP=LO,HI, two numbers, such as height=-0.2,0.2.");
   const std::string_view name = std::string_view(text).substr(0, equals);
   const std::vector<std::string> own_names = own_map_names(job);
-  const bool is_own = std::find(own_names.begin(), own_names.end(), name) != own_names.end();
-  range.kind = is_own ? MapKind{name} : find_map(name).kind;
+  const bool is_owned_by_user =
+      std::find(own_names.begin(), own_names.end(), name) != own_names.end();
+  range.kind = is_owned_by_user ? MapKind{name} : find_map(name).kind;
   return range;
 }
 
@@ -54,46 +55,47 @@ BakeOptions options_of(const Job& job) {
 
 Json describe(const Job& job, const BakeReport& report) {
   Json json = values_json(bake_rows(), &job);
-  // The report has null for options that do not apply, and the result of each automatic choice.
-  const auto only_if = [&](bool applies, std::initializer_list<const char*> keys) {
+  // The report shows null for options that do not apply, and for automatic options the value that was chosen.
+  const auto set_null_unless = [&](bool applies, std::initializer_list<const char*> keys) {
     for (const char* key : keys) {
       if (!applies) json[key] = Json();
     }
   };
   if (has_saved_match(job)) json["match"] = "loaded";
-  only_if(!has_saved_match(job), {"fallback"});
-  only_if(any_match_uses_option(job, "match.views.count"), {"views"});
-  only_if(report.views.has_value(), {"view_size", "view_criterion", "view_refine"});
+  set_null_unless(!has_saved_match(job), {"fallback"});
+  set_null_unless(any_match_uses_option(job, "match.views.count"), {"views"});
+  set_null_unless(report.views.has_value(), {"view_size", "view_criterion", "view_refine"});
   if (report.views) json["view_size"] = report.views->size;
-  only_if(!has_saved_match(job) && any_match_uses_option(job, "match.visibility"),
-          {"visibility_at", "directions", "visibility_size", "visibility_smooth",
-           "visibility_clusters", "visibility_deviation", "view_weight"});
+  set_null_unless(!has_saved_match(job) && any_match_uses_option(job, "match.visibility"),
+                  {"visibility_at", "directions", "visibility_size", "visibility_smooth",
+                   "visibility_clusters", "visibility_deviation", "view_weight"});
   json["visibility_test"] =
       report.visibility ? Json(report.visibility->by_rays ? "rays" : "views") : Json();
   json["max_distance_world"] = report.max_distance;
-  only_if(job.parts_by.has_value(), {"part_occlusion"});
-  only_if(job.parts_by == PartsBy::name, {"low_names", "high_names"});
-  only_if(!job.low.given.empty() || !has_heights(job), {"triangulate"});
-  only_if(!job.low.given.empty(), {"tangents"});
-  only_if(report.recall.has_value(), {"recall"});
-  json["miss"] = name_of(Words(kMisses), job.bake.encoding.miss);
-  only_if(has_heights(job), {"height", "no_data"});
-  only_if(job.bake.encoding.space == NormalMapSpace::tangent, {"bitangent"});
+  set_null_unless(job.parts_by.has_value(), {"part_occlusion"});
+  set_null_unless(job.parts_by == PartsBy::name, {"low_names", "high_names"});
+  set_null_unless(!job.low.given.empty() || !has_heights(job), {"triangulate"});
+  set_null_unless(!job.low.given.empty(), {"tangents"});
+  set_null_unless(report.recall.has_value(), {"recall"});
+  json["miss"] = name_of(Words(kMissWords), job.bake.encoding.miss);
+  set_null_unless(has_heights(job), {"height", "no_data"});
+  set_null_unless(job.bake.encoding.space == NormalMapSpace::tangent, {"bitangent"});
   json["ao_by"] =
-      report.occlusion ? Json(name_of(Words(kOcclusionBy), report.occlusion->by)) : Json();
+      report.occlusion ? Json(name_of(Words(kOcclusionByWords), report.occlusion->by)) : Json();
   json["ao_views"] =
       report.occlusion && report.occlusion->views > 0 ? Json(report.occlusion->views) : Json();
-  only_if(any_map_uses_option(job, "occlusion.rays"), {"ao_rays", "ao_occluders", "ao_back_faces"});
-  only_if(any_map_uses_option(job, "occlusion.falloff"), {"ao_falloff"});
+  set_null_unless(any_map_uses_option(job, "occlusion.rays"),
+                  {"ao_rays", "ao_occluders", "ao_back_faces"});
+  set_null_unless(any_map_uses_option(job, "occlusion.falloff"), {"ao_falloff"});
   if (!writes_gltf(job)) {
     json["dither"] = job.image.dither;
-    only_if(false, {"quality", "normal_error", "fallback_textures", "mesh_compression"});
+    set_null_unless(false, {"quality", "normal_error", "fallback_textures", "mesh_compression"});
   }
   json["own_maps"] = job.own_maps;
   json["variants"] = job.variants;
   json["set_sizes"] = Json::object();
   for (const SetSize& size : job.set_sizes) json["set_sizes"][size.set] = {size.width, size.height};
-  only_if(job.low.make.lods > 0, {"lod_growth", "lod_uvs", "lod_files"});
+  set_null_unless(job.low.make.lods > 0, {"lod_growth", "lod_uvs", "lod_files"});
   json["unwrap_method"] = job.unwrap_method.empty() ? Json() : Json(job.unwrap_method);
   return json;
 }
@@ -108,8 +110,8 @@ bool is_asset(const std::filesystem::path& out) {
 }
 
 const std::string& first_input_name(const std::vector<JobInput>& inputs) {
-  static const std::string none;
-  return inputs.empty() ? none : inputs.front().name;
+  static const std::string no_name;
+  return inputs.empty() ? no_name : inputs.front().name;
 }
 
 std::vector<std::string> input_names(const std::vector<JobInput>& inputs) {
@@ -164,9 +166,9 @@ std::vector<std::string> match_names() {
 std::vector<std::string> surface_match_names(const char* first) {
   std::vector<std::string> names = {first};
   for (const MatchInfo& match : matches()) {
-    const bool more =
+    const bool has_further_files =
         obeys(match, "match.uv") || obeys(match, "match.views") || obeys(match, "match.visibility");
-    if (!more) names.emplace_back(match.method.name);
+    if (!has_further_files) names.emplace_back(match.method.name);
   }
   return names;
 }
@@ -214,9 +216,9 @@ bool any_map_uses_option(const Job& job, std::string_view option) {
 
 std::vector<MapKind> maps_or_default(const Job& job) {
   const BakeOptions& bake = job.bake;
-  const bool none = bake.maps.empty() && bake.own_maps.empty() && bake.variants.empty() &&
-                    job.own_maps.empty() && job.variants.empty();
-  return none ? BakeOptions().maps : bake.maps;
+  const bool has_no_maps = bake.maps.empty() && bake.own_maps.empty() && bake.variants.empty() &&
+                           job.own_maps.empty() && job.variants.empty();
+  return has_no_maps ? BakeOptions().maps : bake.maps;
 }
 
 MapKind shading_map() { return BakeOptions().maps.front(); }
@@ -242,9 +244,9 @@ std::string deviation_bound(const Job& job) {
 }
 
 bool plans_low_poly(const Job& job) {
-  const bool own = job.low.given.empty() && job.low.make.faces == 0;
+  const bool makes_low = job.low.given.empty() && job.low.make.faces == 0;
   const bool by_bytes = job.max_bytes != 0 && deviation_bound(job).empty();
-  return own && !has_saved_match(job) && (by_bytes || !angle_bound(job).empty());
+  return makes_low && !has_saved_match(job) && (by_bytes || !angle_bound(job).empty());
 }
 
 bool writes_lods_into_one_file(const Job& job) {

@@ -67,7 +67,7 @@ const std::string& high_name(const Job& job);
 const std::string& low_name(const Job& job);
 /// Sets the first input of a side; further inputs stay.
 void set_first_input(std::vector<JobInput>& inputs, const std::string& name);
-/// Names of all inputs of a side but the first.
+/// Names of all inputs of a side except the first.
 std::vector<std::string> further_input_names(const std::vector<JobInput>& inputs);
 /// True if the high poly is a height field, that is, an image.
 bool has_heights(const Job& job);
@@ -88,7 +88,7 @@ inline std::string default_match() { return std::string(MatchOptions().method.na
 std::vector<std::string> match_names();
 /// Names of the matches that need nothing but HIGH's surface. `first` heads the list.
 std::vector<std::string> surface_match_names(const char* first);
-/// The first match of the registry that uses an option, such as "match.views.count". At least one must.
+/// The first match of the registry that uses an option, such as "match.views.count". There must be one.
 MatchMethod first_match(std::string_view option);
 /// The match that searches only by distance, so that it finds a point wherever HIGH is near.
 MatchMethod distance_match();

@@ -23,7 +23,7 @@ std::vector<PartPair> parse_part_list(const std::string& list, const Message& wh
 std::vector<VisibilityOptions::Likelihood> parse_likelihoods(std::string_view text,
                                                              const std::string& name);
 
-/// Reads a file of parse_likelihoods(), regular and of at most 16 MiB. \throws Error(input)
+/// Reads a file in the format of parse_likelihoods(). It must be a regular file of at most 16 MiB. \throws Error(input)
 std::vector<VisibilityOptions::Likelihood> load_likelihoods(const std::string& path);
 
 }  // namespace kiln

@@ -68,7 +68,7 @@ void save_level(const BakeScene& scene, const Source& source, const std::string&
   describe_level(baked.stored, planned, number, files);
 }
 
-/// A level after the first, taken out of the chain.
+/// A level after the first, moved out of the chain.
 struct CoarserLevel {
   LowMesh low;
   BakedLayout baked;

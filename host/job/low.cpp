@@ -48,8 +48,8 @@ void detect_soft_seams(const Job& job, LowMesh& low) {
     low.made = true;
     return;
   }
-  // A mesh without normals is either smooth by intent or has lost them, which only its author knows. A small share of
-  // such seams is chance, as on scans, and does not affect the mean error.
+  // Only the author knows whether a mesh without normals is meant to be smooth or has lost its normals, so such a mesh
+  // gets no warning. A small share of soft seams occurs by chance, as on scans, and hardly affects the mean error.
   if (seams.between_flats == 0 || seams.between_flats * 10 < seams.edges) return;
   // Low polys that Kiln made have normals that suit a map already; see fit_normals().
   const std::vector<std::string> files = low_files(job);
@@ -127,7 +127,7 @@ Mesh unwrap_sets(const Job& job, Mesh mesh, const UnwrapOptions& layout, UnwrapR
 LowMesh prepare_low(const Job& job, const LoadedHigh& loaded, RunLog& log) {
   const HighPolyInput& input = loaded.input;
   std::vector<Warning>& warnings = log.warnings;
-  std::optional<Mesh> reduced;  // what LOW is made from where HIGH is larger than memory
+  std::optional<Mesh> reduced;  // the mesh that LOW is made from if HIGH is larger than memory
   if (loaded.chunks != nullptr) {
     ProgressGuard progress_guard(
         [&](double, std::string_view stage) { return log.report_progress(kProgressAtLow, stage); });
@@ -180,7 +180,7 @@ LowMesh prepare_low(const Job& job, const LoadedHigh& loaded, RunLog& log) {
     // A match by UVs needs the high poly's layout on the low poly.
     options.keep_uvs =
         match_uses_option(job, "match.uv") && !input.heights && !high.uv_triangles.empty();
-    // otherwise normals are fitted after the unwrap, which makes the seams
+    // otherwise normals are fitted after unwrapping, which creates the seams
     options.fit_normals = input.heights || options.keep_uvs;
     if (const std::string bound = deviation_bound(job); !bound.empty()) {
       options.max_error = parse_error_bound(bound);

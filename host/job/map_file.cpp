@@ -24,7 +24,8 @@ bool is_match(const std::filesystem::path& path) {
     load_image(path);
     return false;
   } catch (const Error&) {
-    // An EXR without colour channels is a saved match. If it is none either, reading it as a match reports that.
+    // An EXR without colour channels is read as a saved match. If it is not a match either, the reader throws an error
+    // that says so.
     return true;
   }
 }

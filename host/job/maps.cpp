@@ -55,7 +55,7 @@ void complete_miss_warning(const BakeScene& scene, BakeResult& result) {
   }
 }
 
-/// Rejects a map without any match, completes warnings about misses, and explains misses if --reasons asks for it.
+/// Rejects a bake that matched no sample, completes warnings about misses, and explains misses if --reasons is given.
 void check_baked_layout(const BakeScene& scene, const Source& source, BakedLayout& baked) {
   if (baked.result.cancelled) throw Cancelled{};
   check_result(baked.result.report, scene.high.mesh(), scene.low.mesh);
@@ -72,16 +72,16 @@ void sample_images(const BakeScene& scene, const Source& source, BakeOptions opt
   const MatchResult found = match(source, scene.low.mesh, options);
   if (found.cancelled) throw Cancelled{};
   baked.sampled_images = scene.run.hooks.sample(found.match, scene.high.mesh());
-  const auto is_own = [&](std::string_view name) {
+  const auto is_owned_by_user = [&](std::string_view name) {
     return baked.sampled_images.contains(std::string(name));
   };
-  std::erase_if(baked.options.maps, [&](MapKind map) { return is_own(map.name); });
+  std::erase_if(baked.options.maps, [&](MapKind map) { return is_owned_by_user(map.name); });
   std::erase_if(baked.options.transfers,
-                [&](const auto& transfer) { return is_own(transfer.name); });
+                [&](const auto& transfer) { return is_owned_by_user(transfer.name); });
 }
 
-/// True if images of RunHooks::sample replace all maps to bake. Transfers alone still need the bake of one map, so the
-/// shading map is added, and not written.
+/// True if images of RunHooks::sample replace all maps to bake. If only transfers remain, a bake still needs one map,
+/// so the shading map is baked but not written.
 bool sampled_images_replace_all_maps(BakedLayout& baked) {
   BakeOptions& options = baked.options;
   if (!options.maps.empty() || !options.own_maps.empty() || !options.variants.empty()) return false;

@@ -18,8 +18,8 @@
 namespace kiln {
 void check_cage_directions(const Job& arguments, const Mesh& low, const Mesh& cage) {
   if (cage.triangles.size() != low.triangles.size()) return;
-  // A vertex of LOW that corresponds to two different points means that the cage is an independent hull, which only
-  // happens to have as many triangles.
+  // If a vertex of LOW corresponds to two different points, the cage is an independent hull that has the same number of
+  // triangles by chance.
   std::vector<std::optional<std::uint32_t>> cage_vertex_of(low.positions.size());
   for (std::size_t t = 0; t < low.triangles.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {

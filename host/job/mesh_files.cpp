@@ -105,7 +105,7 @@ Asset load_with_materials(const std::string& file, const LoadMeshOptions& option
   asset.mesh = load_mesh(file, options, &warnings);
   if (asset.mesh.material_files.empty()) return asset;
   std::vector<Warning>
-      // Only missing MTL files are reported here; the bake of materials reports the rest
+      // Only missing MTL files are reported here; other problems are reported when materials are baked.
       mtl_warnings;
   try {
     asset.materials = load_materials(asset.mesh, file, &mtl_warnings, options.outside);
@@ -159,7 +159,7 @@ void move_material_files(Mesh& mesh, const fs::path& from, const fs::path& to) {
     std::error_code error;
     const fs::path file = os::join(from, name);
     const fs::path relative_path = fs::relative(file, to.empty() ? "." : to, error);
-    // There is no relative path to another drive.
+    // A path to another drive cannot be relative.
     name = error || relative_path.empty() ? os::absolute(file, error).string()
                                           : relative_path.string();
   }

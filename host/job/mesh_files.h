@@ -1,4 +1,4 @@
-// Reads mesh files as their options say, and joins several files as one scene.
+// Reads mesh files with the options that apply to them, and joins several files to one scene.
 #pragma once
 
 #include <filesystem>

@@ -11,8 +11,8 @@
 namespace kiln {
 namespace {
 
-/// Spellings of options and functions that are no members of a job, and whose flag differs from the last word of the
-/// name.
+/// Flags and keywords that cannot be derived from the name: of options whose flag is not simply the last word of the
+/// name, and of functions, which are not members of a job.
 struct Spelling {
   std::string_view name, flag, keyword;
 };

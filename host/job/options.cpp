@@ -29,14 +29,14 @@ bool adds_further_files(const OptionRow& row) {
 /// True if the members that a row sets, such as "bake.width, bake.height", include `name`, with or
 /// without "bake." before it.
 bool row_has_member(const OptionRow& row, std::string_view name) {
-  std::string_view rest = row.value.member;
+  std::string_view remaining_members = row.value.member;
   for (;;) {
-    const std::size_t comma = rest.find(", ");
-    std::string_view member = rest.substr(0, comma);
+    const std::size_t comma = remaining_members.find(", ");
+    std::string_view member = remaining_members.substr(0, comma);
     if (member == name) return true;
     if (member.starts_with("bake.") && member.substr(5) == name) return true;
     if (comma == std::string_view::npos) return false;
-    rest.remove_prefix(comma + 2);
+    remaining_members.remove_prefix(comma + 2);
   }
 }
 
@@ -261,7 +261,7 @@ std::string job_schema() {
     if (is_number && value.high) schema["maximum"] = *value.high;
     if (value.type == "choice" && !value.choices.empty()) schema["enum"] = value.choices;
     Json alternatives = Json::array({schema});
-    // a word such as "inf", or a fraction, may stand for a number
+    // A text such as "inf", or a fraction, is allowed instead of a number.
     if (is_number) alternatives.push_back({{"type", "string"}});
     if (!is_number && value.type != "flag" && value.type != "choice")
       alternatives.push_back({{"type", "number"}});

@@ -126,7 +126,7 @@ Warning map_bounds_warning(const std::vector<MapReached>& bounds, std::uint32_t 
 void warn_of_heavy_low(const Mesh& low, const Mesh& high, std::vector<Warning>& warnings) {
   const std::uint64_t vertices = split_vertices(low);
   if (2 * vertices <= high.positions.size()) return;
-  // Both are counted with their hard edges and seams.
+  // The vertices of both meshes are counted after splits at hard edges and seams.
   const std::uint64_t high_vertices = split_vertices(high);
   if (2 * vertices <= high_vertices) return;
   warnings.push_back({"low-heavy",

@@ -158,7 +158,7 @@ void add_input_files(const BakeScene& scene, Json& json) {
   if (job.low.given.empty()) return;
   Json& low = json["inputs"]["low"];
   if (job.low.given.size() > 1) low["files"] = low_files(job);
-  low["triangulation"] = name_of(Words(kTriangulations), job.load.triangulation);
+  low["triangulation"] = name_of(Words(kTriangulationWords), job.load.triangulation);
   low["tangents"] = scene.low.mesh.tangents.empty() ? "mikktspace" : "file";
   low["quads"] = scene.low.polygons.quads;
   low["larger_polygons"] = scene.low.polygons.larger;

@@ -37,7 +37,8 @@ constexpr std::array kCauses = {
     CausedBy{"no-texels", "uv-degenerate"},
     CausedBy{"no-texels", "uv-missing"},
     CausedBy{"no-texels", "uv-outside"},
-    // Warnings of the bake about misses. A missed error bound decides the exit code, so that it is always printed.
+    // Warnings of the bake about misses. The warning about a missed error bound is always printed, since it decides the
+    // exit code.
     CausedBy{"many-misses", "high-inside-out"},
     CausedBy{"many-misses", "coarse-views"},
     CausedBy{"many-misses", "short-rays"},
@@ -48,7 +49,7 @@ constexpr std::array kCauses = {
 }  // namespace
 
 std::vector<Warning> root_causes(const std::vector<Warning>& warnings, std::size_t of_high) {
-  const auto has = [&](std::string_view code, bool of_high_file) {
+  const auto has_warning = [&](std::string_view code, bool of_high_file) {
     for (std::size_t i = 0; i < warnings.size(); ++i) {
       if ((i < of_high) == of_high_file && warnings[i].code == code) return true;
     }
@@ -57,7 +58,7 @@ std::vector<Warning> root_causes(const std::vector<Warning>& warnings, std::size
   std::vector<Warning> warnings_without_cause;
   for (const Warning& warning : warnings) {
     const bool has_cause = std::any_of(kCauses.begin(), kCauses.end(), [&](const CausedBy& row) {
-      return warning.code == row.code && has(row.causing_code, row.of_high_file);
+      return warning.code == row.code && has_warning(row.causing_code, row.of_high_file);
     });
     if (!has_cause) warnings_without_cause.push_back(warning);
   }

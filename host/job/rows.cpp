@@ -98,7 +98,7 @@ OptionValue size_value() {
         return job.bake.width == job.bake.height ? width
                                                  : width + "x" + std::to_string(job.bake.height);
       });
-  value.words_back = [](const void* object) {
+  value.get_words = [](const void* object) {
     const Job& job = *static_cast<const Job*>(object);
     OptionWords words = {std::to_string(job.bake.width) + "x" + std::to_string(job.bake.height)};
     for (const SetSize& size : job.set_sizes) {
@@ -138,7 +138,7 @@ OptionValue maps_value() {
         for (const MapKind map : maps_or_default(job)) names.push_back(map.name);
         return names;
       });
-  value.words_back = [](const void* object) {
+  value.get_words = [](const void* object) {
     const Job& job = *static_cast<const Job*>(object);
     OptionWords words;
     for (const MapKind map : job.bake.maps) words.emplace_back(map.name);
@@ -189,7 +189,7 @@ OptionValue fallback_value() {
   for (const MatchInfo& match : matches()) {
     if (!obeys(match, "match.uv")) names.emplace_back(match.method.name);
   }
-  for (const auto& [name, policy] : kMisses) names.emplace_back(name);
+  for (const auto& [name, policy] : kMissWords) names.emplace_back(name);
   OptionValue value = value_of<Job>(
       "bake.match.fallback, bake.encoding.miss", "list", one_of(names).words(),
       [names](Job& job, OptionName flag, ValueWords words) {
@@ -198,10 +198,11 @@ OptionValue fallback_value() {
         job.bake.encoding.miss = MissPolicy::keep;
         for (const std::string& word : words) {
           const std::string name = require_one_of(flag, word, names);
-          if (const MissPolicy* const end = Words(kMisses).find(name)) {
+          if (const MissPolicy* const end = Words(kMissWords).find(name)) {
             job.bake.encoding.miss = *end;
             if (&word == &words.back()) continue;
-            fail_usage(flag + " " + name + " decides all that is left: nothing can follow it.");
+            fail_usage(flag + " " + name +
+                       " decides all remaining samples, so nothing can follow it.");
           }
           const MatchMethod method = find_match(name).method;
           refuse_if(std::find(chain.begin(), chain.end(), method) != chain.end(),
@@ -215,7 +216,7 @@ OptionValue fallback_value() {
         for (const MatchMethod method : job.bake.match.fallback) chain.push_back(method.name);
         const MissPolicy miss = job.bake.encoding.miss;
         if (chain.empty() || miss != MissPolicy::keep) {
-          chain.push_back(name_of(Words(kMisses), miss));
+          chain.push_back(name_of(Words(kMissWords), miss));
         }
         return chain;
       });
@@ -256,7 +257,7 @@ OptionValue views_value() {
                : views.count   ? std::to_string(*views.count)
                                : std::string("default");
       });
-  value.words_back = [](const void* object) {
+  value.get_words = [](const void* object) {
     const ViewOptions& views = static_cast<const Job*>(object)->bake.match.views;
     if (views.automatic) return OptionWords{kAutomatic};
     return views.count ? OptionWords{std::to_string(*views.count)} : OptionWords();
@@ -321,7 +322,7 @@ OptionValue view_weight_value() {
   OptionValue value = value_of<Job>(
       "bake.match.visibility.likelihood", "choice", "NAME|FILE",
       [](Job& job, OptionName, ValueWords words) {
-        const ViewLikelihood* const named_likelihood = Words(kLikelihoods).find(words.back());
+        const ViewLikelihood* const named_likelihood = Words(kLikelihoodWords).find(words.back());
         job.bake.match.visibility.likelihood =
             named_likelihood != nullptr ? *named_likelihood : ViewLikelihood::list;
         job.view_weights = named_likelihood != nullptr ? "" : words.back();
@@ -329,9 +330,9 @@ OptionValue view_weight_value() {
       [](Job& job) {
         const ViewLikelihood likelihood = job.bake.match.visibility.likelihood;
         return likelihood == ViewLikelihood::list ? job.view_weights
-                                                  : name_of(Words(kLikelihoods), likelihood);
+                                                  : name_of(Words(kLikelihoodWords), likelihood);
       });
-  value.choices = names_of(Words(kLikelihoods));
+  value.choices = names_of(Words(kLikelihoodWords));
   return value;
 }
 
@@ -383,7 +384,7 @@ OptionValue unwrap_value() {
             words.back() == "true" ? "given" : require_one_of(flag, words.back(), names);
       },
       [](Job& job) { return job.unwrap; });
-  value.words_back = [](const void* object) {
+  value.get_words = [](const void* object) {
     const Job& job = *static_cast<const Job*>(object);
     if (!job.unwrap) return OptionWords();
     return OptionWords{job.unwrap_method == "given" ? "true" : job.unwrap_method};
@@ -394,7 +395,7 @@ OptionValue unwrap_value() {
 
 /// The value of --format: the format of map files, and of a GLB's textures, which may be JPEGs.
 OptionValue format_value() {
-  std::vector<std::string> names = names_of(Words(kFormats));
+  std::vector<std::string> names = names_of(Words(kFormatWords));
   names.insert(std::lower_bound(names.begin(), names.end(), "jpeg"), "jpeg");
   names.insert(std::lower_bound(names.begin(), names.end(), "png"), "png");
   OptionValue value = value_of<Job>(
@@ -402,7 +403,8 @@ OptionValue format_value() {
       [names](Job& job, OptionName flag, ValueWords words) {
         const std::string word = require_one_of(flag, words.back(), names);
         const bool is_jpeg = word == "jpeg";
-        job.image.format = is_jpeg || word == "png" ? ImageFormat::png8 : Words(kFormats).at(word);
+        job.image.format =
+            is_jpeg || word == "png" ? ImageFormat::png8 : Words(kFormatWords).at(word);
         job.pictures.format = is_jpeg                                 ? PictureFormat::jpeg
                               : job.image.format == ImageFormat::webp ? PictureFormat::webp
                                                                       : PictureFormat::png;
@@ -410,7 +412,7 @@ OptionValue format_value() {
       [](Job& job) {
         return job.pictures.format == PictureFormat::jpeg
                    ? "jpeg"
-                   : name_of(Words(kFormats), job.image.format);
+                   : name_of(Words(kFormatWords), job.image.format);
       });
   value.choices = names;
   return value;
@@ -428,7 +430,7 @@ OptionValue bytes_value() {
 
 /// The value of --dither: a switch with an optional value; without one it is on.
 OptionValue dither_value() {
-  const std::vector<std::string> names = names_of(Words(kDithers));
+  const std::vector<std::string> names = names_of(Words(kDitherWords));
   OptionValue value = value_of<Job>(
       "image.dither, pictures.dither", "flag or choice", "[on|off|auto]",
       [names](Job& job, OptionName flag, ValueWords words) {
@@ -436,11 +438,11 @@ OptionValue dither_value() {
         job.pictures.dither = word == "true" ? Dither::on
                               : word == "false"
                                   ? Dither::off
-                                  : Words(kDithers).at(require_one_of(flag, word, names));
+                                  : Words(kDitherWords).at(require_one_of(flag, word, names));
         job.image.dither = job.pictures.dither == Dither::on;
       },
       [](Job& job) {
-        return name_of(Words(kDithers), job.image.dither ? Dither::on : job.pictures.dither);
+        return name_of(Words(kDitherWords), job.image.dither ? Dither::on : job.pictures.dither);
       });
   value.choices = names;
   return value;
@@ -521,19 +523,19 @@ std::vector<OptionRow> make_rows() {
                "NAME=SIZE sets the size of one texture set; may be given several times"},
       {.flag = "--sets",
        .group = kMapGroup,
-       .value = choice(JOB_MEMBER(sets), Words(kSets)),
+       .value = choice(JOB_MEMBER(sets), Words(kSetsWords)),
        .help = "Texture sets, each with its own maps: one per material, object or UDIM tile of "
                "LOW, or none for a single map. auto: per material or tile if their UVs overlap. If "
                "Kiln unwraps LOW, material and object give each a layout of its own, and one makes "
                "an atlas; auto is then material for a GLB if the UVs of HIGH's materials overlap"},
       {.flag = "--alpha",
        .group = kMapGroup,
-       .value = choice(JOB_MEMBER(alpha), Words(kAlphas)),
+       .value = choice(JOB_MEMBER(alpha), Words(kAlphaWords)),
        .help = "Alpha mode of materials with opacity in a GLB, glTF or OBJ. auto: the mode of "
                "HIGH's materials, or mask if none of them is transparent"},
       {.flag = "--double-sided",
        .group = kMapGroup,
-       .value = choice(JOB_MEMBER(double_sided), Words(kSides)),
+       .value = choice(JOB_MEMBER(double_sided), Words(kSidesWords)),
        .help = "Whether materials of a GLB or glTF show back faces. auto: as in the input files; "
                "if these do not state it, yes for open meshes whose back faces many views show"},
       {.flag = "--maps",
@@ -546,11 +548,11 @@ std::vector<OptionRow> make_rows() {
            list_maps()},
       {.flag = "--space",
        .group = kMapGroup,
-       .value = choice(JOB_MEMBER(bake.encoding.space), Words(kSpaces)),
+       .value = choice(JOB_MEMBER(bake.encoding.space), Words(kSpaceWords)),
        .help = "Space of the normals: tangent (MikkTSpace), object, or each face's own"},
       {.flag = "--bitangent",
        .group = kMapGroup,
-       .value = choice(JOB_MEMBER(bake.encoding.bitangent), Words(kBitangents)),
+       .value = choice(JOB_MEMBER(bake.encoding.bitangent), Words(kBitangentWords)),
        .help = "With --space tangent: where the shader computes the bitangent: per pixel "
                "(MikkTSpace, Blender, Unreal) or per vertex (Unity). Render with the same"},
       {.flag = "--flip-y",
@@ -570,12 +572,12 @@ std::vector<OptionRow> make_rows() {
                "(textures with alpha and normal maps stay PNG)"},
       {.flag = "--quality",
        .group = kMapGroup,
-       .value = whole(JOB_MEMBER(pictures.quality), 1, 100).or_none(),
+       .value = whole(JOB_MEMBER(pictures.quality), 1, 100).or_unset(),
        .help = "Lossy quality of a GLB's webp or jpeg textures except normal maps, 1 to 100 "
                "(default: webp is lossless, jpeg uses 90)"},
       {.flag = "--normal-error",
        .group = kMapGroup,
-       .value = number(JOB_MEMBER(pictures.max_normal_error), 0, 45).or_none().in("degrees"),
+       .value = number(JOB_MEMBER(pictures.max_normal_error), 0, 45).or_unset().in("degrees"),
        .help = "Lossy normal maps in a GLB of webp or jpeg textures: Kiln chooses the lowest "
                "quality that keeps the mean error within this many degrees (default: normal maps "
                "are lossless)"},
@@ -586,7 +588,7 @@ std::vector<OptionRow> make_rows() {
                "no extension"},
       {.flag = "--mesh-compression",
        .group = kMapGroup,
-       .value = choice(JOB_MEMBER(mesh_compression), Words(kMeshCompressions)),
+       .value = choice(JOB_MEMBER(mesh_compression), Words(kMeshCompressionWords)),
        .help = "Compression of a GLB's triangles: meshopt (with KHR_mesh_quantization), draco, or "
                "none. Readers must support the extension"},
       {.flag = "--max-bytes",
@@ -625,7 +627,7 @@ std::vector<OptionRow> make_rows() {
 
       {.flag = "--ao-by",
        .group = kOcclusionGroup,
-       .value = choice(JOB_MEMBER(bake.occlusion.by), Words(kOcclusionBy)),
+       .value = choice(JOB_MEMBER(bake.occlusion.by), Words(kOcclusionByWords)),
        .help = "Method for ao and bent_normal: rays; views (depth views of all occluders from all "
                "around, without noise); or auto (views if they are expected to be faster)"},
       {.flag = "--ao-views",
@@ -645,7 +647,7 @@ std::vector<OptionRow> make_rows() {
                "World units, or P% of HIGH's diagonal"},
       {.flag = "--ao-falloff",
        .group = kOcclusionGroup,
-       .value = choice(JOB_MEMBER(bake.occlusion.falloff), Words(kFalloffs)),
+       .value = choice(JOB_MEMBER(bake.occlusion.falloff), Words(kFalloffWords)),
        .help = "Weight of an occluder in ao and bent_normal at the distance x, as a share of "
                "--ao-distance (default: HIGH's diagonal): 1 (none), 1 - x (linear), or 1 - x^2 (3 "
                "- 2x) (smooth)"},
@@ -662,13 +664,13 @@ std::vector<OptionRow> make_rows() {
                "space, such as a ground, separated by commas"},
       {.flag = "--part-occlusion",
        .group = kOcclusionGroup,
-       .value = choice(JOB_MEMBER(bake.occlusion.own_part), Words(kPartOcclusion)),
+       .value = choice(JOB_MEMBER(bake.occlusion.own_part), Words(kPartOcclusionWords)),
        .help = "With --match-by: which parts of HIGH and LOW occlude a part: all, or only the part "
                "itself (own), as if the parts were moved apart. Meshes of --ao-occluders occlude "
                "every part"},
       {.flag = "--ao-error",
        .group = kOcclusionGroup,
-       .value = number(JOB_MEMBER(bake.occlusion.max_error), 0, 1, true).or_none(),
+       .value = number(JOB_MEMBER(bake.occlusion.max_error), 0, 1, true).or_unset(),
        .help = "Root mean square error that ao has to reach, such as 2/255 or 0.01. Texels start "
                "with a quarter of --ao-rays; noise is smoothed where this does not blur edges, and "
                "texels with too much noise cast more rays, up to 4096. Kiln measures and prints "
@@ -717,7 +719,7 @@ std::vector<OptionRow> make_rows() {
                "several times"},
       {.flag = "--high-normal-map",
        .group = kTexturesGroup,
-       .value = choice(JOB_MEMBER(high_normal_map), Words(kNormalTextureFormats)),
+       .value = choice(JOB_MEMBER(high_normal_map), Words(kNormalTextureFormatWords)),
        .help =
            "Convention of HIGH's normal maps (--transfer FILE:NAME:normal, mtl:normals). gl: three "
            "channels, +Y up. dx: +Y down. two-channel, two-channel-dx: only x and y, as in BC5 and "
@@ -729,7 +731,7 @@ std::vector<OptionRow> make_rows() {
                "edges of charts without padding"},
       {.flag = "--alpha-test",
        .group = kTexturesGroup,
-       .value = number(JOB_MEMBER(alpha_test), 0, 1).or_none(),
+       .value = number(JOB_MEMBER(alpha_test), 0, 1).or_unset(),
        .help = "Treats parts of HIGH with an opacity below this value as holes for all matches and "
                "maps, as for leaves on cards: above 0, up to 1. The opacity comes from --transfer "
                "FILE:opacity, or from the textures of HIGH's materials (map_d, or the alpha of "
@@ -747,7 +749,7 @@ std::vector<OptionRow> make_rows() {
                "per map"},
       {.flag = "--id-by",
        .group = kMapGroup,
-       .value = choice(JOB_MEMBER(bake.id_by), Words(kIdSources)),
+       .value = choice(JOB_MEMBER(bake.id_by), Words(kIdSourceWords)),
        .help = "What has a colour of its own in the map id: connected parts, or HIGH's materials, "
                "groups, objects or colours (of vertices or faces). --json contains the legend"},
       {.flag = "--report-error",
@@ -820,13 +822,13 @@ std::vector<OptionRow> make_rows() {
        .allowed_with_auto = true},
       {.flag = "--ray",
        .group = kMatchGroup,
-       .value = choice(JOB_MEMBER(bake.match.ray.rule), Words(kRayRules)),
+       .value = choice(JOB_MEMBER(bake.match.ray.rule), Words(kRayRuleWords)),
        .help = "Which hit of a ray counts: outermost, the face that a viewer sees, limited to "
                "LOW's own folds and parts; or nearest, with outward hits preferred",
        .allowed_with_auto = true},
       {.flag = "--direction",
        .group = kMatchGroup,
-       .value = choice(JOB_MEMBER(bake.match.ray.direction), Words(kRayDirections)),
+       .value = choice(JOB_MEMBER(bake.match.ray.direction), Words(kRayDirectionWords)),
        .help =
            "Direction of rays: auto, LOW's normal, blended into the averaged normal at hard edges; "
            "averaged; face, only LOW's own normal, which leaves gaps at edges; or painted by LOW's "
@@ -843,7 +845,7 @@ std::vector<OptionRow> make_rows() {
        .allowed_with_auto = true},
       {.flag = "--match-by",
        .group = kMatchGroup,
-       .value = choice(JOB_MEMBER(parts_by), Words(kPartsByWords)),
+       .value = choice(JOB_MEMBER(parts_by), Words(kPartsByChoices)),
        .help = "Which parts of HIGH a texel may match: all, or only the corresponding part. name: "
                "the group or object X_low of LOW matches X_high and X_high_* of HIGH, X_lp matches "
                "X_hp, and X_lo matches X_hi. group, object, material: the one with the same name. "
@@ -872,13 +874,13 @@ std::vector<OptionRow> make_rows() {
        .applies_to_fallback = false},
       {.flag = "--uv-copies",
        .group = kMatchGroup,
-       .value = choice(JOB_MEMBER(bake.match.uv_copies), Words(kUvCopies)),
+       .value = choice(JOB_MEMBER(bake.match.uv_copies), Words(kUvCopiesWords)),
        .help = "Which of several parts of LOW with the same UVs is baked: plain (copies that are "
                "not mirrored), mirrored, or first (in the order of triangles)"},
       triangulate_row<Job>(kLowGroup, "LOW, HIGH, cage and occluders"),
       {.flag = "--tangents",
        .group = kLowGroup,
-       .value = choice(JOB_MEMBER(file_tangents), Words(kTangents)),
+       .value = choice(JOB_MEMBER(file_tangents), Words(kTangentWords)),
        .help = "Tangents for the map: file, the tangents in LOW's file if it has any, else "
                "MikkTSpace; or mikktspace in any case"},
       {.flag = "--split-at-seams",
@@ -906,7 +908,7 @@ std::vector<OptionRow> make_rows() {
        .help = "Also hit back faces of HIGH (for scans with mixed winding)"},
       {.flag = "--traversal",
        .group = kMatchGroup,
-       .value = choice(JOB_MEMBER(traversal), Words(kTraversals)),
+       .value = choice(JOB_MEMBER(traversal), Words(kTraversalWords)),
        .help = "Ray kernels for CPUs, for GPUs, or chosen by the device (auto). Maps are identical "
                "to the bit"},
       {.flag = "--save-match",
@@ -943,12 +945,12 @@ std::vector<OptionRow> make_rows() {
                "--views; may be given several times (--views 0: only your own)"},
       {.flag = "--view-size",
        .group = kViewsGroup,
-       .value = whole(JOB_MEMBER(bake.match.views.size), 16, 8192).or_none().in("pixels"),
+       .value = whole(JOB_MEMBER(bake.match.views.size), 16, 8192).or_unset().in("pixels"),
        .help = "Side of a depth view in pixels (default: from the density of HIGH, up to two per "
                "sample)"},
       {.flag = "--view-criterion",
        .group = kViewsGroup,
-       .value = choice(JOB_MEMBER(bake.match.views.criterion), Words(kCriteria)),
+       .value = choice(JOB_MEMBER(bake.match.views.criterion), Words(kCriterionWords)),
        .help = "Which view decides a sample: the one with the smallest depth difference, the "
                "smallest true distance, or the best angle"},
       {.flag = "--no-view-refine",
@@ -960,7 +962,7 @@ std::vector<OptionRow> make_rows() {
 
       {.flag = "--visibility-at",
        .group = kVisibilityGroup,
-       .value = choice(JOB_MEMBER(bake.match.visibility.at), Words(kVisibilityAt)),
+       .value = choice(JOB_MEMBER(bake.match.visibility.at), Words(kVisibilityAtWords)),
        .help = "Where directions are averaged: face (then averaged at vertices), vertex, or texel "
                "(smoothed, also across seams)"},
       {.flag = "--directions",
@@ -969,7 +971,7 @@ std::vector<OptionRow> make_rows() {
        .help = "Number of directions from which LOW is seen, 1 to 4096"},
       {.flag = "--visibility-test",
        .group = kVisibilityGroup,
-       .value = choice(JOB_MEMBER(bake.match.visibility.test), Words(kVisibilityTests)),
+       .value = choice(JOB_MEMBER(bake.match.visibility.test), Words(kVisibilityTestWords)),
        .help = "How visibility is tested: views (depth views of LOW, as in the paper), rays "
                "(independent of pixels, slower), or auto: views"},
       {.flag = "--visibility-size",
@@ -1007,7 +1009,7 @@ std::vector<OptionRow> make_rows() {
 
       {.flag = "--faces",
        .group = kLowGroup,
-       .value = whole(JOB_MEMBER(low.make.faces), 1, 100000000).or_none(),
+       .value = whole(JOB_MEMBER(low.make.faces), 1, 100000000).or_unset(),
        .help = "Without LOW: simplify HIGH to N triangles"},
       {.flag = "--keep-hulls",
        .group = kLowGroup,
@@ -1044,7 +1046,7 @@ std::vector<OptionRow> make_rows() {
                "pixels that either mesh covers, such as 2%; rendered normals hardly show it"},
       {.flag = "--lod",
        .group = kLowGroup,
-       .value = whole(JOB_MEMBER(low.make.lods), 2, 8).or_none(),
+       .value = whole(JOB_MEMBER(low.make.lods), 2, 8).or_unset(),
        .help = "With --screen: N low polys, 2 to 8, each planned for half the size on screen of "
                "the previous one (NAME_lod0, NAME_lod1...; with --out NAME.glb also "
                "NAME_lod1.glb...; NAME_lods.json states the sizes at which they switch)"},
@@ -1055,12 +1057,12 @@ std::vector<OptionRow> make_rows() {
                "1: the same bound for all)"},
       {.flag = "--lod-uvs",
        .group = kLowGroup,
-       .value = choice(JOB_MEMBER(low.make.lods_share_uvs), Words(kLodUvs)),
+       .value = choice(JOB_MEMBER(low.make.lods_share_uvs), Words(kLodUvsWords)),
        .help = "With --lod: own, each level has its own layout and maps; or shared, all levels use "
                "the maps of the first one"},
       {.flag = "--lod-files",
        .group = kLowGroup,
-       .value = choice(JOB_MEMBER(low.make.lods_in_one_file), Words(kLodFiles)),
+       .value = choice(JOB_MEMBER(low.make.lods_in_one_file), Words(kLodFilesWords)),
        .help = "With --lod and an --out NAME.glb or NAME.gltf: each, a file per level; or one, all "
                "levels in one file by MSFT_lod (readers without it show the finest)"},
       {.flag = "--unwrap",

@@ -66,7 +66,8 @@ const SimplifyReport* simplify_report_of(const Job& job, const LowMesh& low) {
   return job.low.given.size() == 1 ? job.low.given.front().simplified.get() : nullptr;
 }
 
-/// Searches as far as the simplified low poly deviates. The job gets the distance, too, since the report states it.
+/// Sets the search distance to the deviation of the simplified low poly. The distance is stored in the job, too, since
+/// the report states it.
 void apply_search_distance(Job& job, const LoadedHigh& high, const LowMesh& low,
                            BakeOptions& options) {
   const SimplifyReport* const simplified = simplify_report_of(job, low);
@@ -91,7 +92,7 @@ LowMesh prepare_low_unless_planned(const Job& job, const LoadedHigh& high, RunLo
   return low;
 }
 
-/// Warns if LOW and HIGH do not suit each other.
+/// Warns if LOW and HIGH do not match in position, size or axes.
 void warn_of_mesh_mismatch(const Job& job, const LoadedHigh& high, const LowMesh& low,
                            const MatchOptions& match, RunLog& log) {
   if (job.low.given.empty()) {

@@ -91,10 +91,10 @@ struct RunHooks {
   std::function<std::map<std::string, Image>(const Match&, const Mesh& high)> sample;
   /// Names of maps that are baked, but not written into the asset
   std::set<std::string> not_written;
-  bool needs_uvs = false;  ///< Unwraps the low poly even if its plan needs no map
+  bool needs_uvs = false;  ///< True to unwrap the low poly even if its plan needs no map
   bool writes = true;      ///< False if on_baked takes the maps; the run then writes no file
   std::function<void(BakedJob&)>
-      on_baked;  ///< Called before anything is written, and only for a LOW of one texture set
+      on_baked;  ///< Called before any file is written, and only for a LOW with one texture set
 };
 
 /// Runs a job with hooks. A cancelled run returns JobResult::cancelled instead of throwing.

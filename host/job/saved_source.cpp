@@ -1,4 +1,4 @@
-// Saves HIGH with its search structure (--save-source), and takes the structure of a saved HIGH.
+// Saves HIGH with its search structure (--save-source), and reuses the search structure of a saved HIGH.
 #include <memory>
 #include <string>
 

@@ -43,8 +43,8 @@ void choose_seam_normals(const BakeScene& scene, const Source& source, const Bak
   constexpr std::uint32_t kTrialPictureSize = 64;  // pixels per side
   if (!low.mesh_before_split && !low.soft_seam_warning) return;
   std::vector<Warning>& warnings = scene.run.log.warnings;
-  // No trial is possible here: a saved match is valid only for one map size and an unchanged LOW, and a single trial
-  // map would overlay the layouts of several sets.
+  // No trial is possible with a saved match, which is valid only for one map size and an unchanged LOW, or with several
+  // sets, whose layouts would overlap in the trial's single map.
   if (has_saved_match(scene.run.job) || !scene.sets.empty()) {
     if (low.soft_seam_warning) warnings.push_back(*low.soft_seam_warning);
     return;

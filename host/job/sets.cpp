@@ -18,7 +18,7 @@
 namespace kiln {
 namespace {
 
-// Bytes of a texture set's name in a file name, which may have 255 in all.
+// Maximum bytes of a texture set's name within a file name, which may have 255 bytes.
 constexpr std::size_t kMaxNameBytes = 100;
 
 /// Truncates a text to kMaxNameBytes without splitting a UTF-8 sequence.
@@ -138,14 +138,15 @@ class SetWarnings {
     if (is_new) {
       set_warnings_.push_back({set, warning, 0});
     } else if (Entry& entry = set_warnings_[same->second]; entry.set != set) {
-      ++entry.more;
+      ++entry.further_sets;
     }
   }
 
-  std::vector<Warning> joined() const {
+  std::vector<Warning> joined_warnings() const {
     std::vector<Warning> result;
-    for (const auto& [set, warning, more] : set_warnings_) {
-      const std::string others_text = more == 0 ? "" : " and " + std::to_string(more) + " more";
+    for (const auto& [set, warning, further_sets] : set_warnings_) {
+      const std::string others_text =
+          further_sets == 0 ? "" : " and " + std::to_string(further_sets) + " more";
       result.push_back({warning.code, set + others_text + ": " + warning.message, warning.count});
     }
     return result;
@@ -155,7 +156,7 @@ class SetWarnings {
   struct Entry {
     std::string set;  ///< The first set with the warning
     Warning warning;
-    std::size_t more = 0;  ///< Number of further sets with the warning
+    std::size_t further_sets = 0;  ///< Number of further sets with the warning
   };
   std::vector<Entry> set_warnings_;
   std::map<std::pair<std::string, std::string>, std::size_t>
@@ -168,14 +169,15 @@ void accumulate(std::optional<HighCoverageReport>& sum,
   if (!set) return;
   if (!sum) sum.emplace();
   const double total_weight = sum->weight + set->weight;
-  const auto join = [&](double before, double more) {
-    return total_weight > 0 ? (before * sum->weight + more * set->weight) / total_weight : 0;
+  const auto weighted_mean = [&](double before, double added_value) {
+    return total_weight > 0 ? (before * sum->weight + added_value * set->weight) / total_weight : 0;
   };
-  const double previous_largest = join(sum->largest, 0), largest = join(0, set->largest);
+  const double previous_largest = weighted_mean(sum->largest, 0),
+               largest = weighted_mean(0, set->largest);
   if (largest > previous_largest) sum->where = set->where;
   sum->largest = std::max(previous_largest, largest);
-  sum->lost = join(sum->lost, set->lost);
-  sum->by_copies = join(sum->by_copies, set->by_copies);
+  sum->lost = weighted_mean(sum->lost, set->lost);
+  sum->by_copies = weighted_mean(sum->by_copies, set->by_copies);
   sum->places += set->places;
   sum->weight = total_weight;
 }
@@ -217,7 +219,7 @@ Json set_json(const RunContext& run, const BakedSet& set, const BakedLayout& bak
   const StoredMaps& stored = baked.stored;
   Json json = {{"name", set.set.name},
                {"tile", set.set.tile.empty() ? Json() : Json(set.set.tile)},
-               {"by", name_of(Words(kSets), run.job.sets)},
+               {"by", name_of(Words(kSetsWords), run.job.sets)},
                {"width", set.width},
                {"height", set.height},
                {"triangles", set.set.triangles},
@@ -244,8 +246,8 @@ Json set_json(const RunContext& run, const BakedSet& set, const BakedLayout& bak
   return json;
 }
 
-/// Makes texture sets by a criterion, and checks them. \param chosen  true if --sets chose the criterion
-FoundSets make_sets(const BakeScene& scene, const BakeOptions& options, SetsBy by, bool chosen) {
+/// Makes texture sets by a criterion, and checks them. \param by_user  true if --sets chose the criterion
+FoundSets make_sets(const BakeScene& scene, const BakeOptions& options, SetsBy by, bool by_user) {
   RunLog& log = scene.run.log;
   Job job = scene.run.job;
   job.sets = by;
@@ -254,11 +256,12 @@ FoundSets make_sets(const BakeScene& scene, const BakeOptions& options, SetsBy b
   for (TextureSet& set : find_texture_sets(scene.low.mesh, by)) {
     found.sets.emplace_back().set = std::move(set);
   }
-  // Each set costs at least 7 ms and a file: 10,000 take a minute. Far more of them are a mistake of an exporter.
+  // Each set takes at least 7 ms and a file, so 10,000 take a minute. More sets are most likely a mistake of an
+  // exporter.
   constexpr std::size_t kMaxTextureSets = 20000;
   refuse_if(found.sets.size() > kMaxTextureSets,
             "LOW has " + with_commas(found.sets.size()) + " texture sets (" +
-                option("sets", name_of(Words(kSets), job.sets)) + "), but at most " +
+                option("sets", name_of(Words(kSetsWords), job.sets)) + "), but at most " +
                 with_commas(kMaxTextureSets) + " can be baked: join its " +
                 (by == SetsBy::object ? "objects"
                  : by == SetsBy::udim ? "tiles"
@@ -277,9 +280,9 @@ FoundSets make_sets(const BakeScene& scene, const BakeOptions& options, SetsBy b
   assign_file_names(job, found.sets);
   check_outputs(job, found.sets, scene.run.hooks);
   std::erase_if(log.warnings, [](const Warning& w) { return w.code == "files-overlap"; });
-  if (!chosen) {
+  if (!by_user) {
     log.line(std::to_string(found.sets.size()) + " texture sets, one per " +
-             (by == SetsBy::udim ? "UDIM tile" : name_of(Words(kSets), job.sets)) +
+             (by == SetsBy::udim ? "UDIM tile" : name_of(Words(kSetsWords), job.sets)) +
              ": their UVs overlap (" + option("sets", "none") + " bakes one map)");
   }
   return found;
@@ -351,19 +354,19 @@ bool has_saved_match_per_tile(const Mesh& low, const std::string& path) {
 FoundSets find_sets(const BakeScene& scene, const Source& source, const BakeOptions& options) {
   const Job& job = scene.run.job;
   const Mesh& low = scene.low.mesh;
-  const bool chosen = job.sets.has_value();
+  const bool by_user = job.sets.has_value();
   SetsBy criterion = SetsBy::none;
   if (explain_single_set(job).empty() && !low.uv_triangles.empty()) {
-    criterion = chosen ? *job.sets : choose_texture_sets(low);
+    criterion = by_user ? *job.sets : choose_texture_sets(low);
     const bool by_uvs = any_match_uses_option(
         job, "match.uv");  // a match by UVs finds points in the unit square alone
-    if (!chosen && criterion == SetsBy::none && !by_uvs &&
+    if (!by_user && criterion == SetsBy::none && !by_uvs &&
         (job.load_match.empty() ? tiles_show_different_surfaces(low, source, options.match)
                                 : has_saved_match_per_tile(low, job.load_match))) {
       criterion = SetsBy::udim;
     }
   }
-  if (criterion != SetsBy::none) return make_sets(scene, options, criterion, chosen);
+  if (criterion != SetsBy::none) return make_sets(scene, options, criterion, by_user);
   refuse_if(!job.set_sizes.empty(), option("size", "NAME=SIZE") +
                                         " is for texture sets, but LOW has only one: give " +
                                         option("sets", "material") +
@@ -443,7 +446,7 @@ BakedLayout bake_sets(const RunContext& run, const LoadedHigh& high, const LowMe
   if (sum.samples > sum.missed) {
     sum.mean_abs_distance /= static_cast<double>(sum.samples - sum.missed);
   }
-  sum.warnings = warnings.joined();
+  sum.warnings = warnings.joined_warnings();
   sums.result.report = std::move(sum);
   return sums;
 }

@@ -39,7 +39,7 @@ class ChunkedMesh;
 inline constexpr double kProgressAtLow = 0.08, kProgressAtSource = 0.15, kProgressAtBake = 0.3,
                         kProgressAtSave = 0.8;
 
-/// Inputs of every stage. run_stages() refines the job between stages; stages never change it.
+/// Inputs of every stage. run_stages() completes the job between stages; stages never change it.
 struct RunContext {
   const Job& job;
   const RunHooks& hooks;
@@ -51,9 +51,11 @@ struct LoadedHigh {
   HighPolyInput input;  ///< Has no mesh if `prepared` is set
   CleanReport repairs;  ///< Repairs of input.mesh
   const PreparedHigh* prepared = nullptr;
-  /// Not null: HIGH is larger than memory, and input.mesh is a sample of its triangles, for messages
+  /// HIGH if it is larger than memory, otherwise null. If it is set, input.mesh is a sample of its triangles, for
+  /// messages
   std::shared_ptr<const MeshStream> streamed;
-  /// The chunks of `streamed` where LOW is made from them; else they are sorted for the bake
+  /// The chunks of `streamed`, if LOW was made from them. Otherwise null: the bake then sorts the high poly into chunks
+  /// itself
   std::shared_ptr<const ChunkedMesh> chunks;
 
   const Mesh& mesh() const { return prepared != nullptr ? prepared->mesh : input.mesh; }
@@ -64,7 +66,7 @@ struct LoadedHigh {
     return prepared != nullptr ? prepared->height_field : input.heights.has_value();
   }
   bool may_face_inwards() const {
-    if (streamed != nullptr) return false;  // not known
+    if (streamed != nullptr) return false;  // the stream's normals were not examined
     return prepared != nullptr ? prepared->faces_inwards : !repairs.faces_outwards;
   }
 };
@@ -93,7 +95,7 @@ struct LowMesh {
   std::optional<UnwrapReport> unwrapped;
 };
 
-/// Seconds of the stages that no report of the library covers.
+/// Seconds of those stages whose time is in no report of the library.
 struct StageSeconds {
   double load = 0, low = 0, build = 0, cage = 0, plan = 0, save = 0;
 };
@@ -102,12 +104,12 @@ struct StageSeconds {
 struct BakedSet {
   TextureSet set;
   std::uint32_t width = 0, height = 0;
-  std::string word;                    ///< The set's part of file names
+  std::string word;                    ///< The text that stands for the set in file names
   std::optional<PlannedBake> planned;  ///< The plan of --match auto, without its maps
   std::optional<Reasons> reasons;      ///< The reasons of --reasons
 };
 
-/// Parts of the file names of a set, or of the only layout.
+/// Parts of the names of a set's files, or of the only layout's.
 struct SetNames {
   std::string stem;   ///< Stem with the material or object: "low_glass"
   std::string tile;   ///< Suffix of a UDIM tile: ".1001"
@@ -181,7 +183,7 @@ struct FittedPictures {
   std::optional<double> surface;  ///< Surface area of LOW; computed when a set needs it
   /// Views of the high poly, to measure errors of rendered normals
   std::shared_ptr<const HighPolyView> high_views;
-  std::vector<TrialPicture> pictures;  ///< Per element of `ladders`: the chosen encoding
+  std::vector<TrialPicture> pictures;  ///< For each element of `ladders`: the chosen encoding
   std::uint64_t bytes = 0;             ///< Size of the GLB
   double error = 0;                    ///< Error of the chosen pictures, in steps of 1/255
 };
@@ -229,7 +231,7 @@ inline Progress bake_progress(const RunLog& log, double done = 0, double share =
   };
 }
 
-/// Removes maps that only served to bake other maps.
+/// Removes maps that were baked only because other maps need them.
 void drop_unwritten_maps(const RunHooks& hooks, BakedLayout& baked);
 
 // ---- high.cpp ----
@@ -243,22 +245,23 @@ void read_textures(const Job& job, LoadedHigh& high, BakeOptions& options, RunLo
 
 // ---- saved_source.cpp ----
 
-/// Starts the file of --save-source, and writes HIGH to it as it was read. \throws Error(output)
+/// Creates the file of --save-source, and writes HIGH to it as it was read. \throws Error(output)
 std::unique_ptr<AtomicFile> begin_saved_source(const Job& job, const LoadedHigh& high, RunLog& log);
 /// Completes the file with the source's search structure. \throws Error(output)
 void save_source(const RunContext& run, const Source& source, AtomicFile& file,
                  JobOutputs& outputs);
-/// Lets a source take the search structure of HIGH's file, if that is a saved source. \throws Error(input)
+/// If HIGH's file is a saved source, makes `source` read the search structure from it. \throws Error(input)
 void offer_saved_tree(const Job& job, const Source& source);
 
 // ---- streaming.cpp ----
 
-/// Opens a HIGH that is larger than memory. Null if HIGH fits into memory, or may fit and the job needs it whole.
+/// Opens a HIGH that is larger than memory. Null if HIGH fits into memory, or if it may fit and the job needs the whole
+/// mesh.
 /// \throws OptionError
 std::shared_ptr<const MeshStream> open_streamed_high(const Job& job, const BakeOptions& options,
                                                      const RunHooks& hooks, RunLog& log);
-/// Sorts the triangles of a streamed HIGH into chunks, or finds the chunks of an earlier run.
-/// \param progress  of the run, meanwhile
+/// Sorts the triangles of a streamed HIGH into chunks, or opens the chunks of an earlier run.
+/// \param progress the run's progress, which is reported meanwhile
 std::shared_ptr<const ChunkedMesh> sort_into_chunks(const LoadedHigh& high, double progress,
                                                     RunLog& log);
 /// Makes a source of the chunks of a streamed HIGH, which are sorted unless LoadedHigh::chunks has them.
@@ -303,8 +306,8 @@ Warning map_bounds_warning(const std::vector<MapReached>& bounds, std::uint32_t 
 PlannedLow make_plan(const BakeScene& scene, const Source& source, const BakeOptions& options);
 /// Moves the mesh and the maps out of a plan. \returns the maps
 BakeResult move_plan_result(PlannedLow& planned, LowMesh& low);
-/// The warning about a plan that misses its bounds. \param place  names one of several low polys, such as "at 600
-/// pixels "; may be empty
+/// The warning about a plan that does not reach its bounds. \param place  identifies one of several low polys, such as
+/// "at 600 pixels "; may be empty
 Warning plan_bound_warning(const LowPolyPlan& plan, const std::string& place = {});
 /// Warns if the outlines of low poly and high poly differ by more than 5% of their pixels.
 void warn_of_outline(const LowPolyPlan& plan, const std::string& place,
@@ -342,8 +345,8 @@ void save_lods(const BakeScene& scene, const Source& source, PlannedLow& planned
 /// Path of the GLB or glTF of a level.
 std::string lod_asset(const Job& job, std::size_t level);
 /// For each level, the share of the view's height at and below which it replaces the previous one; 1 for the first. A
-/// view has the height of the first level's size on screen, but at least 1080 pixels. A level whose measured error
-/// exceeds its bound is used that much farther away. Never increases.
+/// view has the height of the first level's size on screen, but at least 1080 pixels. If the measured error of a level
+/// exceeds its bound, the level is used from a proportionally larger distance on. The shares never increase.
 std::vector<double> lod_coverages(const LodChain& chain);
 /// A table of the levels of detail, one per line.
 std::vector<std::string> lod_table(const LodChain& chain);
@@ -359,7 +362,7 @@ struct FoundSets {
 };
 /// Splits LOW into its texture sets. \throws Error(usage), Error(input)
 FoundSets find_sets(const BakeScene& scene, const Source& source, const BakeOptions& options);
-/// Bakes one set after the other, and writes all but the asset.
+/// Bakes one set after the other, and writes all files except the asset.
 /// \param set_reports  gets one report per set
 /// \returns sums over all sets
 BakedLayout bake_sets(const RunContext& run, const LoadedHigh& high, const LowMesh& low,
@@ -414,7 +417,7 @@ inline Json ids_json(const std::vector<IdEntry>& ids) {
 
 /// Appends the file to the outputs before it is written, and reports progress. \throws Cancelled
 void register_output(const RunContext& run, const std::filesystem::path& path, JobOutputs& outputs);
-/// True if the job gives the width of the padding, which pad_for_mips() then keeps.
+/// True if the job states the width of the padding, which pad_for_mips() then respects.
 bool chooses_padding(const Job& job);
 /// True if pad_for_mips() pads the maps: those of a glTF, and those of UVs that Kiln makes, unless a padding was given.
 bool pads_for_mips(const Job& job);

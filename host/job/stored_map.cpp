@@ -117,9 +117,11 @@ void record_stored(const BakeScene& scene, const BakedMap& map, const std::strin
   StoredMaps& stored = baked.stored;
   warn_of_clamped(scene.run, map, name, values.excess);
   if (obeys(map.info, "encoding.origin")) stored.origin = map.origin;
-  const auto is_this = [&](const MapVariant& variant) { return variant.name == map.kind.name; };
+  const auto has_name_of_map = [&](const MapVariant& variant) {
+    return variant.name == map.kind.name;
+  };
   const std::vector<MapVariant>& variants = baked.options.variants;
-  if (!map.ids.empty() && std::any_of(variants.begin(), variants.end(), is_this)) {
+  if (!map.ids.empty() && std::any_of(variants.begin(), variants.end(), has_name_of_map)) {
     stored.variant_ids[name] = ids_json(map.ids);
   }
   const std::vector<ValueRange> range = stored_ranges(map, scene.run.job.image.format);

@@ -44,7 +44,7 @@ Message find_streaming_obstacle(const Job& job, const BakeOptions& options, cons
     return explain_whole_mesh_need(
         option("clean", job.clean == CleanHigh::all ? "all" : kAutomatic));
   }
-  // Normals of the file would be used instead of smooth ones.
+  // A streamed mesh uses the normals of its file, so smooth normals cannot replace them.
   if (job.frame.shading.rule == ShadingRule::smooth &&
       ply_layout(job.high.front().name).has_normals) {
     return explain_whole_mesh_need(option("high_normals", "smooth"));
@@ -130,7 +130,7 @@ Mesh reduce(const ChunkedMesh& mesh, std::uint32_t faces) {
       });
   share /= of_chunks;
   while (share < 1) {
-    ProgressGuard::poll_in("reducing the chunks together");
+    ProgressGuard::poll_within_stage("reducing the chunks together");
     const double of_pieces = std::max(share, kMinReducedShare);
     reduce_pieces(result, of_pieces);
     share /= of_pieces;

@@ -1,4 +1,4 @@
-// Tells whether a high poly is larger than memory, for bakes and for `kiln simplify`.
+// Detects high polys that are larger than memory, for bakes and for `kiln simplify`.
 #pragma once
 
 #include <cstdint>
@@ -15,36 +15,39 @@ namespace kiln {
 
 class ChunkedMesh;
 
-/// Memory that work uses if it reads the high poly whole.
+/// Memory that an operation needs if it reads the whole high poly.
 struct MemoryNeed {
-  std::uint64_t bytes_per_triangle;      ///< Usually
-  std::uint64_t min_bytes_per_triangle;  ///< At least
-  std::uint64_t other_bytes = 0;         ///< Independent of the high poly
+  std::uint64_t bytes_per_triangle;      ///< Typical value
+  std::uint64_t min_bytes_per_triangle;  ///< Lower bound
+  std::uint64_t other_bytes = 0;         ///< Bytes that do not depend on the high poly
 };
 
-/// In a bake of 10 million triangles a triangle took 130 bytes. No bake needs less than 100: the BVH takes 62; a triangle
-/// and half a vertex take 18, and 18 more for the copy relative to the bake's origin.
+/// In a bake of 10 million triangles a triangle took 130 bytes. No bake needs less than 100: 62 for the BVH, 18 for a
+/// triangle and half a vertex, and another 18 for their copy relative to the bake's origin.
 inline constexpr MemoryNeed kMemoryToBake{140, 100};
-/// Simplification of 10 million triangles to 5,000 took 240 bytes a triangle; 160 of them are its own, and the mesh takes
-/// 18.
+/// Simplification of 10 million triangles to 5,000 took 240 bytes per triangle. The data of the simplification itself
+/// is 160 of them, the mesh 18.
 inline constexpr MemoryNeed kMemoryToSimplify{240, 178};
 
-/// States that an option needs the whole high poly in memory, as the end of a sentence about it, with a remedy.
+/// Ends a sentence about the high poly: states that an option needs the whole mesh in memory, with a remedy.
 Message explain_whole_mesh_need(const Message& what);
-/// explain_whole_mesh_need() for a low poly within an error. \param remedy  names the options to give instead
+/// As explain_whole_mesh_need(), for a low poly that is made within an error bound. \param remedy names the options to
+/// give instead
 Message explain_error_bound_need(const Message& remedy);
 /// explain_whole_mesh_need() for the options of reading and repairing that bakes and `kiln simplify` share; empty if none
 /// is given.
 Message find_reading_obstacle(const MeshFrameArguments& frame, double fill_holes);
 
-/// Opens a high poly that is larger than memory. Null if it fits into memory, or may fit and is needed whole.
-/// \param find_obstacle  returns why it is needed whole, by explain_whole_mesh_need() or the like; empty: it is not.
-///                       Called only for a high poly that does not fit
-/// \throws OptionError if it is needed whole and cannot fit
+/// Opens a high poly that is larger than memory. Null if it fits into memory, or if it may fit and the whole mesh is
+/// needed.
+/// \param find_obstacle returns why the whole mesh is needed, as explain_whole_mesh_need() does; empty: it is not
+///                       needed. Called only for a high poly that does not fit
+/// \throws OptionError if the whole mesh is needed and cannot fit
 std::shared_ptr<const MeshStream> open_larger_than_memory(
     const std::string& path, const MemoryNeed& need, const std::function<Message()>& find_obstacle);
 
-/// Makes a mesh in memory that stands for a larger one when a low poly of `faces` triangles is made from it.
+/// Reduces a mesh that is larger than memory to a mesh in memory from which a low poly of `faces` triangles can be
+/// made.
 Mesh reduce(const ChunkedMesh& mesh, std::uint32_t faces);
 
 /// A line of the summary. \param normals  which normals are used, such as "smooth"

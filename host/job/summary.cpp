@@ -116,7 +116,7 @@ std::string summary(const CageReport& cage, double diagonal) {
                           percent_of_diagonal * cage.inward_most);
 }
 
-/// Summarises in one line how far from hard edges rays bend.
+/// Summarises in one line within what distance of hard edges the directions of rays are blended.
 std::string summary(const EdgeReport& edges, double diagonal) {
   const std::string text = formatted(
       "hard edges: rays bend within %.3g%% of the diagonal (%.3g%% to %.3g%%)",
@@ -201,7 +201,7 @@ void add_summary(const RunOutcome& outcome, const Source::Stats& source) {
   if (low.polygons.quads + low.polygons.larger > 0) {
     console.line("LOW: " + with_commas(low.polygons.quads) + " quads and " +
                  with_commas(low.polygons.larger) + " larger polygons, triangulated by the rule '" +
-                 name_of(Words(kTriangulations), job.load.triangulation) + "'");
+                 name_of(Words(kTriangulationWords), job.load.triangulation) + "'");
   }
   if (!low.mesh.tangents.empty() && job.bake.encoding.space == NormalMapSpace::tangent) {
     console.line("LOW: tangents of its file (" + option("tangents", "mikktspace") +

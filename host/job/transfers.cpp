@@ -52,7 +52,8 @@ class Materials {
     materials_ =
         load_materials(high_, high_name(arguments_), &warnings_, arguments_.frame.allow_outside);
     for (std::size_t i = former_count; i < warnings_.size(); ++i) {
-      // Joined files share materials by name, so that a part of the map would show the material of another file.
+      // In joined files, materials of equal names count as one, so that parts of the map would show the material of
+      // another file.
       if (warnings_[i].code != "materials-differ" || high_files(arguments_).size() < 2) continue;
       throw Error(ErrorCode::input,
                   quote_files(high_files(arguments_)) +
@@ -100,8 +101,8 @@ namespace {
 /// The texture slots that the materials of a high poly use, without occlusion. Vertex colours count as the colour slot.
 std::vector<MaterialSlot> used_material_slots(const Mesh& high,
                                               std::span<const Material> materials) {
-  const auto any_material = [&](const auto& has) {
-    return std::any_of(materials.begin(), materials.end(), has);
+  const auto any_material = [&](const auto& predicate) {
+    return std::any_of(materials.begin(), materials.end(), predicate);
   };
   const auto has_constant = [](MaterialNumber from) { return from != MaterialNumber::none; };
   std::vector<MaterialSlot> used_slots;
@@ -165,15 +166,15 @@ MaterialMaps material_maps(const Mesh& high, std::span<const Material> materials
                         "left out; the map `ao` shows the occlusion of HIGH's shape.",
                         missing_uv_sets});
   }
-  const auto clear = static_cast<std::uint64_t>(std::count_if(
+  const auto transparent_count = static_cast<std::uint64_t>(std::count_if(
       high.colors.begin(), high.colors.end(), [](const auto& c) { return c[3] < 255; }));
   const auto counts_vertices = [](const Material& m) { return m.multiplies; };
-  if (clear != 0 && std::none_of(materials.begin(), materials.end(), counts_vertices)) {
+  if (transparent_count != 0 && std::none_of(materials.begin(), materials.end(), counts_vertices)) {
     warnings.push_back({"opacity-left-out",
                         "HIGH's vertex colours have alpha, which is ignored, since no material "
                         "uses it: add opacity to " +
                             option("maps") + " to bake it.",
-                        clear});
+                        transparent_count});
   }
   return found;
 }
@@ -287,7 +288,7 @@ std::optional<std::string> split_last_part(std::string& text) {
 bool is_existing_input(const std::string& file) {
   if (file.size() >= PATH_MAX) return false;
   std::error_code ignored;
-  return note_whether_file(file) || fs::exists(file, ignored) || is_picture_file(file);
+  return register_file_check(file) || fs::exists(file, ignored) || is_picture_file(file);
 }
 
 /// Rejects an unknown word after a colon if the text before the colon is a file. \throws Error(usage)
@@ -297,8 +298,8 @@ void reject_unknown_suffix(const std::string& text, const std::string& file) {
             option("transfer") + " '" + text + "': '" + text.substr(text.rfind(':') + 1) +
                 "' is no colour space, and textures of materials cannot be renamed. Give mtl:SLOT "
                 "or mtl:SLOT:SPACE, where SPACE is srgb, linear or normal.");
-  for (std::string rest = file; split_last_part(rest);) {
-    if (!is_existing_input(rest)) continue;
+  for (std::string prefix = file; split_last_part(prefix);) {
+    if (!is_existing_input(prefix)) continue;
     fail_usage(option("transfer") + " '" + text + "': '" + text.substr(text.rfind(':') + 1) +
                "' is no colour space. Give FILE, FILE:NAME or "
                "FILE:NAME:SPACE, where SPACE is srgb, linear or normal.");
@@ -310,16 +311,16 @@ void reject_unknown_suffix(const std::string& text, const std::string& file) {
 TransferArgument parse_transfer(const std::string& text) {
   TransferArgument transfer;
   transfer.file = text;
-  std::string rest = text;
-  if (std::optional<std::string> part = split_last_part(rest)) {
+  std::string prefix = text;
+  if (std::optional<std::string> part = split_last_part(prefix)) {
     if (const TextureKind* const kind = Words(kTextureKinds).find(*part)) {
       transfer.kind = *kind;
-      transfer.file = rest;
-      part = split_last_part(rest);
+      transfer.file = prefix;
+      part = split_last_part(prefix);
     }
     if (part && is_map_name(*part)) {
       transfer.name = *part;
-      transfer.file = rest;
+      transfer.file = prefix;
     }
   }
   if (transfer.materials()) {

@@ -53,7 +53,7 @@ CageReach::CageReach(cl::Context& context, const Frame& frame, LowSurface& surfa
 void CageReach::write_sample_reach(cl::Context& context, TexelBand& band) const {
   if (!has_cage_mesh_ || band.sample_count == 0) return;
   if (hull_ == nullptr) {
-    context.launch(context.kernel("turn", "kiln_texel_reach"), band.sample_count, kLocal,
+    context.launch(context.kernel("turn", "kiln_texel_write_reach"), band.sample_count, kLocal,
                    band.sample_count, band.capacity, outer_shell_heights_, band.triangle,
                    band.barycentric, band.points);
     return;

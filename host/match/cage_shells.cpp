@@ -19,7 +19,7 @@ constexpr int kFittingPasses = 32;
 // Share of the free space that is kept free at each of its ends
 constexpr double kFreeClearanceShare = 0.05;
 constexpr double kConflictTolerance = 4 * KILN_BVH_EPSILON;
-// the same as KILN_SHELL_LEAST_COSINE in kernels/lib/shell.clh
+// the same as KILN_SHELL_MIN_COSINE in kernels/lib/shell.clh
 constexpr double kMinShellCosine = 0.05;
 
 /// Linear form of a shell's height over a point: the sum of the corners' offsets times `weight`. The

@@ -54,7 +54,7 @@ class OutermostMatcher : public Matcher {
     RayQuery limited_query = outermost_;
     limited_query.has_ray_limits = true;
     rays_.intersect(picked_band.points, count, count, limited_query, outer);
-    context_.launch(context_.kernel("match", "kiln_match_outer"), count, kLocal, count,
+    context_.launch(context_.kernel("match", "kiln_match_select_outer"), count, kLocal, count,
                     kMinFaceSpacing, outer.triangle, outer.barycentric, outer.distance,
                     result.triangle, result.barycentric, result.distance, result.status);
     pick.scatter_correspondence(result, match);

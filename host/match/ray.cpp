@@ -43,7 +43,7 @@ class ShellMatcher : public Matcher {
   void run(const TexelBand& band, DeviceCorrespondence& match) override {
     if (band.sample_count == 0) return;
     rays_->run(band, match);
-    context_.launch(context_.kernel("match", "kiln_match_end"), band.sample_count, kLocal,
+    context_.launch(context_.kernel("match", "kiln_match_reject_deep"), band.sample_count, kLocal,
                     band.sample_count, band.capacity, match.capacity, inner_shell_heights_,
                     band.triangle, band.barycentric, band.points, match.triangle, match.barycentric,
                     match.distance, match.status);

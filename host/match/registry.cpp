@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string>
 
-#include "base/kept_name.h"
+#include "base/intern.h"
 #include "base/option_list.h"
 
 namespace kiln {
@@ -71,7 +71,7 @@ bool obeys(const MatchInfo& match, std::string_view option) {
          contains_option(match.options, option);
 }
 
-MatchMethod::MatchMethod(std::string_view text) : name(kept_name(text)) {}
+MatchMethod::MatchMethod(std::string_view text) : name(intern(text)) {}
 
 const MatchInfo& find_match(std::string_view name) {
   MatchMethod method;

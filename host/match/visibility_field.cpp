@@ -143,8 +143,8 @@ void VisibilityField::make_texels(const LowSurface& surface, VisibilityProbe& pr
     context_.launch(context_.kernel("visibility", "kiln_visibility_smooth"), pixels, kLocal,
                     static_cast<std::uint32_t>(pixels), field_width_, kind, from, to);
     if (border != 0) {
-      context_.launch(context_.kernel("visibility", "kiln_visibility_link"), border, kLocal, border,
-                      cluster_links_, from, to);
+      context_.launch(context_.kernel("visibility", "kiln_visibility_smooth_seams"), border, kLocal,
+                      border, cluster_links_, from, to);
     }
     std::swap(from, to);
   }
@@ -246,8 +246,8 @@ kiln_visibility_band VisibilityField::band_params(const TexelBand& band, std::ui
 void VisibilityField::means(const TexelBand& band, std::uint32_t samples,
                             const cl::Array<float>& seen, std::uint32_t capacity,
                             std::uint32_t cluster) const {
-  context_.launch(context_.kernel("visibility", "kiln_visibility_seen"), band.texel_count, kLocal,
-                  band_params(band, samples, capacity), band.texel_index, band.texel_first,
+  context_.launch(context_.kernel("visibility", "kiln_visibility_write_means"), band.texel_count,
+                  kLocal, band_params(band, samples, capacity), band.texel_index, band.texel_first,
                   band.sample_slot, band.triangle, band.barycentric,
                   cluster == 0 ? field_ : other_clusters_[cluster - 1], field_triangle_,
                   texel_charts_, chart_borders_, cluster_links_, seen);
@@ -258,9 +258,9 @@ void VisibilityField::write_directed_samples(const TexelBand& band, std::uint32_
                                              std::uint32_t capacity, std::uint32_t cluster) const {
   kiln_visibility_band params = band_params(band, samples, capacity);
   params.hybrid = hybrid ? 1 : 0;
-  context_.launch(context_.kernel("visibility", "kiln_visibility_direct"), band.texel_count, kLocal,
-                  params, band.texel_index, band.texel_first, band.sample_slot, band.triangle,
-                  band.barycentric, band.points, normals_,
+  context_.launch(context_.kernel("visibility", "kiln_visibility_write_directions"),
+                  band.texel_count, kLocal, params, band.texel_index, band.texel_first,
+                  band.sample_slot, band.triangle, band.barycentric, band.points, normals_,
                   cluster == 0 ? field_ : other_clusters_[cluster - 1], field_triangle_,
                   texel_charts_, chart_borders_, cluster_links_, directed);
 }

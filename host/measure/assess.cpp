@@ -43,7 +43,8 @@ void rate_match_distance(const AssessedSamples& samples, double unit, bool field
   result.match_distance = distribution(std::move(weighted_distances), unit, unit * unit);
 }
 
-/// Rates the cells of the sampling grid, each of which lies between a sample and its neighbours to the right and below.
+/// Rates the stretch of the cells of the sampling grid. A cell is spanned by a sample and its neighbours to the right
+/// and below.
 void rate_cells(const AssessedSamples& samples, const SampleGrid& grid, double unit, bool fields,
                 MatchAssessment& result) {
   constexpr std::uint32_t kNone = SampleGrid::kNone;

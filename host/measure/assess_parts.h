@@ -10,13 +10,14 @@
 
 namespace kiln {
 
-/// Values with weights, of which sums and quantiles are taken.
+/// Values with weights, for weighted means and quantiles.
 struct WeightedValues {
   std::vector<std::pair<double, double>> values;
   void add(double value, double weight) { values.emplace_back(value, weight); }
 };
 
-/// \param unit, area_unit  world units in one unit of the values, and of the weights
+/// \param unit  length of one unit of the values, in world units
+/// \param area_unit  area of one unit of the weights, in square world units
 Distribution distribution(WeightedValues weighted, double unit, double area_unit);
 
 /// Sums over rays: of weights, of weighted values, and of weighted squared values.
@@ -27,8 +28,9 @@ class RaySums {
     value_ += value;
     square_ += square;
   }
-  /// \param all  total weight of all rays \param unit  world units in one unit of the values
-  RayMeasure measure(double all, double unit) const;
+  /// \param total_weight  total weight of all rays
+  /// \param unit  length of one unit of the values, in world units
+  RayMeasure measure(double total_weight, double unit) const;
 
  private:
   double weight_ = 0, value_ = 0, square_ = 0;
@@ -44,7 +46,7 @@ class SampleGrid {
   /// The neighbour of a sample in the grid, if it is matched and of the same chart; otherwise kNone.
   std::uint32_t neighbour(std::size_t i, int right, int below) const;
   /// The sample of an element of the grid, matched or not; kNone if there is none.
-  std::uint32_t at(std::size_t element) const { return sample_of_element_[element]; }
+  std::uint32_t sample_of(std::size_t element) const { return sample_of_element_[element]; }
 
  private:
   const AssessedSamples& samples_;

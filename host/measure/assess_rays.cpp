@@ -14,13 +14,13 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kSamplesPerTask = 1 << 15;
-// Offset of ray origins in frame units, so that a sample's own triangle does not hide it.
+// Offset of ray origins in frame units, so that rays do not hit the triangle they start from.
 constexpr float kOriginOffset = 1e-5F;
 constexpr float kRayLength = 64;
 // Minimum distance of a match from its sample, as a share of the diagonal; closer matches have no direction.
 constexpr double kMinOffset = 1e-6;
-// For up to this number of directions to avoid, test directions are at least 2 degrees from each of them; more
-// directions would leave too little space between them.
+// Up to this number of avoided directions, test directions keep a distance of half a degree from each of them; between
+// more directions there would be too little space.
 constexpr std::size_t kMaxAvoidedDirections = 64;
 
 std::vector<float> make_planes(std::size_t size, std::size_t planes, const auto& vector_of) {
@@ -40,8 +40,9 @@ std::vector<Vec3> test_directions(const AssessOptions& options) {
   // By default the directions of 12 views are avoided, since matches commonly use these.
   std::vector<Vec3> avoided_directions = options.avoid;
   if (avoided_directions.empty()) avoided_directions = spread_views(12);
-  const bool few = avoided_directions.size() <= kMaxAvoidedDirections && options.directions <= 512;
-  return held_out_views(options.directions, avoided_directions, few ? 0.5 : 0.02);
+  const bool has_space =
+      avoided_directions.size() <= kMaxAvoidedDirections && options.directions <= 512;
+  return held_out_views(options.directions, avoided_directions, has_space ? 0.5 : 0.02);
 }
 
 /// Unit normals of the high poly's faces; 0 for faces without area.
@@ -80,7 +81,7 @@ class ViewingRays {
         is_matched_(std::move(found)),
         low_rays_(context_, source.frame.to_frame(low), low.triangles, source.traversal),
         dense_rays_(source.rays()),
-        // Seven planes as in TexelBand::points; the last one is unused.
+        // Seven arrays, one a component, as in TexelBand::points; the last one is unused.
         points_(upload(7, [&](std::size_t i) { return samples.position[i]; })),
         normals_(upload(3, [&](std::size_t i) { return samples.normal[i]; })),
         offsets_(upload(3,
@@ -92,10 +93,10 @@ class ViewingRays {
         ray_hits_(context_, static_cast<std::uint32_t>(is_matched_.size())),
         sample_sums_(context_, KILN_ASSESS_SUMS * is_matched_.size()) {
     context_.fill(sample_sums_, 0.0F);
-    hide_.t_min = kOriginOffset;
-    hide_.t_max = kRayLength;
-    hide_.two_sided = true;
-    // Rays run from the viewer, who is beyond both meshes, inward.
+    visibility_query_.t_min = kOriginOffset;
+    visibility_query_.t_max = kRayLength;
+    visibility_query_.two_sided = true;
+    // Rays start at the viewer, outside of both meshes, and run inward.
     ray_query_.offset = viewer_distance(source, samples);
     ray_query_.t_max = 2 * ray_query_.offset;
     ray_query_.inward = true;
@@ -110,7 +111,7 @@ class ViewingRays {
     const std::size_t count = is_matched_.size();
     context_.launch(context_.kernel("assess", "kiln_assess_aim"), count, kLocal, params_, normals_,
                     points_);
-    low_rays_.occluded(points_, params_.count, params_.capacity, hide_, is_hidden_);
+    low_rays_.occluded(points_, params_.count, params_.capacity, visibility_query_, is_hidden_);
     context_.launch(context_.kernel("assess", "kiln_assess_gather"), count, kLocal, params_,
                     normals_, offsets_, is_hidden_, points_, sample_sums_);
     dense_rays_.intersect(points_, params_.count, params_.capacity, ray_query_, ray_hits_);
@@ -121,7 +122,7 @@ class ViewingRays {
 
   void wait_for_kernels() const { context_.finish(); }
 
-  /// Downloads the sums, which are KILN_ASSESS_SUMS planes.
+  /// Downloads the sums: KILN_ASSESS_SUMS arrays, one a quantity.
   std::vector<float> sums() const { return sample_sums_.download(context_); }
   const std::vector<std::size_t>& found() const { return is_matched_; }
 
@@ -141,7 +142,7 @@ class ViewingRays {
   cl::Array<std::uint8_t> is_hidden_;
   DeviceCorrespondence ray_hits_;
   cl::Array<float> sample_sums_;
-  RayQuery hide_, ray_query_;
+  RayQuery visibility_query_, ray_query_;
   kiln_assess_params params_{};
 };
 
@@ -151,50 +152,54 @@ void sum_measures(const ViewingRays& viewing_rays, const AssessedSamples& sample
   const std::size_t count = viewing_rays.found().size();
   RaySums object, image, normalised;
   WeightedValues weighted_places;
-  double rays = 0, unseen = 0, all = 0;
+  double visible_area = 0, unseen_area = 0, total_area = 0;
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t i = viewing_rays.found()[k];
     const auto sum = [&](std::size_t plane) { return double{sums[k + plane * count]}; };
     const double area = samples.area[i];
-    const double seen = sum(KILN_ASSESS_SEEN), met = sum(KILN_ASSESS_MET);
+    const double visible_count = sum(KILN_ASSESS_SEEN), hit_count = sum(KILN_ASSESS_MET);
     const double offset_across_ray = sum(KILN_ASSESS_ACROSS);
-    all += area;
-    if (!(seen > 0)) {
-      unseen += area;
+    total_area += area;
+    if (!(visible_count > 0)) {
+      unseen_area += area;
       continue;
     }
-    rays += area * seen;
-    weighted_places.add(offset_across_ray / seen, area);
-    image.add(area * seen, area * offset_across_ray, area * sum(KILN_ASSESS_ACROSS_SQUARE));
-    object.add(area * met, area * sum(KILN_ASSESS_APART), area * sum(KILN_ASSESS_APART_SQUARE));
-    const double apart = length(samples.match[i] - to_double(samples.position[i]));
-    const bool has_direction = apart * unit > kMinOffset * result.diagonal;
+    visible_area += area * visible_count;
+    weighted_places.add(offset_across_ray / visible_count, area);
+    image.add(area * visible_count, area * offset_across_ray,
+              area * sum(KILN_ASSESS_ACROSS_SQUARE));
+    object.add(area * hit_count, area * sum(KILN_ASSESS_APART),
+               area * sum(KILN_ASSESS_APART_SQUARE));
+    const double match_distance = length(samples.match[i] - to_double(samples.position[i]));
+    const bool has_direction = match_distance * unit > kMinOffset * result.diagonal;
     if (has_direction) {
-      normalised.add(area * seen, area * offset_across_ray / apart,
-                     area * sum(KILN_ASSESS_ACROSS_SQUARE) / (apart * apart));
+      normalised.add(area * visible_count, area * offset_across_ray / match_distance,
+                     area * sum(KILN_ASSESS_ACROSS_SQUARE) / (match_distance * match_distance));
     }
     if (!fields) continue;
     const std::size_t element = samples.element[i];
-    const auto store = [&](Image& field, double value) {
+    const auto store_in_field = [&](Image& field, double value) {
       field.pixels[element] = static_cast<float>(value);
     };
-    store(result.fields.image_space, offset_across_ray / seen * unit);
+    store_in_field(result.fields.image_space, offset_across_ray / visible_count * unit);
     if (has_direction)
-      store(result.fields.normalised_image_space, offset_across_ray / seen / apart);
-    if (met > 0) store(result.fields.object_space, sum(KILN_ASSESS_APART) / met * unit);
+      store_in_field(result.fields.normalised_image_space,
+                     offset_across_ray / visible_count / match_distance);
+    if (hit_count > 0)
+      store_in_field(result.fields.object_space, sum(KILN_ASSESS_APART) / hit_count * unit);
   }
-  result.object_space = object.measure(rays, unit);
-  result.image_space = image.measure(rays, unit);
-  result.normalised_image_space = normalised.measure(rays, 1);
+  result.object_space = object.measure(visible_area, unit);
+  result.image_space = image.measure(visible_area, unit);
+  result.normalised_image_space = normalised.measure(visible_area, 1);
   result.image_space_by_place = distribution(std::move(weighted_places), unit, unit * unit);
-  if (all > 0) result.never_visible = unseen / all;
+  if (total_area > 0) result.never_visible = unseen_area / total_area;
 }
 
 }  // namespace
 
-RayMeasure RaySums::measure(double all, double unit) const {
+RayMeasure RaySums::measure(double total_weight, double unit) const {
   if (!(weight_ > 0)) return {};
-  return {value_ / weight_ * unit, std::sqrt(square_ / weight_) * unit, weight_ / all};
+  return {value_ / weight_ * unit, std::sqrt(square_ / weight_) * unit, weight_ / total_weight};
 }
 
 bool rate_rays(const Source::Impl& source, const Mesh& low, const AssessedSamples& samples,

@@ -11,7 +11,7 @@ namespace kiln {
 namespace {
 
 /// Minimum distance in texels of a pair of samples across a seam; closer pairs are skipped.
-constexpr double kMinStep = 0.5;
+constexpr double kMinPairDistance = 0.5;
 
 /// Mean of percentages.
 class MeanPercentage {
@@ -28,17 +28,17 @@ class MeanPercentage {
   std::uint64_t value_count_ = 0;
 };
 
-class DistanceSteps {
+class SampleDistances {
  public:
-  explicit DistanceSteps(const AssessedSamples& samples) : samples_(samples) {}
+  explicit SampleDistances(const AssessedSamples& samples) : samples_(samples) {}
 
-  double low(std::size_t a, std::size_t b) const {
+  double low_distance(std::size_t a, std::size_t b) const {
     return length(to_double(samples_.position[a]) - to_double(samples_.position[b]));
   }
   /// For pairs of samples: the relative difference, in %, between the distance of their matched points and their own
   /// distance.
-  double percent(std::size_t a, std::size_t b) const {
-    return 100 * std::abs(length(samples_.match[a] - samples_.match[b]) / low(a, b) - 1);
+  double difference_percent(std::size_t a, std::size_t b) const {
+    return 100 * std::abs(length(samples_.match[a] - samples_.match[b]) / low_distance(a, b) - 1);
   }
 
  private:
@@ -53,22 +53,22 @@ Uniformity uniformity_across_seams(const Source::Impl& source, const Mesh& low, 
   for (std::size_t i = 0; i < samples.size(); ++i)
     triangle[samples.element[i]] = samples.triangle[i];
   const TexelLinks links = TexelLinks::of(surface, topology, triangle, match.width, match.height);
-  // The order of neighbours in TexelLinks: left, right, above, below.
+  // Element offsets to the neighbours, in the order of TexelLinks: left, right, above, below.
   const std::array<std::int64_t, 4> neighbour_offsets = {-1, 1, -std::int64_t{match.width},
                                                          std::int64_t{match.width}};
-  const DistanceSteps distance(samples);
+  const SampleDistances distance(samples);
   MeanPercentage mean_percentage;
-  for (std::size_t at = 0; at < links.links.size(); at += 9) {
-    const std::uint32_t element = links.links[at];
-    const std::uint32_t i = grid.at(element);
+  for (std::size_t link = 0; link < links.links.size(); link += 9) {
+    const std::uint32_t element = links.links[link];
+    const std::uint32_t i = grid.sample_of(element);
     if (samples.found[i] == 0) continue;
     for (std::size_t k = 0; k < neighbour_offsets.size(); ++k) {
-      const std::uint32_t other = links.links[at + 1 + k];
+      const std::uint32_t other = links.links[link + 1 + k];
       if (other == KILN_VISIBILITY_NO_LINK || other == element + neighbour_offsets[k]) continue;
-      const std::uint32_t j = grid.at(other);
+      const std::uint32_t j = grid.sample_of(other);
       if (samples.found[j] == 0) continue;
-      if (!(distance.low(i, j) >= kMinStep * std::sqrt(samples.area[i]))) continue;
-      mean_percentage.add(distance.percent(i, j));
+      if (!(distance.low_distance(i, j) >= kMinPairDistance * std::sqrt(samples.area[i]))) continue;
+      mean_percentage.add(distance.difference_percent(i, j));
     }
   }
   return {mean_percentage.mean(), mean_percentage.count()};
@@ -100,15 +100,15 @@ std::uint32_t SampleGrid::neighbour(std::size_t i, int right, int below) const {
 void rate_uniformity(const Source::Impl& source, const Mesh& low, const Match& match,
                      const AssessedSamples& samples, const SampleGrid& grid, bool fields,
                      MatchAssessment& result) {
-  const DistanceSteps distance(samples);
+  const SampleDistances distance(samples);
   MeanPercentage pairs;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     if (samples.found[i] == 0) continue;
     MeanPercentage neighbour_percentages;
     const auto add_pair = [&](int right, int below, bool counts) {
       const std::uint32_t other = grid.neighbour(i, right, below);
-      if (other == SampleGrid::kNone || !(distance.low(i, other) > 0)) return;
-      const double percent = distance.percent(i, other);
+      if (other == SampleGrid::kNone || !(distance.low_distance(i, other) > 0)) return;
+      const double percent = distance.difference_percent(i, other);
       neighbour_percentages.add(percent);
       if (counts) pairs.add(percent);
     };

@@ -14,26 +14,27 @@
 namespace kiln {
 namespace {
 
-constexpr double kPoints = 2000;
+constexpr double kSamplePoints = 2000;
 // Bounds on the side of the sampling grid, in texels.
-constexpr double kMinGrid = 47, kMaxGrid = 1021;
-constexpr std::uint32_t kRays = 4096, kMaxMapSize = 16384;
-// Largest share of a bound on ambient occlusion that the noise of rays may use.
+constexpr double kMinGridSide = 47, kMaxGridSide = 1021;
+constexpr std::uint32_t kReferenceRays = 4096, kMaxMapSize = 16384;
+// Share of a bound on the error of ambient occlusion that is left to the noise of its rays.
 constexpr double kRayNoiseShare = 0.5;
 
-/// Rows of all requested maps, including transfers, variants and custom maps.
-struct Rows {
-  explicit Rows(const BakeOptions& bake) : own(own_rows(bake)), requested_maps(bake.maps) {}
-  /// Row of a map; null if the map is not baked.
+/// Registry rows of all requested maps, including transfers, variants and custom maps.
+struct RequestedMapRows {
+  explicit RequestedMapRows(const BakeOptions& bake)
+      : custom_rows(own_rows(bake)), requested_maps(bake.maps) {}
+  /// Registry row of a map; null if the map is not baked.
   const MapRow* find(MapKind kind) const {
-    for (const MapRow& row : own) {
+    for (const MapRow& row : custom_rows) {
       if (row.info.kind == kind) return &row;
     }
     return std::find(requested_maps.begin(), requested_maps.end(), kind) != requested_maps.end()
                ? &map_row(kind)
                : nullptr;
   }
-  std::vector<MapRow> own;
+  std::vector<MapRow> custom_rows;
   std::vector<MapKind> requested_maps;
 };
 
@@ -44,38 +45,38 @@ bool has_errors(const MapRow& row) {
 
 double value_scale(const MapRow& row) { return unit_of(row).name == "1/255" ? 255 : 1; }
 
-/// Side of a sampling grid with about `kPoints` covered texels. It is odd, so that the grid's centres lie between
-/// those of the map.
+/// Side of a sampling grid with about `kSamplePoints` covered texels. It is odd, so that its texel centres do not coincide
+/// with those of the map.
 std::uint32_t grid_side(const Mesh& low) {
   double area = 0;
   for (const Triangle& t : low.uv_triangles) {
     const Vec2 &a = low.uvs[t[0]], &b = low.uvs[t[1]], &c = low.uvs[t[2]];
-    const double twice =
+    const double doubled_area =
         (double{b.x} - a.x) * (double{c.y} - a.y) - (double{c.x} - a.x) * (double{b.y} - a.y);
-    if (std::isfinite(twice)) area += std::abs(twice) / 2;
+    if (std::isfinite(doubled_area)) area += std::abs(doubled_area) / 2;
   }
-  const double side = std::sqrt(kPoints / std::clamp(area, 1e-6, 1.0));
-  return static_cast<std::uint32_t>(std::clamp(side, kMinGrid, kMaxGrid)) | 1U;
+  const double side = std::sqrt(kSamplePoints / std::clamp(area, 1e-6, 1.0));
+  return static_cast<std::uint32_t>(std::clamp(side, kMinGridSide, kMaxGridSide)) | 1U;
 }
 
 /// Options for a reference bake that evaluates single points of the surface, in the maps that have bounds.
 BakeOptions point_options(const BakeOptions& bake, std::span<const MapBound> bounds,
                           const BakeResult& result, std::uint32_t side) {
   BakeOptions options = bake;
-  const auto wanted = [&](std::string_view name) {
+  const auto has_bound = [&](std::string_view name) {
     return std::any_of(bounds.begin(), bounds.end(),
                        [&](const MapBound& bound) { return bound.kind.name == name; });
   };
-  std::erase_if(options.maps, [&](MapKind kind) { return !wanted(kind.name); });
-  std::erase_if(options.transfers, [&](const Transfer& map) { return !wanted(map.name); });
-  std::erase_if(options.own_maps, [&](const OwnMap& map) { return !wanted(map.name); });
-  std::erase_if(options.variants, [&](const MapVariant& map) { return !wanted(map.name); });
+  std::erase_if(options.maps, [&](MapKind kind) { return !has_bound(kind.name); });
+  std::erase_if(options.transfers, [&](const Transfer& map) { return !has_bound(map.name); });
+  std::erase_if(options.own_maps, [&](const OwnMap& map) { return !has_bound(map.name); });
+  std::erase_if(options.variants, [&](const MapVariant& map) { return !has_bound(map.name); });
   // Depth views get the same resolution as they had in the bake of the map.
   if (result.report.views) options.match.views.size = result.report.views->size;
   options.width = options.height = side;
   options.samples = 1;
   change_occlusion(options, [](OcclusionOptions& occlusion) {
-    occlusion.rays = kRays;
+    occlusion.rays = kReferenceRays;
     occlusion.by = OcclusionBy::rays;
     occlusion.max_error = 0;
   });
@@ -98,13 +99,13 @@ std::array<float, 4> sample_bilinear(const MapRow& row, const BakeOptions& bake,
   const std::uint32_t right = std::min(left + 1, image.width - 1);
   const std::uint32_t below = std::min(top + 1, image.height - 1);
   const double x_share = x - left, y_share = y - top;
-  const auto at = [&](std::uint32_t column, std::uint32_t line, std::uint32_t c) {
+  const auto texel = [&](std::uint32_t column, std::uint32_t line, std::uint32_t c) {
     return double{image.pixels[(std::size_t{line} * image.width + column) * image.channels + c]};
   };
   std::array<float, 4> value{};
   for (std::uint32_t c = 0; c < image.channels; ++c) {
-    const double upper = at(left, top, c) * (1 - x_share) + at(right, top, c) * x_share;
-    const double lower = at(left, below, c) * (1 - x_share) + at(right, below, c) * x_share;
+    const double upper = texel(left, top, c) * (1 - x_share) + texel(right, top, c) * x_share;
+    const double lower = texel(left, below, c) * (1 - x_share) + texel(right, below, c) * x_share;
     value[c] = static_cast<float>(upper * (1 - y_share) + lower * y_share);
   }
   if (row.info.type != MapType::unit_vector) return value;
@@ -120,7 +121,7 @@ std::array<float, 4> sample_bilinear(const MapRow& row, const BakeOptions& bake,
 void check_bounds(const BakeOptions& bake, std::span<const MapBound> bounds) {
   const auto fail = [](const std::string& text) { throw Error(ErrorCode::usage, text); };
   if (bounds.empty()) return;
-  const Rows rows(bake);
+  const RequestedMapRows rows(bake);
   for (const MapBound& bound : bounds) {
     const std::string name(bound.kind.name);
     const bool shades = std::any_of(map_rows().begin(), map_rows().end(), [&](const MapRow& row) {
@@ -148,19 +149,20 @@ void check_bounds(const BakeOptions& bake, std::span<const MapBound> bounds) {
 }
 
 void reserve_bound_for_rays(std::span<const MapBound> bounds, BakeOptions& bake) {
-  const Rows rows(bake);
+  const RequestedMapRows rows(bake);
   const OcclusionOptions given_occlusion = bake.occlusion;
-  const auto reserve = [](double error, const OcclusionOptions& own, OcclusionOptions& occlusion) {
-    if (own.max_error > 0 || own.by == OcclusionBy::views) return;
+  const auto reserve_half = [](double error, const OcclusionOptions& given,
+                               OcclusionOptions& occlusion) {
+    if (given.max_error > 0 || given.by == OcclusionBy::views) return;
     occlusion.max_error = kRayNoiseShare * error;
   };
   for (const MapBound& bound : bounds) {
     if (!obeys(rows.find(bound.kind)->info, "occlusion.max_error") || bound.max_error > 1) continue;
     MapVariant* const variant = find_variant(bake, bound.kind.name);
     if (variant != nullptr && variant->occlusion) {
-      reserve(bound.max_error, OcclusionOptions(*variant->occlusion), *variant->occlusion);
+      reserve_half(bound.max_error, OcclusionOptions(*variant->occlusion), *variant->occlusion);
     } else {
-      reserve(bound.max_error, given_occlusion, bake.occlusion);
+      reserve_half(bound.max_error, given_occlusion, bake.occlusion);
     }
   }
 }
@@ -174,13 +176,13 @@ std::vector<MapReached> reached_bounds(const Source::Impl& high, const Mesh& low
   const std::uint32_t side = grid_side(low);
   const BakeOptions options = point_options(bake, bounds, result, side);
   Clusters clusters;
-  const std::uint32_t finer = std::max(1U, kMaxMapSize / side);
+  const std::uint32_t size_factor = std::max(1U, kMaxMapSize / side);
   const BakeResult points =
-      Pipeline({high, low, options, finer}, BandStorage::reused).run(clusters);
-  const Rows rows(bake);
+      Pipeline({high, low, options, size_factor}, BandStorage::reused).run(clusters);
+  const RequestedMapRows rows(bake);
   for (const MapBound& bound : bounds) {
     const MapRow& row = *rows.find(bound.kind);
-    const Image& exact = points.map(bound.kind).image;
+    const Image& reference_image = points.map(bound.kind).image;
     const Image& baked = result.map(bound.kind).image;
     MapReached map;
     map.kind = row.info.kind;
@@ -195,7 +197,8 @@ std::vector<MapReached> reached_bounds(const Source::Impl& high, const Mesh& low
       const double v = (static_cast<double>(y) + 0.5) / side;
       const std::array<float, 4> value = sample_bilinear(row, bake, baked, u, v);
       const double error =
-          map_difference(row, value.data(), &exact.pixels[i * exact.channels]) / value_scale(row);
+          map_difference(row, value.data(), &reference_image.pixels[i * reference_image.channels]) /
+          value_scale(row);
       squared_error_sum += error * error;
       ++map.points;
     }

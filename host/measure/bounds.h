@@ -14,11 +14,12 @@ namespace kiln {
 ///         not baked
 void check_bounds(const BakeOptions& bake, std::span<const MapBound> bounds);
 
-/// Assigns half of a bound on ambient occlusion to the noise of its rays, unless the options set the noise.
+/// Sets the allowed noise of occlusion rays to half of the bound on the error of ambient occlusion, unless the options
+/// set that noise.
 void reserve_bound_for_rays(std::span<const MapBound> bounds, BakeOptions& bake);
 
-/// Measures the errors that the maps of a bake have, in the order of the bounds. Maps are sampled as renderers do, at
-/// the centres of a grid with an odd number of texels, and compared with a reference bake of these points.
+/// Measures the errors of a bake's maps, in the order of the bounds. Maps are sampled as renderers do, at the centres
+/// of a grid with an odd number of texels, and compared with a reference bake of these points.
 /// \param bake  options of `result`
 /// \throws Cancelled
 std::vector<MapReached> reached_bounds(const Source::Impl& high, const Mesh& low,

@@ -18,7 +18,7 @@
 namespace kiln {
 namespace {
 
-/// A triangle's map from texels to the surface.
+/// The affine map of a triangle from texels to the surface.
 struct TexelMap {
   double area = 0;    ///< Area of the triangle on the surface
   double texels = 0;  ///< Signed area in texels; negative if mirrored
@@ -35,20 +35,20 @@ struct TexelMap {
   }
 };
 
-/// Rates stretch, steps between triangles, and densities.
+/// Rates stretch, the change of texel density between adjacent triangles, and texel densities.
 void rate_triangles(const Mesh& mesh, std::uint32_t width, std::uint32_t height,
                     LayoutRating& rating) {
   std::vector<TexelMap> maps;
   maps.reserve(mesh.triangles.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    std::array<Vec3d, 3> at{};
+    std::array<Vec3d, 3> corners{};
     std::array<std::array<double, 2>, 3> st{};
     for (std::size_t k = 0; k < 3; ++k) {
-      at[k] = to_double(mesh.positions[mesh.triangles[t][k]]);
+      corners[k] = to_double(mesh.positions[mesh.triangles[t][k]]);
       const Vec2& uv = mesh.uvs[mesh.uv_triangles[t][k]];
       st[k] = {double{uv.x} * width, double{uv.y} * height};
     }
-    const TexelMap map(at, st);
+    const TexelMap map(corners, st);
     if (!(map.area > 0) || !std::isfinite(map.area) || !std::isfinite(map.texels)) {
       ++rating.degenerate;
     } else if (map.texels == 0) {
@@ -60,18 +60,18 @@ void rate_triangles(const Mesh& mesh, std::uint32_t width, std::uint32_t height,
   }
   rating.triangles = maps.size();
   if (maps.empty()) return;
-  double texels = 0, squares = 0, greatest = 0, steps = 0;
+  double texels = 0, squares = 0, greatest = 0, step_sum = 0;
   for (const TexelMap& map : maps) {
     const double a = dot(map.tangent_s, map.tangent_s);
     const double b = dot(map.tangent_s, map.tangent_t);
     const double c = dot(map.tangent_t, map.tangent_t);
-    const double own = std::abs(map.texels);
+    const double triangle_texels = std::abs(map.texels);
     rating.area += map.area;
-    texels += own;
+    texels += triangle_texels;
     squares += map.area * (a + c) / 2;
     greatest = std::max(greatest, std::sqrt(((a + c) + std::hypot(a - c, 2 * b)) / 2));
-    steps += own * (std::sqrt(a) + std::sqrt(c));
-    const double density = std::sqrt(own / map.area);
+    step_sum += triangle_texels * (std::sqrt(a) + std::sqrt(c));
+    const double density = std::sqrt(triangle_texels / map.area);
     rating.greatest_density = std::max(rating.greatest_density, density);
     rating.least_density =
         rating.least_density == 0 ? density : std::min(rating.least_density, density);
@@ -79,7 +79,7 @@ void rate_triangles(const Mesh& mesh, std::uint32_t width, std::uint32_t height,
   rating.mean_density = std::sqrt(texels / rating.area);
   rating.stretch_l2 = rating.mean_density * std::sqrt(squares / rating.area);
   rating.stretch_linf = rating.mean_density * greatest;
-  const double mean_step = steps / (2 * texels);
+  const double mean_step = step_sum / (2 * texels);
   double percent = 0;
   for (const TexelMap& map : maps) {
     for (const Vec3d& along : {map.tangent_s, map.tangent_t}) {
@@ -91,7 +91,7 @@ void rate_triangles(const Mesh& mesh, std::uint32_t width, std::uint32_t height,
 
 void count_seams(const Mesh& mesh, const LowSurface& surface, LayoutRating& rating) {
   const SurfaceTopology topology = SurfaceTopology::of(surface);
-  std::vector<std::uint8_t> seen(topology.chart.size(), 0);
+  std::vector<std::uint8_t> chart_marks(topology.chart.size(), 0);
   const auto uv_at = [&](std::uint32_t t, std::uint32_t vertex) {
     for (std::size_t k = 0; k < 2; ++k) {
       if (topology.vertices[t][k] == vertex) return surface.triangles[t][k].uv;
@@ -99,20 +99,20 @@ void count_seams(const Mesh& mesh, const LowSurface& surface, LayoutRating& rati
     return surface.triangles[t][2].uv;
   };
   for (const std::uint32_t t : surface.usable_triangles()) {
-    std::uint8_t& chart = seen[topology.chart[t]];
+    std::uint8_t& chart = chart_marks[topology.chart[t]];
     rating.charts += chart == 0 ? 1 : 0;
     chart = 1;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t other = topology.neighbour[t][k];
       if (other == KILN_NO_TRIANGLE || other < t) continue;
-      const std::size_t from = (k + 1) % 3, to = (k + 2) % 3;
-      const auto parts = [&](std::size_t corner) {
+      const std::size_t edge_start = (k + 1) % 3, to = (k + 2) % 3;
+      const auto is_seam_side = [&](std::size_t corner) {
         return !(surface.triangles[t][corner].uv == uv_at(other, topology.vertices[t][corner]));
       };
-      if (!parts(from) && !parts(to)) continue;
+      if (!is_seam_side(edge_start) && !is_seam_side(to)) continue;
       ++rating.seams;
       rating.seam_length += length(to_double(mesh.positions[mesh.triangles[t][to]]) -
-                                   to_double(mesh.positions[mesh.triangles[t][from]]));
+                                   to_double(mesh.positions[mesh.triangles[t][edge_start]]));
     }
   }
 }

@@ -16,8 +16,8 @@
 namespace kiln {
 namespace {
 
-constexpr double kDegrees = 180 / std::numbers::pi;
-constexpr std::size_t kBlock = 4096;
+constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
+constexpr std::size_t kPixelsPerTask = 4096;
 constexpr float kUncoveredAngle = -1, kOneSidedAngle = -2;
 
 void check_pictures(const Image& a, const Image& b) {
@@ -44,9 +44,9 @@ bool is_covered(const float* p) { return p[0] != 0 || p[1] != 0 || p[2] != 0; }
 
 double max_difference_8bit(const float* a, const float* b) {
   const auto quantise = [](float value) {
-    // NaN counts as 0.
-    const double kept = value > 0 ? std::min(static_cast<double>(value), 1.0) : 0.0;
-    return std::floor(255 * kept + 0.5);
+    // NaN is treated as 0.
+    const double clamped = value > 0 ? std::min(static_cast<double>(value), 1.0) : 0.0;
+    return std::floor(255 * clamped + 0.5);
   };
   double sum = 0;
   for (int c = 0; c < 3; ++c) {
@@ -60,7 +60,7 @@ double max_difference_8bit(const float* a, const float* b) {
 template <typename Body>
 void for_each_pixel(const Image& reference, const Image& other, const Body& body) {
   const std::size_t pixels = std::size_t{reference.width} * reference.height;
-  parallel_for(pixels, kBlock, [&](std::size_t begin, std::size_t end) {
+  parallel_for(pixels, kPixelsPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       body(i, &reference.pixels[i * reference.channels], &other.pixels[i * other.channels]);
     }
@@ -78,7 +78,7 @@ Vec3d rotate_about_two_axes(const Vec3d& v, double first, double second) {
 }
 
 double angle_degrees(const Vec3d& a, const Vec3d& b) {
-  return std::atan2(length(cross(a, b)), dot(a, b)) * kDegrees;
+  return std::atan2(length(cross(a, b)), dot(a, b)) * kDegreesPerRadian;
 }
 
 }  // namespace
@@ -120,9 +120,9 @@ NormalError NormalComparison::error() const {
   NormalError error;
   error.pixels = angles_.size();
   error.one_sided = one_sided_;
-  const std::uint64_t covered = angles_.size() + one_sided_;
-  if (covered > 0)
-    error.one_sided_share = static_cast<double>(one_sided_) / static_cast<double>(covered);
+  const std::uint64_t pixel_count = angles_.size() + one_sided_;
+  if (pixel_count > 0)
+    error.one_sided_share = static_cast<double>(one_sided_) / static_cast<double>(pixel_count);
   if (angles_.empty()) return error;
   const auto count = static_cast<double>(angles_.size());
   error.mean_degrees = sum_degrees_ / count;
@@ -191,7 +191,8 @@ DistanceError match_distance(const Match& match) {
 
 ViewAngles view_angles(const Vec3& toward) {
   const Vec3d v = to_double(toward);
-  return {std::atan2(v.x, v.z) * kDegrees, std::atan2(v.y, std::hypot(v.x, v.z)) * kDegrees};
+  return {std::atan2(v.x, v.z) * kDegreesPerRadian,
+          std::atan2(v.y, std::hypot(v.x, v.z)) * kDegreesPerRadian};
 }
 
 std::vector<Vec3> spread_views(std::uint32_t count) {
@@ -202,14 +203,14 @@ std::vector<Vec3> spread_views(std::uint32_t count) {
 
 double least_angle_degrees(std::span<const Vec3> a, std::span<const Vec3> b) {
   double min_angle = 180;
-  for (const Vec3& one : a) {
+  for (const Vec3& direction : a) {
     for (const Vec3& other : b)
-      min_angle = std::min(min_angle, angle_degrees(to_double(one), to_double(other)));
+      min_angle = std::min(min_angle, angle_degrees(to_double(direction), to_double(other)));
   }
   return min_angle;
 }
 
-std::vector<Vec3> held_out_views(std::uint32_t count, std::span<const Vec3> used,
+std::vector<Vec3> held_out_views(std::uint32_t count, std::span<const Vec3> avoided,
                                  double least_degrees) {
   constexpr int kRotations = 4096;
   const std::vector<Vec3d> spread = spread_directions(count);
@@ -221,12 +222,12 @@ std::vector<Vec3> held_out_views(std::uint32_t count, std::span<const Vec3> used
     for (std::size_t i = 0; i < spread.size(); ++i) {
       result[i] = to_float(rotate_about_two_axes(spread[i], first, second));
     }
-    if (least_angle_degrees(result, used) >= least_degrees) return result;
+    if (least_angle_degrees(result, avoided) >= least_degrees) return result;
   }
   throw Error(ErrorCode::usage,
               "There are no " + std::to_string(count) + " directions for measuring that lie " +
                   decimal(least_degrees) + " degrees or more from each of the " +
-                  std::to_string(used.size()) + " views of the match: match from fewer views.");
+                  std::to_string(avoided.size()) + " views of the match: match from fewer views.");
 }
 
 NormalReference::NormalReference(const Scene& reference, const Mesh& frame,

@@ -21,9 +21,9 @@ constexpr double kMaxAngle = 180;
 Vec3d bilinear_texel(const Image& map, double u, double v) {
   const double x = u * map.width - 0.5;
   const double y = (1 - v) * map.height - 0.5;
-  const auto clamped = [](double at, std::uint32_t count) {
-    // NaN counts as 0.
-    return at > 0 ? static_cast<std::uint32_t>(std::min(at, count - 1.0)) : 0U;
+  const auto clamped = [](double position, std::uint32_t count) {
+    // NaN is treated as 0.
+    return position > 0 ? static_cast<std::uint32_t>(std::min(position, count - 1.0)) : 0U;
   };
   const std::uint32_t x0 = clamped(std::floor(x), map.width);
   const std::uint32_t y0 = clamped(std::floor(y), map.height);
@@ -43,19 +43,19 @@ Vec3d bilinear_texel(const Image& map, double u, double v) {
          (read(x0, y1) * (1 - fx) + read(x1, y1) * fx) * fy;
 }
 
-/// Cuts a range of pixels from an image with one row.
+/// Copies a range of pixels from an image of one row.
 Image part_of_row(const Image& row, std::uint32_t begin, std::uint32_t end) {
-  const auto at = [&](std::uint32_t x) {
+  const auto row_texel = [&](std::uint32_t x) {
     return row.pixels.begin() + std::ptrdiff_t{x} * row.channels;
   };
-  return {end - begin, 1, row.channels, std::vector<float>(at(begin), at(end))};
+  return {end - begin, 1, row.channels, std::vector<float>(row_texel(begin), row_texel(end))};
 }
 
 }  // namespace
 
 NormalError NormalProbe::compare(const Image& shown_normals) const {
   const Image pixels =
-      points_a_pixel_ > 1 ? pixel_means(shown_normals, points_a_pixel_) : shown_normals;
+      points_per_pixel_ > 1 ? pixel_means(shown_normals, points_per_pixel_) : shown_normals;
   NormalComparison comparison;
   for (std::size_t i = 1; i < picture_begins_.size(); ++i) {
     const std::uint32_t begin = picture_begins_[i - 1], end = picture_begins_[i];
@@ -63,11 +63,12 @@ NormalError NormalProbe::compare(const Image& shown_normals) const {
       comparison.add(part_of_row(high_poly_normals_, begin, end), part_of_row(pixels, begin, end));
   }
   NormalError error = comparison.error();
-  error.one_sided += one_sided_pixels_;
-  const std::uint64_t covered = points_on_one_mesh_ + points_on_both_meshes_;
-  if (covered > 0)
-    error.one_sided_share = static_cast<double>(points_on_one_mesh_) / static_cast<double>(covered);
-  if (is_worst_if_unseen_ && places_.empty()) error.mean_degrees = kMaxAngle;
+  error.one_sided += pixels_on_one_mesh_only_;
+  const std::uint64_t point_count = points_on_one_mesh_ + points_on_both_meshes_;
+  if (point_count > 0)
+    error.one_sided_share =
+        static_cast<double>(points_on_one_mesh_) / static_cast<double>(point_count);
+  if (has_max_error_without_places_ && places_.empty()) error.mean_degrees = kMaxAngle;
   return error;
 }
 
@@ -92,7 +93,7 @@ NormalError NormalProbe::error_with_normals(const std::vector<float>& normals) c
   parallel_for(places_.size(), kPlacesPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const float* n = &normals[3 * i];
-      encode_normal(Vec3d(n[0], n[1], n[2]) * (places_[i].back ? -1.0 : 1.0),
+      encode_normal(Vec3d(n[0], n[1], n[2]) * (places_[i].seen_from_behind ? -1.0 : 1.0),
                     &shown_normals.pixels[3 * i]);
     }
   });
@@ -124,15 +125,15 @@ NormalError NormalProbe::with_map(const Image& map, const BakeOptions& baked) co
           t = interpolate_corners(a.tangent, b.tangent, c.tangent, place.u, place.v);
           sign = low.sign;
         }
-        Vec3d across = cross(n, t);
+        Vec3d shaded_normal_space = cross(n, t);
         if (normal_space == NormalMapSpace::tangent &&
             baked.encoding.bitangent == Bitangent::vertex) {
-          const auto at = [](const LowSurface::Corner& corner) {
+          const auto uv_of = [](const LowSurface::Corner& corner) {
             return to_float(cross(to_double(corner.normal), to_double(corner.tangent)));
           };
-          across = interpolate_corners(at(a), at(b), at(c), place.u, place.v);
+          shaded_normal_space = interpolate_corners(uv_of(a), uv_of(b), uv_of(c), place.u, place.v);
         }
-        normal = t * value.x + across * (sign * value.y) + n * value.z;
+        normal = t * value.x + shaded_normal_space * (sign * value.y) + n * value.z;
       }
       if (!(length(normal) > 0)) normal = face;
       const Vec3 result = to_float(normal);
@@ -149,25 +150,25 @@ void NormalProbe::match_places(const BakeOptions& options,
                                DeviceCorrespondence& match) const {
   BakeReport report;
   Clusters clusters{0, field};
-  const EdgeTurn turn = edge_turn(options, source_, surface_);
+  const EdgeTurn edge_blend = edge_turn(options, source_, surface_);
   const std::unique_ptr<Matcher> matcher =
       make_matcher(source_, surface_, options, report, clusters, BakeProgress(options.progress),
-                   turn.blends_directions());
+                   edge_blend.blends_directions());
   field = clusters.field;
-  const SheetReach sheets = sheet_reach(options, surface_);
-  if (!turn.blends_directions() && !(sheets.max_search_distance() > 0) && !cage_.has_cage_mesh()) {
+  const SheetReach sheet_reach_map = sheet_reach(options, surface_);
+  if (!edge_blend.blends_directions() && !(sheet_reach_map.max_search_distance() > 0) &&
+      !cage_.has_cage_mesh()) {
     matcher->run(band_, match);
     return;
   }
-  TexelBand turned = copy_band();
-  turn.set_directions(context_of(source_.device), turned);
-  sheets.write_search_distances(context_of(source_.device), turned);
-  cage_.write_sample_reach(context_of(source_.device), turned);
-  matcher->run(turned, match);
+  TexelBand directed_band = copy_band();
+  edge_blend.set_directions(context_of(source_.device), directed_band);
+  sheet_reach_map.write_search_distances(context_of(source_.device), directed_band);
+  cage_.write_sample_reach(context_of(source_.device), directed_band);
+  matcher->run(directed_band, match);
 }
 
-/// Matching by UVs has code of its own here, since its matcher needs samples at texel centres, and places lie between
-/// these.
+/// Matching by UVs is computed here, not by its matcher, which needs samples at texel centres; places may lie anywhere.
 void NormalProbe::match_by_uv(const BakeOptions& options,
                               std::shared_ptr<const VisibilityField>& field,
                               DeviceCorrespondence& match) const {
@@ -200,10 +201,10 @@ void NormalProbe::match_by_uv(const BakeOptions& options,
     match_places(fallback_options, field, match);
     const std::vector<std::uint32_t> triangle = match.triangle.download(context);
     const std::vector<float> barycentric = match.barycentric.download(context);
-    const std::vector<std::uint8_t> rest_status = match.status.download(context);
+    const std::vector<std::uint8_t> fallback_status = match.status.download(context);
     for (std::size_t i = 0; i < count; ++i) {
       if (status[i] != KILN_STATUS_MISS) continue;
-      status[i] = rest_status[i];
+      status[i] = fallback_status[i];
       found.triangle[i] = triangle[i];
       found.barycentric[i] = barycentric[i];
       found.barycentric[i + count] = barycentric[i + count];

@@ -1,4 +1,4 @@
-// Compares rendered normals of low polys with the high poly's. Rays are cast once for all maps.
+// Compares rendered normals of low polys with the high poly's. Rays are cast once, for any number of maps.
 #pragma once
 
 #include <cstdint>
@@ -16,13 +16,13 @@
 
 namespace kiln {
 
-/// Pictures of the high poly and its hits in them, shared by the probes of any number of low polys.
+/// Pictures of the high poly and the ray hits of their pixels, shared by the probes of any number of low polys.
 struct HighPolyView {
   std::vector<Picture> pictures;
   PictureHits hits;
 };
 
-/// Directions of a plan's pictures: kPlanViews unit vectors towards the eye.
+/// Directions of the pictures by which plans measure: kPlanViews unit vectors towards the eye.
 std::vector<Vec3> plan_directions();
 
 /// Pictures of the high poly from some directions.
@@ -37,11 +37,11 @@ Mesh with_any_uvs(Mesh mesh);
 
 /// Places that pictures from many sides show on both meshes: points of the low poly with their texture coordinates, and
 /// the high poly's normal in the same pixel. A low poly with a map is rendered by looking up the map at these places
-/// (bilinear, as kernels/render/render.cl does). So each further map is measured without casting rays. Pixels are
-/// point samples, so a small number of them estimates the same mean.
+/// (bilinear, as kernels/render/render.cl does). So any further map is measured without casting rays. Pixels are point
+/// samples, so a small number of them estimates the same mean.
 ///
-/// The places also give the smallest error that a match can reach, without baking: the matches of the places are the
-/// values of a map of infinite size.
+/// The places also give the smallest error that a match can reach, without a bake: their matched normals are what a map
+/// of infinite resolution would hold.
 class NormalProbe {
  public:
   /// \param views   directions of the pictures. The high poly fills each picture from side to side
@@ -52,9 +52,9 @@ class NormalProbe {
   NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh* cage,
               const std::vector<ViewAngles>& views, std::uint32_t pixels, bool raster);
 
-  /// Constructs a probe from pictures for which the high poly's hits are known. If pixels have several points, their
-  /// mean normals are compared, over pixels that both meshes cover completely. Without any such pixel, as for parts
-  /// smaller than a pixel, errors are 180 degrees, the greatest possible.
+  /// Constructs a probe from pictures for which the high poly's hits are known. If a pixel has several points, the mean
+  /// normals of its points are compared, at pixels that both meshes cover completely. If there is no such pixel, as for
+  /// meshes smaller than a pixel, errors are 180 degrees, the greatest possible.
   NormalProbe(const Source::Impl& source, const Mesh& low, const HighPolyView& dense);
 
   /// Error of the low poly's own normals.
@@ -66,13 +66,13 @@ class NormalProbe {
   /// Error of given normals, such as matched ones: one for each place, in the mesh's space.
   NormalError error_with_normals(const std::vector<float>& normals) const;
 
-  /// Errors of a match with a map of infinite size.
+  /// Errors of a match with a map of infinite resolution.
   struct InfiniteMap {
     NormalError error;
     double missed = 0;           ///< Share of the places for which the match finds no point
     std::vector<float> normals;  ///< Matched normals, in the mesh's space
   };
-  /// Error of a match with a map of infinite size. For matches by UVs, layouts are not checked.
+  /// Error of a match with a map of infinite resolution. For matches by UVs, layouts are not checked.
   /// \param field  [in, out] visibility field; computed if null, otherwise reused
   /// \throws as make_matcher
   InfiniteMap infinite_map(const BakeOptions& options,
@@ -80,19 +80,21 @@ class NormalProbe {
 
   /// Lower bound on the error of all maps, as a share of a match's error. A place of the low poly has the same normal
   /// from all directions, but the point of the high poly behind it differs between directions. The bound is the mean
-  /// error of each place's best normal, divided by the mean error of the matched normals. It is estimated at some
-  /// places, from the pictures that show them, and slightly too low for places that few pictures show.
+  /// error of each place's best normal, divided by the mean error of the matched normals. It is estimated at a sample
+  /// of the places, from the pictures that show them. For places that few pictures show, it is slightly too low.
   double min_error_share(const InfiniteMap& infinite_map_result) const;
 
   std::uint32_t places() const { return band_.sample_count; }
 
  private:
   struct Place : LowPolyPoint {
-    bool back = false;  ///< True if the low poly is seen from behind, so that its normal is flipped
+    bool seen_from_behind =
+        false;  ///< True if the low poly is seen from behind, so that its normal is flipped
   };
   NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh* cage);
   bool is_seen_from_behind(std::uint32_t triangle, const Picture& picture) const;
-  std::vector<std::uint32_t> points_on_both(const PictureHits& shown, const PictureHits& dense);
+  std::vector<std::uint32_t> find_points_on_both(const PictureHits& shown,
+                                                 const PictureHits& dense);
   void select_places(const std::vector<Picture>& pictures, const PictureHits& shown,
                      const PictureHits& dense);
   TexelBand copy_band() const;
@@ -102,7 +104,7 @@ class NormalProbe {
                    DeviceCorrespondence& match) const;
   NormalError compare(const Image& shown) const;
   /// The mean normal of each group of points.
-  static Image pixel_means(const Image& points, std::uint32_t each);
+  static Image pixel_means(const Image& points, std::uint32_t points_per_pixel);
 
   const Source::Impl& source_;
   mutable BandReads normal_reads_;  ///< Reader of the high poly's normals
@@ -114,13 +116,15 @@ class NormalProbe {
   CageReach cage_;
   std::vector<kiln_low_shading> shading_;
   std::vector<Place> places_;
-  std::uint32_t points_a_pixel_ = 1;
+  std::uint32_t points_per_pixel_ = 1;
   std::vector<std::uint32_t>
-      picture_begins_;  ///< Index of each picture's first place; one extra entry
-  /// True if a low poly without places has the largest possible error, instead of none
-  bool is_worst_if_unseen_ = false;
-  Image high_poly_normals_;             ///< The high poly's normals, as an image of one row
-  std::uint64_t one_sided_pixels_ = 0;  ///< Number of pixels that only one of the meshes covers
+      /// Index of each picture's first place; the extra last entry is the number of places
+      picture_begins_;
+  /// True if a low poly without places has the largest possible error; false: it has no error
+  bool has_max_error_without_places_ = false;
+  Image high_poly_normals_;  ///< The high poly's normals, as an image of one row
+  std::uint64_t pixels_on_one_mesh_only_ =
+      0;  ///< Number of pixels that only one of the meshes covers
   std::uint64_t points_on_one_mesh_ = 0, points_on_both_meshes_ = 0;
   TexelBand band_;  ///< The places, as the samples of a map with one row
 };

@@ -16,7 +16,7 @@ double NormalProbe::min_error_share(const InfiniteMap& infinite_map_result) cons
   struct ViewedPlace {
     std::size_t place = 0;
     double cosine = 0;
-    Vec3d toward{}, at{};
+    Vec3d toward{}, position{};
     double distance = 0;  // Distance from the ray's origin to the place
   };
   std::vector<ViewedPlace> views;
@@ -24,17 +24,18 @@ double NormalProbe::min_error_share(const InfiniteMap& infinite_map_result) cons
     for (std::size_t i = 0; i < places_.size(); i += step) {
       const Place& place = places_[i];
       const Vec3d normal = vector_at(shading_[place.triangle].face_normal);
-      const double cosine = dot(normal, toward) * (place.back ? -1 : 1);
+      const double cosine = dot(normal, toward) * (place.seen_from_behind ? -1 : 1);
       if (cosine < kMinCosine) continue;
-      const Vec3d at = position_at(surface_, place);
-      views.push_back({i / step, cosine, toward, at, ray_start_distance_ - dot(at, toward)});
+      const Vec3d position = position_at(surface_, place);
+      views.push_back(
+          {i / step, cosine, toward, position, ray_start_distance_ - dot(position, toward)});
     }
   }
   const auto count = static_cast<std::uint32_t>(views.size());
   if (count == 0) return 1;
   std::vector<float> points(std::size_t{7} * count, 0.0F);
   for (std::size_t i = 0; i < count; ++i) {
-    const Vec3 p = to_float(views[i].at + views[i].toward * views[i].distance);
+    const Vec3 p = to_float(views[i].position + views[i].toward * views[i].distance);
     const Vec3 d = to_float(views[i].toward * -1.0);
     const float values[6] = {p.x, p.y, p.z, d.x, d.y, d.z};
     for (std::size_t c = 0; c < 6; ++c) points[c * count + i] = values[c];
@@ -91,14 +92,17 @@ double NormalProbe::min_error_share(const InfiniteMap& infinite_map_result) cons
     const auto& directions = visible_directions[i];
     if (directions.empty()) continue;
     const std::size_t place = i * step;
-    const float* own = &infinite_map_result.normals[3 * place];
+    const float* matched_normal = &infinite_map_result.normals[3 * place];
     const double own_error =
-        mean_angle(Vec3d(own[0], own[1], own[2]) * (places_[place].back ? -1.0 : 1.0), directions);
-    // The direction with the smallest mean angle, by Weiszfeld's iteration from the least-squares direction.
+        mean_angle(Vec3d(matched_normal[0], matched_normal[1], matched_normal[2]) *
+                       (places_[place].seen_from_behind ? -1.0 : 1.0),
+                   directions);
+    // Weiszfeld's iteration: starting at the least-squares direction, finds the direction with the smallest mean angle
+    // to all normals.
     Vec3d best{};
     for (const auto& [n, weight] : directions) best += n * weight;
     double error = own_error;
-    for (int round = 0; round < 8 && length(best) > 0; ++round) {
+    for (int iteration = 0; iteration < 8 && length(best) > 0; ++iteration) {
       best = best * (1 / length(best));
       error = std::min(error, mean_angle(best, directions));
       Vec3d next{};

@@ -83,14 +83,14 @@ Picture::Picture(const Camera& camera, const Frame& frame, std::uint32_t size)
       pixels(size) {}
 
 Vec3d Picture::point(std::uint32_t index) const {
-  const std::uint32_t each = subpixels * subpixels;
-  const std::uint32_t pixel = index / each, sub = index % each;
+  const std::uint32_t points_per_pixel = subpixels * subpixels;
+  const std::uint32_t pixel = index / points_per_pixel, subpixel = index % points_per_pixel;
   const std::uint32_t tile = pixel / (kTileSide * kTileSide),
-                      within = pixel % (kTileSide * kTileSide);
-  const std::uint32_t x = tile % (pixels / kTileSide) * kTileSide + within % kTileSide;
-  const std::uint32_t y = tile / (pixels / kTileSide) * kTileSide + within / kTileSide;
+                      index_in_tile = pixel % (kTileSide * kTileSide);
+  const std::uint32_t x = tile % (pixels / kTileSide) * kTileSide + index_in_tile % kTileSide;
+  const std::uint32_t y = tile / (pixels / kTileSide) * kTileSide + index_in_tile / kTileSide;
   const double step = 2 * half_side / pixels;
-  const std::uint32_t subpixel_column = sub % subpixels, down = sub / subpixels;
+  const std::uint32_t subpixel_column = subpixel % subpixels, down = subpixel / subpixels;
   const double right_by = ((subpixel_column + 0.5) / subpixels - 0.5) * pixel_footprint;
   const double down_by = ((down + 0.5) / subpixels - 0.5) * pixel_footprint;
   return center + right * ((x + 0.5) * step - half_side + right_by) +
@@ -99,15 +99,15 @@ Vec3d Picture::point(std::uint32_t index) const {
 
 kiln_view Picture::view(std::uint32_t first) const {
   kiln_view to{};
-  const auto store = [](const Vec3d& from, kiln_float(&vector)[3]) {
-    const Vec3 v = to_float(from);
+  const auto store_vector = [](const Vec3d& source, kiln_float(&vector)[3]) {
+    const Vec3 v = to_float(source);
     vector[0] = v.x;
     vector[1] = v.y;
     vector[2] = v.z;
   };
-  store(right, to.right);
-  store(up, to.up);
-  store(toward, to.toward);
+  store_vector(right, to.right);
+  store_vector(up, to.up);
+  store_vector(toward, to.toward);
   const double scale = pixels / (2 * half_side);
   to.scale = static_cast<float>(scale);
   to.left = static_cast<float>(pixels / 2.0 - dot(center, right) * scale);
@@ -144,14 +144,14 @@ std::vector<Picture> make_pictures(const Source::Impl& source, const std::vector
 /// The nearest triangle of a mesh at every point.
 PictureHits cast_hits(cl::Context& context, const RayCaster& rays,
                       const std::vector<Picture>& pictures, double start) {
-  const std::uint32_t each = pictures[0].points();
-  const auto count = static_cast<std::uint32_t>(each * pictures.size());
+  const std::uint32_t points_per_picture = pictures[0].points();
+  const auto count = static_cast<std::uint32_t>(points_per_picture * pictures.size());
   std::vector<float> points(std::size_t{7} * count, 0.0F);
   parallel_for(count, kPointsPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const Picture& picture = pictures[i / each];
-      const Vec3d at = picture.point(static_cast<std::uint32_t>(i % each));
-      const Vec3 p = to_float(at + picture.toward * (start - dot(at, picture.toward)));
+      const Picture& picture = pictures[i / points_per_picture];
+      const Vec3d point = picture.point(static_cast<std::uint32_t>(i % points_per_picture));
+      const Vec3 p = to_float(point + picture.toward * (start - dot(point, picture.toward)));
       const Vec3 d = to_float(picture.toward * -1.0);
       const float values[6] = {p.x, p.y, p.z, d.x, d.y, d.z};
       for (std::size_t c = 0; c < 6; ++c) points[c * count + i] = values[c];
@@ -184,29 +184,31 @@ PictureHits rasterize_hits(const Source::Impl& source, const std::vector<Picture
     picture_of_raster_view.push_back(i);
   }
   PictureHits hits;
-  const std::size_t each = std::size_t{pixels} * pixels;
-  hits.triangle.assign(each * pictures.size(), KILN_NO_TRIANGLE);
+  const std::size_t points_per_picture = std::size_t{pixels} * pixels;
+  hits.triangle.assign(points_per_picture * pictures.size(), KILN_NO_TRIANGLE);
   if (views.empty()) return hits;
   const DepthKeys keys(context, std::uint64_t{keys_each} * views.size());
   source.raster().draw(views, keys);
   for (std::size_t v = 0; v < views.size(); ++v) {
     const std::vector<std::uint64_t> rows = keys.picture(context, views[v]);
-    for (std::uint32_t i = 0; i < each; ++i) {
-      const std::uint32_t tile = i / (kTileSide * kTileSide), within = i % (kTileSide * kTileSide);
-      const std::uint32_t x = tile % (pixels / kTileSide) * kTileSide + within % kTileSide;
-      const std::uint32_t y = tile / (pixels / kTileSide) * kTileSide + within / kTileSide;
+    for (std::uint32_t i = 0; i < points_per_picture; ++i) {
+      const std::uint32_t tile = i / (kTileSide * kTileSide),
+                          index_in_tile = i % (kTileSide * kTileSide);
+      const std::uint32_t x = tile % (pixels / kTileSide) * kTileSide + index_in_tile % kTileSide;
+      const std::uint32_t y = tile / (pixels / kTileSide) * kTileSide + index_in_tile / kTileSide;
       const std::uint64_t key = rows[std::size_t{y} * pixels + x];
       if (key == KILN_RASTER_EMPTY) continue;
-      hits.triangle[each * picture_of_raster_view[v] + i] = static_cast<std::uint32_t>(key);
+      hits.triangle[points_per_picture * picture_of_raster_view[v] + i] =
+          static_cast<std::uint32_t>(key);
     }
   }
   return hits;
 }
 
 /// The high poly's shading normal where a pixel's ray hits a triangle, flipped towards the viewer.
-Vec3d dense_normal(const Source::Impl& source, const std::vector<std::uint32_t>& normal_indices,
-                   const std::vector<float>& normals, const Picture& picture, const Vec3d& pixel,
-                   std::uint32_t triangle) {
+Vec3d high_poly_normal(const Source::Impl& source, const std::vector<std::uint32_t>& normal_indices,
+                       const std::vector<float>& normals, const Picture& picture,
+                       const Vec3d& pixel, std::uint32_t triangle) {
   std::array<Vec3d, 3> corners{};
   std::array<std::array<double, 2>, 3> flat;
   for (std::size_t k = 0; k < 3; ++k) {

@@ -26,8 +26,8 @@ struct Picture {
 
   /// Number of points in a picture.
   std::uint32_t points() const { return pixels * pixels * subpixels * subpixels; }
-  /// Position of a point in the plane through the centre. Pixels are ordered by tiles, so that rays adjacent in
-  /// memory are close in the picture; the points of a pixel are consecutive.
+  /// Position of a point in the picture's plane through the mesh's centre. Pixels are ordered by tiles, so that rays
+  /// adjacent in memory are close in the picture; the points of a pixel are consecutive.
   Vec3d point(std::uint32_t index) const;
   kiln_view view(std::uint32_t first) const;
 };
@@ -42,8 +42,8 @@ struct PictureHits {
 struct PictureGrid {
   /// Number of sampled pixels along a picture's side; a multiple of kPictureTile
   std::uint32_t pixels = kPictureTile;
-  /// Side of the displayed picture in pixels. A sampled pixel has the size of a displayed one, and its points cover
-  /// it. 0: a pixel is a single point.
+  /// Side in pixels of the picture as shown on screen. A sampled pixel then has the size of a pixel on screen, and its
+  /// points cover it. 0: each sampled pixel is a single point.
   std::uint32_t pixels_on_screen = 0;
   static constexpr std::uint32_t kPictureTile = 8;
 };
@@ -51,7 +51,7 @@ struct PictureGrid {
 /// Number of points along a pixel's side if PictureGrid::pixels_on_screen is set.
 inline constexpr std::uint32_t kScreenSubpixels = 3;
 
-/// Number of sampled pixels along the side of pictures with a size on screen.
+/// Number of sampled pixels along each side of a picture, if the user gave the mesh's size on screen.
 inline constexpr std::uint32_t kScreenPixels = 24;
 /// Distance from the centre at which rays to the high poly start; the mesh lies within a radius of 1.
 inline constexpr double kHighPolyRayStart = 1.5;
@@ -70,8 +70,8 @@ PictureHits rasterize_hits(const Source::Impl& source, const std::vector<Picture
                            const std::vector<bool>& needed);
 
 /// The high poly's shading normal where a pixel's ray hits a triangle, flipped towards the viewer.
-Vec3d dense_normal(const Source::Impl& source, const std::vector<std::uint32_t>& normal_indices,
-                   const std::vector<float>& normals, const Picture& picture, const Vec3d& pixel,
-                   std::uint32_t triangle);
+Vec3d high_poly_normal(const Source::Impl& source, const std::vector<std::uint32_t>& normal_indices,
+                       const std::vector<float>& normals, const Picture& picture,
+                       const Vec3d& pixel, std::uint32_t triangle);
 
 }  // namespace kiln

@@ -11,7 +11,7 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kPlacePointsPerTask = 1 << 12;
-/// Replaces the triangle's index at points where the low poly is seen from behind, if the high poly is rasterized.
+/// Stands for the triangle at points where the low poly is seen from behind, if the high poly is rasterized.
 constexpr std::uint32_t kBackFaceTriangle = KILN_NO_TRIANGLE - 1;
 
 }  // namespace
@@ -48,14 +48,14 @@ NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh
   // Rasterization draws front faces only. Pictures of an open mesh from below would show the few triangles that face
   // down, so they are left out.
   std::vector<bool> is_rasterized(pictures.size());
-  const std::uint32_t each = pictures[0].points();
+  const std::uint32_t points_per_picture = pictures[0].points();
   for (std::size_t i = 0; i < shown.triangle.size(); ++i) {
     if (shown.triangle[i] == KILN_NO_TRIANGLE) continue;
-    const Picture& picture = pictures[i / each];
+    const Picture& picture = pictures[i / points_per_picture];
     if (is_seen_from_behind(shown.triangle[i], picture)) {
       shown.triangle[i] = kBackFaceTriangle;
     } else {
-      is_rasterized[i / each] = true;
+      is_rasterized[i / points_per_picture] = true;
     }
   }
   select_places(pictures, shown, rasterize_hits(source, pictures, is_rasterized));
@@ -63,7 +63,7 @@ NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh
 
 NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const HighPolyView& dense)
     : NormalProbe(source, low, nullptr) {
-  is_worst_if_unseen_ = true;
+  has_max_error_without_places_ = true;
   select_places(
       dense.pictures,
       cast_hits(context_of(source.device), low_poly_rays_, dense.pictures, ray_start_distance_),
@@ -77,26 +77,26 @@ bool NormalProbe::is_seen_from_behind(std::uint32_t triangle, const Picture& pic
              picture.toward) < 0;
 }
 
-/// Points of pixels that both meshes cover completely. Triangles without UVs, such as those of other texture sets, show
-/// no map, so they are skipped.
-std::vector<std::uint32_t> NormalProbe::points_on_both(const PictureHits& shown,
-                                                       const PictureHits& dense) {
+/// Finds the points of pixels that both meshes cover completely. Triangles without UVs, such as those of other texture
+/// sets, have no map and are skipped.
+std::vector<std::uint32_t> NormalProbe::find_points_on_both(const PictureHits& shown,
+                                                            const PictureHits& dense) {
   std::vector<std::uint32_t> points_on_both_meshes;
-  for (std::size_t first = 0; first < shown.triangle.size(); first += points_a_pixel_) {
-    std::uint32_t points_of_both = 0, of_one = 0;
-    for (std::size_t i = first; i < first + points_a_pixel_; ++i) {
+  for (std::size_t first = 0; first < shown.triangle.size(); first += points_per_pixel_) {
+    std::uint32_t points_of_both = 0, points_of_one = 0;
+    for (std::size_t i = first; i < first + points_per_pixel_; ++i) {
       if (shown.triangle[i] == kBackFaceTriangle) continue;
       const bool low_poly_hit = shown.triangle[i] != KILN_NO_TRIANGLE;
       if (low_poly_hit && !std::isfinite(surface_.triangles[shown.triangle[i]][0].uv.x)) continue;
       const bool high_poly_hit = dense.triangle[i] != KILN_NO_TRIANGLE;
-      if (low_poly_hit != high_poly_hit) ++of_one;
+      if (low_poly_hit != high_poly_hit) ++points_of_one;
       if (low_poly_hit && high_poly_hit) ++points_of_both;
     }
-    if (of_one > 0) ++one_sided_pixels_;
-    points_on_one_mesh_ += of_one;
+    if (points_of_one > 0) ++pixels_on_one_mesh_only_;
+    points_on_one_mesh_ += points_of_one;
     points_on_both_meshes_ += points_of_both;
-    if (points_of_both < points_a_pixel_) continue;
-    for (std::size_t i = first; i < first + points_a_pixel_; ++i) {
+    if (points_of_both < points_per_pixel_) continue;
+    for (std::size_t i = first; i < first + points_per_pixel_; ++i) {
       points_on_both_meshes.push_back(static_cast<std::uint32_t>(i));
     }
   }
@@ -106,38 +106,40 @@ std::vector<std::uint32_t> NormalProbe::points_on_both(const PictureHits& shown,
 void NormalProbe::select_places(const std::vector<Picture>& pictures, const PictureHits& shown,
                                 const PictureHits& dense) {
   for (const Picture& picture : pictures) picture_directions_.push_back(picture.toward);
-  points_a_pixel_ = pictures[0].subpixels * pictures[0].subpixels;
+  points_per_pixel_ = pictures[0].subpixels * pictures[0].subpixels;
   const std::size_t count = shown.triangle.size();
-  const std::uint32_t each = pictures[0].points();
+  const std::uint32_t points_per_picture = pictures[0].points();
   const std::vector<std::uint32_t>& normal_indices =
       normal_reads_.read_source(source_.attributes.normal_indices);
   const std::vector<float>& normals = normal_reads_.read_source(source_.attributes.normals);
-  const std::vector<std::uint32_t> points_on_both_meshes = points_on_both(shown, dense);
+  const std::vector<std::uint32_t> points_on_both_meshes = find_points_on_both(shown, dense);
   places_.resize(points_on_both_meshes.size());
   for (std::size_t i = 0; i <= pictures.size(); ++i) {
-    const auto begin =
-        std::lower_bound(points_on_both_meshes.begin(), points_on_both_meshes.end(), i * each);
+    const auto begin = std::lower_bound(points_on_both_meshes.begin(), points_on_both_meshes.end(),
+                                        i * points_per_picture);
     picture_begins_.push_back(static_cast<std::uint32_t>(begin - points_on_both_meshes.begin()) /
-                              points_a_pixel_);
+                              points_per_pixel_);
   }
   high_poly_normals_ = {static_cast<std::uint32_t>(points_on_both_meshes.size()), 1, 3,
                         std::vector<float>(std::size_t{3} * points_on_both_meshes.size())};
-  parallel_for(points_on_both_meshes.size(), kPlacePointsPerTask,
-               [&](std::size_t begin, std::size_t end) {
-                 for (std::size_t i = begin; i < end; ++i) {
-                   const std::uint32_t at = points_on_both_meshes[i];
-                   const Picture& picture = pictures[at / each];
-                   encode_normal(dense_normal(source_, normal_indices, normals, picture,
-                                              picture.point(at % each), dense.triangle[at]),
-                                 &high_poly_normals_.pixels[3 * i]);
-                   Place& place = places_[i];
-                   place.triangle = shown.triangle[at];
-                   place.u = shown.barycentric[at];
-                   place.v = shown.barycentric[at + count];
-                   place.back = is_seen_from_behind(place.triangle, picture);
-                 }
-               });
-  if (points_a_pixel_ > 1) high_poly_normals_ = pixel_means(high_poly_normals_, points_a_pixel_);
+  parallel_for(
+      points_on_both_meshes.size(), kPlacePointsPerTask, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+          const std::uint32_t point = points_on_both_meshes[i];
+          const Picture& picture = pictures[point / points_per_picture];
+          encode_normal(
+              high_poly_normal(source_, normal_indices, normals, picture,
+                               picture.point(point % points_per_picture), dense.triangle[point]),
+              &high_poly_normals_.pixels[3 * i]);
+          Place& place = places_[i];
+          place.triangle = shown.triangle[point];
+          place.u = shown.barycentric[point];
+          place.v = shown.barycentric[point + count];
+          place.seen_from_behind = is_seen_from_behind(place.triangle, picture);
+        }
+      });
+  if (points_per_pixel_ > 1)
+    high_poly_normals_ = pixel_means(high_poly_normals_, points_per_pixel_);
   band_ = copy_band();
 }
 
@@ -146,12 +148,13 @@ TexelBand NormalProbe::copy_band() const {
                         [&](std::size_t i) -> LowPolyPoint { return places_[i]; });
 }
 
-Image NormalProbe::pixel_means(const Image& points, std::uint32_t each) {
-  Image mean_normals{points.width / each, 1, 3, std::vector<float>(points.pixels.size() / each)};
+Image NormalProbe::pixel_means(const Image& points, std::uint32_t points_per_pixel) {
+  Image mean_normals{points.width / points_per_pixel, 1, 3,
+                     std::vector<float>(points.pixels.size() / points_per_pixel)};
   parallel_for(mean_normals.width, kPlacePointsPerTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       Vec3d sum{};
-      for (std::size_t k = i * each; k < (i + 1) * each; ++k) {
+      for (std::size_t k = i * points_per_pixel; k < (i + 1) * points_per_pixel; ++k) {
         const float* p = &points.pixels[3 * k];
         sum += Vec3d(p[0], p[1], p[2]) + Vec3d(-0.5, -0.5, -0.5);
       }

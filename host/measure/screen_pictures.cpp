@@ -9,7 +9,7 @@
 namespace kiln {
 namespace {
 
-/// Number of sampled pixels along the side of pictures without a size on screen.
+/// Number of sampled pixels along each side of a picture, if no size on screen was given.
 constexpr std::uint32_t kSampledPixels = 48;
 
 }  // namespace

@@ -113,7 +113,7 @@ namespace {
 /// deviates from any given direction, such as the mean of all normals, by at least half of the angle.
 bool may_have_angle(const Mesh& mesh, const FaceEdges& faces, double degrees) {
   std::vector<Vec3> sums(mesh.positions.size());
-  for_each_alive(mesh.triangles.size(), [&](std::size_t t) {
+  for_each_polling(mesh.triangles.size(), [&](std::size_t t) {
     const Vec3& n = faces.normals[t];
     for (const std::uint32_t v : mesh.triangles[t]) {
       Vec3& sum = sums[faces.welded[v]];

@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "base/made_once.h"
+#include "base/lazy_value.h"
 #include "kiln/mesh.h"
 #include "kiln/types.h"
 #include "mesh/cage.h"
@@ -47,7 +47,7 @@ struct LowSurface {
   double cage_length = 0;
   /// Cached arrays that depend on everything except the UVs. Copies of this struct share them, even if their UVs
   /// differ.
-  std::shared_ptr<MadeOnce> made = std::make_shared<MadeOnce>();
+  std::shared_ptr<LazyValue> made = std::make_shared<LazyValue>();
 
   /// Prepares a mesh: continuous directions, corner normals and tangents, all in `frame`.
   /// \param copies  which one of several UV copies is baked

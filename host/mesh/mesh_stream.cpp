@@ -19,7 +19,7 @@ namespace kiln {
 std::vector<Vec3> read_all_positions(const MeshStream& mesh) {
   const std::size_t vertices = mesh.vertex_count();
   require_memory("The positions of '" + mesh.path() + "'", vertices * sizeof(Vec3));
-  ProgressGuard::poll_in("reading the high poly's vertices");
+  ProgressGuard::poll_within_stage("reading the high poly's vertices");
   std::vector<Vec3> positions(vertices);
   parallel_for(vertices, kStreamedElementsPerRead, [&](std::size_t begin, std::size_t end) {
     mesh.read_positions(begin, std::span(positions).subspan(begin, end - begin));

@@ -102,7 +102,7 @@ std::vector<Vec3> summed_normals(std::span<const Vec3> positions,
 
 void use_faces_where_zero(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                           CornerNormals& corners) {
-  for_each_alive(triangles.size(), [&](std::size_t i) {
+  for_each_polling(triangles.size(), [&](std::size_t i) {
     const auto is_zero = [&](std::uint32_t index) { return corners.normals[index] == Vec3{}; };
     if (std::none_of(corners.triangles[i].begin(), corners.triangles[i].end(), is_zero)) return;
     const Vec3d face = corner_weights(positions, triangles[i]).normal;
@@ -151,7 +151,7 @@ std::vector<Vec3> vertex_normals(std::span<const Vec3> positions,
                                  std::span<const std::uint32_t> polygons) {
   std::vector<Vec3> result = summed_normals(positions, triangles, polygons, triangles);
   // If the normals cancel out, the first face's normal is used. A vertex without faces gets (0, 0, 1).
-  for_each_alive(triangles.size(), [&](std::size_t i) {
+  for_each_polling(triangles.size(), [&](std::size_t i) {
     for (const std::uint32_t vertex : triangles[i]) {
       if (result[vertex] != Vec3{}) continue;
       result[vertex] = to_float(corner_weights(positions, triangles[i]).normal);
@@ -168,7 +168,7 @@ CornerNormals corner_normals(const Mesh& mesh, std::span<const Vec3> frame_posit
   if (mesh.normal_triangles.empty()) {
     const std::vector<std::uint32_t> first = weld_vertices(frame_positions);
     result.triangles = mesh.triangles;
-    for_each_alive(result.triangles.size(), [&](std::size_t i) {
+    for_each_polling(result.triangles.size(), [&](std::size_t i) {
       for (std::uint32_t& index : result.triangles[i]) index = first[index];
     });
     result.normals =
@@ -186,11 +186,11 @@ CornerNormals corner_normals(const Mesh& mesh, std::span<const Vec3> frame_posit
 void use_given_normals(std::span<const Triangle> triangles, CornerNormals& corners,
                        const std::function<std::vector<Vec3>()>& compute) {
   std::vector<Vec3> computed_normals;  // Only computed if a normal is invalid
-  for_each_alive(corners.normals.size(), [&](std::size_t i) {
+  for_each_polling(corners.normals.size(), [&](std::size_t i) {
     Vec3& n = corners.normals[i];
     if (is_usable_normal(n)) n = to_float(to_double(n) * (1 / length(to_double(n))));
   });
-  for_each_alive(corners.triangles.size(), [&](std::size_t i) {
+  for_each_polling(corners.triangles.size(), [&](std::size_t i) {
     for (std::size_t k = 0; k < 3; ++k) {
       if (is_usable_normal(corners.normals[corners.triangles[i][k]])) continue;
       if (computed_normals.empty()) computed_normals = compute();

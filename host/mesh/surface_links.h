@@ -41,7 +41,8 @@ SurfacePlace walk_surface(const LowSurface& surface, const SurfaceTopology& topo
 struct TexelLinks {
   /// Kind of each pixel: KILN_VISIBILITY_EMPTY, _INNER or _BORDER
   std::vector<std::uint8_t> kind;
-  std::vector<std::uint32_t> links;  ///< Nine links per border texel, see kiln_visibility_link
+  std::vector<std::uint32_t>
+      links;  ///< Nine links per border texel, see kiln_visibility_smooth_seams
 
   /// \param texel_triangle  triangle of each pixel, row by row from the top (v = 1); KILN_NO_TRIANGLE: none
   /// \param first_row       first row if the pixels are a band of rows; links to other bands are omitted

@@ -25,7 +25,7 @@ concept JsonList = !std::convertible_to<const List&, std::string> && requires(co
 /// A null, boolean, number, string, list, or object whose keys keep their order.
 class Json {
  public:
-  /// An element of a braced list. Within such a list, {value} is a list of one element, not the value itself.
+  /// An element of a braced list. {value} within such a list is a list of one element, not the value itself.
   struct Element;
 
   /// Creates null.

@@ -16,7 +16,7 @@ namespace {
 
 /// A synonym in other programs. Synonyms of maps and matches are in the rows of their registries.
 struct Alias {
-  std::string_view theirs, ours;
+  std::string_view other_word, kiln_word;
 };
 
 constexpr std::array kAliases = {
@@ -35,7 +35,7 @@ constexpr std::array kAliases = {
     Alias{"rate", "measure"},
     Alias{"extract", "volume"},
     Alias{"device", "devices"},
-    // Synonyms of flags. One is suggested only in commands that have the flag.
+    // Synonyms of flags. A flag is only suggested in commands that have it.
     Alias{"azimuth", "view"},
     Alias{"elevation", "view"},
     Alias{"o", "out"},
@@ -100,11 +100,11 @@ const Row* find_named_row(const std::string& word, std::span<const Row> rows, co
 
 }  // namespace
 
-const MapInfo* map_called(const std::string& word) {
+const MapInfo* find_map_by_word(const std::string& word) {
   return find_named_row(word, maps(), [](const MapInfo& map) { return map.kind.name; });
 }
 
-const MatchInfo* match_called(const std::string& word) {
+const MatchInfo* find_match_by_word(const std::string& word) {
   return find_named_row(word, matches(), [](const MatchInfo& match) { return match.method.name; });
 }
 
@@ -129,15 +129,15 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
 std::string nearest_word(const std::string& word, const std::vector<std::string>& words) {
   std::string name = word;
   std::replace(name.begin(), name.end(), '-', '_');
-  const auto is_known = [&](std::string_view ours) {
-    return std::find(words.begin(), words.end(), ours) != words.end();
+  const auto is_known = [&](std::string_view kiln_word) {
+    return std::find(words.begin(), words.end(), kiln_word) != words.end();
   };
   for (const Alias& other : kAliases) {
-    if (other.theirs == name && is_known(other.ours)) return std::string(other.ours);
+    if (other.other_word == name && is_known(other.kiln_word)) return std::string(other.kiln_word);
   }
-  const MapInfo* const map = map_called(word);
+  const MapInfo* const map = find_map_by_word(word);
   if (map != nullptr && is_known(map->kind.name)) return std::string(map->kind.name);
-  const MatchInfo* const match = match_called(word);
+  const MatchInfo* const match = find_match_by_word(word);
   if (match != nullptr && is_known(match->method.name)) return std::string(match->method.name);
   std::string nearest;
   // About two thirds of the letters must agree.
@@ -152,7 +152,7 @@ std::string nearest_word(const std::string& word, const std::vector<std::string>
   return nearest;
 }
 
-std::string not_one_of(const std::string& word, const std::vector<std::string>& words) {
+std::string unknown_word_error(const std::string& word, const std::vector<std::string>& words) {
   const std::string nearest = nearest_word(word, words);
   std::string text =
       word.empty() ? "the value is empty" : "'" + word + "' is not one of its values";

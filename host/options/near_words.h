@@ -11,9 +11,9 @@
 namespace kiln {
 
 /// The map that a word names in Kiln or another baker: "ao", "bent-normals", "height map". Null if there is none.
-const MapInfo* map_called(const std::string& word);
+const MapInfo* find_map_by_word(const std::string& word);
 /// The match that a word names in Kiln or another baker. Null if there is none.
-const MatchInfo* match_called(const std::string& word);
+const MatchInfo* find_match_by_word(const std::string& word);
 
 /// Edit distance of two words: the number of letters to replace, to insert, to delete, or to swap with the next
 /// letter (Damerau 1964).
@@ -24,6 +24,6 @@ std::size_t edit_distance(const std::string& a, const std::string& b);
 std::string nearest_word(const std::string& word, const std::vector<std::string>& words);
 
 /// An error text: "'cavity' is not one of its values; did you mean curvature? Give normal, ao or mask".
-std::string not_one_of(const std::string& word, const std::vector<std::string>& words);
+std::string unknown_word_error(const std::string& word, const std::vector<std::string>& words);
 
 }  // namespace kiln

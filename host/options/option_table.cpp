@@ -4,7 +4,7 @@
 
 namespace kiln {
 
-OptionValue OptionValue::or_none() const {
+OptionValue OptionValue::or_unset() const {
   OptionValue value = *this;
   value.get = [get = get](const void* job) {
     Json json = get(job);
@@ -14,7 +14,7 @@ OptionValue OptionValue::or_none() const {
 }
 
 OptionWords OptionValue::write(const void* job) const {
-  if (words_back) return words_back(job);
+  if (get_words) return get_words(job);
   const Json json = get(job);
   OptionWords list;
   if (json.is_array()) {
@@ -56,7 +56,8 @@ bool OptionRow::is_match_option() const {
 }
 
 bool OptionRow::is_map_option() const {
-  // Maps that show the match's decisions would otherwise count as users of its options.
+  // Options of the match are not attributed to maps: a map that displays the match's decisions would otherwise be
+  // reported as using the options of the match.
   return !path().empty() && !path().starts_with("match.") &&
          std::any_of(maps().begin(), maps().end(),
                      [&](const MapInfo& map) { return applies_to(map); });

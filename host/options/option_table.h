@@ -51,11 +51,11 @@ struct OptionValue {
   std::function<Json(const void* job)> get = {};
   /// Inverse of set(): the words that set the member to its value; no words if that is impossible. If empty, the
   /// words are derived from get()
-  std::function<OptionWords(const void* job)> words_back = {};
+  std::function<OptionWords(const void* job)> get_words = {};
   OptionWords write(const void* job) const;
 
   /// Returns a type that also allows the value 0, which means that the option is not set.
-  OptionValue or_none() const;
+  OptionValue or_unset() const;
   OptionValue in(std::string_view unit) const;
 };
 
@@ -223,8 +223,8 @@ struct OptionRow {
   /// Flags of earlier rows that cannot be combined with this one, separated by spaces
   std::string excludes = {};
   std::string needs = {};  ///< The flag of an earlier row that this option requires
-  /// Path in BakeOptions for which obeys() determines the matches and maps that use the option; if empty, the
-  /// member's path
+  /// Path in BakeOptions that is passed to obeys() to find the matches and maps that use this option; if empty, the
+  /// path of `member` is passed
   std::string_view option = {};
   bool applies_to_fallback = true;  ///< True if a fallback match uses the option, too
   /// True if the option may be given beside --match auto, which may choose a match that uses it
@@ -249,8 +249,8 @@ const OptionRow* find_row(std::span<const OptionRow> rows, std::string_view flag
 
 /// Selects the rows for which `wanted` returns true, and gives them the same heading.
 template <typename Wanted>
-std::vector<OptionRow> rows_below(std::span<const OptionRow> rows, const char* heading,
-                                  const Wanted& wanted) {
+std::vector<OptionRow> select_rows(std::span<const OptionRow> rows, const char* heading,
+                                   const Wanted& wanted) {
   std::vector<OptionRow> selected_rows;
   for (const OptionRow& row : rows) {
     if (!wanted(row)) continue;
@@ -298,7 +298,7 @@ OptionRow triangulate_row(const char* group, const std::string& what) {
   return {
       .flag = "--triangulate",
       .group = group,
-      .value = choice(KILN_MEMBER(Job, load.triangulation), Words(kTriangulations)),
+      .value = choice(KILN_MEMBER(Job, load.triangulation), Words(kTriangulationWords)),
       .help = "How polygons of " + what +
               " are triangulated; LOW's must be triangulated as in the program that shows the map. "
               "auto: quads from their first corner, larger polygons by Delaunay; blender: as "
@@ -310,7 +310,7 @@ OptionRow density_row(const char* group, const std::string& high,
                       Member<Job, TexelDensity> member) {
   return {.flag = "--density",
           .group = group,
-          .value = choice(member, Words(kDensities)),
+          .value = choice(member, Words(kDensityWords)),
           .help = "Texel density of large charts that Kiln makes: by area, or higher where " +
                   high + " has more detail"};
 }
@@ -319,12 +319,12 @@ template <typename Job>
 OptionRow clean_row(const char* group) {
   return {.flag = "--clean",
           .group = group,
-          .value = choice(KILN_MEMBER(Job, clean), Words(kCleanHigh)),
+          .value = choice(KILN_MEMBER(Job, clean), Words(kCleanHighWords)),
           .help =
               "Repairs of HIGH before the bake: all (weld open edges within 0.001% of the "
               "diagonal; remove duplicate faces, floaters and inner shells; fill pinholes; orient "
               "faces outwards), none, or auto: all if Kiln makes the low poly, else only the "
-              "orientation. Each kind of repair gives a warning with its number"};
+              "orientation. A warning for each kind of repair states how many were made"};
 }
 template <typename Job>
 OptionRow keep_inner_row(const char* group) {

@@ -112,11 +112,11 @@ UnwrapOptions unwrap_options(const std::string& method, std::uint32_t size,
 /// Parses a number or a fraction such as 2/255. nullopt for all other texts, and for negative or infinite values.
 std::optional<double> fraction(std::string_view text);
 
-/// Makes a check of option values that accepts numbers from 0 to 1, also as fractions such as 2/255. The
-/// check replaces a fraction by its decimal number.
+/// Returns a check of option values that accepts numbers from 0 to 1, also as fractions such as 2/255, and replaces a
+/// fraction by its decimal number.
 Check fraction_check();
 
-/// Formats a share as "1.234% of the diagonal"; from ten diagonals on as "83 times the diagonal".
+/// Formats a share of the diagonal as "1.234% of the diagonal", or as "83 times the diagonal" if it is 10 or more.
 std::string of_diagonal(double share);
 
 /// Formats 12345678 as "12,345,678".

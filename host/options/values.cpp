@@ -51,7 +51,7 @@ Check one_of(const std::vector<std::string>& names) {
               value = name;
               return {};
             }
-            return ": " + not_one_of(value, names);
+            return ": " + unknown_word_error(value, names);
           },
           words + "}"};
 }

@@ -23,7 +23,7 @@ struct Word {
   T value;
 };
 
-/// A view of the words that an option accepts, in alphabetical order, as in help.
+/// The words that an option accepts, in alphabetical order as in help. It refers to the words and does not own them.
 template <typename T>
 class Words {
  public:
@@ -75,83 +75,85 @@ std::string name_of(const Words<T>& words, T wanted) {
   throw Error(ErrorCode::internal, "An enumerator of an option has no word in options/words.h.");
 }
 
-inline constexpr Word<NormalMapSpace> kSpaces[] = {{"face", NormalMapSpace::face},
-                                                   {"object", NormalMapSpace::object},
-                                                   {"tangent", NormalMapSpace::tangent}};
-inline constexpr Word<Bitangent> kBitangents[] = {{"pixel", Bitangent::pixel},
-                                                  {"vertex", Bitangent::vertex}};
-inline constexpr Word<Triangulation> kTriangulations[] = {{"auto", Triangulation::automatic},
-                                                          {"blender", Triangulation::blender},
-                                                          {"fan", Triangulation::fan},
-                                                          {"shortest", Triangulation::shortest}};
-inline constexpr Word<RayTraversal> kTraversals[] = {
+inline constexpr Word<NormalMapSpace> kSpaceWords[] = {{"face", NormalMapSpace::face},
+                                                       {"object", NormalMapSpace::object},
+                                                       {"tangent", NormalMapSpace::tangent}};
+inline constexpr Word<Bitangent> kBitangentWords[] = {{"pixel", Bitangent::pixel},
+                                                      {"vertex", Bitangent::vertex}};
+inline constexpr Word<Triangulation> kTriangulationWords[] = {
+    {"auto", Triangulation::automatic},
+    {"blender", Triangulation::blender},
+    {"fan", Triangulation::fan},
+    {"shortest", Triangulation::shortest}};
+inline constexpr Word<RayTraversal> kTraversalWords[] = {
     {"auto", RayTraversal::automatic}, {"cpu", RayTraversal::cpu}, {"gpu", RayTraversal::gpu}};
-inline constexpr Word<RayRule> kRayRules[] = {{"nearest", RayRule::nearest},
-                                              {"outermost", RayRule::outermost}};
-inline constexpr Word<OcclusionBy> kOcclusionBy[] = {
+inline constexpr Word<RayRule> kRayRuleWords[] = {{"nearest", RayRule::nearest},
+                                                  {"outermost", RayRule::outermost}};
+inline constexpr Word<OcclusionBy> kOcclusionByWords[] = {
     {"auto", OcclusionBy::automatic}, {"rays", OcclusionBy::rays}, {"views", OcclusionBy::views}};
-inline constexpr Word<OcclusionFalloff> kFalloffs[] = {{"linear", OcclusionFalloff::linear},
-                                                       {"none", OcclusionFalloff::none},
-                                                       {"smooth", OcclusionFalloff::smooth}};
-inline constexpr Word<RayDirection> kRayDirections[] = {{"auto", RayDirection::automatic},
-                                                        {"averaged", RayDirection::averaged},
-                                                        {"face", RayDirection::face},
-                                                        {"painted", RayDirection::painted}};
-inline constexpr Word<VisibilityAt> kVisibilityAt[] = {
+inline constexpr Word<OcclusionFalloff> kFalloffWords[] = {{"linear", OcclusionFalloff::linear},
+                                                           {"none", OcclusionFalloff::none},
+                                                           {"smooth", OcclusionFalloff::smooth}};
+inline constexpr Word<RayDirection> kRayDirectionWords[] = {{"auto", RayDirection::automatic},
+                                                            {"averaged", RayDirection::averaged},
+                                                            {"face", RayDirection::face},
+                                                            {"painted", RayDirection::painted}};
+inline constexpr Word<VisibilityAt> kVisibilityAtWords[] = {
     {"face", VisibilityAt::face}, {"texel", VisibilityAt::texel}, {"vertex", VisibilityAt::vertex}};
-inline constexpr Word<VisibilityTest> kVisibilityTests[] = {{"auto", VisibilityTest::automatic},
-                                                            {"rays", VisibilityTest::rays},
-                                                            {"views", VisibilityTest::views}};
-inline constexpr Word<ViewLikelihood> kLikelihoods[] = {
+inline constexpr Word<VisibilityTest> kVisibilityTestWords[] = {{"auto", VisibilityTest::automatic},
+                                                                {"rays", VisibilityTest::rays},
+                                                                {"views", VisibilityTest::views}};
+inline constexpr Word<ViewLikelihood> kLikelihoodWords[] = {
     {"all", ViewLikelihood::all}, {"horizon", ViewLikelihood::horizon}, {"up", ViewLikelihood::up}};
-inline constexpr Word<ViewCriterion> kCriteria[] = {{"angle", ViewCriterion::angle},
-                                                    {"depth", ViewCriterion::depth},
-                                                    {"distance", ViewCriterion::distance}};
-inline constexpr Word<ImageFormat> kFormats[] = {
+inline constexpr Word<ViewCriterion> kCriterionWords[] = {{"angle", ViewCriterion::angle},
+                                                          {"depth", ViewCriterion::depth},
+                                                          {"distance", ViewCriterion::distance}};
+inline constexpr Word<ImageFormat> kFormatWords[] = {
     {"dds", ImageFormat::dds},           {"exr", ImageFormat::exr_half},
     {"exr32", ImageFormat::exr_float},   {"ktx2", ImageFormat::ktx2},
     {"png16", ImageFormat::png16},       {"png8", ImageFormat::png8},
     {"tga", ImageFormat::tga},           {"tiff16", ImageFormat::tiff16},
     {"tiff32", ImageFormat::tiff_float}, {"tiff8", ImageFormat::tiff8},
     {"webp", ImageFormat::webp}};
-inline constexpr Word<Dither> kDithers[] = {
+inline constexpr Word<Dither> kDitherWords[] = {
     {"auto", Dither::automatic}, {"off", Dither::off}, {"on", Dither::on}};
-inline constexpr Word<MeshCompression> kMeshCompressions[] = {{"draco", MeshCompression::draco},
-                                                              {"meshopt", MeshCompression::meshopt},
-                                                              {"none", MeshCompression::none}};
+inline constexpr Word<MeshCompression> kMeshCompressionWords[] = {
+    {"draco", MeshCompression::draco},
+    {"meshopt", MeshCompression::meshopt},
+    {"none", MeshCompression::none}};
 /// Words for the fill of misses, with which the chain of --fallback may end.
-inline constexpr Word<MissPolicy> kMisses[] = {
+inline constexpr Word<MissPolicy> kMissWords[] = {
     {"fill", MissPolicy::fill}, {"low", MissPolicy::keep}, {"mark", MissPolicy::mark}};
-inline constexpr Word<IdBy> kIdSources[] = {{"color", IdBy::color},
-                                            {"group", IdBy::group},
-                                            {"material", IdBy::material},
-                                            {"object", IdBy::object},
-                                            {"part", IdBy::part}};
-inline constexpr Word<NormalTextureFormat> kNormalTextureFormats[] = {
+inline constexpr Word<IdBy> kIdSourceWords[] = {{"color", IdBy::color},
+                                                {"group", IdBy::group},
+                                                {"material", IdBy::material},
+                                                {"object", IdBy::object},
+                                                {"part", IdBy::part}};
+inline constexpr Word<NormalTextureFormat> kNormalTextureFormatWords[] = {
     {"auto", NormalTextureFormat::automatic},
     {"dx", NormalTextureFormat::directx},
     {"gl", NormalTextureFormat::opengl},
     {"two-channel", NormalTextureFormat::two_channel},
     {"two-channel-dx", NormalTextureFormat::two_channel_directx}};
-inline constexpr Word<std::optional<PartsBy>> kPartsByWords[] = {
+inline constexpr Word<std::optional<PartsBy>> kPartsByChoices[] = {
     {"all", std::nullopt},       {"name", PartsBy::name},         {"group", PartsBy::group},
     {"object", PartsBy::object}, {"material", PartsBy::material}, {"list", PartsBy::list}};
-inline constexpr Word<std::optional<SetsBy>> kSets[] = {
+inline constexpr Word<std::optional<SetsBy>> kSetsWords[] = {
     {"auto", std::nullopt},     {"material", SetsBy::material}, {"none", SetsBy::none},
     {"object", SetsBy::object}, {"one", SetsBy::none},          {"udim", SetsBy::udim}};
-inline constexpr Word<UvCopies> kUvCopies[] = {
+inline constexpr Word<UvCopies> kUvCopiesWords[] = {
     {"first", UvCopies::first}, {"mirrored", UvCopies::mirrored}, {"plain", UvCopies::plain}};
-inline constexpr Word<TexelDensity> kDensities[] = {{"area", TexelDensity::area},
-                                                    {"detail", TexelDensity::detail}};
-inline constexpr Word<CleanHigh> kCleanHigh[] = {
+inline constexpr Word<TexelDensity> kDensityWords[] = {{"area", TexelDensity::area},
+                                                       {"detail", TexelDensity::detail}};
+inline constexpr Word<CleanHigh> kCleanHighWords[] = {
     {"all", CleanHigh::all}, {"auto", CleanHigh::automatic}, {"none", CleanHigh::none}};
-inline constexpr Word<bool> kLodUvs[] = {{"own", false}, {"shared", true}};
-inline constexpr Word<bool> kLodFiles[] = {{"each", false}, {"one", true}};
-inline constexpr Word<bool> kPartOcclusion[] = {{"all", false}, {"own", true}};
-inline constexpr Word<std::optional<AlphaMode>> kAlphas[] = {
+inline constexpr Word<bool> kLodUvsWords[] = {{"own", false}, {"shared", true}};
+inline constexpr Word<bool> kLodFilesWords[] = {{"each", false}, {"one", true}};
+inline constexpr Word<bool> kPartOcclusionWords[] = {{"all", false}, {"own", true}};
+inline constexpr Word<std::optional<AlphaMode>> kAlphaWords[] = {
     {"auto", std::nullopt}, {"blend", AlphaMode::blend}, {"mask", AlphaMode::mask}};
-inline constexpr Word<std::optional<bool>> kSides[] = {
+inline constexpr Word<std::optional<bool>> kSidesWords[] = {
     {"auto", std::nullopt}, {"no", false}, {"yes", true}};
-inline constexpr Word<bool> kTangents[] = {{"file", true}, {"mikktspace", false}};
+inline constexpr Word<bool> kTangentWords[] = {{"file", true}, {"mikktspace", false}};
 
 }  // namespace kiln

@@ -14,17 +14,17 @@
 namespace kiln {
 namespace {
 
-/// Number of the largest outlines that are rasterised at all rotations, and number of those that are rasterised at half
-/// of them or more.
+/// The kMaxOutlinesAtAllRotations largest outlines are rasterised at all rotations, and the kMaxOutlinesAtHalfRotations
+/// largest ones at half of the rotations at least.
 constexpr std::size_t kMaxOutlinesAtAllRotations = 12, kMaxOutlinesAtHalfRotations = 32;
 
 /// If there are more outlines than this, the search for a place starts at the row at which the last outline of
 /// similar size was placed.
 constexpr std::size_t kLowestRowsOutlines = 100;
-/// Factor within which sizes count as similar.
+/// Sizes count as similar if their ratio is at most this.
 constexpr double kSimilarSizeRatio = 1.25;
 
-/// For each class of sizes, the lowest row at which outlines may still fit.
+/// For each class of similar sizes, the lowest row at which outlines may still fit.
 class LowestRowsBySize {
  public:
   explicit LowestRowsBySize(std::size_t count) : uses_lowest_rows_(count > kLowestRowsOutlines) {}
@@ -47,8 +47,8 @@ class LowestRowsBySize {
 };
 
 /// Finds the place where an outline's top is lowest, over all its allowed rotations.
-/// \param guess  index of the rotation that is probably the best, or -1. It is tried first, since a good place
-///               shortens the search; it never changes the result
+/// \param guess index of the rotation that is probably the best, or -1. It is tried first, since an early good position
+///               shortens the search; it does not change the result
 /// \param bottom  first row of the search
 void find_lowest_place(const CellRows& occupied_cells, const AtlasBitmap& sheet,
                        const PackOrder& order, std::uint32_t i, std::int8_t guess,
@@ -140,7 +140,7 @@ PackedOutlines AtlasPacker::pack(const AtlasBitmap& sheet, const PackOrder& orde
   packed.x.assign(outlines_.size(), 0), packed.y = packed.x;
   std::uint32_t longest_run = 1;
   for (const ChartMask& mask : sheet.masks) {
-    if (!mask.runs.empty())  // A mask's longest run comes first.
+    if (!mask.runs.empty())  // The first run of a mask is its longest.
       longest_run = std::max(longest_run, mask.runs[0].last - mask.runs[0].first + 1);
   }
   CellRows occupied_cells(sheet.cells, sheet.cells, longest_run);

@@ -26,9 +26,9 @@ struct PackOrder {
 
 /// The result of placing outlines in one order.
 struct PackedOutlines {
-  /// Total area of the outlines that did not get a place.
+  /// Total area of the outlines that did not fit.
   double left_out_area = 0;
-  /// Indices of the outlines that did not get a place.
+  /// Indices of the outlines that did not fit.
   std::vector<std::uint32_t> left_out_outlines;
   std::uint32_t height = 0;  ///< Number of used rows
   double height_weight = 0;  ///< Sum over outlines of area times top row; lower is more compact.
@@ -78,8 +78,8 @@ class AtlasPacker {
   /// \param scale  cells per unit of the outlines
   AtlasBitmap draw(std::uint32_t cells, double scale) const;
 
-  /// Places each outline where its top is lowest. Outlines without a free place are left out.
-  /// \param most  packing stops as soon as the area of outlines without a place exceeds this
+  /// Places each outline at the position at which its top is lowest. Outlines that fit nowhere are left out.
+  /// \param most packing stops as soon as the total area of left-out outlines exceeds this
   /// \param done  an earlier result on this sheet. The first `same` outlines of the order keep the places that they
   ///     have in it. The other outlines' rotations in it are tried first, which saves time if they are good
   PackedOutlines pack(const AtlasBitmap& sheet, const PackOrder& order,

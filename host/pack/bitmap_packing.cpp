@@ -35,9 +35,9 @@ constexpr double kMaxFirstCoverage = 0.72, kLikelyCoverage = 0.8, kRasterLossCel
 /// Maximum number of tries without progress at one scale before a smaller one is tried; fewer if the total number of
 /// tries is small.
 constexpr std::uint32_t kMaxTriesPerScale = 20;
-/// Number of tries without progress after which the search stops, once the scale step is kMinScaleStep.
+/// If the scale step is kMinScaleStep, the search stops after this number of tries without progress.
 constexpr std::uint32_t kMaxTriesWithoutProgress = 60;
-/// Smallest and largest factor from one scale to the next.
+/// Smallest and largest factor between consecutive scales.
 constexpr double kMinScaleStep = 1.004, kMaxScaleStep = 1.1;
 
 class PackingSearch {
@@ -90,8 +90,8 @@ class PackingSearch {
                       kMaxScaleStep);
   }
 
-  /// The order by decreasing size. The size is the root of the area, or that times the longer side of the bounding
-  /// box.
+  /// Returns the order by decreasing size. The size is the square root of the area, optionally multiplied by the longer
+  /// side of the bounding box.
   PackOrder order_by_size(const AtlasBitmap& sheet, bool by_box) const {
     std::vector<std::tuple<double, std::uint32_t>> keys;
     for (std::uint32_t i = 0; i < packer_.outlines().size(); ++i) {
@@ -124,7 +124,7 @@ class PackingSearch {
         }
       }
     }
-    // Widening an outline adds to its area a strip along each ring, and the area of a disc for each ring.
+    // Widening an outline adds a strip along each ring and one disc per ring to its area.
     const double margin = half_padding_cells_ + kRasterLossCells, area = packer_.area();
     const double widening_strip = 0.5 * margin * length / area;
     const double free_area = kLikelyCoverage * grid_cells_ * grid_cells_ -
@@ -137,7 +137,7 @@ class PackingSearch {
     return std::min(area * scale * scale / (1.0 * grid_cells_ * grid_cells_), 2 * area / longest);
   }
 
-  /// Starts with the better order by size, at the first scale at which all outlines fit.
+  /// Starts with the better of the two orders by size, at the first scale at which all outlines fit.
   void begin() {
     constexpr int kMaxRounds = 24;
     double share = std::min(kMaxFirstCoverage, estimate_share());
@@ -162,8 +162,7 @@ class PackingSearch {
     }
   }
 
-  /// Starts with a known order, at the largest scale that is no larger than the known one and at which all outlines
-  /// fit.
+  /// Starts with a known order, at the largest scale at which all outlines fit; it is at most the known scale.
   void begin_with_order(const PackState& known) {
     constexpr double kScaleStep = 0.99;
     constexpr int kMaxRounds = 12;
@@ -233,7 +232,7 @@ class PackingSearch {
     const auto count = static_cast<std::uint32_t>(plan.order.size());
     const auto below = [&](std::size_t n) { return random_below(random_, n); };
     const std::uint32_t kind = below(7);
-    if (kind < 4) {  // Moves an outline without a place to an earlier position
+    if (kind < 4) {  // Moves an outline that was left out to an earlier position in the order
       const std::uint32_t i = current_.left_out_outlines[below(current_.left_out_outlines.size())];
       const auto at = std::find(plan.order.begin(), plan.order.end(), i);
       const auto place = static_cast<std::uint32_t>(at - plan.order.begin());
@@ -255,10 +254,10 @@ class PackingSearch {
   double half_padding_cells_;  ///< Cells by which outlines are widened
   std::mt19937 random_;
   PackState state_;
-  // The members below belong to the current attempt, at a scale at which outlines are left out.
+  // The members below describe the current attempt, at a scale at which some outlines do not fit yet.
   /// Scale of the attempt, divided by the largest scale at which all outlines fit
   double scale_step_ = 1;
-  /// Number of tries since the area without a place last decreased
+  /// Number of tries since the area of left-out outlines last decreased
   std::uint32_t tries_without_progress_ = 0;
   std::uint32_t max_tries_at_scale_ = kMaxTriesPerScale;
   AtlasBitmap current_masks_;
@@ -279,7 +278,7 @@ OutlinePacking pack_outlines(std::span<const Outline> outlines, std::uint32_t si
                              const PackState* from, int threads) {
   PackState best;
   if (from != nullptr) best = *from;
-  best.packed = {};  // The outlines may have changed, so old places are invalid
+  best.packed = {};  // The outlines may have changed, so their former places are invalid
   best = search_packing(outlines, size, padding, 0, 1, from != nullptr ? &best : nullptr);
   if (best.share == 0) return {};
   std::array<PackState, kSearches> searches;

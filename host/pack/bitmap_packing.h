@@ -16,7 +16,8 @@ struct PackState {
   PackedOutlines packed;       ///< The outlines' places with `order`
   /// Share of the square that outlines cover; 0 if they do not fit with any order
   double share = 0;
-  PackOrder attempt;  ///< The best order at a slightly larger scale, with outlines left out.
+  /// The best order at a slightly larger scale, at which some outlines do not fit yet.
+  PackOrder attempt;
   /// Share of the square that `attempt` would cover; 0 if there is none.
   double attempt_coverage = 0;
 };
@@ -27,9 +28,9 @@ struct OutlinePacking {
 };
 
 /// Searches for the order in which outlines cover the largest share of the square, on a coarse grid, on the calling
-/// thread. Local search: the scale is slightly too large for all outlines to fit; random changes of the order are
-/// kept if the outlines without a place have less area. When all outlines fit, the scale is increased. Random numbers
-/// depend on the seed alone.
+/// thread. Local search: the scale is slightly too large for all outlines to fit; random changes of the order are kept
+/// if they reduce the area of the outlines that do not fit. When all outlines fit, the scale is increased. Random
+/// numbers depend on the seed alone.
 /// \param outlines  outlines of positive area
 /// \param padding   distance between outlines in texels, above 0
 /// \param effort  number of orders to try; fewer are tried for large numbers of outlines

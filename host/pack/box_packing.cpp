@@ -45,7 +45,8 @@ OutlinePacking pack_boxes(std::span<const Outline> outlines, std::uint32_t size,
   std::vector<PackPlace> places;
   OutlinePacking best;
   double low = 0,
-         high = std::sqrt(1.0 * side * side / area);  // Bounds of the bisection, in steps per unit
+         // Bounds of the bisection for the scale, in grid cells per unit of the outlines
+      high = std::sqrt(1.0 * side * side / area);
   for (int round = 0; round < 24 && high - low > 0.004 * high; ++round) {
     const double scale = low > 0 || round < 2 ? 0.5 * (low + high) : 0.25 * high;
     double covered_area = 0;

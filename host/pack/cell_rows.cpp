@@ -17,11 +17,11 @@ constexpr std::uint64_t kAllOnes = ~std::uint64_t{0};
 /// kComparedRuns runs of a mask are compared with these lengths.
 constexpr std::uint32_t kRunBits = 6;
 constexpr std::size_t kComparedRuns = 16;
-/// In rows of more than kNarrowRowWords words, only words that still have a free place are tested after the first
-/// kFullRowRuns runs.
+/// In rows of more than kNarrowRowWords words, the first kFullRowRuns runs of a mask are tested at all words of the
+/// row. Later runs are tested only at words that still have a free position for the mask.
 constexpr std::uint32_t kNarrowRowWords = 4, kFullRowRuns = 3;
-/// In rows of so many words, the last kRecentRuns runs that blocked a row are tested first, because they usually block
-/// the next row, too.
+/// In such wide rows, the kRecentRuns runs of the mask that blocked rows most recently are tested first, since they
+/// usually block the next row, too.
 constexpr std::uint32_t kRecentRuns = 4;
 
 /// Loads two words from an unaligned address.
@@ -41,7 +41,7 @@ CellRows::CellRows(std::uint32_t width, std::uint32_t height, std::uint32_t long
       height_(height),
       words_(words_per_row(width)),
       levels_(static_cast<std::uint32_t>(std::bit_width(std::min(width, longest)))),
-      // One extra row and word are allocated, since shifts read beyond the last row.
+      // An extra row and an extra word are allocated, since shifts read beyond the last row.
       bits_(std::size_t{levels_} * height * words_ + words_ + 1),
       step_(static_cast<std::uint32_t>(std::bit_width(width >> kRunBits)) -
             (width >> kRunBits != 0 ? 1 : 0)),
@@ -147,8 +147,8 @@ void CellRows::update_longest_free(std::uint32_t y, std::uint32_t steps) {
 }
 
 /// Tests 64 rows, starting at a multiple of 64, as positions of a mask. \returns a bit for each row: 0 if the mask
-/// cannot be placed there, since a run of the mask is longer than every free run of its row. Only kComparedRuns runs
-/// are compared, from rows of the mask that are far from each other.
+/// cannot be placed there, because one of its runs is longer than every free run of the row in which the run would lie.
+/// Only kComparedRuns runs are compared, from rows of the mask that are far from each other.
 std::uint64_t CellRows::rows_with_room(const ChartMask& mask, std::uint32_t first) const {
   std::uint64_t result = kAllOnes;
   for (std::size_t n = 0; n < std::min(kComparedRuns, mask.runs.size()) && result != 0; ++n) {

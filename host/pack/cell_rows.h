@@ -28,8 +28,8 @@ class CellRows {
   std::optional<std::pair<std::uint32_t, std::uint32_t>> find(const ChartMask& mask,
                                                               const Window& window) const;
   void occupy(const ChartMask& mask, std::uint32_t x, std::uint32_t y);
-  /// First step of occupy(), separate so that several masks can be marked. find() must not be called before dilate()
-  /// of the changed rows.
+  /// First step of occupy(): marks the cells. It is a separate function so that several masks can be marked before the
+  /// rows are dilated. find() must not be called before dilate() of the changed rows.
   void mark(const ChartMask& mask, std::uint32_t x, std::uint32_t y);
   /// Second step of occupy(): updates the dilated copies of rows [first, end) with new marks in cells [left, right].
   void dilate(std::uint32_t first, std::uint32_t end, std::uint32_t left, std::uint32_t right);
@@ -49,8 +49,8 @@ class CellRows {
   void update_longest_free(std::uint32_t y, std::uint32_t steps);
   void find_longest_run(std::uint32_t y);
 
-  /// The longest run of free cells in a row. Occupying cells updates it without a scan of the row, until another run
-  /// may have become longer.
+  /// The longest run of free cells in a row. When cells are occupied, it is updated without a scan of the row; the row
+  /// is scanned only if another run may be longer now.
   struct FreeRun {
     std::uint32_t begin = 0, end = 0;
     std::uint32_t max_other_length = 0;  ///< Upper bound of all other runs' lengths
@@ -60,7 +60,7 @@ class CellRows {
 
   std::uint32_t width_, height_, words_, levels_;
   std::vector<std::uint64_t> bits_;
-  // For each length in steps, one bit per row that is 1 if the row has a free run of that length.
+  // For each length in steps, one bit per row: 1 if the row has a free run of at least that length.
   std::uint32_t step_;  ///< A step is 2^step_ cells
   std::uint32_t row_words_;
   std::vector<std::uint64_t> fits_;

@@ -17,7 +17,7 @@ Vec2d turned(const Vec2d& p, const Vec2d& turn) {
   return {turn.x * p.x - turn.y * p.y, turn.y * p.x + turn.x * p.y};
 }
 
-/// A shape's extent in x within a slab, which is a row of cells between two heights.
+/// The extent of a shape in x within a slab; a slab is a row of cells between two heights.
 struct Span {
   double low = std::numeric_limits<double>::max(), high = -low;
   void add(double x) {
@@ -28,7 +28,7 @@ struct Span {
 
 Double2 in_both_lanes(double value) { return Double2{value, value}; }
 
-/// The two sides of the strip around a segment, each from its lower to its upper end.
+/// The two long sides of the strip around a segment, each from its lower to its upper end.
 struct EdgeStrip {
   Double2 low_x, low_y, high_x, high_y, slope;
 
@@ -286,8 +286,8 @@ void ChartMask::arrange() {
     if (most == nullptr || run.last - run.first > most->last - most->first) most = &run;
   }
   if (most == nullptr) return;
-  // Neighbouring rows are similar, so a blocking row is found sooner if rows far apart are tested first. Rows are
-  // sorted by the power of 2 that divides their index, up to this exponent.
+  // Neighbouring rows are similar, so a row that blocks the mask is found sooner if rows far from each other are tested
+  // first. Rows are sorted by the power of 2 that divides their index, up to this exponent.
   static constexpr std::uint32_t kMaxRowExponent = 4;
   const auto place = [](const Run& run) {
     return kMaxRowExponent -
@@ -297,7 +297,7 @@ void ChartMask::arrange() {
   for (const Run& run : runs) ++starts[place(run) + 1];
   for (std::size_t i = 1; i < starts.size(); ++i) starts[i] += starts[i - 1];
   std::vector<Run> arranged_runs(runs.size());
-  // The longest run comes first, which shifts by one the starts of all groups up to the run's own group.
+  // The longest run is moved to the front, so the starts of all groups before the run's own group move by one.
   for (std::uint32_t i = 0; i <= place(*most); ++i) starts[i] += 1;
   arranged_runs[0] = *most;
   for (const Run& run : runs) {

@@ -33,9 +33,9 @@ struct ChartMask {
   void arrange();
 };
 
-/// Masks of an outline at an angle, and at that angle plus 90, 180 and 270 degrees. The other three masks are the
-/// first one with rotated cells, which is faster than rasterising again. Since masks have an integer number of cells,
-/// the outline touches the opposite side of a rotated mask.
+/// Masks of an outline at an angle, and at that angle plus 90, 180 and 270 degrees. The other three masks are the first
+/// one with rotated cells, which is faster than rasterising again. Since a mask's size is an integer number of cells,
+/// the outline in a rotated mask touches the opposite side.
 /// \param scale   cells per unit of the outline
 /// \param margin  cells by which the outline is widened; the distance between outlines of two disjoint masks is at
 ///        least twice this

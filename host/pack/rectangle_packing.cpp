@@ -10,8 +10,8 @@ namespace {
 
 constexpr std::size_t kSkylineLimit = 8192;
 
-/// The upper outline of the placed rectangles. Between the x of a node and that of the next node, its height is the
-/// node's y.
+/// The skyline: the upper boundary of the placed rectangles. From the x of a node to the x of the next node its height
+/// is the node's y.
 class Skyline {
  public:
   explicit Skyline(std::uint32_t side) : side_(side), nodes_{{0, 0}} {}
@@ -113,7 +113,8 @@ bool pack_shelves(std::span<const PackSize> sizes, std::span<const std::uint32_t
 bool pack_rectangles(std::span<const PackSize> sizes, std::uint32_t side,
                      std::vector<PackPlace>& places) {
   places.resize(sizes.size());
-  // Sorts by decreasing longer side. Rectangles are upright on shelves, and may be rotated on the skyline.
+  // Sorts by decreasing longer side. Rectangles on shelves are turned upright; on the skyline they may have either
+  // rotation.
   std::vector<std::pair<std::uint64_t, std::uint32_t>> keys(sizes.size());
   for (std::uint32_t i = 0; i < sizes.size(); ++i) {
     const std::uint64_t longer = std::max(sizes[i].width, sizes[i].height);

@@ -40,7 +40,7 @@ struct ColoredPlace {
 };
 
 Rgba linear_of(const std::array<std::uint8_t, 4>& color) {
-  const auto& linear = linear_of_bytes();
+  const auto& linear = linear_values_of_bytes();
   return {linear[color[0]], linear[color[1]], linear[color[2]], color[3] / 255.0};
 }
 

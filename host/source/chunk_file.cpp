@@ -19,18 +19,18 @@ namespace fs = std::filesystem;
 
 constexpr char kMagic[8] = {'k', 'i', 'l', 'n', 'c', 'h', 'k', '1'};
 constexpr const char* kFileSuffix = ".chunks";
-// Files that no run has used for longer than this are removed
+// Files that no run has used for longer than this are removed.
 constexpr std::chrono::hours kMaxUnusedFileAge(24 * 30);
-// Temporary files that are older than this are removed: their process was killed
+// Temporary files that are older than this are removed, since the process that wrote them must have been killed.
 constexpr std::chrono::hours kMaxTemporaryFileAge(24);
-// Memory in bytes for all chunks' records that wait to be written
+// Bytes of memory for records of all chunks that are not written yet
 constexpr std::size_t kMaxWaitingRecordBytes = std::size_t{64} << 20;
 constexpr std::size_t kMinRecordsAtOnce = 16, kMaxRecordsAtOnce = std::size_t{1} << 16;
 
 static_assert(sizeof(ChunkRecord) == 16 && sizeof(Box<Vec3>) == 24);
 
-/// The last bytes of a file, after its tables.
-struct Tail {
+/// The footer of a file of chunks: the last bytes, after the tables.
+struct FileFooter {
   std::uint64_t tables = 0;  ///< Offset of the tables in the file
   std::uint64_t chunks = 0, extents = 0, key_bytes = 0;
   std::uint64_t hash = 0;  ///< Hash of the tables
@@ -55,18 +55,18 @@ bool read_all(int file, std::uint64_t offset, void* to, std::size_t bytes) {
   return os::read_fully(file, offset, to, bytes) == bytes;
 }
 
-/// Removes files that have not been used for long.
+/// Removes files that no run has used for a long time, and abandoned temporary files.
 void remove_unused_files(const fs::path& folder) {
   std::error_code error;
   const auto now = fs::file_time_type::clock::now();
   for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
-    std::error_code gone;
     const bool complete = at->path().extension() == kFileSuffix;
     const bool temporary = at->path().extension() == ".tmp";
     if (!complete && !temporary) continue;
-    const auto age = now - at->last_write_time(gone);
-    if (!gone && age > (complete ? kMaxUnusedFileAge : kMaxTemporaryFileAge))
-      fs::remove(at->path(), gone);
+    std::error_code file_error;
+    const auto age = now - at->last_write_time(file_error);
+    if (!file_error && age > (complete ? kMaxUnusedFileAge : kMaxTemporaryFileAge))
+      fs::remove(at->path(), file_error);
   }
 }
 
@@ -84,8 +84,8 @@ ChunkFile::Writer::Writer(fs::path folder, std::string key, std::size_t chunks)
                  kMinRecordsAtOnce, kMaxRecordsAtOnce);
   file_ = os::create_unnamed(folder_);
   if (file_ >= 0) return;
-  // Some file systems have no files without names.
-  temporary_ = folder_ / (file_name(key_) + "-" + os::process_mark() + "-" +
+  // Some file systems do not support unnamed temporary files (O_TMPFILE).
+  temporary_ = folder_ / (file_name(key_) + "-" + os::process_namespace_id() + "-" +
                           std::to_string(os::process_id()) + ".tmp");
   os::remove_file(temporary_.c_str());
   file_ = os::create_file(temporary_, 0600);
@@ -141,35 +141,36 @@ ChunkFile ChunkFile::Writer::finish(
   file.record_ranges_ = record_ranges_;
   file.summary_ = summary;
   file.file_ =
-      os::open_to_read(temporary_.empty() ? fs::path(os::name_of_open(file_)) : temporary_);
+      os::open_to_read(temporary_.empty() ? fs::path(os::path_of_open_file(file_)) : temporary_);
   if (file.file_ < 0) fail(errno);
   file.boxes_ = find_boxes(file);
 
   std::vector<char> tables;
-  Tail tail;
-  tail.tables = written_records_;
-  tail.chunks = record_ranges_.size();
-  tail.key_bytes = key_.size();
+  FileFooter footer;
+  footer.tables = written_records_;
+  footer.chunks = record_ranges_.size();
+  footer.key_bytes = key_.size();
   append_bytes(tables, std::span<const Box<Vec3>>(file.boxes_));
   append_bytes(tables, std::span<const ChunkSummary>(&summary, 1));
   for (const RecordRange& extents : record_ranges_) {
     const std::uint64_t count = extents.size();
-    tail.extents += count;
+    footer.extents += count;
     append_bytes(tables, std::span<const std::uint64_t>(&count, 1));
     append_bytes(tables, std::span<const std::array<std::uint64_t, 2>>(extents));
   }
   append_bytes(tables, std::span<const char>(key_));
-  tail.hash = hash_of(tables);
-  std::memcpy(tail.magic, kMagic, sizeof kMagic);
+  footer.hash = hash_of(tables);
+  std::memcpy(footer.magic, kMagic, sizeof kMagic);
   write(tables.data(), tables.size());
-  write(&tail, sizeof tail);
-  // The file first gets a temporary, unique name, since another run may just write a file of the same key.
-  const fs::path own = folder_ / (file_name(key_) + "-" + os::process_mark() + "-" +
-                                  std::to_string(os::process_id()) + ".tmp");
+  write(&footer, sizeof footer);
+  // The file first gets a temporary, unique name, since another run may be writing a file of the same key at the same
+  // time.
+  const fs::path temporary_path = folder_ / (file_name(key_) + "-" + os::process_namespace_id() +
+                                             "-" + std::to_string(os::process_id()) + ".tmp");
   if (temporary_.empty()) {
-    os::remove_file(own.c_str());
-    if (!os::name_file(file_, own)) fail(errno);
-    temporary_ = own;
+    os::remove_file(temporary_path.c_str());
+    if (!os::name_file(file_, temporary_path)) fail(errno);
+    temporary_ = temporary_path;
   }
   if (!os::replace(temporary_, file.path_)) fail(errno);
   temporary_.clear();
@@ -206,39 +207,41 @@ bool ChunkFile::open(const fs::path& folder, const std::string& key) {
   path_ = folder / file_name(key);
   file_ = os::open_to_read(path_);
   if (file_ < 0) return false;
-  const auto facts = os::facts_of(file_);
-  Tail tail;
-  if (!facts || !facts->is_own || facts->bytes < sizeof tail ||
-      !read_all(file_, facts->bytes - sizeof tail, &tail, sizeof tail) ||
-      std::memcmp(tail.magic, kMagic, sizeof kMagic) != 0 ||
-      tail.tables > facts->bytes - sizeof tail) {
+  const auto facts = os::query_file(file_);
+  FileFooter footer;
+  if (!facts || !facts->is_owned_by_user || facts->bytes < sizeof footer ||
+      !read_all(file_, facts->bytes - sizeof footer, &footer, sizeof footer) ||
+      std::memcmp(footer.magic, kMagic, sizeof kMagic) != 0 ||
+      footer.tables > facts->bytes - sizeof footer) {
     return false;
   }
-  std::vector<char> tables(static_cast<std::size_t>(facts->bytes - sizeof tail - tail.tables));
-  if (!read_all(file_, tail.tables, tables.data(), tables.size()) || hash_of(tables) != tail.hash ||
-      tail.key_bytes != key.size()) {
+  std::vector<char> tables(static_cast<std::size_t>(facts->bytes - sizeof footer - footer.tables));
+  if (!read_all(file_, footer.tables, tables.data(), tables.size()) ||
+      hash_of(tables) != footer.hash || footer.key_bytes != key.size()) {
     return false;
   }
   std::size_t at = 0;
-  const auto take = [&](void* to, std::uint64_t bytes) {
+  const auto copy_from_tables = [&](void* to, std::uint64_t bytes) {
     if (bytes > tables.size() - at) return false;
     if (bytes != 0) std::memcpy(to, &tables[at], static_cast<std::size_t>(bytes));
     at += static_cast<std::size_t>(bytes);
     return true;
   };
-  if (tail.chunks > tables.size()) return false;
-  boxes_.resize(static_cast<std::size_t>(tail.chunks));
+  if (footer.chunks > tables.size()) return false;
+  boxes_.resize(static_cast<std::size_t>(footer.chunks));
   record_ranges_.assign(boxes_.size(), {});
-  if (!take(boxes_.data(), boxes_.size() * sizeof(Box<Vec3>)) || !take(&summary_, sizeof summary_))
+  if (!copy_from_tables(boxes_.data(), boxes_.size() * sizeof(Box<Vec3>)) ||
+      !copy_from_tables(&summary_, sizeof summary_))
     return false;
   for (RecordRange& extents : record_ranges_) {
     std::uint64_t count = 0;
-    if (!take(&count, sizeof count) || count > tables.size()) return false;
+    if (!copy_from_tables(&count, sizeof count) || count > tables.size()) return false;
     extents.resize(static_cast<std::size_t>(count));
-    if (!take(extents.data(), count * sizeof extents[0])) return false;
+    if (!copy_from_tables(extents.data(), count * sizeof extents[0])) return false;
   }
   std::string found(key.size(), '\0');
-  if (!take(found.data(), found.size()) || found != key || at != tables.size()) return false;
+  if (!copy_from_tables(found.data(), found.size()) || found != key || at != tables.size())
+    return false;
   std::error_code error;
   fs::last_write_time(path_, fs::file_time_type::clock::now(), error);
   return true;
@@ -256,9 +259,9 @@ std::vector<ChunkRecord> ChunkFile::read(std::size_t chunk) const {
   for (const auto& [offset, records] : record_ranges_[chunk]) {
     if (!read_all(file_, offset, &result[at],
                   static_cast<std::size_t>(records) * sizeof(ChunkRecord))) {
-      throw Error(ErrorCode::input, "'" + path_.string() +
-                                        "', the high poly sorted into chunks, cannot be read: "
-                                        "remove it, and bake again.");
+      throw Error(ErrorCode::input, "The cached file '" + path_.string() +
+                                        "', a copy of the high poly sorted into chunks, cannot be "
+                                        "read: delete this file, and bake again.");
     }
     at += static_cast<std::size_t>(records);
   }

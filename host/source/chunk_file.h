@@ -1,4 +1,4 @@
-// The triangles of a large mesh, sorted by place into chunks of a file that is kept for later runs.
+// A file with the triangles of a large mesh, sorted by position into chunks. It is cached for later runs.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@
 
 namespace kiln {
 
-/// A triangle of a chunk.
+/// A triangle as it is stored in a chunk.
 struct ChunkRecord {
   Triangle corners{};          ///< Vertices of the whole mesh
   std::uint32_t triangle = 0;  ///< The triangle's index in the whole mesh
@@ -31,16 +31,16 @@ struct ChunkSummary {
   std::uint64_t unsearchable_triangles = 0;
 };
 
-/// A file of chunks. Its records are in the order in which they were added, within each chunk.
+/// A file of chunks. Within a chunk, records have the order in which they were added.
 ///
-/// The file has no name until it is complete, so a run that is stopped leaves none. Files that no run has used for 30
+/// The file gets its name when it is complete, so an interrupted run leaves no file. Files that no run has used for 30
 /// days are removed when another one is written.
 class ChunkFile {
  public:
   /// Collects the records of all chunks, and writes them to the file.
   class Writer {
    public:
-    /// \param folder  created if it is missing \throws Error(output) if it cannot be written to
+    /// \param folder created if it does not exist \throws Error(output) if it cannot be written to
     Writer(std::filesystem::path folder, std::string key, std::size_t chunks);
     ~Writer();
     Writer(const Writer&) = delete;
@@ -70,14 +70,14 @@ class ChunkFile {
   ChunkFile(ChunkFile&& other) noexcept;
   ChunkFile& operator=(ChunkFile&& other) noexcept;
 
-  /// Opens the file of a key, and marks it as used. \returns false if there is none, or if it is damaged
+  /// Opens the file of a key, and sets its time of last use. \returns false if there is none, or if it is damaged
   bool open(const std::filesystem::path& folder, const std::string& key);
 
   std::size_t size() const { return record_ranges_.size(); }  ///< Number of chunks
   std::uint64_t records(std::size_t chunk) const;
   const Box<Vec3>& box(std::size_t chunk) const { return boxes_[chunk]; }
   const ChunkSummary& summary() const { return summary_; }
-  /// Reads a chunk. Any thread. \throws Error(input) if the file was changed meanwhile
+  /// Reads a chunk. Thread-safe. \throws Error(input) if the file was changed meanwhile
   std::vector<ChunkRecord> read(std::size_t chunk) const;
 
  private:

@@ -23,8 +23,8 @@ namespace {
 constexpr std::size_t kTrianglesPerTask = std::size_t{1} << 19;
 constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
-// Cells of the grid by which triangles are sorted. Cells are in Morton order, in which neighbours in space are mostly
-// neighbours, too.
+// Cells of the grid by which triangles are sorted. Cells are numbered in Morton order, so that cells with near numbers
+// are mostly near in space.
 constexpr std::uint32_t kCellBits = 7, kCellsASide = 1U << kCellBits;
 constexpr std::size_t kCells = std::size_t{1} << (3 * kCellBits);
 
@@ -47,7 +47,7 @@ std::uint32_t cell_of(std::span<const Vec3> positions, const Triangle& triangle)
          spread_bits(side(a.z + b.z + c.z)) << 2U;
 }
 
-/// A set of integers that returns the rank of each member.
+/// A set of integers that finds the rank of each member, that is, its index in ascending order.
 class RankedSet {
  public:
   explicit RankedSet(std::size_t size) : words_(size / 64 + 1), members_before_(words_.size()) {}
@@ -83,11 +83,12 @@ class RankedSet {
   std::vector<std::uint32_t> members_before_;
 };
 
-/// Reads chosen elements of an array in a file. \param at  the elements' indices, ascending \param read  function that
+/// Reads selected elements of an array in a file. \param at the elements' indices, ascending \param read function that
 /// reads consecutive elements
 template <typename T, typename Read>
 std::vector<T> read_elements(std::span<const std::uint32_t> at, const Read& read) {
-  // Up to this number of unused elements between two used ones are read along, since a second read would cost more
+  // If at most this number of unused elements lies between two used ones, they are read as well, since a second read
+  // would cost more.
   constexpr std::size_t kMaxReadGap = 256;
   std::vector<T> result(at.size());
   parallel_for(at.size(), kStreamedElementsPerRead, [&](std::size_t begin, std::size_t end) {
@@ -112,7 +113,7 @@ class PositionTable {
   /// \param first  for each vertex, the first vertex at its position: the result of weld_vertices(positions)
   PositionTable(std::span<const Vec3> positions, std::span<const std::uint32_t> first)
       : positions_(positions), table_(std::bit_ceil(2 * positions.size() + 2), kNone) {
-    for_each_alive(positions.size(), [&](std::size_t v) {
+    for_each_polling(positions.size(), [&](std::size_t v) {
       if (first[v] != v || !is_finite(positions[v])) return;
       std::size_t slot = start(positions[v]);
       while (table_[slot] != kNone) slot = (slot + 1) & (table_.size() - 1);
@@ -175,7 +176,7 @@ void ChunkedMesh::to_frame() {
 
 void ChunkedMesh::sort(const std::filesystem::path& folder, const std::string& key,
                        std::size_t most) {
-  ProgressGuard::poll_in("measuring the high poly");
+  ProgressGuard::poll_within_stage("measuring the high poly");
   const Bounds bounds = bounds_of(*mesh_, positions_);
   check_coordinates(*mesh_, sample_, bounds);
   frame_ = Frame::of(sample_, bounds);
@@ -207,10 +208,10 @@ void ChunkedMesh::sort(const std::filesystem::path& folder, const std::string& k
                 "All triangles of '" + mesh_->path() +
                     "' have no area once they are rounded: nothing can be baked from it.");
   }
-  // Neighbouring cells share a chunk; a cell with too many triangles has several.
+  // Consecutive cells share a chunk. A cell with too many triangles for one chunk is split over several.
   std::vector<std::uint32_t> chunk_of(kCells), taken_triangles(kCells);
   std::uint32_t chunks = 0;
-  // Number of triangles in the last chunk. At first it is the maximum, so that the first triangle opens a chunk
+  // Number of triangles in the last chunk. It starts at the maximum, so that the first triangle begins a new chunk.
   std::size_t held = most;
   for (std::size_t cell = 0; cell < kCells; ++cell) {
     const std::size_t count = cell_counts[cell];
@@ -229,7 +230,8 @@ void ChunkedMesh::sort(const std::filesystem::path& folder, const std::string& k
   std::vector<Triangle> triangles;
   std::vector<std::uint32_t> triangle_cells;
   for (std::size_t first = 0; first < mesh_->triangle_count(); first += kTrianglesPerTask) {
-    ProgressGuard::poll_in("sorting the high poly into " + std::to_string(chunks) + " chunks");
+    ProgressGuard::poll_within_stage("sorting the high poly into " + std::to_string(chunks) +
+                                     " chunks");
     const std::size_t count =
         std::min<std::size_t>(kTrianglesPerTask, mesh_->triangle_count() - first);
     triangles.resize(count);
@@ -273,7 +275,8 @@ ChunkTriangles ChunkedMesh::read(std::size_t chunk) const {
   return result;
 }
 
-/// For each of some vertices, the angle-weighted sum of the normals of all faces around it, added in the mesh's order.
+/// Computes for each vertex of a list the angle-weighted sum of the normals of the faces around it, added in the order
+/// of the mesh.
 /// \param places  positions of the vertices \param welded  true: vertices at the same position have one sum, which only
 /// the first of them gets, as in corner_normals(). False: each vertex has its own sum, as in vertex_normals()
 std::vector<Vec3> ChunkedMesh::smooth_normals(std::span<const std::uint32_t> vertices,
@@ -297,7 +300,7 @@ std::vector<Vec3> ChunkedMesh::smooth_normals(std::span<const std::uint32_t> ver
   std::vector<Triangle> normal_slots;
   std::vector<CornerWeights> weights;
   for (std::size_t first = 0; first < mesh_->triangle_count(); first += kTrianglesPerTask) {
-    ProgressGuard::poll_in("smoothing the high poly's normals");
+    ProgressGuard::poll_within_stage("smoothing the high poly's normals");
     const std::size_t count =
         std::min<std::size_t>(kTrianglesPerTask, mesh_->triangle_count() - first);
     normal_slots.resize(count);
@@ -356,7 +359,7 @@ MeshPart ChunkedMesh::part(std::span<const std::uint32_t> ids) const {
   MeshPart part;
   part.triangles = triangles(ids);
   RankedSet used(positions_.size());
-  for_each_alive(part.triangles.size(), [&](std::size_t t) {
+  for_each_polling(part.triangles.size(), [&](std::size_t t) {
     for (const std::uint32_t v : part.triangles[t]) used.add(v);
   });
   const std::vector<std::uint32_t> vertices = used.list();
@@ -367,8 +370,8 @@ MeshPart ChunkedMesh::part(std::span<const std::uint32_t> ids) const {
                  }
                });
   part.positions.resize(vertices.size());
-  for_each_alive(vertices.size(),
-                 [&](std::size_t i) { part.positions[i] = positions_[vertices[i]]; });
+  for_each_polling(vertices.size(),
+                   [&](std::size_t i) { part.positions[i] = positions_[vertices[i]]; });
   if (mesh_->has_colors()) {
     part.colors = read_elements<MeshStream::Color>(
         vertices,
@@ -392,9 +395,9 @@ MeshPart ChunkedMesh::part(std::span<const std::uint32_t> ids) const {
   return part;
 }
 
-/// A reduced chunk.
+/// The result of reducing one chunk.
 struct ChunkedMesh::ReducedChunk {
-  std::vector<Triangle> triangles;      ///< Indices into the members below
+  std::vector<Triangle> triangles;      ///< Indices into `vertices` and `positions`
   std::vector<std::uint32_t> vertices;  ///< Vertices of the whole mesh, ascending
   std::vector<Vec3> positions;          ///< In the working frame
 };
@@ -417,7 +420,7 @@ ChunkedMesh::ReducedChunk ChunkedMesh::reduce_one(std::size_t chunk,
 }
 
 Mesh ChunkedMesh::reduced(const ReduceChunk& reduce) const {
-  // Memory in bytes for each triangle of a chunk that is reduced
+  // Bytes of memory for each triangle of a chunk while the chunk is reduced
   constexpr std::uint64_t kBytesPerTriangle = 250;
   std::uint64_t most = 1;
   for (std::size_t chunk = 0; chunk < size(); ++chunk) most = std::max(most, records(chunk));
@@ -433,8 +436,8 @@ Mesh ChunkedMesh::reduced(const ReduceChunk& reduce) const {
       size(), 1,
       [&](std::size_t begin, std::size_t end) {
         for (std::size_t chunk = begin; chunk < end; ++chunk) {
-          ProgressGuard::poll_in("reducing chunk " + std::to_string(++done) + " of " +
-                                 std::to_string(size()));
+          ProgressGuard::poll_within_stage("reducing chunk " + std::to_string(++done) + " of " +
+                                           std::to_string(size()));
           chunks[chunk] = reduce_one(chunk, reduce);
         }
       },

@@ -1,4 +1,5 @@
-// A high poly that is larger than memory: its triangles lie in chunks of a file, and its vertices' positions in memory.
+// A high poly that is larger than memory: its triangles are stored in chunks of a file, the positions of its vertices
+// in memory.
 #pragma once
 
 #include <array>
@@ -18,22 +19,22 @@
 
 namespace kiln {
 
-/// How a mesh is cut into chunks.
+/// How a mesh is divided into chunks.
 struct ChunkOptions {
   /// Maximum number of triangles in a chunk. With the default, a chunk takes about 200 MB with its BVH, which two
   /// processors build in about a second.
   std::size_t triangles = std::size_t{1} << 20;
-  /// Folder of the file; if empty, the folder `chunks` beside that of Kiln's compiled kernels
+  /// Folder of the file; empty: the folder `chunks` beside the cache of Kiln's compiled kernels
   std::filesystem::path folder;
 };
 
-/// Triangles of a chunk, or those that some samples matched. Ids ascend.
+/// Triangles of a chunk, or the triangles that samples have matched, by ascending id.
 struct ChunkTriangles {
   std::vector<Triangle> triangles;  ///< Vertices of the whole mesh
   std::vector<std::uint32_t> ids;   ///< Index of each triangle in the whole mesh
 };
 
-/// Some triangles of the mesh with all that maps read of them; vertices and triangles are in the mesh's order.
+/// A subset of the mesh's triangles with all attributes that maps read; vertices and triangles keep the mesh's order.
 struct MeshPart {
   std::vector<Vec3> positions;  ///< In the working frame
   std::vector<Triangle> triangles;
@@ -42,10 +43,11 @@ struct MeshPart {
   std::vector<MeshStream::Color> colors;
 };
 
-/// Sorts the triangles by place, once, and reads chunks and parts. Immutable; any thread.
+/// Sorts the triangles by position when it is created, and reads chunks and subsets of triangles. Immutable and
+/// thread-safe.
 class ChunkedMesh {
  public:
-  /// Opens the file of chunks, or makes it: two passes over the triangles.
+  /// Opens the file of chunks. If there is none, creates it in two passes over the triangles.
   /// \throws Error(input) if nothing can be baked from the mesh, or if its coordinates need more than single precision;
   ///         Error(output) if the file cannot be written
   explicit ChunkedMesh(std::shared_ptr<const MeshStream> mesh, const ChunkOptions& options = {});
@@ -61,21 +63,22 @@ class ChunkedMesh {
   const Box<Vec3>& box(std::size_t chunk) const { return file_.box(chunk); }
   std::uint64_t records(std::size_t chunk) const { return file_.records(chunk); }
   ChunkTriangles read(std::size_t chunk) const;
-  /// Reads chosen triangles. Their ids must ascend.
+  /// Reads the triangles of the given ids, which must ascend.
   std::vector<Triangle> triangles(std::span<const std::uint32_t> ids) const;
 
   /// Replaces each triangle id in a list by its rank among the list's distinct ids. KILN_NO_TRIANGLE stays. \returns
   /// the distinct ids, ascending
   std::vector<std::uint32_t> renumber(std::span<std::uint32_t> triangles) const;
-  /// Reads chosen triangles with all attributes that maps read. If the mesh has no normals, all of its triangles are
-  /// read to compute them.
+  /// Reads the triangles of the given ids with all attributes that maps read. If the mesh has no normals, all of its
+  /// triangles are read to compute them.
   MeshPart part(std::span<const std::uint32_t> ids) const;
 
-  /// Reduces one chunk, and keeps the chunk's border. Triangles stay triangles over the same vertices, which may move.
+  /// Reduces one chunk without changing its border. The result's triangles use a subset of the chunk's vertices, whose
+  /// positions may have changed.
   using ReduceChunk =
       std::function<void(std::vector<Vec3>& positions, std::vector<Triangle>& triangles)>;
-  /// Reduces each chunk, and joins the results to a mesh in memory: in the units of the mesh, with its colours, without
-  /// normals. `reduce` is called from several threads, and gets positions in the working frame.
+  /// Reduces each chunk, and joins the results to one mesh in memory, in the units of the mesh, with its colours and
+  /// without normals. `reduce` is called by several threads with positions in the working frame.
   Mesh reduced(const ReduceChunk& reduce) const;
 
  private:

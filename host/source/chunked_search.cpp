@@ -21,9 +21,10 @@
 namespace kiln {
 namespace {
 
-constexpr std::size_t kPlanes = 7;  // of TexelBand::points
+constexpr std::size_t kPointPlanes = 7;  // of TexelBand::points
 constexpr std::size_t kSamplesPerTask = std::size_t{1} << 15;
-// Searches widen boxes by their rounding errors, which are below this, frame units; and as a share of the coordinates.
+// Margins by which boxes are enlarged, since searches have rounding errors: an absolute one in frame units, and a share
+// of the coordinates. Rounding errors are smaller.
 constexpr double kMargin = 1e-4, kMarginShare = 1e-5;
 
 float coordinate(const Vec3& v, std::size_t axis) { return component(v, static_cast<int>(axis)); }
@@ -34,7 +35,7 @@ class Samples {
   Samples(cl::Context& context, const cl::Array<float>& points, std::uint32_t count,
           std::uint32_t capacity)
       : count_(count) {
-    for (std::size_t p = 0; p < kPlanes; ++p) {
+    for (std::size_t p = 0; p < kPointPlanes; ++p) {
       planes_[p].resize(count);
       points.read(context, planes_[p], p * capacity);
     }
@@ -42,11 +43,11 @@ class Samples {
   std::uint32_t size() const { return count_; }
   float operator()(std::size_t plane, std::uint32_t i) const { return planes_[plane][i]; }
 
-  /// Some of the samples, on the device: one array per component, as kernels read them.
+  /// A subset of the samples on the device: one array per component, as kernels read them.
   cl::Array<float> pick(cl::Context& context, std::span<const std::uint32_t> some) const {
-    std::vector<float> values(kPlanes * some.size());
+    std::vector<float> values(kPointPlanes * some.size());
     parallel_for(some.size(), kSamplesPerTask, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t p = 0; p < kPlanes; ++p) {
+      for (std::size_t p = 0; p < kPointPlanes; ++p) {
         for (std::size_t k = begin; k < end; ++k) {
           values[p * some.size() + k] = planes_[p][some[k]];
         }
@@ -57,7 +58,7 @@ class Samples {
 
  private:
   std::uint32_t count_;
-  std::array<std::vector<float>, kPlanes> planes_;
+  std::array<std::vector<float>, kPointPlanes> planes_;
 };
 
 /// The samples that satisfy a predicate, in ascending order.
@@ -81,11 +82,10 @@ constexpr std::size_t kTrianglesPerSample = 32;
 /// One search over all chunks.
 ///
 /// \tparam Rule  Provides these functions:
-///   reach_of(samples, i, best): a box of all that a sample's remaining search reaches
-///   reaches(samples, i, best, box): false if no triangle in the box can change the best result of a sample
-///   compare(a, ia, b, ib): below 0 if a's result is better; 0 if rounded distances do not tell
-///   search(context, tree, points, count, result): searches one tree
-///   merge_status(winner, iw, loser, il): status of the winner
+///   reach_of(samples, i, best): a box that contains all points that the rest of a sample's search can reach
+///   reaches(samples, i, best, box): false if no triangle in the box can change the best result of a sample compare(a,
+///   ia, b, ib): below 0 if a's result is better; 0 if the rounded distances are equal search(context, tree, points,
+///   count, result): searches one tree merge_status(winner, iw, loser, il): status of the winner
 template <typename Rule>
 class ChunkSearch {
  public:
@@ -99,8 +99,8 @@ class ChunkSearch {
       const std::vector<std::uint32_t> some = samples_with(
           samples_.size(), [&](std::uint32_t i) { return rule_.reaches(samples_, i, best_, box); });
       if (some.empty()) continue;
-      ProgressGuard::poll_in("matching chunk " + std::to_string(chunk + 1) + " of " +
-                             std::to_string(mesh.size()));
+      ProgressGuard::poll_within_stage("matching chunk " + std::to_string(chunk + 1) + " of " +
+                                       std::to_string(mesh.size()));
       const std::shared_ptr<const LoadedChunks::Chunk> loaded =
           some.size() * kTrianglesPerSample <= mesh.records(chunk)
               ? chunks_.load_near(chunk, boxes_of(some))
@@ -120,7 +120,7 @@ class ChunkSearch {
     return boxes;
   }
 
-  /// Searches some samples; triangles of the result are ids of the whole mesh.
+  /// Searches a subset of the samples; triangles in the result are ids of the whole mesh.
   HostCorrespondence search(const std::shared_ptr<const Tree>& tree,
                             std::span<const std::uint32_t> ids,
                             std::span<const std::uint32_t> some) const {
@@ -145,8 +145,8 @@ class ChunkSearch {
     std::uint32_t sample, triangle;
   };
 
-  /// Replaces results by better ones of another chunk. \returns samples whose best triangle cannot be decided, since two
-  /// chunks have equally good ones
+  /// Replaces results by better ones of another chunk. \returns the samples for which two chunks have equally good
+  /// triangles
   std::vector<Tie> merge(std::span<const std::uint32_t> some, const HostCorrespondence& found) {
     std::vector<Tie> ties;
     for (std::size_t k = 0; k < some.size(); ++k) {
@@ -166,8 +166,8 @@ class ChunkSearch {
     return ties;
   }
 
-  /// Distances that are equal once they are rounded need not be equal before, so a search of the triangles concerned
-  /// decides.
+  /// Distances that are equal after rounding may differ before it. So a search of only the triangles concerned decides
+  /// between them.
   void decide(const std::vector<Tie>& ties) {
     if (ties.empty()) return;
     std::vector<std::uint32_t> ids, some;
@@ -199,7 +199,7 @@ struct RayRules {
 
   double sign() const { return query.inward ? -1 : 1; }
 
-  /// The part of a ray that may still hold a better hit, widened by a margin for rounding.
+  /// The interval of a ray in which a better hit may still lie, enlarged by a margin for rounding.
   struct Part {
     double lo = 0, hi = 0, margin = 0;
     std::array<double, 3> start{}, direction{};
@@ -210,7 +210,7 @@ struct RayRules {
     part.lo = query.t_min;
     part.hi = query.t_max;
     if (query.has_ray_limits) part.hi = std::min(part.hi, double{samples(6, i)});
-    // With an offset, t is known up to rounding, which the margin covers.
+    // If rays start at an offset, t has a rounding error, which the margin covers.
     const double t = sign() * (best.distance[i] - offset);
     if (best.triangle[i] != KILN_NO_TRIANGLE) {
       if (query.outermost) {
@@ -280,14 +280,16 @@ struct RayRules {
     return p < q ? -1 : p > q ? 1 : 0;
   }
 
-  /// The provenance of the better hit, with the flag that the ray has several hits.
+  /// The provenance of the better hit; the flag for several hits is set if the ray hits both chunks or had several hits
+  /// before.
   std::uint8_t merge_status(const HostCorrespondence& winner, std::size_t i,
                             const HostCorrespondence& loser, std::size_t k) const {
     if (!query.outermost) return winner.status[i];
     const bool both = winner.distance[i] >= 0 && loser.distance[k] >= 0 &&
                       winner.distance[i] != loser.distance[k];
-    const auto mark = static_cast<std::uint8_t>(loser.status[k] & KILN_RAY_SEVERAL);
-    return static_cast<std::uint8_t>(winner.status[i] | mark | (both ? KILN_RAY_SEVERAL : 0U));
+    const auto mark_cells = static_cast<std::uint8_t>(loser.status[k] & KILN_RAY_SEVERAL);
+    return static_cast<std::uint8_t>(winner.status[i] | mark_cells |
+                                     (both ? KILN_RAY_SEVERAL : 0U));
   }
 
   void search(cl::Context& context, const std::shared_ptr<const Tree>& tree,
@@ -302,7 +304,7 @@ struct ClosestRules {
   ClosestQuery query;
   Traversal traversal = Traversal::automatic;
 
-  /// Largest distance at which a point can still be the nearest, widened by a margin for rounding.
+  /// Largest distance at which a nearer point may still lie, enlarged by a margin for rounding.
   double bound_of(const Samples& samples, std::uint32_t i, const HostCorrespondence& best) const {
     const double bound = best.triangle[i] != KILN_NO_TRIANGLE ? std::abs(double{best.distance[i]})
                                                               : double{query.max_distance};
@@ -371,7 +373,7 @@ std::shared_ptr<const LoadedChunks::Chunk> LoadedChunks::load(std::size_t chunk)
   loaded->triangles = mesh_->read(chunk);
   loaded->tree =
       std::make_shared<const Tree>(context_, mesh_->positions(), loaded->triangles.triangles);
-  loaded->triangles.triangles = {};  // the tree has its own
+  loaded->triangles.triangles = {};  // The tree has its own copy of the triangles.
   seconds_ += watch.lap();
   if (memory_left() > memory_limit() / 2) kept_[chunk] = loaded;
   return loaded;
@@ -379,21 +381,22 @@ std::shared_ptr<const LoadedChunks::Chunk> LoadedChunks::load(std::size_t chunk)
 
 namespace {
 
-/// A set of the grid cells of a box; mark() adds the cells that a smaller box touches.
-class CellMarks {
+/// A set of cells of a grid over a box; mark_cells() adds all cells that a smaller box touches.
+class MarkedCells {
  public:
-  explicit CellMarks(const Box<Vec3>& box) : marks_(kSide * kSide * kSide) {
+  explicit MarkedCells(const Box<Vec3>& box)
+      : marks_(kCellsPerSide * kCellsPerSide * kCellsPerSide) {
     for (std::size_t k = 0; k < 3; ++k) {
       low_[k] = coordinate(box.low, k);
       const float size = coordinate(box.high, k) - coordinate(box.low, k);
-      scale_[k] = size > 0 ? static_cast<float>(kSide) / size : 0;
+      scale_[k] = size > 0 ? static_cast<float>(kCellsPerSide) / size : 0;
     }
   }
 
   /// \returns the number of cells
-  std::size_t mark(const Box<Vec3>& box) {
+  std::size_t mark_cells(const Box<Vec3>& box) {
     std::size_t count = 0;
-    each(box, [&](std::uint8_t& cell) {
+    for_each_cell(box, [&](std::uint8_t& cell) {
       cell = 1;
       ++count;
       return false;
@@ -402,22 +405,23 @@ class CellMarks {
   }
   bool touches(const Box<Vec3>& box) {
     bool found = false;
-    each(box, [&](const std::uint8_t& cell) { return found = cell != 0; });
+    for_each_cell(box, [&](const std::uint8_t& cell) { return found = cell != 0; });
     return found;
   }
 
  private:
-  static constexpr std::size_t kSide = 64;
+  static constexpr std::size_t kCellsPerSide = 64;
 
-  /// Calls visit(cell) for the cells that a box touches, until it returns true. Cells and boxes round alike, so a triangle
-  /// within a box touches one of the box's cells.
+  /// Calls visit(cell) for the cells that a box touches, until it returns true. The cells of triangles and of boxes are
+  /// computed with the same rounding, so a triangle inside a box touches one of the box's cells.
   template <typename Visit>
-  void each(const Box<Vec3>& box, const Visit& visit) {
+  void for_each_cell(const Box<Vec3>& box, const Visit& visit) {
     std::array<std::size_t, 3> from{}, to{};
     for (std::size_t k = 0; k < 3; ++k) {
       const auto cell = [&](float x) {
         const float at = (x - low_[k]) * scale_[k];
-        return static_cast<std::size_t>(std::clamp(at, 0.0F, static_cast<float>(kSide - 1)));
+        return static_cast<std::size_t>(
+            std::clamp(at, 0.0F, static_cast<float>(kCellsPerSide - 1)));
       };
       from[k] = cell(coordinate(box.low, k));
       to[k] = cell(coordinate(box.high, k));
@@ -425,7 +429,7 @@ class CellMarks {
     for (std::size_t z = from[2]; z <= to[2]; ++z) {
       for (std::size_t y = from[1]; y <= to[1]; ++y) {
         for (std::size_t x = from[0]; x <= to[0]; ++x) {
-          if (visit(marks_[(z * kSide + y) * kSide + x])) return;
+          if (visit(marks_[(z * kCellsPerSide + y) * kCellsPerSide + x])) return;
         }
       }
     }
@@ -445,17 +449,18 @@ Box<Vec3> box_of_triangle(std::span<const Vec3> positions, const Triangle& trian
 
 std::shared_ptr<const LoadedChunks::Chunk> LoadedChunks::load_near(
     std::size_t chunk, std::span<const Box<Vec3>> boxes) const {
-  constexpr std::size_t kMaxMarks = std::size_t{1}
-                                    << 25;  // beyond, marking takes longer than the BVH
+  constexpr std::size_t kMaxMarks =
+      std::size_t{1}  // Above this number, marking cells takes longer than building the BVH
+      << 25;
   {
     const auto lock = lock_polling(mutex_);
     if (kept_[chunk] != nullptr) return kept_[chunk];
   }
   Stopwatch watch;
-  CellMarks marks(mesh_->box(chunk));
+  MarkedCells marks(mesh_->box(chunk));
   std::size_t marked = 0;
   for (const Box<Vec3>& box : boxes) {
-    marked += marks.mark(box);
+    marked += marks.mark_cells(box);
     if (marked > kMaxMarks) return load(chunk);
   }
   const ChunkTriangles all = mesh_->read(chunk);

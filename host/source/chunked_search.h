@@ -1,5 +1,6 @@
-// Rays and nearest points on a high poly in chunks: each chunk is searched by itself, and the results are merged by the
-// rules of the searches. The result is that of a search of the whole mesh, to the bit.
+// Ray casts and nearest-point searches on a high poly in chunks: each chunk is searched separately, and the results are
+// merged by the rules that a search follows within one BVH. The result equals that of a search of the whole mesh, bit
+// by bit.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +15,8 @@
 
 namespace kiln {
 
-/// The chunks in memory, each with its BVH. Chunks are kept as long as half of the memory limit is free.
+/// The chunks in memory, each with its BVH. Chunks stay in memory as long as they occupy at most half of the memory
+/// limit.
 class LoadedChunks {
  public:
   struct Chunk {
@@ -29,9 +31,9 @@ class LoadedChunks {
   const ChunkedMesh& mesh() const { return *mesh_; }
   /// Loads a chunk, and builds its BVH.
   std::shared_ptr<const Chunk> load(std::size_t chunk) const;
-  /// Loads only those triangles of a chunk that lie near some boxes, and builds their BVH. This is much faster if they
-  /// are few. The result may have no triangles. \param boxes  for each search, a box that contains all points that it
-  /// can reach
+  /// Loads only those triangles of a chunk that lie near one of the boxes, and builds their BVH. This is much faster if
+  /// they are few. The result may have no triangles. \param boxes for each search, a box that contains all points that
+  /// it can reach
   std::shared_ptr<const Chunk> load_near(std::size_t chunk, std::span<const Box<Vec3>> boxes) const;
   /// Frees all chunks that no search is using.
   void forget() const;

@@ -21,7 +21,7 @@
 namespace kiln {
 namespace {
 
-/// Builds the structure in `slot` at its first use, and records its time and device memory.
+/// Builds the structure in `slot` if it does not exist yet, and records the time and the device memory of the build.
 template <typename Pointer, typename Make>
 Pointer& build_once(Pointer& slot, Source::Stats& stats, const Make& make) {
   if (slot == nullptr) {
@@ -35,8 +35,8 @@ Pointer& build_once(Pointer& slot, Source::Stats& stats, const Make& make) {
   return slot;
 }
 
-/// Largest coordinate of moving vertices. They start with coordinates up to 1; the margin is for triangles that gain
-/// area later.
+/// Largest allowed coordinate of moved vertices in the frame. Coordinates start at 1 or less; the rest is a margin for
+/// triangles that gain area later.
 constexpr double kMaxMovedCoordinate = 2;
 
 // Number of elements that kernels read beyond the end of an array.
@@ -50,17 +50,17 @@ void check_within_bounds(const Mesh& high, const std::vector<Vec3>& positions) {
     for (const std::uint32_t corner : t) {
       const Vec3& p = positions[corner];
       if (std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) <= 1) continue;
-      throw Error(
-          ErrorCode::usage,
-          "Vertex " + std::to_string(corner) + " of '" + high.name + "' lies too far outside of " +
-              option("bounds") +
-              ": give bounds that hold the high poly wherever it moves, or move the vertex.",
-          "session-bounds");
+      throw Error(ErrorCode::usage,
+                  "Vertex " + std::to_string(corner) + " of '" + high.name +
+                      "' lies too far outside of " + option("bounds") +
+                      ": give bounds that contain the high poly at all positions that its vertices "
+                      "will have, or move this vertex inside.",
+                  "session-bounds");
     }
   }
 }
 
-/// Polls for cancelling before a large argument is copied.
+/// Calls the progress callback before a large argument is copied, so that the caller can cancel.
 template <typename T>
 const T& poll_before_copy(const T& argument) {
   ProgressGuard::poll();
@@ -133,7 +133,8 @@ Source::Impl::Impl(const Device& opened, const Mesh& high, Traversal wanted,
 Source::Impl::Impl(const Impl& whole, const std::vector<std::uint32_t>& some)
     : device(whole.device), frame(whole.frame), traversal(whole.traversal) {
   std::unordered_map<std::uint32_t, std::uint32_t>
-      places;  // The arrays have the size of the part, since a mesh may have many parts
+      // The arrays have the size of the part, not of the mesh, since a mesh may have many parts.
+      places;
   for (const std::uint32_t t : some) {
     Triangle corners = whole.triangles[t];
     for (std::uint32_t& corner : corners) {
@@ -273,7 +274,7 @@ void Source::Impl::move(std::uint32_t first, std::span<const Vec3> moved,
   std::copy(moved.begin(), moved.end(), positions.begin() + first);
   raster_.reset();
   facet_size_.reset();
-  by_positions_ = std::make_shared<MadeOnce>();
+  by_positions_ = std::make_shared<LazyValue>();
   if (tree_ == nullptr) return;
   if (count_usable() == before) {
     tree_->refit(context_of(device), positions, triangles);
@@ -305,7 +306,7 @@ Rasterizer& Source::Impl::raster() const {
   });
 }
 
-std::shared_ptr<MadeOnce> Source::Impl::by_positions() const {
+std::shared_ptr<LazyValue> Source::Impl::by_positions() const {
   const auto lock = lock_polling(mutex_);
   return by_positions_;
 }
@@ -333,7 +334,7 @@ std::shared_ptr<LowSurface> Source::Impl::low_surface(const Mesh& low, const Mes
     LowSurface::check(low);
     known.shape = shape_hash(low);
     known.with_uvs = LowSurface::find_with_uvs(low);
-    std::vector<Tangent> tangents;  // Number of triangles with UVs
+    std::vector<Tangent> tangents;  // Triangles with UVs
     if (!low.tangents.empty()) {
       for (const std::size_t t : known.with_uvs) {
         const auto first = low.tangents.begin() + static_cast<std::ptrdiff_t>(3 * t);
@@ -350,7 +351,7 @@ std::shared_ptr<LowSurface> Source::Impl::low_surface(const Mesh& low, const Mes
     if (last_low_.layout == new_surface.layout) return last_low_.surface;
     new_surface.surface = std::exchange(last_low_, {}).surface;
   }
-  // Reuses the surface of the last layout in place if no other object shares it, as for consecutive texture sets.
+  // Modifies the surface of the last layout in place if no other object shares it, as for consecutive texture sets.
   LowSurface surface = new_surface.surface == nullptr         ? LowSurface::without_uvs(low, frame)
                        : new_surface.surface.use_count() == 1 ? std::move(*new_surface.surface)
                                                               : *new_surface.surface;

@@ -37,14 +37,15 @@ Traversal traversal_of(RayTraversal wanted);
 struct KILN_HIDDEN Source::Impl {
   Impl(const Device& opened, const Mesh& high, Traversal wanted,
        const std::optional<Bounds>& bounds = std::nullopt);
-  /// A source for searches that consists of some triangles of another one, in the same frame and without attributes.
+  /// A source for searches with a subset of another source's triangles, in the same frame and without attributes.
   /// Triangles are numbered by their index in the list.
   Impl(const Impl& whole, const std::vector<std::uint32_t>& some);
 
-  /// A high poly that is larger than memory. It is searched chunk by chunk; `triangles` is one triangle across the mesh's
-  /// box, for ranges of maps. Maps read matched_part(), which has the triangles that they need.
+  /// A high poly that is larger than memory. It is searched chunk by chunk. `triangles` holds a single triangle that
+  /// spans the mesh's box, from which maps derive their value ranges. Maps read matched_part(), which has the triangles
+  /// that they need.
   Impl(const Device& opened, std::shared_ptr<const ChunkedMesh> mesh, Traversal wanted);
-  /// A source for maps, of the same high poly: empty but for one triangle, until read_matched() is called.
+  /// A source of the same high poly from which maps read. It holds a single triangle until read_matched() is called.
   std::unique_ptr<Impl> matched_part() const;
   /// Called on matched_part(): replaces its triangles by those that samples matched, and changes the match to their new
   /// indices. \param match  on entry, refers to triangles of the whole mesh
@@ -84,18 +85,18 @@ struct KILN_HIDDEN Source::Impl {
   /// facet_size() in frame units, computed at the first call.
   double facets() const;
   /// Cached values that depend only on positions and triangles. move() replaces them.
-  std::shared_ptr<MadeOnce> by_positions() const;
+  std::shared_ptr<LazyValue> by_positions() const;
 
   /// LowSurface::of() in this source's frame. The last surface is cached: if a mesh differs from it only in UVs and
   /// tangents, as another texture set of the same low poly does, only UVs and tangents are processed. The result may
   /// be shared and must not be changed. Surfaces with a cage are not cached.
   std::shared_ptr<LowSurface> low_surface(const Mesh& low, const Mesh* cage, UvCopies copies) const;
-  /// A low poly whose UV layouts are known to be valid, so that low_surface() skips their check and hash; set by
+  /// A low poly whose UV layouts are known to be valid, so that low_surface() neither checks nor hashes them; set by
   /// SetLayouts.
   struct KnownLow {
     /// The mesh's address, which identifies it; null if no low poly is known
     const Mesh* mesh = nullptr;
-    /// Hashes as in LastLow; `layout` is a number that no other layout has
+    /// Hashes as in LastLow; `layout` is a unique number of the layout instead of a hash
     std::uint64_t shape = 0, layout = 0;
     std::vector<std::uint32_t> with_uvs;  ///< find_with_uvs()
   };
@@ -107,12 +108,12 @@ struct KILN_HIDDEN Source::Impl {
   /// The arguments include the triangles with a moved corner.
   void move(std::uint32_t first, std::span<const Vec3> moved,
             std::span<const std::uint32_t> triangles_moved);
-  /// True if the data that move() needs is kept on the host; must be set before structures are built.
+  /// True if the data that move() needs stays in the host's memory; must be set before structures are built.
   bool will_move = false;
 
-  /// Offers a tree of an earlier run, which is read at its first use if it was built from the same triangles.
+  /// Provides a tree of an earlier run. It is read instead of building a tree, if it was built from the same triangles.
   void offer_tree(std::shared_ptr<const SavedTree> tree) const;
-  /// Writes the tree, which is built if it was not.
+  /// Writes the tree, and builds it first if it does not exist yet.
   void save_tree(const AppendBytes& append) const;
 
   Stats stats() const;
@@ -135,7 +136,7 @@ struct KILN_HIDDEN Source::Impl {
   mutable std::unique_ptr<ClosestFinder> closest_;
   mutable std::unique_ptr<Rasterizer> raster_;
   mutable std::optional<double> facet_size_;
-  std::shared_ptr<MadeOnce> by_positions_ = std::make_shared<MadeOnce>();
+  std::shared_ptr<LazyValue> by_positions_ = std::make_shared<LazyValue>();
   struct LastLow {
     /// Hash of everything except UVs and tangents; hash of UVs and tangents
     std::uint64_t shape = 0, layout = 0;

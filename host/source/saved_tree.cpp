@@ -25,7 +25,7 @@ std::uint64_t tree_key(std::span<const Vec3> positions, std::span<const Triangle
 std::string tree_problem(std::span<const kiln_bvh_node> nodes,
                          std::span<const kiln_bvh_block> blocks, bool has_prisms,
                          std::uint64_t triangles) {
-  // Level of each node, counted from 1; 0: no node, or one that no parent before it has named
+  // Level of each node, counted from 1. 0: there is no such node, or it is not a child of a node before it
   std::vector<std::uint8_t> levels(nodes.size());
   if (nodes.empty() || blocks.empty()) return "its tree is empty";
   levels[0] = 1;
@@ -39,7 +39,7 @@ std::string tree_problem(std::span<const kiln_bvh_node> nodes,
       if (!has_prisms && (child & KILN_BVH_PRISM) != 0) return "its tree has an unexpected prism";
       const std::uint32_t node = node_of_child(child);
       if (node <= i || node >= nodes.size() || levels[node] != 0) {
-        return "a node of its tree is missing, or has two parents";
+        return "a node of its tree is missing or has two parents";
       }
       levels[node] = static_cast<std::uint8_t>(levels[i] + 1);
       if (levels[node] > KILN_BVH_MAX_DEPTH) return "its tree is too deep";
@@ -48,7 +48,7 @@ std::string tree_problem(std::span<const kiln_bvh_node> nodes,
   for (const kiln_bvh_block& block : blocks) {
     for (const std::uint32_t triangle : block.triangle) {
       if (triangle >= triangles && triangle != KILN_NO_TRIANGLE) {
-        return "its tree has a triangle that its mesh has not";
+        return "its tree refers to a triangle that does not exist";
       }
     }
   }

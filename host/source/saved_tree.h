@@ -14,7 +14,7 @@
 
 namespace kiln {
 
-/// Hash of all that a tree is built from.
+/// Hash of all inputs of a tree's construction.
 std::uint64_t tree_key(std::span<const Vec3> positions, std::span<const Triangle> triangles);
 
 /// Appends bytes to a file.
@@ -24,8 +24,8 @@ using AppendBytes = std::function<void(const void* data, std::size_t bytes)>;
 void write_saved_tree(cl::Context& context, const Tree& tree, std::uint64_t key,
                       const AppendBytes& append);
 
-/// A tree in a file. What the file holds is checked before it is used: searches of a file that was made to harm stay
-/// within their arrays, and end.
+/// A tree in a file. The contents are checked before use, so that a search of a malicious file can neither read out of
+/// bounds nor loop forever.
 class SavedTree {
  public:
   /// \param offset  the tree's offset in the file \throws Error(input)
@@ -58,8 +58,8 @@ class SavedTree {
   Head head_;
 };
 
-/// Checks a tree's indices: each node but the root is the child of one node before it, the depth is bounded, and leaves
-/// and triangles exist. \returns what is wrong; empty if nothing is
+/// Checks a tree's indices: each node but the root is the child of exactly one preceding node, the depth is bounded,
+/// and all leaves and triangles exist. \returns the problem; empty if there is none
 std::string tree_problem(std::span<const kiln_bvh_node> nodes,
                          std::span<const kiln_bvh_block> blocks, bool has_prisms,
                          std::uint64_t triangles);

@@ -43,7 +43,8 @@ void SetLayouts::lay_out(const TextureSet& set) {
     });
     if (is_finite) known_.with_uvs.push_back(t);
   }
-  // The number is unique among all SetLayouts, since the source may still cache the surface of a layout of an earlier one.
+  // The number is unique among all SetLayouts, since the source may still cache the surface of a layout of an earlier
+  // SetLayouts.
   static std::atomic<std::uint64_t> layouts{0};
   known_.layout = ++layouts;
   source_.set_known_low(known_);

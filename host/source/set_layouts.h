@@ -10,12 +10,13 @@
 
 namespace kiln {
 
-/// Lays out a copy of a low poly for one texture set after the other, as lay_out_set() does, in time that depends on the
-/// set alone. As long as this object lives, the source knows the copy by its address: bakes of it neither check nor hash
-/// the whole mesh. Many sets of a large low poly would else take time that grows with the product of both.
+/// Gives a copy of a low poly the UV layout of one texture set after the other, as lay_out_set() does, but in time
+/// proportional to the set's triangles. While this object exists, the source recognizes the copy by its address, so
+/// bakes of it neither check nor hash the whole mesh. Without this, the time would be proportional to the number of
+/// sets times the number of triangles.
 class SetLayouts {
  public:
-  /// \param low   valid, with UVs; must outlive this object, as the source and the copy must
+  /// \param low valid, with UVs; must outlive this object, and so must the source and the copy
   /// \param part  a copy with tangents; nobody else changes it
   SetLayouts(const Source& source, const Mesh& low, Mesh& part);
   ~SetLayouts();

@@ -61,7 +61,7 @@ EdgeTurn::EdgeTurn(cl::Context& context, const LowSurface& surface, const HardEd
 
 void EdgeTurn::set_directions(cl::Context& context, TexelBand& band) const {
   if (!blends_directions() || band.sample_count == 0) return;
-  context.launch(context.kernel("turn", "kiln_texel_turn"), band.sample_count, kLocal,
+  context.launch(context.kernel("turn", "kiln_texel_blend_directions"), band.sample_count, kLocal,
                  band.sample_count, band.capacity, painted_ ? 1U : 0U, normals_, weights_,
                  first_edge_of_triangle_, edges_, band.triangle, band.barycentric, band.points);
 }

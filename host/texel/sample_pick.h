@@ -32,7 +32,7 @@ class SamplePick {
   template <typename T>
   cl::Array<T> of(const cl::Array<T>& from, std::uint32_t capacity, std::uint32_t planes) const {
     static_assert(sizeof(T) == 1 || sizeof(T) == 4);
-    const char* const kernel = sizeof(T) == 1 ? "kiln_texel_pick_bytes" : "kiln_texel_pick";
+    const char* const kernel = sizeof(T) == 1 ? "kiln_texel_gather_bytes" : "kiln_texel_gather";
     cl::Array<T> to(context_, std::size_t{planes} * capacity_);
     context_.launch(context_.kernel("texel", kernel), capacity_, kLocal, count_, planes, capacity,
                     capacity_, samples_, from, to);
@@ -63,7 +63,7 @@ class SamplePick {
   /// Copies the correspondence of the samples back into `match`; misses leave `match` unchanged.
   void scatter_correspondence(const DeviceCorrespondence& found,
                               const DeviceCorrespondence& match) const {
-    context_.launch(context_.kernel("texel", "kiln_texel_put_back"), count_, kLocal, count_,
+    context_.launch(context_.kernel("texel", "kiln_texel_scatter_results"), count_, kLocal, count_,
                     found.capacity, match.capacity, samples_, found.triangle, found.barycentric,
                     found.distance, found.status, match.triangle, match.barycentric, match.distance,
                     match.status);

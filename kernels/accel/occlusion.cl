@@ -1,4 +1,5 @@
-// Any-hit queries of rays. The first hit found ends the traversal; the rest is as in ray.cl.
+// Any-hit queries: finds whether each ray hits a triangle. The first hit found ends the traversal; otherwise see
+// ray.cl.
 //
 // Rays of ambient occlusion start beside each other but run in all directions. So a work-item sorts a
 // block of samples by the signs of their directions and the dominant axis, and traverses the tree with up

@@ -63,10 +63,10 @@ kernel void kiln_raster_project(const kiln_view view, const uint count,
   projected[i] = (int4)(fixed_x, fixed_y, as_int(KILN_RASTER_FAR - toward_viewer), in_view ? 0 : 1);
 }
 
-/// A triangle with its corners in the order that makes the area positive (rows grow downwards).
+/// A triangle whose corners are ordered so that its area is positive; row indices grow downwards.
 typedef struct {
   int4 a, b, c;
-  int x0, y0, x1, y1;  // the pixels whose centres lie in the triangle's box
+  int x0, y0, x1, y1;  // bounds of the pixels whose centres lie in the triangle's bounding box
 } raster_triangle;
 
 /// Loads a triangle and its pixels. Returns false if there is nothing to draw.
@@ -209,8 +209,8 @@ kernel void kiln_raster_small(const kiln_view view, const uint first, const uint
   }
 }
 
-/// Draws the queued triangles: each work-group draws the rows of one band, between the exact first and last
-/// pixel of each row.
+/// Draws the queued triangles. Each work-group draws the rows of one band, from the first to the last covered pixel of
+/// each row.
 kernel void kiln_raster_large(const kiln_view view, const uint pass,
                               global const uint* restrict triangles,
                               global const int4* restrict projected,

@@ -93,7 +93,7 @@ kernel void kiln_tiles_bounds(const uint view_count, const uint group_count,
   vstore16(convert_short16(first_y), 0, box->first_y);
   vstore16(convert_short16(last_x), 0, box->last_x);
   vstore16(convert_short16(last_y), 0, box->last_y);
-  // Union of the 16 boxes; empty boxes must not enlarge it.
+  // The union of the 16 boxes, without empty ones.
   const int16 empty = (first_x > last_x) | (first_y > last_y);
   const int16 low_x = empty ? (int16)(KILN_RASTER_LARGEST) : first_x;
   const int16 low_y = empty ? (int16)(KILN_RASTER_LARGEST) : first_y;

@@ -14,7 +14,7 @@
 #define BUILTIN_LOAD __attribute__((overloadable, pure))
 #define BUILTIN_STORE __attribute__((overloadable))
 
-// Functions of one number, and of each lane of N.
+// Functions of scalars, and of vectors of N lanes, lane by lane.
 #define BUILTIN_INTEGER(T, UNSIGNED, MASK)                                     \
   T BUILTIN min(T, T);                                                         \
   T BUILTIN max(T, T);                                                         \
@@ -72,7 +72,7 @@ BUILTIN_CONVERT_TO(float, 3)
 int BUILTIN convert_int_sat(float);
 int BUILTIN isfinite(float);
 
-// Functions of a vector and one number, and of all lanes of a vector.
+// Operations of a vector with a scalar, and reductions over the lanes of a vector.
 #define BUILTIN_LANES_OF(T, N)                                                 \
   T##N BUILTIN min(T##N, T);                                                   \
   T##N BUILTIN max(T##N, T);                                                   \

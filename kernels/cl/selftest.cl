@@ -1,9 +1,9 @@
 // Self-test of a device: checks, to the bit, the operations that Kiln's kernels use.
 //
 // Tested are the operations of shared/selftest.h, on scalars and on vectors of 4, 8 and 16 lanes, and atomic
-// operations. host/cl/selftest.cpp compares each word with its own result; then it casts rays through a tiny tree by
-// the kernel of bakes (accel/ray.cl), which they need compiled anyway. Features that no kernel uses are not tested:
-// local memory, barriers, images, half.
+// operations. host/cl/selftest.cpp compares each word with its own result; then it casts rays through a tiny tree with
+// the kernel that bakes use (accel/ray.cl), so that no other kernel must be compiled. Features that no kernel uses are
+// not tested: local memory, barriers, images, half.
 //
 // | kernel                | global size         | local | traffic an item                    |
 // | kiln_selftest_operate | KILN_SELFTEST_ITEMS | 64    | 20 B, writes 33 words              |
@@ -22,8 +22,8 @@
 #define vload1(at, from) ((from)[at])
 #define vstore1(value, at, to) ((to)[at] = (value))
 
-// selftest_lanes_N: the operations on N inputs, from input N * at on. W is N in names of types, empty for
-// scalars.
+// selftest_lanes_N: applies the operations to N inputs, beginning with input N * at. W is the suffix of type names: N,
+// or empty for scalars.
 #define SELFTEST_KEEP(N, operation, word) \
   vstore##N(word, at, out + (operation)*KILN_SELFTEST_ITEMS)
 #define SELFTEST_DEFINE(N, W)                                                                      \
@@ -62,7 +62,8 @@ SELFTEST_DEFINE(4, 4)
 SELFTEST_DEFINE(8, 8)
 SELFTEST_DEFINE(16, 16)
 
-/// All operations on one input: those of vectors if it is the index of a vector, masks and atomics.
+/// Applies all operations to one input: scalar operations; vector operations if the input's index is also that of a
+/// vector; masks and atomics.
 static KILN_CALL void selftest_item(const uint item, global const kiln_selftest_input* in,
                                     volatile global uint* cells, volatile global ulong* least,
                                     global uint* out) {

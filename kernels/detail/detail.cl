@@ -13,10 +13,10 @@
 // -D           range  default
 // KILN_WIDTH   1, 8   1
 //
-// kernel               global            local  memory traffic a sample (resolve: a texel)
-// kiln_detail_normal   samples / width   64     reads 29 B + 2 triangles' attributes (gathered), writes 12 B
-// kiln_detail_blend    samples / width   64     the same, and of the other match 16 B + 2 triangles' attributes
-// kiln_detail_resolve  texels            64     reads 12 B + 13 B a sample, writes 13 B (scattered)
+// kernel               global           local  memory traffic a sample (resolve: a texel)
+// kiln_detail_normal   samples / width  64     reads 29 B + 2 triangles' attributes (gathered), writes 12 B
+// kiln_detail_blend    samples / width  64     the same, and of the other match 16 B + 2 triangles' attributes
+// kiln_detail_resolve  texels           64     reads 12 B + 13 B a sample, writes 13 B (scattered)
 //
 // Neighbouring samples mostly lie in one triangle of the low poly: eight samples of one triangle share one read of
 // its attributes. The high poly's normals and their indices are read four numbers at a time, so both arrays have one
@@ -93,7 +93,7 @@ static KILN_CALL void detail_blend(const lanes_range at, const kiln_detail_param
     mixed.x = normal.x * share + other.x * other_share;
     mixed.y = normal.y * share + other.y * other_share;
     mixed.z = normal.z * share + other.z * other_share;
-    normal = lanes3_select(both, detail_unit(mixed, normal), normal);
+    normal = lanes3_select(both, detail_normalize(mixed, normal), normal);
   }
   detail_store(detail_to_map(params, group.low, normal), at, params.out_capacity, result);
 }
@@ -147,7 +147,7 @@ kernel void kiln_detail_resolve(const kiln_resolve_params params,
     sum += value;
     ++hit_count;
   }
-  float3 value = hit_count == 1u ? first_value : detail_unit(sum, first_value);
+  float3 value = hit_count == 1u ? first_value : detail_normalize(sum, first_value);
   if (hit_count == 0u) {
     value = params.miss == KILN_MISS_MARK ? (float3)(1.0f, -1.0f, 1.0f) : (float3)(0.0f, 0.0f, 1.0f);
   }

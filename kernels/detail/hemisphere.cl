@@ -7,35 +7,34 @@
 // the normal; the set and the angle are a hash of the sample's position in the map. The basis about a normal is
 // continuous almost everywhere (Duff et al., "Building an Orthonormal Basis, Revisited", 2017).
 //
-// A row of rays holds one ray of each sample, so rays that are neighbours in memory start near each other. The
-// rays of a row also have similar directions, despite the rotations: the set is cut into rings, each sorted by
-// angle, and a rotated sample starts at another ray of the ring. This only changes the order of a sample's rays.
-// For nearest hits rows have mixed directions, since beams of rays that diverge widen until they reach all nodes.
-// If few samples, far apart, cast many rays each, the rays of a row share no nodes; then the rays of one sample
-// are consecutive instead (by_sample). Origins are offset from the face along its geometric normal (the push), to
-// the side of the ray, so that no ray hits the face that it starts from.
+// A row of rays holds one ray of each sample, so rays that are neighbours in memory start near each other. The rays of
+// a row also have similar directions, despite the rotations: the set is cut into rings, each sorted by angle, and a
+// rotated sample starts at another ray of the ring. This only changes the order of a sample's rays. For nearest hits
+// rows have mixed directions, since beams of rays that diverge widen until they reach all nodes. If few samples, far
+// apart, cast many rays each, the rays of a row share no nodes; then the rays of one sample are consecutive instead
+// (by_sample). Origins are offset along the geometric normal (by `push`), to the side of the ray, so that no ray hits
+// the face that it starts from.
 //
-// kernel                   global               local  memory traffic an item
-// kiln_hemisphere_pick     samples              64     reads 44 B (gathered), writes 40 B
-// kiln_hemisphere_turn_more samples             64     reads 8 B (gathered), writes 4 B
-// kiln_hemisphere_rays     rays / 8             64     reads 320 B + 8 directions (gathered), writes 192 B
-// kiln_hemisphere_open     samples / 8          8      reads 8 B a row of rays, writes 32 B
-// kiln_hemisphere_own      samples              64     reads 4 B + 1 B a ray, writes 4 B
-// kiln_hemisphere_bent_sum     samples / 8          8      reads 104 B a row of rays, writes 96 B
-// kiln_hemisphere_depth    samples / 8          8      reads 64 B a row of rays, writes 32 B
-// kiln_hemisphere_bent     samples              64     reads 41 B + 2 triangles' attributes, writes 12 B
+// kernel                                global       local  memory traffic an item
+// kiln_hemisphere_gather                samples      64     reads 44 B (gathered), writes 40 B
+// kiln_hemisphere_rotate_round          samples      64     reads 8 B (gathered), writes 4 B
+// kiln_hemisphere_rays                  rays / 8     64     reads 320 B + 8 directions (gathered), writes 192 B
+// kiln_hemisphere_count_open            samples / 8  8      reads 8 B a row of rays, writes 32 B
+// kiln_hemisphere_count_open_by_sample  samples      64     reads 4 B + 1 B a ray, writes 4 B
+// kiln_hemisphere_sum_directions        samples / 8  8      reads 104 B a row of rays, writes 96 B
+// kiln_hemisphere_sum_depths            samples / 8  8      reads 64 B a row of rays, writes 32 B
+// kiln_hemisphere_write_bent            samples      64     reads 41 B + 2 triangles' attributes, writes 12 B
 //
 // Their origins come from hemisphere_points.cl, a program of its own: CPUs pass them to hemisphere_cast.cl, and most
-// bakes there need no kernel of this file.
-// Strengths: sums have a fixed order, so that they depend on the sample alone. Limits: contacts nearer than the
-// push are missed.
+// bakes there need no kernel of this file. Strengths: sums have a fixed order, so that they depend on the sample alone.
+// Limits: occluders nearer than the offset of the origins are missed.
 
 #include "detail/detail.clh"
 #include "detail/hemisphere_ray.clh"
 #include "detail/hemisphere_turn.clh"
 
-/// Gathers chosen samples of a band: all inputs of their rays.
-kernel void kiln_hemisphere_pick(
+/// Copies the inputs of selected samples' rays from a band into compact arrays.
+kernel void kiln_hemisphere_gather(
     const kiln_pick_params params, global const uint* restrict samples,
     global const uint* restrict low_triangle, global const float* restrict low_barycentric,
     global const float* restrict low_points, global const uint* restrict hit_triangle,
@@ -61,11 +60,11 @@ kernel void kiln_hemisphere_pick(
   to_turns[i] = params.by_key != 0u ? hemisphere_turn(turns[s], params.round) : turns[s];
 }
 
-/// Rotations of the same samples for another round of rays.
-kernel void kiln_hemisphere_turn_more(const kiln_pick_params params,
-                                      global const uint* restrict samples,
-                                      global const uint* restrict keys,
-                                      global uint* restrict to_turns) {
+/// Computes new rotations of the same samples for another round of rays.
+kernel void kiln_hemisphere_rotate_round(const kiln_pick_params params,
+                                         global const uint* restrict samples,
+                                         global const uint* restrict keys,
+                                         global uint* restrict to_turns) {
   const size_t i = get_global_id(0);
   if (i >= params.count) return;
   to_turns[i] = hemisphere_turn(keys[samples[i]], params.round);
@@ -136,7 +135,7 @@ kernel void kiln_hemisphere_rays(const kiln_hemisphere_params params,
   }
 }
 
-/// Body of the kernels that sum over rows of rays: `planes` sums for each of a work-item's samples. `add` is
+/// Body of the kernels that sum over rows of rays. It computes `planes` sums for each sample of the work-item. `add` is
 /// the statement that adds a row's values, from index `at` on, to sum[].
 #define HEMISPHERE_ADD_ROWS(vector, planes, result, add)                 \
   const uint lane = (uint)get_global_id(0) * LANES;                      \
@@ -155,13 +154,13 @@ kernel void kiln_hemisphere_rays(const kiln_hemisphere_params params,
   }
 
 /// Adds each sample's number of rays without a hit.
-kernel void kiln_hemisphere_open(const kiln_hemisphere_params params,
-                                 global const uchar* restrict hit, global uint* restrict open){
+kernel void kiln_hemisphere_count_open(const kiln_hemisphere_params params,
+                                       global const uchar* restrict hit, global uint* restrict open){
     HEMISPHERE_ADD_ROWS(uint8, 1, open, { sum[0] += 1u - convert_uint8(vload8(0, hit + at)); })}
 
 /// Adds each sample's number of rays without a hit, for params.by_sample = 1.
-kernel void kiln_hemisphere_own(const kiln_hemisphere_params params,
-                                global const uchar* restrict hit, global uint* restrict open) {
+kernel void kiln_hemisphere_count_open_by_sample(const kiln_hemisphere_params params,
+                                                 global const uchar* restrict hit, global uint* restrict open) {
   const size_t i = get_global_id(0);
   if (i >= params.count) return;
   global const uchar* hits_of_sample = hit + i * params.rays;
@@ -172,9 +171,9 @@ kernel void kiln_hemisphere_own(const kiln_hemisphere_params params,
 
 /// Adds each sample's number of rays towards the light without a hit. Samples that face away from the light
 /// have no rays, and count as unlit.
-kernel void kiln_hemisphere_lit(const kiln_hemisphere_params params,
-                                global const uchar* restrict hit, global const float* restrict rays,
-                                global uint* restrict lit) {
+kernel void kiln_hemisphere_count_lit(const kiln_hemisphere_params params,
+                                      global const uchar* restrict hit, global const float* restrict rays,
+                                      global uint* restrict lit) {
   const size_t plane = params.ray_capacity;
   global const float* directions = rays + 3 * plane;
   HEMISPHERE_ADD_ROWS(uint8, 1, lit, {
@@ -186,10 +185,10 @@ kernel void kiln_hemisphere_lit(const kiln_hemisphere_params params,
 }
 
 /// Adds each sample's sum of directions of rays without a hit.
-kernel void kiln_hemisphere_bent_sum(const kiln_hemisphere_params params,
-                                     global const uchar* restrict hit,
-                                     global const float* restrict rays,
-                                     global float* restrict bent_sum) {
+kernel void kiln_hemisphere_sum_directions(const kiln_hemisphere_params params,
+                                           global const uchar* restrict hit,
+                                           global const float* restrict rays,
+                                           global float* restrict bent_sum) {
 #pragma OPENCL FP_CONTRACT OFF
   global const float* directions = rays + 3 * (size_t)params.ray_capacity;
   HEMISPHERE_ADD_ROWS(float8, 3, bent_sum, {
@@ -204,16 +203,16 @@ kernel void kiln_hemisphere_bent_sum(const kiln_hemisphere_params params,
 }
 
 /// Adds each sample's sum of hit distances, each as a share of `reach`, at most 1.
-kernel void kiln_hemisphere_depth(const kiln_hemisphere_params params,
-                                  global const uint* restrict triangle,
-                                  global const float* restrict distance,
-                                  global float* restrict depth) {
+kernel void kiln_hemisphere_sum_depths(const kiln_hemisphere_params params,
+                                       global const uint* restrict triangle,
+                                       global const float* restrict distance,
+                                       global float* restrict depth) {
 #pragma OPENCL FP_CONTRACT OFF
   const float8 reach = (float8)(params.reach);
   HEMISPHERE_ADD_ROWS(float8, 1, depth, {
     const int8 found = vload8(0, triangle + at) != (uint8)(KILN_NO_TRIANGLE);
-    const float8 way = min(fabs(vload8(0, distance + at)), reach) / reach;
-    sum[0] += select((float8)(1.0f), way, found);
+    const float8 hit_distance = min(fabs(vload8(0, distance + at)), reach) / reach;
+    sum[0] += select((float8)(1.0f), hit_distance, found);
   })
 }
 
@@ -226,14 +225,14 @@ static inline float3 hemisphere_bent(const kiln_detail_params params, const deta
   const float3 normal = detail_source_normal(params, low, triangle, barycentric[i],
                                              barycentric[i + capacity], normal_indices, normals);
   const size_t plane = params.out_capacity;
-  return detail_unit((float3)(bent_sum[i], bent_sum[i + plane], bent_sum[i + 2 * plane]), normal);
+  return detail_normalize((float3)(bent_sum[i], bent_sum[i + plane], bent_sum[i + 2 * plane]), normal);
 }
 
 /// Bent normals in the map's space, blended with those of the other correspondence for samples
 /// where the other one has a triangle.
 /// \param other_capacity  0: there is no other correspondence
 /// \param shares weight of the first correspondence, per sample
-kernel void kiln_hemisphere_bent(
+kernel void kiln_hemisphere_write_bent(
     const kiln_detail_params params, const uint other_capacity,
     global const uint* restrict low_triangle, global const float* restrict low_barycentric,
     global const kiln_low_shading* restrict shading, global const uint* restrict hit_triangle,
@@ -254,7 +253,7 @@ kernel void kiln_hemisphere_bent(
         hemisphere_bent(params, low, other_triangle[i], other_barycentric, other_capacity,
                         other_bent_sum, i, normal_indices, normals);
     const float share = shares[i];
-    bent = detail_unit(bent * share + other * (1.0f - share), bent);
+    bent = detail_normalize(bent * share + other * (1.0f - share), bent);
   }
   detail_store_planes(detail_to_map(params, low, bent), i, params.out_capacity, result);
 }

@@ -4,9 +4,9 @@
 // work-item handles the rays of a few neighbouring samples, block by block; a block's data stays in a core's
 // cache, and values common to a sample's rays are computed once per block.
 //
-// kernel                     global size                  local  per work-item
-// kiln_hemisphere_cast       samples / block_samples, up  1      reads 40 B a sample and the tree, 48 KB of its own
-// kiln_hemisphere_cast_own   samples                      1      the same
+// kernel                          global size                  local  per work-item
+// kiln_hemisphere_cast            samples / block_samples, up  1      reads 40 B a sample and the tree; 48 KB of its own
+// kiln_hemisphere_cast_by_sample  samples                      1      the same
 //
 // The second kernel is for few samples with many rays: a block holds rays of one sample. They start at one point,
 // so that each stream, sorted by direction, is a narrow cone.
@@ -102,9 +102,9 @@ kernel void kiln_hemisphere_cast(const kiln_hemisphere_params params,
                   turn_table, directions, rings, scratch, hits, open, bent_sum);
 }
 
-/// Generates rays [first_row, first_row + rows) of one sample in the set's order, since rings are only useful
-/// for rows of many samples.
-static KILN_CALL void hemisphere_fill_own(const kiln_hemisphere_params params,
+/// Generates rays [first_row, first_row + rows) of one sample in the order of the ray set. Sorting them by rings is
+/// only useful for rows with rays of many samples.
+static KILN_CALL void hemisphere_fill_by_sample(const kiln_hemisphere_params params,
                                           global const float* point, uint code,
                                           global const float* turn_table,
                                           global const float* directions, uint first_row,
@@ -112,12 +112,12 @@ static KILN_CALL void hemisphere_fill_own(const kiln_hemisphere_params params,
   hemisphere_lanes lanes;
   hemisphere_load(params, point, true, (uint8)(code), turn_table, &lanes);
   const uint total_rays = params.all_rays;
-  global const float* of_set = directions + lanes.set.s0 * (3 * total_rays) + first_row;
+  global const float* set_directions = directions + lanes.set.s0 * (3 * total_rays) + first_row;
   for (uint i = 0; i < rows; i += LANES) {
     const uint first_ray = min(i, rows - LANES);  // the last rays may be generated twice
     float8 disk[3];
     KILN_UNROLL
-    for (int axis = 0; axis < 3; ++axis) disk[axis] = vload8(0, of_set + axis * total_rays + first_ray);
+    for (int axis = 0; axis < 3; ++axis) disk[axis] = vload8(0, set_directions + axis * total_rays + first_ray);
     float8 origin[3], opposite[3];
     hemisphere_rotate(params, &lanes, disk, origin, opposite);
     KILN_UNROLL
@@ -130,7 +130,7 @@ static KILN_CALL void hemisphere_fill_own(const kiln_hemisphere_params params,
 
 /// Casts rays [first_ray, first_ray + rays), 64 or more, of samples [first, first + count).
 /// \param query, scratch, hits  as for kiln_hemisphere_cast
-static KILN_CALL void hemisphere_cast_own(const uint item, const kiln_hemisphere_params params,
+static KILN_CALL void hemisphere_cast_by_sample(const uint item, const kiln_hemisphere_params params,
                                           const kiln_ray_params query,
                                           global const kiln_bvh_node* KILN_CALL_RESTRICT nodes,
                                           global const kiln_bvh_block* KILN_CALL_RESTRICT blocks,
@@ -148,7 +148,7 @@ static KILN_CALL void hemisphere_cast_own(const uint item, const kiln_hemisphere
   const uint block = (params.rays + block_count - 1) / block_count;
   for (uint row = 0; row < params.rays; row += block) {
     const uint rows = min(block, params.rays - row);
-    hemisphere_fill_own(params, points + params.first_point + item, turns[params.first + item],
+    hemisphere_fill_by_sample(params, points + params.first_point + item, turns[params.first + item],
                         turn_table, directions, params.first_ray + row, rows, rays);
     occlusion_block(query, nodes, blocks, rays, 0, rows, hit);
     for (uint i = 0; i < rows; ++i) open_rays += 1u - hit[i];
@@ -156,17 +156,17 @@ static KILN_CALL void hemisphere_cast_own(const uint item, const kiln_hemisphere
   open[params.first + item] += open_rays;
 }
 
-kernel void kiln_hemisphere_cast_own(const kiln_hemisphere_params params,
-                                     const kiln_ray_params query,
-                                     global const kiln_bvh_node* restrict nodes,
-                                     global const kiln_bvh_block* restrict blocks,
-                                     global const float* restrict points,
-                                     global const uint* restrict turns,
-                                     global const float* restrict turn_table,
-                                     global const float* restrict directions,
-                                     global float* scratch,
-                                     global uchar* hits,
-                                     global uint* restrict open) {
-  hemisphere_cast_own((uint)get_global_id(0), params, query, nodes, blocks, points, turns,
+kernel void kiln_hemisphere_cast_by_sample(const kiln_hemisphere_params params,
+                                           const kiln_ray_params query,
+                                           global const kiln_bvh_node* restrict nodes,
+                                           global const kiln_bvh_block* restrict blocks,
+                                           global const float* restrict points,
+                                           global const uint* restrict turns,
+                                           global const float* restrict turn_table,
+                                           global const float* restrict directions,
+                                           global float* scratch,
+                                           global uchar* hits,
+                                           global uint* restrict open) {
+  hemisphere_cast_by_sample((uint)get_global_id(0), params, query, nodes, blocks, points, turns,
                       turn_table, directions, scratch, hits, open);
 }

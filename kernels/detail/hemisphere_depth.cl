@@ -13,7 +13,7 @@
 #include "accel/occlusion_block.clh"
 #include "detail/hemisphere_fill.clh"
 
-/// Adds the lengths of each sample's rays [first_ray, first_ray + rays), as kiln_hemisphere_depth does.
+/// Adds the lengths of each sample's rays [first_ray, first_ray + rays), as kiln_hemisphere_sum_depths does.
 /// \param query    ray parameters; capacity is KILN_OCCLUSION_BLOCK
 /// \param scratch  per work-item: 6 planes of KILN_OCCLUSION_BLOCK
 /// \param hits     per work-item: KILN_OCCLUSION_BLOCK
@@ -47,8 +47,8 @@ kernel void kiln_hemisphere_cast_depth(const kiln_hemisphere_params params,
     for (uint i = 0; i < samples; i += LANES) {
       float8 sum = vload8(0, sums + i);
       for (uint k = 0; k < rows; ++k) {
-        const float8 way = vload8(0, hit + k * samples + i);
-        sum += select((float8)(1.0f), min(way, reach) / reach, way <= query.t_max);
+        const float8 hit_distance = vload8(0, hit + k * samples + i);
+        sum += select((float8)(1.0f), min(hit_distance, reach) / reach, hit_distance <= query.t_max);
       }
       vstore8(sum, 0, sums + i);
     }

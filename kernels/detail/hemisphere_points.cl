@@ -1,11 +1,11 @@
-// Where rays over hemispheres start: the samples' positions, normals and rotations.
+// Computes where rays over hemispheres start: the samples' positions, normals and rotations.
 //
 // hemisphere.cl has the method, and hemisphere_cast.cl that of CPUs; both read what these kernels write.
 //
-// kernel                   global               local  memory traffic an item
-// kiln_hemisphere_turns    texels               64     reads 12 B + 4 B a sample, writes 4 B a sample
-// kiln_hemisphere_keys     texels               64     the same
-// kiln_hemisphere_points   samples, padded      64     reads 41 B + a triangle (gathered), writes 36 B
+// kernel                           global           local  memory traffic an item
+// kiln_hemisphere_write_rotations  texels           64     reads 12 B + 4 B a sample, writes 4 B a sample
+// kiln_hemisphere_write_keys       texels           64     the same
+// kiln_hemisphere_points           samples, padded  64     reads 41 B + a triangle (gathered), writes 36 B
 //
 // No defines. Strengths: one item a texel or sample, no atomics. Limits: a point's triangle is gathered, so samples
 // should be in the map's order.
@@ -16,29 +16,29 @@
 
 /// Rotation of each sample's rays, and below it the index of the set. It depends on the texel's position
 /// in the map; samples of a texel have evenly spaced rotations.
-kernel void kiln_hemisphere_turns(const kiln_rotation_params params,
-                                  global const uint* restrict texel_index,
-                                  global const uint* restrict texel_first,
-                                  global const uint* restrict sample_slot,
-                                  global uint* restrict turns) {
+kernel void kiln_hemisphere_write_rotations(const kiln_rotation_params params,
+                                            global const uint* restrict texel_index,
+                                            global const uint* restrict texel_first,
+                                            global const uint* restrict sample_slot,
+                                            global uint* restrict turns) {
   const size_t i = get_global_id(0);
   if (i >= params.texel_count) return;
   const uint texel = hash_of(params.first_texel + texel_index[i]);
   const uint end = texel_first[i + 1];
   for (uint s = texel_first[i]; s < end; ++s) {
-    // Multiples of the golden ratio are evenly spaced for any number of samples.
+    // Multiples of the golden ratio, modulo 1, are evenly spaced for any number of samples.
     turns[s] = (texel + sample_slot[s] * 2654435769u) >>
                (32 - KILN_HEMISPHERE_TURN_BITS - KILN_HEMISPHERE_SET_BITS);
   }
 }
 
-/// The index of each sample's texel along a Morton curve, finest digit first; hemisphere_turn() shuffles it. The
-/// curve continues within the texel.
-kernel void kiln_hemisphere_keys(const kiln_rotation_params params,
-                                 global const uint* restrict texel_index,
-                                 global const uint* restrict texel_first,
-                                 global const uint* restrict sample_slot,
-                                 global uint* restrict keys) {
+/// Computes the index of each sample along a Morton curve over the map, with the digit of the finest level first;
+/// hemisphere_turn() shuffles the index. The curve continues over the samples within a texel.
+kernel void kiln_hemisphere_write_keys(const kiln_rotation_params params,
+                                       global const uint* restrict texel_index,
+                                       global const uint* restrict texel_first,
+                                       global const uint* restrict sample_slot,
+                                       global uint* restrict keys) {
   const size_t i = get_global_id(0);
   if (i >= params.texel_count) return;
   const uint texel = params.first_texel + texel_index[i];
@@ -59,7 +59,7 @@ kernel void kiln_hemisphere_keys(const kiln_rotation_params params,
 }
 
 /// A unit vector along v, even for very short v; 0 if v is 0 or not finite.
-static inline float3 hemisphere_unit(float3 v) {
+static inline float3 hemisphere_normalize(float3 v) {
 #pragma OPENCL FP_CONTRACT OFF
   const float largest = max(fabs(v.x), max(fabs(v.y), fabs(v.z)));
   if (!(largest > 1e-30f)) return (float3)(0.0f);
@@ -67,8 +67,8 @@ static inline float3 hemisphere_unit(float3 v) {
   return scaled / sqrt(dot3(scaled, scaled));
 }
 
-/// Positions, normals and pushes of samples [first, first + count), or picked[0], ... Samples without a point, and
-/// padding of the last lanes, get zero normals.
+/// Computes positions, normals and offset vectors of the samples [first, first + count), or of picked[0], picked[1] and
+/// so on. Samples without a point, and unused lanes at the end, get zero normals.
 static KILN_CALL void hemisphere_point(const size_t i, const kiln_hemisphere_params params,
                                        global const uint* KILN_CALL_RESTRICT low_triangle,
                                        global const float* KILN_CALL_RESTRICT low_barycentric,
@@ -108,7 +108,7 @@ static KILN_CALL void hemisphere_point(const size_t i, const kiln_hemisphere_par
       const float3 ab = vload3(corner.y, positions) - a;
       const float3 ac = vload3(corner.z, positions) - a;
       position = (a + ab * u) + ac * v;
-      face = hemisphere_unit(cross3(hemisphere_unit(ab), hemisphere_unit(ac)));
+      face = hemisphere_normalize(cross3(hemisphere_normalize(ab), hemisphere_normalize(ac)));
     }
     normal = detail_source_normal(detail, low, triangle, u, v, normal_indices, normals);
     if (dot3(face, face) == 0.0f) face = normal;

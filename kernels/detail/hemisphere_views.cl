@@ -13,9 +13,9 @@
 //          KILN_HEMISPHERE_BENT_SUM    also sums the open directions
 //          KILN_LANES, KILN_PORTABLE_MASKS  as in lib/vector.clh, lib/mask.clh
 //
-// Strengths: a sample costs a projection and one pixel read per view; all samples share their directions, so
-// there is no grain. Limits: occluders narrower than a pixel may be missed; contacts closer than a pixel are
-// always missed; few directions cause banding.
+// Strengths: a sample costs a projection and one pixel read per view; all samples share their directions, so there is
+// no noise. Limits: occluders narrower than a pixel may be missed; contacts closer than a pixel are always missed; few
+// directions cause banding.
 #include "accel/keys.clh"
 #include "lib/vector3.clh"
 #include "accel/visibility_lanes.clh"
@@ -111,8 +111,8 @@ kernel void kiln_hemisphere_views(const kiln_hemisphere_views_params params,
       global const kiln_view* view = views + k;
       const float tx = view->toward[0], ty = view->toward[1], tz = view->toward[2];
       const vfloat cosine = (nx * tx + ny * ty) + nz * tz;
-      const vint over = cosine > (vfloat)(0.0f);
-      if (!visibility_any(over)) continue;
+      const vint faces_view = cosine > (vfloat)(0.0f);
+      if (!visibility_any(faces_view)) continue;
       const float rx = view->right[0], ry = view->right[1], rz = view->right[2];
       const float ux = view->up[0], uy = view->up[1], uz = view->up[2];
       const vfloat x = ((px * rx + py * ry) + pz * rz) * view->scale + view->left;
@@ -129,13 +129,13 @@ kernel void kiln_hemisphere_views(const kiln_hemisphere_views_params params,
       const vfloat shown = visibility_gather(picture, row * (last + 1) + column);
       // Pictures cover all occluders: points outside of the picture are unoccluded.
       const vint outside = max(offset_x * offset_x, offset_y * offset_y) > (vfloat)(1.0f);
-      // Both sides multiplied by the cosine, so that the face's orientation does not matter.
+      // Both sides of the comparison are multiplied by the cosine, so that the face's orientation does not matter.
       const vfloat squared = facing * facing;
       const vint seen = (squared > (vfloat)(min_squared)) &
                         ((slope_x * offset_x - slope_y * offset_y) * facing <=
                          ((shown + params.bias) - depth) * (squared * view->scale));
-      const vfloat share = (over & (seen | outside)) ? cosine : (vfloat)(0.0f);
-      const vfloat weight = over ? cosine : (vfloat)(0.0f);
+      const vfloat share = (faces_view & (seen | outside)) ? cosine : (vfloat)(0.0f);
+      const vfloat weight = faces_view ? cosine : (vfloat)(0.0f);
       if (((params.first_view + k) & 1u) == 0u) {
         open_even += share;
         all_even += weight;

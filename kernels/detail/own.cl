@@ -3,8 +3,8 @@
 // The user's source follows this file in the program, so it can use the declarations of own.clh. Of
 // the user's source this file uses only kiln_map().
 //
-// kernel           global    local  memory traffic an item
-// kiln_own_values  samples   64     reads 41 B + 2 triangles (gathered), writes 16 B; and the reads of kiln_map()
+// kernel           global   local  memory traffic an item
+// kiln_own_values  samples  64     reads 41 B + 2 triangles (gathered), writes 16 B; and the reads of kiln_map()
 //
 // Defines: none. Strengths: any map that a formula defines, without another pass over the match. Limits: a
 // function that never returns blocks its launch (at most 65,536 samples), since nothing on the device can
@@ -13,7 +13,7 @@
 #include "detail/detail.clh"
 #include "detail/own.clh"
 
-static inline float3 own_unit(float3 v, float3 fallback) {
+static inline float3 own_normalize(float3 v, float3 fallback) {
 #pragma OPENCL FP_CONTRACT OFF
   const float largest = max(fabs(v.x), max(fabs(v.y), fabs(v.z)));
   if (!(largest > 1e-30f)) return fallback;
@@ -21,7 +21,7 @@ static inline float3 own_unit(float3 v, float3 fallback) {
   return scaled / sqrt(dot3(scaled, scaled));
 }
 
-/// Values of samples [first, end), four planes. Samples without a point hold 0.
+/// Computes the values of samples [first, end) as four planes. Samples without a point get 0.
 /// \param low_points  position (frame units) and direction, planes
 /// \param uvs         per corner index if has_uvs; u and v interleaved
 kernel void kiln_own_values(const kiln_own_params params,
@@ -71,10 +71,10 @@ kernel void kiln_own_values(const kiln_own_params params,
     kiln_point point;
     point.position = ((a + ab * u) + ac * v) / params.scale + scene.center;
     point.normal = detail_source_normal(detail, low, triangle, u, v, normal_indices, normals);
-    point.face_normal = own_unit(
-        cross3(own_unit(ab, (float3)(0.0f)), own_unit(ac, (float3)(0.0f))), point.normal);
+    point.face_normal = own_normalize(
+        cross3(own_normalize(ab, (float3)(0.0f)), own_normalize(ac, (float3)(0.0f))), point.normal);
     point.low_position = low_at / params.scale + scene.center;
-    point.low_normal = own_unit(low.normal, low.face_normal);
+    point.low_normal = own_normalize(low.normal, low.face_normal);
     point.barycentric = (float3)(1.0f - u - v, u, v);
     point.uv = (float2)(0.0f);
     if (params.has_uvs != 0u) {

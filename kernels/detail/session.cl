@@ -2,7 +2,7 @@
 // compact arrays.
 #include "shared/common.h"
 
-/// Copies the low poly's points and the correspondences of chosen texels' samples.
+/// Copies the low poly's points and the correspondences of the selected texels' samples.
 kernel void kiln_session_gather(const uint count,
                                 const uint capacity,
                                 const uint match_capacity,

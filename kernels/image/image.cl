@@ -48,11 +48,12 @@ typedef ushort gutter_offset;
 #endif
 #define GUTTER_BIAS (1 << (GUTTER_SHIFT - 1))
 #define GUTTER_DISTANCE_SHIFT (2 * GUTTER_SHIFT)
-// A key for "no source": larger than that of any distance, even after dx^2 is added, and the sum does not
+// The key for "no source". It is larger than the key of any distance, even after dx^2 is added, and that sum does not
 // overflow.
 #define GUTTER_NONE ((gutter_key)GUTTER_FAR << GUTTER_DISTANCE_SHIFT)
 
-// The previous texel's distance plus 1, or 0 on a source; clamped to `limit`.
+// Distance to the nearest source along the column: that of the previous texel plus 1, or 0 at a source; clamped to
+// `limit`.
 static int8 gutter_step(int8 previous, uchar8 mask, int limit) {
   const int8 empty = convert_int8(mask) - 1;  // -1 (all bits) for texels without a source, else 0
   return min(previous + 1, (int8)limit) & empty;
@@ -72,7 +73,7 @@ static KILN_CALL void gutter_columns(const uint item, const kiln_gutter_band ban
   const int limit = (int)band.radius + 1;
   const size_t key_stride = (size_t)band.stride + 2 * band.pad;
   const int top = (int)(band.first_row + first);
-  const int bottom = (int)(band.first_row + last);  // one past the band's last row
+  const int bottom = (int)(band.first_row + last);  // one past the last row
 
   // Upward pass: stores the distance to the nearest source below in place of the key.
   int8 distance_below = (int8)limit;
@@ -83,8 +84,8 @@ static KILN_CALL void gutter_columns(const uint item, const kiln_gutter_band ban
               keys + (size_t)(y - (int)band.first_row) * key_stride + band.pad + x);
     }
   }
-  // Downward pass: the distance to the nearest source above, and the nearer of the two; above wins
-  // ties.
+  // Downward pass: computes the distance to the nearest source above, and stores the nearer of the two sources; the
+  // upper one wins ties.
   int8 distance_above = (int8)limit;
   for (int y = max(top - (int)band.radius, 0); y < bottom; ++y) {
     distance_above = gutter_step(distance_above, vload8(0, mask + (size_t)y * band.stride + x), limit);
@@ -136,8 +137,8 @@ static KILN_CALL void gutter_rows(const uint item, const kiln_gutter_band band,
   gutter_key8 best = vload8(0, at) + (gutter_key)GUTTER_BIAS;
   for (gutter_key dx = 1; dx <= radius; ++dx) {
     const gutter_key far = (dx * dx << GUTTER_DISTANCE_SHIFT) + (gutter_key)GUTTER_BIAS;
-    // Columns further out cannot be nearer. Tested every 8 columns, since the test costs as much as a
-    // column.
+    // The search ends when columns farther away cannot hold a nearer source. This is tested every 8 columns, since the
+    // test costs as much as a column.
     if ((dx & 7) == 0 && gutter_largest(best) < far - (gutter_key)GUTTER_BIAS) break;
     best = min(best, vload8(0, at - dx) + (far - dx));
     best = min(best, vload8(0, at + dx) + (far + dx));

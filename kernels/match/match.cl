@@ -1,27 +1,27 @@
-// Steps between two searches, without a round trip to the host: these kernels change directions, and limit or
-// select hits.
+// Kernels that run between two searches, so that data stays on the device: they change directions, and limit or select
+// hits.
 //
-// kernel              global  local  memory traffic an item
-// kiln_match_end      sample  64     reads 53 B, writes 17 B if the point lies too deep
-// kiln_match_axis     sample  64     reads 28 B, writes 28 B
-// kiln_match_limit    sample  64     reads 32 B, writes 4 B
-// kiln_match_outer    sample  64     reads 8 B, and 12 B more if there is a hit; writes 17 B if it is farther out
+// kernel                   global  local  memory traffic an item
+// kiln_match_reject_deep   sample  64     reads 53 B, writes 17 B if the point lies too deep
+// kiln_match_axis          sample  64     reads 28 B, writes 28 B
+// kiln_match_limit         sample  64     reads 32 B, writes 4 B
+// kiln_match_select_outer  sample  64     reads 8 B, and 12 B more if there is a hit; writes 17 B if it is farther out
 #include "lib/shell.clh"
 #include "shared/match.h"
 
-/// Converts samples to misses if their point lies beyond the inner shell.
-kernel void kiln_match_end(const uint count,
-                           const uint capacity,
-                           const uint hit_capacity,
-                           // 6 per triangle: unit normal, then the inner shell's depth at each corner
-                           global const float* restrict shell,
-                           global const uint* restrict triangle,
-                           global const float* restrict barycentric,
-                           global const float* restrict points,
-                           global uint* restrict hit_triangle,
-                           global float* restrict hit_barycentric,
-                           global float* restrict hit_distance,
-                           global uchar* restrict hit_status) {
+/// Turns a sample into a miss if its matched point lies below the inner shell.
+kernel void kiln_match_reject_deep(const uint count,
+                                   const uint capacity,
+                                   const uint hit_capacity,
+                                   // 6 per triangle: unit normal, then the inner shell's depth at each corner
+                                   global const float* restrict shell,
+                                   global const uint* restrict triangle,
+                                   global const float* restrict barycentric,
+                                   global const float* restrict points,
+                                   global uint* restrict hit_triangle,
+                                   global float* restrict hit_barycentric,
+                                   global float* restrict hit_distance,
+                                   global uchar* restrict hit_status) {
   const size_t i = get_global_id(0);
   if (i >= count || hit_triangle[i] == KILN_NO_TRIANGLE) return;
   const float deepest =
@@ -34,7 +34,7 @@ kernel void kiln_match_end(const uint count,
   hit_status[i] = KILN_STATUS_MISS;
 }
 
-/// Copies points, with directions replaced by an axis, which is negated if it opposes the sample's own
+/// Copies points and replaces their directions by an axis, which is negated if it points against the sample's former
 /// direction.
 kernel void kiln_match_axis(const uint count,
                             const uint capacity,
@@ -66,7 +66,7 @@ kernel void kiln_match_limit(const uint count,
                              global const float* restrict points,
                              global const uint* restrict met,
                              global const float* restrict distance,
-                             global float* limit) {  // may lie in the array of points, as one of its planes
+                             global float* limit) {  // may be one plane of the array of points
 #pragma OPENCL FP_CONTRACT OFF
   const size_t i = get_global_id(0);
   if (i >= count) return;
@@ -81,16 +81,16 @@ kernel void kiln_match_limit(const uint count,
   limit[first + i] = max_distance;
 }
 
-/// Selects the outer of two hits, if it is on another face.
-kernel void kiln_match_outer(const uint count,
-                             const float same_face,
-                             global const uint* restrict outer_triangle,
-                             global const float* restrict outer_barycentric,
-                             global const float* restrict outer_distance,
-                             global uint* restrict triangle,
-                             global float* restrict barycentric,
-                             global float* restrict distance,
-                             global uchar* restrict status) {
+/// Replaces a hit by a second one that lies farther outward on another face.
+kernel void kiln_match_select_outer(const uint count,
+                                    const float same_face,
+                                    global const uint* restrict outer_triangle,
+                                    global const float* restrict outer_barycentric,
+                                    global const float* restrict outer_distance,
+                                    global uint* restrict triangle,
+                                    global float* restrict barycentric,
+                                    global float* restrict distance,
+                                    global uchar* restrict status) {
   const size_t i = get_global_id(0);
   if (i >= count || outer_triangle[i] == KILN_NO_TRIANGLE) return;
   if (!(outer_distance[i] > distance[i] + same_face)) return;

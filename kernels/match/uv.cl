@@ -84,7 +84,7 @@ static bool uv_is_small(const kiln_uv_piece* p, const uint shift) {
   return longest < (1L << 26) && ((2L * longest * longest) >> shift) + 10L * longest < (1L << 31);
 }
 
-/// Writes one sample of a piece whose index is higher than those of all pieces written before.
+/// Writes the index of a piece to one sample. Pieces must be written in ascending order.
 static void uv_append(const uint piece, const uint count, global uint* lowest,
                       global uint* highest) {
   if (*lowest == KILN_UV_EMPTY) {
@@ -151,7 +151,7 @@ kernel void kiln_uv_cover_run(const kiln_uv_params params,
         if (!wide_any(inside)) continue;
         global uint* low = lowest + place + x;
         global uint* high = highest + place + x;
-        if (place + x + 8u > end) {  // the following rows belong to another work-item
+        if (place + x + 8u > end) {  // the elements that follow belong to rows of another work-item
           int lanes[8];
           vstore8(inside, 0, lanes);
           for (int i = 0; i < width - x && i < 8; ++i) {
@@ -220,7 +220,7 @@ static float uv_determinant(const int a, const int b, const int c, const int d) 
 #endif
 }
 
-/// Eight determinants a d - b c whose inputs are exact in floats.
+/// Computes eight determinants a d - b c; inputs must be exactly representable as floats.
 static float8 uv_determinant8(const float8 a, const float8 b, const float8 c, const float8 d) {
 #pragma OPENCL FP_CONTRACT OFF
   const float8 product = b * c;

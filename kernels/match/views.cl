@@ -29,7 +29,7 @@ static inline views_sample views_load(global const float* points, size_t i, size
   return sample;
 }
 
-/// A line through the sample, given by two directions perpendicular to it.
+/// A line through the sample, represented by two directions perpendicular to the line.
 typedef struct {
   float3 right, up;
 } views_line;
@@ -88,7 +88,7 @@ static inline bool views_intersect(const views_line* line, const views_sample* s
   const float weight_c = ax * by - ay * bx;
   const float area = (weight_a + weight_b) + weight_c;
   if (!(fabs(area) > 0.0f)) return false;
-  // Outside: the point is clamped to the triangle's nearest point.
+  // The line passes outside the triangle: the triangle's point nearest to the line is used.
   const float u = weight_b / area;
   const float v = weight_c / area;
   out->triangle = triangle;
@@ -147,12 +147,11 @@ static inline bool views_find_best(global const kiln_view* view, const views_lin
   return found;
 }
 
-/// Searches the point on the line along the sample's own direction, iteratively: a point of that
-/// line is projected into the view, and the line is intersected with the triangles of the
-/// surrounding pixels, which gives the next point (as relief mapping searches a depth image;
-/// Policarpo, Oliveira, Comba 2005). Of the triangles smaller than a pixel, pictures show only
-/// some. So if the line intersects none, the nearest point within a pixel of the line counts.
-/// Returns false if there is no such point.
+/// Searches the point on the line along the sample's own direction, iteratively: a point of that line is projected into
+/// the view, and the line is intersected with the triangles of the surrounding pixels, which gives the next point (as
+/// relief mapping searches a depth image; Policarpo, Oliveira, Comba 2005). A picture shows only some of the triangles
+/// that are smaller than a pixel. So if the line intersects none of the triangles, the point nearest to the line is
+/// used if it lies within a pixel of it. Returns false if there is no such point.
 /// \param along  distance along the line at which the search begins
 static inline bool views_refine(global const kiln_view* view, const views_sample* sample,
                                 float along, float max_distance, global const ulong* restrict keys,

@@ -5,19 +5,19 @@
 // section 3.3: the mesh is drawn from many directions all around, and for each point the directions that
 // see it are summed. A direction is weighted by its cosine to the face, as counting pixels does.
 //
-// kernel                    global        local  memory traffic an item
-// kiln_visibility_depths    pixels        64     reads 8 B, writes 4 B
-// kiln_visibility_prepare   samples       64     reads 16 B + 12 B (gathered), writes 24 B
-// kiln_visibility_texels    samples / 64  64     a sample: reads 24 B + 16 B + 4 B a view (gathered),
-//                                                writes 16 B
-// kiln_visibility_aim       samples       64     reads 12 B, writes 12 B
-// kiln_visibility_add       samples       64     reads 29 B, writes 16 B
-// kiln_visibility_corners   triangles     64     8 B a pixel of its box in each view; writes 48 B
-// kiln_visibility_scatter   samples       64     reads 24 B, writes 20 B
-// kiln_visibility_smooth    pixels        64     reads 144 B (mostly shared), writes 16 B
-// kiln_visibility_link      border pixels 64     reads 36 B + 144 B (gathered), writes 16 B
-// kiln_visibility_direct    texels        64     a sample: reads 36 B + field, writes 28 B
-// kiln_visibility_seen      texels        64     a sample: reads 16 B + field, writes 12 B
+// kernel                            global         local  memory traffic an item
+// kiln_visibility_depths            pixels         64     reads 8 B, writes 4 B
+// kiln_visibility_prepare           samples        64     reads 16 B + 12 B (gathered), writes 24 B
+// kiln_visibility_texels            samples / 64   64     a sample: reads 24 B + 16 B + 4 B a view (gathered),
+//                                                         writes 16 B
+// kiln_visibility_aim               samples        64     reads 12 B, writes 12 B
+// kiln_visibility_add               samples        64     reads 29 B, writes 16 B
+// kiln_visibility_corners           triangles      64     8 B a pixel of its box in each view; writes 48 B
+// kiln_visibility_scatter           samples        64     reads 24 B, writes 20 B
+// kiln_visibility_smooth            pixels         64     reads 144 B (mostly shared), writes 16 B
+// kiln_visibility_smooth_seams      border pixels  64     reads 36 B + 144 B (gathered), writes 16 B
+// kiln_visibility_write_directions  texels         64     a sample: reads 36 B + field, writes 28 B
+// kiln_visibility_write_means       texels         64     a sample: reads 16 B + field, writes 12 B
 //
 // Defines: KILN_VISIBILITY_SCALAR  kiln_visibility_texels handles one sample per item: for GPUs
 //          KILN_VISIBILITY_SEEN  kiln_visibility_texels and _add also store the set of directions that
@@ -68,9 +68,9 @@ kernel void kiln_visibility_prepare(const kiln_visibility_params params,
   prepared[i + 5 * out] = normal.z;
 }
 
-/// Adds the directions of a batch of views that see each sample. A view sees a sample if the
-/// surface in the sample's pixel is, at the pixel's centre, no nearer than the plane of the
-/// sample's face. So no face hides itself at any angle.
+/// Adds the directions of a batch of views that see each sample. A view sees a sample if the surface in the sample's
+/// pixel is, at the pixel's centre, no nearer than the plane of the sample's face. So a face never hides its own
+/// samples, at any angle.
 /// \param prepared  6 planes: position, unit normal of the face
 /// \param weights   weight of each view
 /// \param sums      4 planes: sum of directions x y z, sum of weights
@@ -94,7 +94,7 @@ kernel void kiln_visibility_texels(const kiln_visibility_params params,
   const size_t base = get_global_id(0) * KILN_VISIBILITY_SAMPLES;
   if (base >= params.count) return;
 #endif
-  // Planes are padded to whole items, so that no lane needs a check.
+  // Arrays are padded to whole work-items, so no lane needs a bounds check.
   const int vectors = VISIBILITY_LANES == 1 ? 1 : KILN_VISIBILITY_SAMPLES / VISIBILITY_LANES;
   const int last = (int)params.view_size - 1;
   for (uint k = 0; k < params.view_count; ++k) {
@@ -223,7 +223,7 @@ kernel void kiln_visibility_corners(
     const float ay = view->top - dot3(up, a) * view->scale;
     const float by = view->top - dot3(up, b) * view->scale;
     const float cy = view->top - dot3(up, c) * view->scale;
-    // Rows grow downwards, so faces turned to the viewer are clockwise here.
+    // Row indices grow downwards, so triangles that face the viewer have clockwise corners here.
     const float area = (cx - ax) * (by - ay) - (bx - ax) * (cy - ay);
     if (!(area > 0.0f)) continue;
     const int size = (int)params.view_size;
@@ -273,8 +273,8 @@ kernel void kiln_visibility_scatter(const kiln_visibility_params params, const u
   field_triangle[pixel] = triangle[i];
 }
 
-/// One smoothing pass with weights 4, 2, 1, over sums and weights alike, so that well-sampled texels have
-/// more weight.
+/// One smoothing pass with the weights 4, 2, 1 for the texel, its side neighbours and its diagonal neighbours. Sums of
+/// directions and sums of weights are smoothed alike, so well-sampled texels count more.
 /// \param width  of the field
 kernel void kiln_visibility_smooth(const uint count, const uint width,
                                    global const uchar* restrict kind,
@@ -294,8 +294,8 @@ kernel void kiln_visibility_smooth(const uint count, const uint width,
 /// The same smoothing pass for texels with neighbours across a seam.
 /// \param links  [9 * count] the texel, then its neighbours: left, right, above, below, and the diagonal
 ///               ones; the texel itself replaces those with KILN_VISIBILITY_NO_LINK
-kernel void kiln_visibility_link(const uint count, global const uint* restrict links,
-                                 global const float* restrict from, global float* restrict to) {
+kernel void kiln_visibility_smooth_seams(const uint count, global const uint* restrict links,
+                                         global const float* restrict from, global float* restrict to) {
 #pragma OPENCL FP_CONTRACT OFF
   const size_t i = get_global_id(0);
   if (i >= count) return;
@@ -316,7 +316,7 @@ kernel void kiln_visibility_link(const uint count, global const uint* restrict l
 ///               per corner; w is 1, or 0 if no direction sees it
 /// \param chart  chart of each triangle
 /// \param normals  normals of the low poly's faces
-kernel void kiln_visibility_direct(
+kernel void kiln_visibility_write_directions(
     const kiln_visibility_band params, global const uint* restrict texel_index,
     global const uint* restrict texel_first, global const uint* restrict sample_slot,
     global const uint* restrict triangle, global const float* restrict barycentric,
@@ -365,9 +365,9 @@ kernel void kiln_visibility_direct(
 }
 
 /// Writes the mean of the directions that see each of a band's samples; arguments as for
-/// kiln_visibility_direct.
+/// kiln_visibility_write_directions.
 /// \param seen  3 planes
-kernel void kiln_visibility_seen(
+kernel void kiln_visibility_write_means(
     const kiln_visibility_band params, global const uint* restrict texel_index,
     global const uint* restrict texel_first, global const uint* restrict sample_slot,
     global const uint* restrict triangle, global const float* restrict barycentric,

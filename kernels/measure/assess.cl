@@ -29,7 +29,8 @@ static inline void assess_add(global float* sums, size_t i, size_t plane, float 
   sums[i + 2 * plane] += weight * (distance * distance);
 }
 
-/// Writes the directions (planes 3 to 5 of `points`): the viewer's, or 0 (no ray) for faces turned away.
+/// Writes the samples' directions (planes 3 to 5 of `points`): towards the viewer, or 0 (no ray) if the face is turned
+/// away.
 kernel void kiln_assess_aim(const kiln_assess_params params, global const float* restrict normals,
                             global float* restrict points) {
 #pragma OPENCL FP_CONTRACT OFF
@@ -37,15 +38,15 @@ kernel void kiln_assess_aim(const kiln_assess_params params, global const float*
   if (i >= params.count) return;
   const size_t plane = params.capacity;
   const float3 toward = vload3(0, params.direction);
-  const bool faces = dot3(assess_vector(normals, i, plane), toward) > 0.0f;
-  points[i + 3 * plane] = faces ? toward.x : 0.0f;
-  points[i + 4 * plane] = faces ? toward.y : 0.0f;
-  points[i + 5 * plane] = faces ? toward.z : 0.0f;
+  const bool faces_viewer = dot3(assess_vector(normals, i, plane), toward) > 0.0f;
+  points[i + 3 * plane] = faces_viewer ? toward.x : 0.0f;
+  points[i + 4 * plane] = faces_viewer ? toward.y : 0.0f;
+  points[i + 5 * plane] = faces_viewer ? toward.z : 0.0f;
 }
 
 /// Adds the distances from matched points to the viewing rays, and clears the directions of hidden samples.
 /// \param offsets  from the sample to its matched point
-/// \param hidden   hidden by the low poly; 0 if no ray was cast
+/// \param hidden 1 if the low poly hides the sample; 0 if it does not, or if no ray was cast
 /// \param sums     KILN_ASSESS_SUMS planes
 kernel void kiln_assess_gather(const kiln_assess_params params,
                                global const float* restrict normals,
@@ -64,8 +65,8 @@ kernel void kiln_assess_gather(const kiln_assess_params params,
     return;
   }
   const float3 offset = assess_vector(offsets, i, plane);
-  const float3 across = offset - toward * dot3(offset, toward);
-  assess_add(sums + KILN_ASSESS_SEEN * plane, i, plane, cosine, sqrt(dot3(across, across)));
+  const float3 distance_to_ray = offset - toward * dot3(offset, toward);
+  assess_add(sums + KILN_ASSESS_SEEN * plane, i, plane, cosine, sqrt(dot3(distance_to_ray, distance_to_ray)));
 }
 
 /// Adds the distances from matched points to the rays' first hits on the high poly, if these are on
@@ -87,6 +88,6 @@ kernel void kiln_assess_compare(
   if (triangle[i] == KILN_NO_TRIANGLE || !(dot3(toward, toward) > 0.0f)) return;
   if (!(dot3(vload3(triangle[i], dense_normals), toward) > 0.0f)) return;
   const float cosine = dot3(assess_vector(normals, i, plane), toward);
-  const float3 apart = assess_vector(offsets, i, plane) - toward * distance[i];
-  assess_add(sums + KILN_ASSESS_MET * plane, i, plane, cosine, sqrt(dot3(apart, apart)));
+  const float3 distance_to_hit = assess_vector(offsets, i, plane) - toward * distance[i];
+  assess_add(sums + KILN_ASSESS_MET * plane, i, plane, cosine, sqrt(dot3(distance_to_hit, distance_to_hit)));
 }

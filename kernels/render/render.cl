@@ -30,9 +30,9 @@
 #define TILE_PIXELS (KILN_RENDER_TILE * KILN_RENDER_TILE)
 
 /// Unit vector along v; `fallback` for a vector without a direction.
-static float3 render_unit(float3 v, float3 fallback) {
+static float3 render_normalize(float3 v, float3 fallback) {
 #pragma OPENCL FP_CONTRACT OFF
-  // Scaled first, since the square of the cross product of a small triangle's edges underflows.
+  // The vector is scaled first, since the square of the cross product of a small triangle's edges would underflow.
   const float largest = max(fabs(v.x), max(fabs(v.y), fabs(v.z)));
   if (!(largest > 0.0f)) return fallback;
   const float3 scaled = v / largest;
@@ -49,8 +49,7 @@ static void render_store(float3 value, global float* planes, size_t index, size_
   planes[index + 2 * capacity] = value.z;
 }
 
-/// The picture's column and row of a pixel of this part. May be outside the picture in the last
-/// tiles.
+/// Column and row in the picture of a pixel of this launch's tiles. They may lie outside the picture in the last tiles.
 static uint2 render_pixel(const kiln_render_params* params, uint pixel) {
   const uint tile = params->first_tile + pixel / TILE_PIXELS;
   const uint pixel_in_tile = pixel % TILE_PIXELS;
@@ -58,7 +57,8 @@ static uint2 render_pixel(const kiln_render_params* params, uint pixel) {
                  tile / params->tile_columns * KILN_RENDER_TILE + pixel_in_tile / KILN_RENDER_TILE);
 }
 
-/// Rays of the part's samples, from beyond the mesh's bounding sphere (radius 1/2 around the origin).
+/// Writes the camera rays of this launch's samples, which start outside the mesh's bounding sphere (radius 1/2 around
+/// the origin).
 kernel void kiln_render_camera(const kiln_render_params params, global float* restrict points) {
 #pragma OPENCL FP_CONTRACT OFF
   const size_t i = get_global_id(0);
@@ -128,7 +128,7 @@ kernel void kiln_render_keys(const kiln_render_params params,
   hit_barycentric[i + capacity] = v;
 }
 
-/// Surface at the rays' hits: position, face normal, shading normal.
+/// Computes the surface at each ray's hit: position, face normal, shading normal.
 kernel void kiln_render_surface(const kiln_render_params params,
                                 global const uint* restrict hit_triangle,
                                 global const float* restrict hit_barycentric,
@@ -151,13 +151,13 @@ kernel void kiln_render_surface(const kiln_render_params params,
   const float3 b = vload3(corner.y, positions);
   const float3 c = vload3(corner.z, positions);
   const float3 toward = vload3(0, params.toward);
-  const float3 outward = render_unit(cross3(b - a, c - a), toward);
+  const float3 outward = render_normalize(cross3(b - a, c - a), toward);
   float3 normal = outward;
   if (params.flat == 0u) {
     const uint3 index = vload3(triangle, normal_indices);
     const float3 sum = vload3(index.x, normals) * w + vload3(index.y, normals) * u +
                        vload3(index.z, normals) * v;
-    normal = render_unit(sum, outward);
+    normal = render_normalize(sum, outward);
   }
   const float side = dot3(outward, toward) < 0.0f ? -1.0f : 1.0f;
   render_store(a * w + b * u + c * v, surface + KILN_SURFACE_POSITION * capacity, i, capacity);
@@ -239,7 +239,7 @@ kernel void kiln_render_map(const kiln_render_map_params params,
     const float3 t = vload3(0, low->face_tangent);
     normal = t * value.x + cross3(face_normal, t) * value.y + face_normal * value.z;
   }
-  normal = render_unit(normal, face_normal);
+  normal = render_normalize(normal, face_normal);
   const float3 facing = render_load(surface + KILN_SURFACE_FACE * capacity, i, capacity);
   if (dot3(facing, face_normal) < 0.0f) normal = -normal;
   render_store(normal, surface + KILN_SURFACE_NORMAL * capacity, i, capacity);
@@ -257,7 +257,7 @@ kernel void kiln_render_ambient_rays(const kiln_render_params params,
   const size_t i = get_global_id(0);
   if (i >= params.sample_count) return;
   const size_t capacity = params.capacity;
-  // Without a hit: a ray outside of the scene.
+  // If the camera ray has no hit, the ambient ray is placed outside the scene.
   float3 position = (float3)(4.0f, 4.0f, 4.0f);
   float3 direction = (float3)(0.0f, 0.0f, 1.0f);
   if (hit_triangle[i] != KILN_NO_TRIANGLE) {
@@ -268,8 +268,8 @@ kernel void kiln_render_ambient_rays(const kiln_render_params params,
     const uint per_pixel = params.samples * params.samples;
     const uint2 pixel = render_pixel(&params, (uint)i / per_pixel);
     const float2 point = vload2((uint)i % per_pixel + pass * per_pixel, disc);
-    // Rotation by the pixel's angle: by its quadrant, then by the remaining angle, computed from the tangent
-    // of half of it.
+    // Rotates by the pixel's angle: first by multiples of 90 degrees, then by the rest, whose sine and cosine are
+    // computed from the tangent of its half.
     const uint turn = pixel.x * 0xC13FA9A9u + pixel.y * 0x91E10DA5u;
     const float t = (float)(turn >> 16 & 0x3FFFu) * (1.0f / 16384.0f);
     const float scale = 1.0f / (1.0f + t * t);
@@ -280,7 +280,7 @@ kernel void kiln_render_ambient_rays(const kiln_render_params params,
     const float y = point.x * angle.y + point.y * angle.x;
     const float z = sqrt(max(0.0f, 1.0f - (x * x + y * y)));
 
-    // A basis around the normal (Duff et al. 2017).
+    // An orthonormal basis whose third axis is the normal (Duff et al. 2017).
     const float3 n = render_load(surface + KILN_SURFACE_NORMAL * capacity, i, capacity);
     const float side = n.z < 0.0f ? -1.0f : 1.0f;
     const float p = -1.0f / (side + n.z);
@@ -292,7 +292,7 @@ kernel void kiln_render_ambient_rays(const kiln_render_params params,
     // mirrored, so that they do not hit the face itself.
     const float face_cosine = dot3(direction, face);
     if (face_cosine < 0.0f) direction -= face * (2.0f * face_cosine);
-    direction = render_unit(direction, face);
+    direction = render_normalize(direction, face);
   }
   render_store(position, points, i, capacity);
   render_store(direction, points + 3 * capacity, i, capacity);
@@ -359,7 +359,7 @@ kernel void kiln_render_shade(const kiln_render_params params,
   if (params.show_colors != 0u || params.show_depth != 0u) {
     color = hits == 0u ? (float3)(0.0f) : sum / (float)hits;
   } else if (params.show_normals != 0u) {
-    color = hits == 0u ? (float3)(0.0f) : render_unit(sum, toward) * 0.5f + 0.5f;
+    color = hits == 0u ? (float3)(0.0f) : render_normalize(sum, toward) * 0.5f + 0.5f;
   } else {
     const uint2 pixel = render_pixel(&params, (uint)i);
     const float x = ((float)pixel.x + 0.5f) / (float)params.width - 0.5f;

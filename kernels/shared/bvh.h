@@ -7,8 +7,8 @@
 #define KILN_BVH_WIDTH 8
 #define KILN_BVH_LEAF_TRIANGLES 4
 
-/// Each triangle's box is widened by this much on every side, in frame units (about 1): 16 units in
-/// the last place of 1. Hit points move by rounding; they stay within the widened box.
+/// Each triangle's box is widened by this much on every side, in frame units (about 1): 16 units in the last place of
+/// 1. Rounding may move a hit point out of the triangle, but not out of the widened box.
 #define KILN_BVH_EPSILON (1.0f / 524288.0f)
 
 /// Maximum number of levels of nodes in a tree; stacks hold 7 entries per level.
@@ -33,9 +33,9 @@ struct kiln_bvh_node {
 typedef struct kiln_bvh_node kiln_bvh_node;
 KILN_CHECK_SIZE(kiln_bvh_node, 256);
 
-/// A prism around all triangles of a node, for nodes whose axis-aligned boxes are much too large: stacked large
-/// triangles, fans. It is stored among the nodes. A ray that hits none of the prism's faces hits none of the
-/// triangles, so a traversal may skip the node; one that does not test prisms gives the same result.
+/// A prism that bounds all triangles of a node, for nodes whose axis-aligned boxes are much too large, such as those of
+/// stacked large triangles or fans. It is stored in the array of nodes. A ray that hits no face of the prism hits none
+/// of the triangles, so a traversal may skip the node. A traversal without prism tests gives the same result.
 ///
 /// The prism is larger than the triangles by KILN_BVH_PRISM_MARGIN on every side. Rays from within
 /// KILN_BVH_PRISM_REACH on each axis are sheared as for a triangle. A difference of coordinates then has an

@@ -19,8 +19,8 @@ struct kiln_closest_params {
   kiln_uint flags;
   kiln_uint first;            ///< First sample of this launch
   kiln_uint end;              ///< One past its last sample
-  kiln_uint capacity;         ///< Elements of one plane of the points
-  kiln_uint result_capacity;  ///< Elements of one plane of the barycentrics
+  kiln_uint capacity;         ///< Elements per component plane of the points
+  kiln_uint result_capacity;  ///< Elements per component plane of the barycentrics
   kiln_uint padding[2];
 };
 typedef struct kiln_closest_params kiln_closest_params;

@@ -18,14 +18,14 @@ KILN_CHECK_SIZE(kiln_low_shading, 128);
 #define KILN_SPACE_TANGENT 0
 #define KILN_SPACE_OBJECT 1
 #define KILN_SPACE_FACE 2
-// tangent space with bitangents that are computed at corners and interpolated
+// Tangent space whose bitangents are computed at the corners and interpolated
 #define KILN_SPACE_TANGENT_VERTEX 4
 
 typedef struct kiln_detail_params {
   kiln_uint count;          // number of samples
-  kiln_uint low_capacity;   // elements of one plane of the samples' barycentrics
-  kiln_uint hit_capacity;   // elements of one plane of the correspondence's
-  kiln_uint out_capacity;   // elements of one plane of the result
+  kiln_uint low_capacity;   // elements per component plane of the samples' barycentrics
+  kiln_uint hit_capacity;   // elements per component plane of the correspondence's
+  kiln_uint out_capacity;   // elements per component plane of the result
   kiln_int space;           // KILN_SPACE_*
   kiln_float y_scale;       // 1: green points up; -1: down
   kiln_uint two_sided;      // 1: normals that point away from the low poly are flipped
@@ -39,7 +39,7 @@ KILN_CHECK_SIZE(kiln_detail_params, 32);
 
 typedef struct kiln_resolve_params {
   kiln_uint texel_count;
-  kiln_uint capacity;  // elements of one plane of the samples' values
+  kiln_uint capacity;  // elements per component plane of the samples' values
   kiln_int miss;       // KILN_MISS_*
   kiln_uint padding;
 } kiln_resolve_params;

@@ -9,8 +9,8 @@
 
 struct kiln_hemisphere_views_params {
   kiln_uint count;        // number of samples
-  kiln_uint capacity;     // elements of one plane of the points and of the sums
-  kiln_uint bent_sum_plane;   // elements of one plane of the sums of directions
+  kiln_uint capacity;     // elements per component plane of the points and of the sums
+  kiln_uint bent_sum_plane;   // elements per component plane of the sums of directions
   kiln_uint view_count;
   kiln_uint view_size;    // pixels a side of a view
   kiln_uint first_view;   // index of the batch's first direction

@@ -14,7 +14,7 @@ enum kiln_sample_status {
   KILN_STATUS_VIEW = 5,     ///< Seen in a depth view
   KILN_STATUS_CLOSEST = 6,  ///< Nearest point
   KILN_STATUS_UV = 7,       ///< Point with the same UV
-  KILN_STATUS_OUTERMOST = 8,  ///< Ray outward, past a nearer face
+  KILN_STATUS_OUTERMOST = 8,  ///< Ray outward that passed through a nearer face
   KILN_STATUS_COUNT = 9
 };
 

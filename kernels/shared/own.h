@@ -7,9 +7,9 @@
 struct kiln_own_params {
   kiln_uint first;         ///< First sample of this launch
   kiln_uint end;           ///< One past its last sample
-  kiln_uint low_capacity;  ///< Elements of one plane of the low poly's samples
-  kiln_uint hit_capacity;  ///< Elements of one plane of the correspondence
-  kiln_uint out_capacity;  ///< Elements of one plane of the values
+  kiln_uint low_capacity;  ///< Elements per component plane of the low poly's samples
+  kiln_uint hit_capacity;  ///< Elements per component plane of the correspondence
+  kiln_uint out_capacity;  ///< Elements per component plane of the values
   kiln_uint two_sided;     ///< 1: normals that point away from the low poly are flipped
   kiln_uint has_uvs;       ///< 1: the high poly has UVs
   kiln_uint has_match;     ///< 1: the correspondence has distances and statuses

@@ -8,8 +8,8 @@
 #define KILN_RASTER_SHIFT 8
 #define KILN_RASTER_UNIT 256
 
-/// Triangles whose box is wider or higher than this many units are drawn by the kernels for large
-/// ones. Edge functions of smaller ones fit 32 bits: 2 * 2^13 * 2^13.
+/// Triangles whose bounding box exceeds this width or height, in fixed-point units, are drawn by the kernels for large
+/// triangles. Edge functions of smaller ones fit 32 bits: 2 * 2^13 * 2^13.
 #define KILN_RASTER_SMALL 8192
 
 /// Largest side of a picture, pixels, so that coordinates are exact as floats.
@@ -39,7 +39,7 @@
 /// KILN_RASTER_FAR - dot(toward, p), and nearer is less.
 #define KILN_RASTER_FAR 1.0f
 
-#define KILN_RASTER_TWO_SIDED 1u  ///< Faces turned away are drawn, too
+#define KILN_RASTER_TWO_SIDED 1u  ///< Faces turned away from the viewer are drawn, too
 
 /// A view of a frame's points: pixel x = dot(right, p) * scale + left, y = top - dot(up, p) * scale,
 /// rows from the top; looking against `toward`.

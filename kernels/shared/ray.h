@@ -4,18 +4,18 @@
 
 #include "shared/common.h"
 
-#define KILN_RAY_USE_REACH 1u      ///< The offset is the sample's own reach
+#define KILN_RAY_USE_REACH 1u      ///< The ray's offset is the reach stored with the sample
 #define KILN_RAY_INWARD 2u         ///< Against the sample's direction
 #define KILN_RAY_OUTWARD_FIRST 4u  ///< Nearest hit with t >= 0, else nearest with t < 0
 #define KILN_RAY_TWO_SIDED 8u      ///< Faces turned away from the sample's direction count too
 #define KILN_RAY_OUTERMOST 16u     ///< The hit with the greatest t
 /// With OUTERMOST: hits with t above the sample's own reach do not count
 #define KILN_RAY_LIMITED 32u
-/// Any hit ends the ray on CPUs: only whether there is one is a function of the ray and the triangles
+/// On CPUs any hit ends the ray. Only whether there is a hit, not which one, is then a function of ray and triangles
 #define KILN_RAY_ANY 64u
 
-/// Bit of the status, added to the provenance by KILN_RAY_OUTERMOST: the ray has hits at two or
-/// more different t >= 0.
+/// Bit in a sample's status beside its provenance, set by rays with KILN_RAY_OUTERMOST: the ray has hits at two or more
+/// different t >= 0.
 #define KILN_RAY_SEVERAL 128u
 
 /// Origins with a coordinate beyond this many frame units miss, since their arithmetic could
@@ -35,8 +35,8 @@ struct kiln_ray_params {
   kiln_uint flags;
   kiln_uint first;     ///< First sample of this launch
   kiln_uint end;       ///< One past its last sample
-  kiln_uint capacity;  ///< Elements of one plane of the points
-  kiln_uint result_capacity;  ///< Elements of one plane of the barycentrics
+  kiln_uint capacity;  ///< Elements per component plane of the points
+  kiln_uint result_capacity;  ///< Elements per component plane of the barycentrics
 };
 typedef struct kiln_ray_params kiln_ray_params;
 KILN_CHECK_SIZE(kiln_ray_params, 32);

@@ -28,15 +28,16 @@ typedef struct kiln_render_params {
   kiln_uint tile_columns;  // tiles in a row of the picture
   kiln_uint pixel_count;   // pixels of this part, a multiple of a tile's
   kiln_uint sample_count;  // pixel_count * samples * samples
-  kiln_uint capacity;      // elements of one plane of the samples' arrays
-  kiln_uint flat;          // 1: face normals
-  kiln_uint show_normals;  // 1: the normal as a colour
+  kiln_uint capacity;      // elements per component plane of the samples' arrays
+  kiln_uint flat;          // 1: shade by face normals
+  kiln_uint show_normals;  // 1: write the normal as a colour
   kiln_uint ambient_passes;  // rays per sample for ambient occlusion; 0: none
-  kiln_uint show_colors;     // 1: the map's channels, unlit
+  kiln_uint show_colors;     // 1: write the map's channels without lighting
   kiln_uint height;          // height of the picture, pixels
   // direction of the key light: unit, seen from the camera (right, up, towards the viewer)
   kiln_float key[3];
-  kiln_uint show_depth;      // 1: depth towards the viewer, frame units; and coverage
+  // 1: write the depth towards the viewer, in frame units, and the coverage
+  kiln_uint show_depth;
   kiln_float half_way[3];    // half vector: unit, between the key light and the viewer
   kiln_uint padding;
 } kiln_render_params;
@@ -44,7 +45,7 @@ KILN_CHECK_SIZE(kiln_render_params, 128);
 
 typedef struct kiln_render_map_params {
   kiln_uint count;     // number of samples
-  kiln_uint capacity;  // elements of one plane of the samples' arrays
+  kiln_uint capacity;  // elements per component plane of the samples' arrays
   kiln_uint width;     // width of the map, texels
   kiln_uint height;
   kiln_int space;      // KILN_SPACE_* (shared/detail.h), or KILN_RENDER_COLORS

@@ -6,8 +6,8 @@
 
 #define KILN_SELFTEST_ITEMS 1024
 
-// Operations on input i, each an index r of results: computed by scalars at r, by vectors of 4 at r + 8, by
-// vectors of 8 at r + 16, by vectors of 16 at r + 24.
+// Operations on input i. The index r of an operation is the row of its result computed with scalars; rows r + 8, r + 16
+// and r + 24 hold the results with vectors of 4, 8 and 16 lanes.
 #define KILN_SELFTEST_SUMS 0        ///< Float products and sums, not contracted
 #define KILN_SELFTEST_FMA 1         ///< Float fused multiply-add
 #define KILN_SELFTEST_DIVISION 2    ///< Float division and square root
@@ -18,13 +18,15 @@
 #define KILN_SELFTEST_LONG 7        ///< 64 bits: the edge functions of texels
 #define KILN_SELFTEST_OPERATIONS 8
 
-#define KILN_SELFTEST_MASKS 32    ///< Lane masks of vectors of 16, 8 and 4 that hold input i
+/// Masks of comparisons of vectors with 16, 8 and 4 lanes, one of which holds input i
+#define KILN_SELFTEST_MASKS 32
 #define KILN_SELFTEST_ATOMICS 33  ///< Results of the items' atomic operations in word i
-#define KILN_SELFTEST_RAY 34      ///< Triangle, t and two weights, by the kernel of bakes
+/// Triangle, t and two barycentric weights of a ray hit, computed by the kernel that bakes use
+#define KILN_SELFTEST_RAY 34
 #define KILN_SELFTEST_RESULTS 38
 
-/// Words of atomic results: minimum, maximum, count; then the minimum of 64 bits, high halves and low
-/// ones.
+/// Words that hold results of atomic operations: minimum, maximum, count, then the high and the low halves of 64-bit
+/// minima.
 #define KILN_SELFTEST_CELLS 8
 
 struct kiln_selftest_input {

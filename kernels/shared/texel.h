@@ -36,20 +36,21 @@ typedef struct kiln_texel_corners {
 } kiln_texel_corners;
 KILN_CHECK_SIZE(kiln_texel_corners, 112);
 
-/// A block is a square of texels whose samples are handled by one work-item. Its samples are called
-/// slots. They are ordered texel by texel along a Morton curve, row by row within a texel.
+/// A block is a square of texels whose samples one work-item processes. Its samples are called slots. They are ordered
+/// texel by texel along a Morton curve, row by row within a texel.
 typedef struct kiln_texel_params {
   kiln_uint block_count;
   kiln_uint group_count;    // groups of 8 slots in a block, the last one padded
   kiln_uint block_texels;   // texels in a block
   kiln_uint texel_samples;  // samples in a texel: N * N
   kiln_uint samples;        // N
-  kiln_uint shift;          // fixed-point bits below one sample
+  // number of fixed-point bits below one sample: a sample is 2^shift units wide
+  kiln_uint shift;
   kiln_int sample_width;    // width of the map, samples
   kiln_int sample_height;
   kiln_uint width;      // width of the map, texels
   kiln_uint first_row;  // first row of the band, texels
-  kiln_uint capacity;   // elements of one plane of barycentric and points
+  kiln_uint capacity;   // elements per component plane of barycentric and points
   kiln_uint padding;
 } kiln_texel_params;
 KILN_CHECK_SIZE(kiln_texel_params, 48);
@@ -59,13 +60,13 @@ KILN_CHECK_SIZE(kiln_texel_params, 48);
 typedef struct kiln_texel_block {
   kiln_int x;  // column of the block's first sample
   kiln_int y;
-  // begin, in the lists, of the pieces that may overlap the block, in ascending order
+  // Index in the array of lists of the first piece that may overlap the block; pieces are in ascending order
   kiln_uint list_begin;
   kiln_uint list_end;
 } kiln_texel_block;
 KILN_CHECK_SIZE(kiln_texel_block, 16);
 
-/// Results of kiln_texel_cover: bit fields of a block's counts.
+/// Bit fields of a block's counts, which kiln_texel_cover returns.
 #define KILN_TEXEL_SAMPLES(count) ((count)&0x3FFu)
 #define KILN_TEXEL_TEXELS(count) (((count) >> 10) & 0x3FFu)
 #define KILN_TEXEL_OVERLAPS(count) (((count) >> 20) & 0x3FFu)

@@ -13,7 +13,7 @@ typedef struct kiln_uv_piece {
 } kiln_uv_piece;
 KILN_CHECK_SIZE(kiln_uv_piece, 32);
 
-/// Barycentrics in the whole triangle at the corners of a clipped part.
+/// For a part of a clipped triangle: the whole triangle's barycentrics at the part's corners.
 typedef struct kiln_uv_clip {
   kiln_float weight1[3];
   kiln_float weight2[3];
@@ -44,8 +44,8 @@ typedef struct kiln_uv_params {
   kiln_uint width;        // width of the map, texels
   kiln_uint texel_count;  // number of covered texels of the band
   kiln_uint sample_count;
-  kiln_uint band_capacity;  // elements of one plane of the samples' points
-  kiln_uint hit_capacity;   // elements of one plane of the correspondence's barycentrics
+  kiln_uint band_capacity;  // elements per component plane of the samples' points
+  kiln_uint hit_capacity;   // elements per component plane of the correspondence's barycentrics
   kiln_uint first_run;      // first run of KILN_UV_TILE rows of samples that overlaps the band
   kiln_uint run_count;
   kiln_uint count_overlap;  // 1: overlaps are recorded; 0: they are not

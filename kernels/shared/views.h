@@ -12,8 +12,8 @@
 
 struct kiln_views_params {
   kiln_uint count;            ///< Number of samples
-  kiln_uint capacity;         ///< Elements of one plane of the points
-  kiln_uint result_capacity;  ///< Elements of one plane of the barycentrics
+  kiln_uint capacity;         ///< Elements per component plane of the points
+  kiln_uint result_capacity;  ///< Elements per component plane of the barycentrics
   kiln_uint view_count;
   kiln_uint criterion;
   kiln_float max_distance;

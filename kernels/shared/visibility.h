@@ -10,9 +10,9 @@
 
 /// Smallest cosine between a matching direction and its face.
 ///
-/// Near a ridge, the mean of the directions that see both sides may run along the wall or into it; the
-/// ray would then run far along the face, or under it. Such a direction is raised along the face's
-/// normal, by the smallest change that suffices.
+/// Near a ridge, the mean of the directions from which both sides are visible may be parallel to a face or point into
+/// it, so that a ray would run far along the face or below it. Such a direction is tilted towards the face's normal as
+/// little as necessary.
 #define KILN_VISIBILITY_LEAST_RISE 0.1f
 
 /// Depth of an empty pixel.
@@ -21,7 +21,7 @@
 /// Samples per work-item of the vector kernel.
 #define KILN_VISIBILITY_SAMPLES 64
 
-/// Kinds of a field's pixels, by their smoothing.
+/// Kinds of pixels of a visibility field, which are smoothed differently.
 #define KILN_VISIBILITY_EMPTY 0
 #define KILN_VISIBILITY_INNER 1   ///< All 8 neighbours belong to the same chart
 #define KILN_VISIBILITY_BORDER 2  ///< Some neighbours lie across a seam
@@ -30,13 +30,13 @@
 
 struct kiln_visibility_params {
   kiln_uint count;     ///< Number of items
-  kiln_uint capacity;  ///< Elements of one plane of the points and of the sums
+  kiln_uint capacity;  ///< Elements per component plane of the points and of the sums
   kiln_uint view_count;
   kiln_uint view_size;  ///< Pixels a side
   /// Depth tolerance in frame units: a surface hides a sample only if it is nearer by more than this
   kiln_float bias;
   kiln_float scale;     ///< Converts the points to the pictures' units
-  kiln_uint out_capacity;     ///< Elements of one plane of the output of kiln_visibility_prepare
+  kiln_uint out_capacity;     ///< Elements per component plane of the output of kiln_visibility_prepare
   kiln_uint first_direction;  ///< First direction of the batch
 };
 typedef struct kiln_visibility_params kiln_visibility_params;
@@ -45,8 +45,8 @@ KILN_CHECK_SIZE(kiln_visibility_params, 32);
 /// Parameters of visibility directions for a band's samples.
 struct kiln_visibility_band {
   kiln_uint texel_count;
-  kiln_uint capacity;      ///< Elements of one plane of the band
-  kiln_uint out_capacity;  ///< Elements of one plane of the output
+  kiln_uint capacity;      ///< Elements per component plane of the band
+  kiln_uint out_capacity;  ///< Elements per component plane of the output
   kiln_uint first_row;     ///< First row of the band
   kiln_uint width;         ///< Width of the map
   kiln_uint height;

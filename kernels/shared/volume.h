@@ -14,9 +14,9 @@ typedef uint64_t kiln_ulong;
 /// outside the solid. Cell c lies between padded voxels c and c + 1, edge (c, axis) leaves voxel c along
 /// the axis.
 ///
-/// 64 neighbouring places along x. The index of an edge or cell is the base of its word plus the number
-/// of bits set before its own (rank: Jacobson 1989, "Space-efficient static trees and graphs"), so that
-/// positions are converted to indices without a search. Edges count along x first, then y, then z.
+/// 64 consecutive positions along x. The index of an edge or cell is the base of its word plus the number of bits set
+/// before its own (rank: Jacobson 1989, "Space-efficient static trees and graphs"), so that positions are converted to
+/// indices without a search. Edges count along x first, then y, then z.
 typedef struct kiln_volume_word {
   kiln_ulong edge[3];  ///< Bit set of the positions whose edge along x, y, z is crossed
   kiln_ulong cell;     ///< Bit set of the positions whose cell the surface crosses
@@ -34,10 +34,12 @@ typedef struct kiln_volume_grid {
   kiln_uint count;  ///< Number of items
   kiln_float iso;
   kiln_int below;      ///< 1: the solid is below the iso value
-  kiln_float outside;  ///< Replaces non-finite voxels
+  kiln_float outside;  ///< Value that replaces non-finite voxels
   kiln_uint reserved;
-  kiln_float to_world[9];         ///< Columns: world offset of a step along x, y, z
-  kiln_float normal_to_world[9];  ///< Rows: transforms index-space normals to world, up to length
+  /// Columns of the matrix from index space to world space: the offset of one step along x, y, z
+  kiln_float to_world[9];
+  /// Rows of the matrix that transforms normals from index space to world space, except for their length
+  kiln_float normal_to_world[9];
   kiln_uint padding[2];
 } kiln_volume_grid;
 KILN_CHECK_SIZE(kiln_volume_grid, 128);
@@ -72,8 +74,8 @@ KILN_CHECK_SIZE(kiln_volume_vertex, 24);
 /// (a+2)%3.
 #define KILN_VOLUME_KEY_BITS 16
 
-/// Eigenvalues below this share of the largest are ignored: the vertex keeps the crossings' mean in
-/// these directions.
+/// Eigenvalues below this share of the largest count as 0: along their eigenvectors the vertex stays at the mean of the
+/// crossings.
 #define KILN_VOLUME_EIGEN_LIMIT 0.05f
 
 /// A polygon of the low poly and its rectangle of texels: one triangle, or two that share the edge from
@@ -107,7 +109,7 @@ typedef struct kiln_volume_level {
   kiln_uint charts;
   kiln_int space;      ///< KILN_SPACE_*
   kiln_float y_scale;  ///< 1: green points up; -1: down
-  kiln_float scale;    ///< Written values are n scale + offset
+  kiln_float scale;    ///< Map values are scale * n + offset
   kiln_float offset;
   kiln_float reach;  ///< Width of the band along a seam that its correction changes, texels
 } kiln_volume_level;

@@ -12,8 +12,8 @@
 // | kernel            | one work-item | traffic                                                     |
 // | kiln_texel_cover  | block         | 64 B a listed piece; 4 B a sample, hot in cache              |
 // | kiln_texel_fill   | block         | 176 B a piece in the block; 48 B a covered sample, 8 a texel |
-// | kiln_texel_pick, kiln_texel_pick_bytes | sample | 4 B, and 8 B or 2 B a plane                      |
-// | kiln_texel_put_back | sample      | 8 B; 34 B more if a point was found                           |
+// | kiln_texel_gather, kiln_texel_gather_bytes | sample | 4 B, and 8 B or 2 B a plane                      |
+// | kiln_texel_scatter_results | sample      | 8 B; 34 B more if a point was found                           |
 //
 // Local size 64; any other works. No defines. All integer arithmetic is exact: |a|, |b| < 2^30, samples
 // up to 2^18 a side, |E| < 2^61. Floating point: +, -, *, fma, / and sqrt, correctly rounded.
@@ -24,7 +24,8 @@
 #include "shared/common.h"
 #include "shared/texel.h"
 
-// The table of slots: planes of 8 * group_count values. A padding slot has x = 2^18, outside of any map.
+// The table of slots consists of arrays (planes) of 8 * group_count values. Slots that only pad the last group have x =
+// 2^18, outside of any map.
 #define TEXEL_PLANE_X 0u      // sample within the block
 #define TEXEL_PLANE_Y 1u
 #define TEXEL_PLANE_PLACE 2u  // sample within the texel: sy * N + sx
@@ -49,7 +50,8 @@ static KILN_CALL void texel_cover(const size_t index, const kiln_texel_params pa
   for (uint entry = block.list_begin; entry < block.list_end; ++entry) {
     const uint id = lists[entry];
     global const kiln_texel_piece* piece = pieces + id;
-    // E >= 0, or E > 0 on open edges, without the low bits that all samples have in common.
+    // A sample is inside if E >= 0, or if E > 0 for open edges. E is computed without the low bits that are equal for
+    // all samples.
     const long a0 = piece->a[0], a1 = piece->a[1], a2 = piece->a[2];
     const long b0 = piece->b[0], b1 = piece->b[1], b2 = piece->b[2];
     const uint open = ~piece->closed;
@@ -187,7 +189,7 @@ static KILN_CALL void texel_fill(const size_t index, const kiln_texel_params par
     float8 px = (float8)(0.0f), py = (float8)(0.0f), pz = (float8)(0.0f);
     float8 dx = (float8)(0.0f), dy = (float8)(0.0f), dz = (float8)(0.0f);
 
-    // One iteration per distinct piece among the eight samples: mostly one.
+    // The loop has one iteration per distinct piece among the eight samples; mostly there is only one piece.
     uint pending[8];
     vstore8(id, 0, pending);
     int remaining = count;
@@ -310,14 +312,14 @@ kernel void kiln_texel_fill(const kiln_texel_params params,
              texel_index, texel_first, sample_slot, triangle, barycentric, points);
 }
 
-/// Gathers the values of chosen samples; the rest of `to` is filled with zeros.
-kernel void kiln_texel_pick(const uint count,
-                            const uint planes,
-                            const uint from_capacity,
-                            const uint to_capacity,
-                            global const uint* restrict samples,
-                            global const uint* restrict from,  // values of any 4-byte type
-                            global uint* restrict to) {
+/// Copies the values of selected samples into a compact array; the rest of `to` is filled with zeros.
+kernel void kiln_texel_gather(const uint count,
+                              const uint planes,
+                              const uint from_capacity,
+                              const uint to_capacity,
+                              global const uint* restrict samples,
+                              global const uint* restrict from,  // values of any 4-byte type
+                              global uint* restrict to) {
   const size_t i = get_global_id(0);
   if (i >= to_capacity) return;
   for (size_t plane = 0; plane < planes; ++plane) {
@@ -325,14 +327,14 @@ kernel void kiln_texel_pick(const uint count,
   }
 }
 
-/// Gathers the values of chosen samples, for single bytes.
-kernel void kiln_texel_pick_bytes(const uint count,
-                                  const uint planes,
-                                  const uint from_capacity,
-                                  const uint to_capacity,
-                                  global const uint* restrict samples,
-                                  global const uchar* restrict from,
-                                  global uchar* restrict to) {
+/// kiln_texel_gather for values of one byte.
+kernel void kiln_texel_gather_bytes(const uint count,
+                                    const uint planes,
+                                    const uint from_capacity,
+                                    const uint to_capacity,
+                                    global const uint* restrict samples,
+                                    global const uchar* restrict from,
+                                    global uchar* restrict to) {
   const size_t i = get_global_id(0);
   if (i >= to_capacity) return;
   for (size_t plane = 0; plane < planes; ++plane) {
@@ -340,19 +342,19 @@ kernel void kiln_texel_pick_bytes(const uint count,
   }
 }
 
-/// Scatters the results of chosen samples back.
-kernel void kiln_texel_put_back(const uint count,
-                                const uint found_capacity,
-                                const uint match_capacity,
-                                global const uint* restrict samples,
-                                global const uint* restrict triangle,
-                                global const float* restrict barycentric,
-                                global const float* restrict distance,
-                                global const uchar* restrict status,
-                                global uint* restrict match_triangle,
-                                global float* restrict match_barycentric,
-                                global float* restrict match_distance,
-                                global uchar* restrict match_status) {
+/// Copies the results of selected samples from compact arrays back to the samples' positions.
+kernel void kiln_texel_scatter_results(const uint count,
+                                       const uint found_capacity,
+                                       const uint match_capacity,
+                                       global const uint* restrict samples,
+                                       global const uint* restrict triangle,
+                                       global const float* restrict barycentric,
+                                       global const float* restrict distance,
+                                       global const uchar* restrict status,
+                                       global uint* restrict match_triangle,
+                                       global float* restrict match_barycentric,
+                                       global float* restrict match_distance,
+                                       global uchar* restrict match_status) {
   const size_t i = get_global_id(0);
   if (i >= count || triangle[i] == KILN_NO_TRIANGLE) return;
   const size_t to = samples[i];

@@ -1,4 +1,4 @@
-// Ray directions that follow the low poly's shading normals on faces, and are averaged at its hard edges.
+// Ray directions: the low poly's shading normals on faces, blended into averaged normals at its hard edges.
 //
 // Purpose: rays along averaged normals lean over whole faces of a box, and details on it come out skewed;
 // rays along the faces' own normals leave gaps at edges. So both are blended: with s the distance to the
@@ -8,26 +8,29 @@
 // the shading normal is not, it equals the averaged one from both sides. Painted meshes specify 1 - c
 // directly as their weight.
 //
-// | kernel           | one work-item | traffic                                     |
-// | kiln_texel_turn  | sample        | 32 B + 36 B a triangle + 28 B an edge near it |
-// | kiln_texel_reach | sample        | 32 B + 24 B a triangle                        |
+// | kernel                      | one work-item | traffic                                       |
+// | kiln_texel_blend_directions | sample        | 32 B + 36 B a triangle + 28 B an edge near it |
+// | kiln_texel_write_reach      | sample        | 32 B + 24 B a triangle                        |
 //
 // Local size 64. No defines. Limits: edges near a triangle are tested one by one.
 #include "lib/shell.clh"
 #include "shared/common.h"
 
-/// Blends the samples' directions, planes 3 to 5 of `points`.
-kernel void kiln_texel_turn(const uint count,
-                            const uint capacity,
-                            const uint painted,                      // 1: `weights` are used; else 0
-                            global const float* restrict normals,    // 9 per triangle: 3 corners
-                            global const float* restrict weights,    // 3 per triangle, one per corner; only if painted
-                            global const uint* restrict first_edges, // per triangle, and one past the last edge
-                            // 7 per edge: its first corner (3), the vector to the second (3), its width
-                            global const float* restrict edges,
-                            global const uint* restrict triangle,
-                            global const float* restrict barycentric,
-                            global float* restrict points) {
+/// Blends the samples' directions, which are planes 3 to 5 of `points`.
+kernel void kiln_texel_blend_directions(const uint count,
+                                        const uint capacity,
+                                        const uint painted,                    // 1: `weights` are used; else 0
+                                        // 9 per triangle: a normal for each corner
+                                        global const float* restrict normals,
+                                        // 3 per triangle, one per corner; only read if painted
+                                        global const float* restrict weights,
+                                        // per triangle, and one past the last edge
+                                        global const uint* restrict first_edges,
+                                        // 7 per edge: its first corner (3), the vector to the second (3), its width
+                                        global const float* restrict edges,
+                                        global const uint* restrict triangle,
+                                        global const float* restrict barycentric,
+                                        global float* restrict points) {
 #pragma OPENCL FP_CONTRACT OFF
   const size_t i = get_global_id(0);
   if (i >= count) return;
@@ -81,13 +84,13 @@ kernel void kiln_texel_turn(const uint count,
 
 /// Writes the samples' reach, plane 6 of `points`: the distance at which their rays meet a shell, whose
 /// height over a triangle is interpolated from its corners.
-kernel void kiln_texel_reach(const uint count,
-                             const uint capacity,
-                             // 6 per triangle: unit normal, then the shell's height at each corner
-                             global const float* restrict shell,
-                             global const uint* restrict triangle,
-                             global const float* restrict barycentric,
-                             global float* restrict points) {
+kernel void kiln_texel_write_reach(const uint count,
+                                   const uint capacity,
+                                   // 6 per triangle: unit normal, then the shell's height at each corner
+                                   global const float* restrict shell,
+                                   global const uint* restrict triangle,
+                                   global const float* restrict barycentric,
+                                   global float* restrict points) {
   const size_t i = get_global_id(0);
   if (i >= count) return;
   points[6 * (size_t)capacity + i] =

@@ -110,7 +110,7 @@ kernel __attribute__((vec_type_hint(float4))) void kiln_volume_crossings(
       t = 0.5f;
       normal = along_edge;
     } else {
-      // Values are halved to avoid overflow.
+      // Values are halved, so that their difference does not overflow.
       const float rise = fb * 0.5f - fa * 0.5f;
       t = clamp((grid.iso * 0.5f - fa * 0.5f) / rise, 0.0f, 1.0f);
       if (!(t >= 0.0f)) t = 0.5f;
@@ -118,8 +118,8 @@ kernel __attribute__((vec_type_hint(float4))) void kiln_volume_crossings(
       const float3 at_b = volume_gradient(&grid, voxels, b);
       const float3 gradient = volume_blend(fa - grid.iso, fb - grid.iso, at_a, at_b, axis, &t);
       const float outward = grid.below != 0 ? 1.0f : -1.0f;
-      // If the field is constant around the edge, the normal runs along the edge.
-      normal = volume_unit(gradient * outward, along_edge);
+      // If the field is constant around the edge, the normal is the direction of the edge.
+      normal = volume_normalize(gradient * outward, along_edge);
     }
   }
   crossings[item].t = t;
@@ -264,8 +264,8 @@ kernel void kiln_volume_vertices(const kiln_volume_grid grid, global const ulong
     for (int k = 0; k < 3; ++k) middle[k][lane] = qef.mass[k] / count;
 
     // If the crossings' normals cancel out, an arbitrary direction is used.
-    const float3 normal = volume_unit(mean, (float3)(0.0f, 0.0f, 1.0f));
-    const float3 world_normal = volume_unit((float3)(dot3(vload3(0, grid.normal_to_world), normal),
+    const float3 normal = volume_normalize(mean, (float3)(0.0f, 0.0f, 1.0f));
+    const float3 world_normal = volume_normalize((float3)(dot3(vload3(0, grid.normal_to_world), normal),
                                                      dot3(vload3(1, grid.normal_to_world), normal),
                                                      dot3(vload3(2, grid.normal_to_world), normal)),
                                       normal);

@@ -30,10 +30,10 @@ static float3 map_weights(float second, float third) {
 
 static float map_min(float3 weights) { return min(weights.x, min(weights.y, weights.z)); }
 
-/// Finds the chart's triangle that contains a point, or is nearest to it, and the point's weights
-/// there. A point beyond the diagonal of one triangle lies in the other triangle's half of the
-/// rectangle, and is assigned to the other triangle if its projection is on that side, too. Above
-/// a ridge between the two it may project outside of both; it is then assigned to the diagonal.
+/// Finds the chart's triangle that contains a point, or is nearest to it, and the point's weights there. A point that
+/// projects beyond the diagonal of one triangle is assigned to the other triangle if its projection onto that one lies
+/// in the other half of the rectangle. Above a ridge between the two triangles, a point may project outside of both; it
+/// is then assigned to the diagonal.
 static uint map_project(global const kiln_volume_chart* chart, float3 point, float3* weights) {
 #pragma OPENCL FP_CONTRACT OFF
   uint best = 0u;
@@ -118,7 +118,7 @@ kernel void kiln_volume_map_splat(const kiln_volume_level params,
     const float4 sum = out[i];
     if (sum.w == 0.0f) continue;
     ++known_count;
-    out[i] = (float4)(map_unit(sum.xyz, vload3(0, chart->normal[0])), 1.0f);
+    out[i] = (float4)(map_normalize(sum.xyz, vload3(0, chart->normal[0])), 1.0f);
   }
   splatted[item] = known_count;
   if (known_count != 0u) return;
@@ -159,7 +159,7 @@ kernel void kiln_volume_map_push(const kiln_volume_level params,
       if (sum.w == 0.0f) first = value.xyz;
       sum += value;
     }
-    out[x] = sum.w == 0.0f ? (float4)(0.0f) : (float4)(map_unit(sum.xyz, first), 1.0f);
+    out[x] = sum.w == 0.0f ? (float4)(0.0f) : (float4)(map_normalize(sum.xyz, first), 1.0f);
   }
 }
 
@@ -184,7 +184,7 @@ kernel void kiln_volume_map_pull(const kiln_volume_level params,
     if (out[x].w != 0.0f) continue;
     const float4 coarser = coarse[(row >> 1) * coarse_width + (x >> 1)];
     const float4 sum = map_coarser(coarse, coarse_width, coarse_height, x, row);
-    out[x] = (float4)(map_unit(sum.xyz, coarser.xyz), 1.0f);
+    out[x] = (float4)(map_normalize(sum.xyz, coarser.xyz), 1.0f);
   }
 }
 
@@ -226,19 +226,20 @@ kernel void kiln_volume_map_encode(const kiln_volume_level params,
           best = k;
         }
       }
-      // In the padding: the frame at the triangle's edge, at which the padding is sampled.
+      // Texels in the padding use the tangent frame at the triangle's edge, since renderers sample the padding there.
       weights = max(weights, 0.0f);
       weights /= (weights.x + weights.y) + weights.z;
       global const kiln_low_shading* low = shading + chart->triangle + best;
       const float3 frame_normal = map_interpolate(low->normal, weights);
       const float3 tangent = map_interpolate(low->tangent, weights);
       const float3 bitangent = cross3(frame_normal, tangent) * low->sign;
-      // Cramer's rule up to the determinant's magnitude, which normalising removes.
+      // Cramer's rule without the division by the determinant, which normalising makes unnecessary; only its sign
+      // matters.
       const float3 across = cross3(bitangent, frame_normal);
       value = (float3)(dot3(normal, across), dot3(normal, cross3(frame_normal, tangent)),
                        dot3(normal, cross3(tangent, bitangent)));
       if (dot3(tangent, across) < 0.0f) value = -value;
-      value = map_unit(value, (float3)(0.0f, 0.0f, 1.0f));
+      value = map_normalize(value, (float3)(0.0f, 0.0f, 1.0f));
     }
     value.y *= params.y_scale;
     out[x] = (float4)(value * params.scale + params.offset, 1.0f);

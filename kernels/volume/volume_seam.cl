@@ -35,13 +35,14 @@
 #include "lib/vector3.clh"
 #include "shared/volume.h"
 
-// Cosines of the angles between which the weight of two sides falls from 1 to 0.
-#define SEAM_SAME 0.8660254f
-#define SEAM_CREASE 0.6427876f
+// The weight of another chart's side falls from 1 to 0 as the angle between the two sides' normals grows from the first
+// to the second of these angles; stored as cosines.
+#define SEAM_COS_FULL_WEIGHT 0.8660254f
+#define SEAM_COS_NO_WEIGHT 0.6427876f
 #define SEAM_NONE 0xFFFFFFFFu
 
 typedef struct seam_side {
-  int x, y;    // Texel of its first corner
+  int x, y;    // Texel of the side's first corner
   int dx, dy;  // Step to the next texel
   int steps;
   int reversed;  // 1: runs from the vertex with the higher index to the one with the lower index
@@ -61,20 +62,20 @@ static seam_side seam_get(global const kiln_volume_chart* chart, uint k) {
   return side;
 }
 
-/// Weight between two directions.
+/// Weight by the angle between two normals.
 static float seam_weight(float3 a, float3 b) {
 #pragma OPENCL FP_CONTRACT OFF
-  return clamp((dot3(a, b) - SEAM_CREASE) / (SEAM_SAME - SEAM_CREASE), 0.0f, 1.0f);
+  return clamp((dot3(a, b) - SEAM_COS_NO_WEIGHT) / (SEAM_COS_FULL_WEIGHT - SEAM_COS_NO_WEIGHT), 0.0f, 1.0f);
 }
 
-/// Share of a level's differences that the finer level adopts: all if its texels are within the reach, none
-/// from twice the reach on.
+/// Share of a level's differences that is added to the finer level: 1 if the level's texels are at most as wide as the
+/// reach, falling to 0 at twice the reach.
 static float seam_fade(float reach, uint level) {
 #pragma OPENCL FP_CONTRACT OFF
   return clamp(2.0f * reach / (float)(1u << level) - 1.0f, 0.0f, 1.0f);
 }
 
-/// A side's value at node j of m, counted from the vertex with the lower index.
+/// Returns a side's normal at node j of m, counted from the vertex with the lower index.
 static float3 seam_value(global const kiln_volume_chart* charts, global const float4* texels,
                          uint member, int j, int m) {
 #pragma OPENCL FP_CONTRACT OFF
@@ -95,13 +96,13 @@ static float3 seam_value(global const kiln_volume_chart* charts, global const fl
 static float3 seam_mean(global const kiln_volume_chart* charts, global const float4* texels,
                         global const uint* members, uint begin, uint end, uint self, int j, int m) {
 #pragma OPENCL FP_CONTRACT OFF
-  const float3 own_normal = map_unit(seam_value(charts, texels, self, j, m), (float3)(0.0f, 0.0f, 1.0f));
+  const float3 own_normal = map_normalize(seam_value(charts, texels, self, j, m), (float3)(0.0f, 0.0f, 1.0f));
   float3 sum = (float3)(0.0f);
   for (uint i = begin; i < end; ++i) {
-    const float3 value = map_unit(seam_value(charts, texels, members[i], j, m), own_normal);
+    const float3 value = map_normalize(seam_value(charts, texels, members[i], j, m), own_normal);
     sum += value * seam_weight(own_normal, value);
   }
-  return map_unit(sum, own_normal);
+  return map_normalize(sum, own_normal);
 }
 
 /// Computes the mean of the charts that meet at each corner. agreed: receives the means. begins, members:
@@ -130,7 +131,7 @@ kernel void kiln_volume_seam_corners(const kiln_volume_level params,
         texels[other->first_texel + (uint)at[1] * other->size[0] + (uint)at[0]].xyz;
     sum += value * seam_weight(own_normal, value);
   }
-  agreed[item] = (float4)(map_unit(sum, own_normal), 1.0f);
+  agreed[item] = (float4)(map_normalize(sum, own_normal), 1.0f);
 }
 
 /// Computes the common curve along each side. ring: receives the new values of the texels on
@@ -174,10 +175,10 @@ kernel void kiln_volume_seam_sides(
       const float from_first = max(1.0f - (float)last_node / reach, 0.0f);
       const float from_last = max(1.0f - (float)(m - last_node) / reach, 0.0f);
       b = last_node == m ? last
-                       : map_unit(mean + (move_first * from_first + move_last * from_last), mean);
+                       : map_normalize(mean + (move_first * from_first + move_last * from_last), mean);
     }
     const float share = (float)(scaled_index - (ulong)(node - 1) * (ulong)side.steps) / (float)side.steps;
-    const float3 value = map_unit(a * (1.0f - share) + b * share, a);
+    const float3 value = map_normalize(a * (1.0f - share) + b * share, a);
     out[side.reversed != 0 ? side.steps - i : i] = (float4)(value, 1.0f);
   }
 }
@@ -185,7 +186,7 @@ kernel void kiln_volume_seam_sides(
 /// The new value of a texel that lies on a side of its chart; w is 0 for other texels.
 static float4 seam_texel(global const kiln_volume_chart* chart, global const float4* ring, int x,
                          int y) {
-  // Most texels of a quad share no row and no column with its corners.
+  // Most texels of a quad lie in neither a row nor a column of its corners, so they lie on no side.
   global const float* first = chart->texel[0];
   global const float* across = chart->texel[2];
   if (chart->corners == 4u && x != (int)first[0] && x != (int)across[0] && y != (int)first[1] &&
@@ -314,7 +315,7 @@ kernel void kiln_volume_seam_finish(const kiln_volume_level params,
       continue;
     }
     const float4 move = map_coarser(coarse, coarse_width, coarse_height, x, row) * share;
-    out[x] = (float4)(map_unit(out[x].xyz + move.xyz, out[x].xyz), 1.0f);
+    out[x] = (float4)(map_normalize(out[x].xyz + move.xyz, out[x].xyz), 1.0f);
   }
 }
 
@@ -338,6 +339,6 @@ kernel void kiln_volume_seam_mirror(const kiln_volume_level params,
     const int inner = same_column ? (y + side.dy) * width + x : y * width + x + side.dx;
     const int outer = same_column ? y * width + x + side.dx : (y + side.dy) * width + x;
     const float3 ends = at[y * width + x].xyz + at[(y + side.dy) * width + x + side.dx].xyz;
-    at[outer] = (float4)(map_unit(ends - at[inner].xyz, at[inner].xyz), 1.0f);
+    at[outer] = (float4)(map_normalize(ends - at[inner].xyz, at[inner].xyz), 1.0f);
   }
 }

@@ -43,9 +43,9 @@ class KeptAsset : public testing::Test {
     return file_hash(folder_ / file).value_or("none");
   }
   std::string keep() {
-    const std::string changed =
-        cache_.keep(asset_, inputs_, {}, {(folder_ / "low_normal.png").string()}, Json::array(), 0);
-    if (changed.empty()) cache_.note_outputs(asset_, false);
+    const std::string changed = cache_.store_result(
+        asset_, inputs_, {}, {(folder_ / "low_normal.png").string()}, Json::array(), 0);
+    if (changed.empty()) cache_.record_outputs(asset_, false);
     return changed;
   }
 
@@ -202,7 +202,7 @@ TEST(SourceCache, TellsMeshesApartByAllThatABakeReads) {
   SourceCache cache(100);
   cache.get(*device(), mesh, RayTraversal::automatic);
   cache.get(*device(), mesh, RayTraversal::automatic);
-  EXPECT_EQ(cache.made(), 1U);
+  EXPECT_EQ(cache.built_count(), 1U);
   const std::vector<std::function<void(Mesh&)>> changes = {
       [](Mesh& m) { m.positions[3].x += 0.001F; },
       [](Mesh& m) {
@@ -223,10 +223,10 @@ TEST(SourceCache, TellsMeshesApartByAllThatABakeReads) {
     Mesh other = mesh;
     change(other);
     cache.get(*device(), other, RayTraversal::automatic);
-    EXPECT_EQ(cache.made(), ++made);
+    EXPECT_EQ(cache.built_count(), ++made);
   }
   cache.get(*device(), mesh, RayTraversal::automatic);
-  EXPECT_EQ(cache.made(), made);
+  EXPECT_EQ(cache.built_count(), made);
 }
 
 }  // namespace

@@ -358,7 +358,7 @@ TEST(Checks, ShardsShareSecondsAndAssets) {
   }
   for (const std::size_t count :
        {std::size_t{1}, std::size_t{3}, std::size_t{8}, std::size_t{200}}) {
-    const std::vector<std::size_t> shards = shards_of(assets, count);
+    const std::vector<std::size_t> shards = assign_shards(assets, count);
     std::vector<double> seconds(count);
     for (std::size_t i = 0; i < assets.size(); ++i)
       seconds.at(shards[i]) += assets[i].expected_seconds;
@@ -366,7 +366,7 @@ TEST(Checks, ShardsShareSecondsAndAssets) {
     for (const double part : seconds) EXPECT_LE(part, all / static_cast<double>(count) + most);
     // Whatever the order of the list.
     std::vector<BatchAsset> turned(assets.rbegin(), assets.rend());
-    const std::vector<std::size_t> again = shards_of(turned, count);
+    const std::vector<std::size_t> again = assign_shards(turned, count);
     for (std::size_t i = 0; i < assets.size(); ++i)
       EXPECT_EQ(shards[i], again[assets.size() - 1 - i]);
   }

@@ -402,13 +402,13 @@ TEST(JobFile, CodeNeedsAWord) {
 }
 
 TEST(JobFile, PathsOfAllOptionsBeginAtTheFile) {
-  // Each row whose help shows a file is known to path_option().
+  // Each row whose help shows a file is known to path_access().
   for (const OptionRow& row : bake_rows()) {
     const bool shows = row.value.words.find("FILE") != std::string::npos ||
                        row.value.words == "DIR" || row.help.starts_with("FILE") ||
                        row.flag == "--ao-occluders" || row.flag == "--maps";
     if (row.flag == "--high" || row.flag == "--low") continue;
-    EXPECT_EQ(path_option(row) != PathOption::none, shows) << row.flag;
+    EXPECT_EQ(path_access(row) != PathAccess::none, shows) << row.flag;
   }
   const fs::path folder = make_studio({"a"});
   const Batch batch = expand(folder, R"([[bake]]
@@ -557,7 +557,7 @@ TEST(JobFile, PrintsACommandAsAJob) {
   set_option(job, "gutter", "inf");
   set_option(job, "flip_y", "true");
   set_option(job, "max_distance", "2%");
-  const Batch batch = expand(folder, job_file_of(to_json(job)));
+  const Batch batch = expand(folder, to_job_file(to_json(job)));
   ASSERT_EQ(batch.assets.size(), 1U);
   Job again = batch.assets[0].job;
   again.quiet = false;

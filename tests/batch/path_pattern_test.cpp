@@ -147,7 +147,7 @@ TEST(FileLister, FindsFilesAndSaysWhatItCannotRead) {
   FileLister lister(folder);
   const auto paths = [&](const char* pattern) {
     std::vector<std::string> found;
-    for (const FileLister::Found& file : lister.find(PathPattern(pattern)))
+    for (const FileLister::FoundFile& file : lister.find(PathPattern(pattern)))
       found.push_back(file.path);
     return found;
   };

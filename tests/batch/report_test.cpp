@@ -62,7 +62,7 @@ Json small_report(const std::vector<Json>& assets, const char* shard = nullptr) 
                  {"profile", Json()},
                  {"shard", Json()},
                  {"seconds", 2.5},
-                 {"states", states_of(assets)},
+                 {"states", count_states(assets)},
                  {"warnings", Json::array()},
                  {"assets", assets}};
   if (shard != nullptr) report["shard"] = shard;

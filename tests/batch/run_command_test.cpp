@@ -154,7 +154,7 @@ TEST(RunBatch, BakesAgainAloneWhereMemoryDidNotSufficeBesideOthers) {
   std::condition_variable changed;
   std::vector<std::string> events;
   RunBatchOptions options;
-  options.at_once = 2;
+  options.concurrent_bakes = 2;
   options.run_command = [&](const std::string& command, const std::string& input, std::string&) {
     std::unique_lock lock(mutex);
     const std::string event = command + " " + json::parse(input)["asset"].get<std::string>();

@@ -33,17 +33,17 @@ TEST(BinaryCache, FindsWhatWasKept) {
   const fs::path folder = test::scratch_folder();
   const BinaryCache cache(folder / "a" / "b", "driver 1");
   EXPECT_FALSE(cache.find("source", "-D A=1"));
-  cache.keep("source", "-D A=1", Bytes{1, 2, 0, 255});
+  cache.store("source", "-D A=1", Bytes{1, 2, 0, 255});
   EXPECT_EQ(cache.find("source", "-D A=1"), (Bytes{1, 2, 0, 255}));
   EXPECT_EQ(BinaryCache(folder / "a" / "b", "driver 1").find("source", "-D A=1"),
             (Bytes{1, 2, 0, 255}));
   EXPECT_FALSE(cache.find("source", "-D A=2"));
   EXPECT_FALSE(cache.find("sourcf", "-D A=1"));
   EXPECT_FALSE(BinaryCache(folder / "a" / "b", "driver 2").find("source", "-D A=1"));
-  cache.keep("source", "-D A=1", Bytes{7});
+  cache.store("source", "-D A=1", Bytes{7});
   EXPECT_EQ(cache.find("source", "-D A=1"), Bytes{7});
   EXPECT_EQ(files_of(folder / "a" / "b").size(), 1U);
-  cache.forget("source", "-D A=1");
+  cache.remove("source", "-D A=1");
   EXPECT_FALSE(cache.find("source", "-D A=1"));
 }
 
@@ -51,7 +51,7 @@ TEST(BinaryCache, FindsWhatWasKept) {
 TEST(BinaryCache, TakesNothingThatIsNotWhole) {
   const fs::path folder = test::scratch_folder();
   const BinaryCache cache(folder, "driver");
-  cache.keep("source", "options", Bytes(40, 9));
+  cache.store("source", "options", Bytes(40, 9));
   const fs::path file = files_of(folder).at(0);
   std::string text(fs::file_size(file), '\0');
   std::ifstream(file, std::ios::binary)
@@ -77,7 +77,7 @@ TEST(BinaryCache, TakesNothingThatOthersMayWriteTo) {
   const fs::path folder = test::scratch_folder() / "new";
   const BinaryCache cache(folder, "driver");
   const mode_t before = umask(0);
-  cache.keep("source", "options", Bytes(40, 9));
+  cache.store("source", "options", Bytes(40, 9));
   umask(before);
   const fs::path file = files_of(folder).at(0);
   EXPECT_EQ(fs::status(folder).permissions(), fs::perms::owner_all);
@@ -85,7 +85,7 @@ TEST(BinaryCache, TakesNothingThatOthersMayWriteTo) {
   EXPECT_TRUE(cache.find("source", "options"));
   fs::permissions(file, fs::perms::others_write, fs::perm_options::add);
   EXPECT_FALSE(cache.find("source", "options"));
-  cache.keep("source", "options", Bytes(40, 9));
+  cache.store("source", "options", Bytes(40, 9));
   EXPECT_TRUE(cache.find("source", "options"));
 }
 
@@ -95,9 +95,9 @@ TEST(BinaryCache, KeepsNothingWhereItCannot) {
   std::ofstream(file) << "x";
   for (const fs::path& place : {file / "under", fs::path()}) {
     const BinaryCache cache(place, "driver");
-    cache.keep("source", "options", Bytes{1});
+    cache.store("source", "options", Bytes{1});
     EXPECT_FALSE(cache.find("source", "options"));
-    cache.forget("source", "options");
+    cache.remove("source", "options");
   }
   EXPECT_EQ(files_of(folder).size(), 1U);
 }
@@ -107,7 +107,7 @@ TEST(BinaryCache, DropsTheOldest) {
   const BinaryCache cache(folder, "driver");
   const std::size_t count = BinaryCache::kMaxBinaries + 20;
   for (std::size_t i = 0; i < count; ++i) {
-    cache.keep(std::to_string(i), "", Bytes{1});
+    cache.store(std::to_string(i), "", Bytes{1});
     for (const fs::path& file : files_of(folder)) {
       if (i == 0)
         fs::last_write_time(file, fs::file_time_type::clock::now() - std::chrono::hours(9));
@@ -125,7 +125,7 @@ TEST(BinaryCache, IsSharedByThreads) {
   for (unsigned char t = 0; t < 4; ++t) {
     threads.emplace_back([&cache, t] {
       for (int i = 0; i < 50; ++i) {
-        cache.keep("source", "", Bytes(10000, t));
+        cache.store("source", "", Bytes(10000, t));
         const auto found = cache.find("source", "");
         if (!found) continue;
         EXPECT_EQ(*found, Bytes(10000, found->front()));

@@ -34,29 +34,29 @@ fs::path make(const fs::path& folder, mode_t mode) {
 
 TEST(SharedLevel, IsTheFirstThatOthersMayWriteTo) {
   const fs::path own = make(test::scratch_folder(), 0755);
-  EXPECT_EQ(os::shared_level(own), "");
-  EXPECT_EQ(os::shared_level(own / "not" / "there"), "");
+  EXPECT_EQ(os::find_unsafe_level(own), "");
+  EXPECT_EQ(os::find_unsafe_level(own / "not" / "there"), "");
   make(own / "a" / "b", 0700);
-  EXPECT_EQ(os::shared_level(own / "a" / "b"), "");
+  EXPECT_EQ(os::find_unsafe_level(own / "a" / "b"), "");
   make(own / "a", 0777);
   for (const char* path : {"a", "a/", "a/.", "a/b", "a/b/not/there", "a/b/../../a/b"}) {
-    EXPECT_EQ(os::shared_level(own / path), own / "a") << path;
+    EXPECT_EQ(os::find_unsafe_level(own / path), own / "a") << path;
   }
-  EXPECT_EQ(os::shared_level(own / "a" / ".."), own / "a") << "the way leads through it";
+  EXPECT_EQ(os::find_unsafe_level(own / "a" / ".."), own / "a") << "the way leads through it";
   make(own / "a", 0755);
-  EXPECT_EQ(os::shared_level(own / "a" / "b"), "");
+  EXPECT_EQ(os::find_unsafe_level(own / "a" / "b"), "");
 }
 
 TEST(SharedLevel, WhereAllMakeNamesOnesOwnAreSafe) {
   const fs::path own = make(test::scratch_folder(), 0755), all = make(own / "all", 01777);
   make(all / "mine", 0700);
-  EXPECT_EQ(os::shared_level(all / "mine"), "");
-  EXPECT_EQ(os::shared_level(all / "mine" / "new"), "");
+  EXPECT_EQ(os::find_unsafe_level(all / "mine"), "");
+  EXPECT_EQ(os::find_unsafe_level(all / "mine" / "new"), "");
   for (const char* path : {".", "", "mine/.."}) {
-    EXPECT_EQ(os::shared_level(all / path), all) << path << ": others may put files into it";
+    EXPECT_EQ(os::find_unsafe_level(all / path), all) << path << ": others may put files into it";
   }
-  EXPECT_EQ(os::shared_level(all / "new"), all / "new") << "another may make it first";
-  EXPECT_EQ(os::shared_level(all / "mine" / ".." / "new"), all / "new");
+  EXPECT_EQ(os::find_unsafe_level(all / "new"), all / "new") << "another may make it first";
+  EXPECT_EQ(os::find_unsafe_level(all / "mine" / ".." / "new"), all / "new");
 }
 
 TEST(SharedLevel, LinksAreFollowedOneByOne) {
@@ -70,12 +70,12 @@ TEST(SharedLevel, LinksAreFollowedOneByOne) {
   fs::create_symlink("open/back", own / "through");
   fs::create_symlink("safe", own / "good");
   fs::create_symlink("round", own / "round");
-  EXPECT_EQ(os::shared_level(own / "good"), "");
-  EXPECT_EQ(os::shared_level(own / "good" / "new"), "");
+  EXPECT_EQ(os::find_unsafe_level(own / "good"), "");
+  EXPECT_EQ(os::find_unsafe_level(own / "good" / "new"), "");
   for (const char* name : {"one", "two", "through"}) {
-    EXPECT_EQ(os::shared_level(own / name), own / "open") << name;
+    EXPECT_EQ(os::find_unsafe_level(own / name), own / "open") << name;
   }
-  EXPECT_EQ(os::shared_level(own / "round"), own / "round");
+  EXPECT_EQ(os::find_unsafe_level(own / "round"), own / "round");
 }
 
 TEST(SharedLevel, OwnersAndGroupsCount) {
@@ -88,14 +88,14 @@ TEST(SharedLevel, OwnersAndGroupsCount) {
   if (chown((own / "theirs").c_str(), kOther, kOther) != 0) GTEST_SKIP() << "needs root";
   ASSERT_EQ(chown((all / "theirs").c_str(), kOther, kOther), 0);
   ASSERT_EQ(lchown((all / "link").c_str(), kOther, kOther), 0);
-  EXPECT_EQ(os::shared_level(own / "theirs" / "deep"), own / "theirs");
-  EXPECT_EQ(os::shared_level(all / "theirs"), all / "theirs");
-  EXPECT_EQ(os::shared_level(all / "link"), all / "link");
-  EXPECT_EQ(os::shared_level(own / "group"), "") << "root's own group";
+  EXPECT_EQ(os::find_unsafe_level(own / "theirs" / "deep"), own / "theirs");
+  EXPECT_EQ(os::find_unsafe_level(all / "theirs"), all / "theirs");
+  EXPECT_EQ(os::find_unsafe_level(all / "link"), all / "link");
+  EXPECT_EQ(os::find_unsafe_level(own / "group"), "") << "root's own group";
   ASSERT_EQ(chown((own / "group").c_str(), 0, kOther), 0);
-  EXPECT_EQ(os::shared_level(own / "group"), own / "group");
+  EXPECT_EQ(os::find_unsafe_level(own / "group"), own / "group");
   make(own / "group", 0755);
-  EXPECT_EQ(os::shared_level(own / "group"), "");
+  EXPECT_EQ(os::find_unsafe_level(own / "group"), "");
 }
 
 /// The variables that decide, while this lives.
@@ -106,12 +106,12 @@ class Variables {
       const char* before = std::getenv(name);
       before_[name] = before != nullptr ? std::optional<std::string>(before) : std::nullopt;
       const auto given = values.find(name);
-      os::set_variable(name, given != values.end() ? given->second.c_str() : nullptr);
+      os::set_environment_variable(name, given != values.end() ? given->second.c_str() : nullptr);
     }
   }
   ~Variables() {
     for (const auto& [name, value] : before_) {
-      os::set_variable(name.c_str(), value ? value->c_str() : nullptr);
+      os::set_environment_variable(name.c_str(), value ? value->c_str() : nullptr);
     }
   }
   Variables(const Variables&) = delete;
@@ -262,7 +262,7 @@ TEST(KernelFolder, ThatIsReadOnlyIsCopied) {
     return good && text_of(user / "AB/program/program.bc") == "bitcode" &&
            text_of(user / "AB/program/kernel/kernel.so") == "code" &&
            text_of(user / "kiln/passed.bin") == "passed" && !fs::exists(user / "secret") &&
-           os::shared_level(user / "AB/program/kernel/kernel.so").empty();
+           os::find_unsafe_level(user / "AB/program/kernel/kernel.so").empty();
   }));
   // What the user compiled since stays, and no half file is left.
   std::ofstream(user / "AB" / "program" / "program.bc") << "newer";

@@ -377,7 +377,7 @@ TEST(TextureMaps, VertexColoursAreInterpolatedInLinearLight) {
   const BakeResult baked =
       bake(source, test::plane(1, 1),
            options_of(32, 32, {MapKind{"vertex_color"}, MapKind{"color"}, MapKind{"opacity"}}));
-  const double dark = linear_of_bytes()[64];
+  const double dark = linear_values_of_bytes()[64];
   for (std::uint32_t y = 0; y < 32; ++y) {
     for (std::uint32_t x = 0; x < 32; ++x) {
       const double right = (x + 0.5) / 32, up = 1 - (y + 0.5) / 32;
@@ -472,7 +472,7 @@ TEST(TextureMaps, OpacityIsNoneWhereNothingIs) {
       }
       if (miss == MissPolicy::mark) continue;
       // Colours still run on under what is transparent.
-      EXPECT_NEAR(image_of(baked, "color").at(0, 31)[0], linear_of_bytes()[200], 1e-3);
+      EXPECT_NEAR(image_of(baked, "color").at(0, 31)[0], linear_values_of_bytes()[200], 1e-3);
     }
   }
 }

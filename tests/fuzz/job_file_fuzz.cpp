@@ -26,7 +26,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     kiln::Captures captures;
     if (pattern.matches(rest.substr(0, line), {}, captures)) {
       // What was captured leads back to a path that matches.
-      const kiln::PathPattern filled = pattern.with(captures);
+      const kiln::PathPattern filled = pattern.substitute(captures);
       if (filled.is_plain() && !filled.matches(filled.path({}), {}, captures)) std::abort();
     }
   } catch (const kiln::Error& error) {

@@ -190,7 +190,7 @@ TEST(Srgb, FollowsTheFormula) {
     EXPECT_NEAR(to_srgb(static_cast<float>(linear)), wanted, 3e-7) << linear;
   }
   for (int i = 0; i < 256; ++i) {
-    const float linear = linear_of_bytes()[static_cast<std::size_t>(i)];
+    const float linear = linear_values_of_bytes()[static_cast<std::size_t>(i)];
     EXPECT_EQ(std::lround(255 * to_srgb(linear)), i);
   }
   EXPECT_EQ(to_srgb(2), 1);

@@ -28,7 +28,7 @@ TEST(Child, SaysHowItEnded) {
   std::string text;
   EXPECT_EQ(run_in_child(
                 kLimits, [] { return std::string("text"); }, text),
-            ChildEnd::done);
+            ChildEnd::finished);
   EXPECT_EQ(text, "text");
   text.clear();
   EXPECT_EQ(run_in_child(
@@ -41,7 +41,7 @@ TEST(Child, SaysHowItEnded) {
 TEST(Child, ThatWaitsForeverIsEnded) {
   std::string text;
   EXPECT_EQ(run_in_child({.seconds = 0, .bytes = kLimits.bytes}, wait_forever, text),
-            ChildEnd::slow);
+            ChildEnd::timed_out);
 }
 
 TEST(Child, EndsWhereTheCallerCancels) {

@@ -86,10 +86,10 @@ TEST_F(System, PathsMayBeLong) {
   write(other, "second");
   EXPECT_TRUE(os::may_write(file));
   EXPECT_TRUE(os::may_write_in(levels.back()));
-  EXPECT_EQ(os::facts_of(file)->bytes, 5U);
+  EXPECT_EQ(os::query_file(file)->bytes, 5U);
   EXPECT_TRUE(os::replace(other, file));
   EXPECT_EQ(read(file), "second");
-  EXPECT_TRUE(os::add_name(file, other));
+  EXPECT_TRUE(os::add_hard_link(file, other));
   const int lock = os::lock_folder(levels.back(), 1);
   EXPECT_GE(lock, 0);
   os::close(lock);
@@ -161,7 +161,7 @@ TEST_F(System, NamesOfDevicesAreKnown) {
        {"con", "CON.png", "a/aux.tar.gz", "prn ", "nul.exr", "Com1", "lpt9.glb"}) {
     EXPECT_TRUE(os::is_device_name(name)) << name;
   }
-  const auto sink = os::facts_of("NUL");
+  const auto sink = os::query_file("NUL");
   ASSERT_TRUE(sink);
   EXPECT_FALSE(sink->is_regular || sink->is_folder);
   const int file = os::open_to_write("NUL");
@@ -232,7 +232,7 @@ TEST_F(System, FailuresHaveTheirReason) {
   EXPECT_EQ(errno, ENOENT);
   EXPECT_FALSE(os::replace(folder_ / "none", folder_ / "file"));
   EXPECT_EQ(errno, ENOENT);
-  EXPECT_FALSE(os::add_name(folder_ / "none", folder_ / "link"));
+  EXPECT_FALSE(os::add_hard_link(folder_ / "none", folder_ / "link"));
   EXPECT_EQ(errno, ENOENT);
   EXPECT_FALSE(os::remove_folder(folder_.c_str()));
   EXPECT_EQ(errno, ENOTEMPTY);
@@ -242,29 +242,29 @@ TEST_F(System, FailuresHaveTheirReason) {
 TEST_F(System, FactsAreOfTheFile) {
   write(folder_ / "file", "text");
   write(folder_ / "other", "text");
-  EXPECT_TRUE(os::add_name(folder_ / "file", folder_ / "link"));
-  const auto file = os::facts_of(folder_ / "file"), link = os::facts_of(folder_ / "link");
-  const auto other = os::facts_of(folder_ / "other"), folder = os::facts_of(folder_);
+  EXPECT_TRUE(os::add_hard_link(folder_ / "file", folder_ / "link"));
+  const auto file = os::query_file(folder_ / "file"), link = os::query_file(folder_ / "link");
+  const auto other = os::query_file(folder_ / "other"), folder = os::query_file(folder_);
   ASSERT_TRUE(file && link && other && folder);
   EXPECT_EQ(file->id, link->id);
   EXPECT_NE(file->id, other->id);
-  EXPECT_TRUE(file->is_regular && file->is_own && !file->is_folder);
+  EXPECT_TRUE(file->is_regular && file->is_owned_by_user && !file->is_folder);
   EXPECT_TRUE(folder->is_folder && !folder->is_regular);
   EXPECT_EQ(file->bytes, 4U);
   EXPECT_GT(file->modified_ns, std::int64_t{1700000000} * 1000000000);
   EXPECT_EQ(file->modified, file->modified_ns / 1000000000);
   const int open = os::open_to_read(folder_ / "file");
-  EXPECT_EQ(os::facts_of(open)->id, file->id);
+  EXPECT_EQ(os::query_file(open)->id, file->id);
   os::close(open);
-  EXPECT_FALSE(os::facts_of(folder_ / "none"));
+  EXPECT_FALSE(os::query_file(folder_ / "none"));
 }
 
 TEST_F(System, ProcessesAreKnown) {
   EXPECT_FALSE(os::is_gone(os::process_id()));
   EXPECT_TRUE(os::is_gone(999999999));
-  EXPECT_EQ(os::process_mark().size(), 16U);
-  EXPECT_EQ(os::process_mark().find_first_not_of("0123456789abcdef"), std::string::npos);
-  EXPECT_FALSE(os::own_words().empty());
+  EXPECT_EQ(os::process_namespace_id().size(), 16U);
+  EXPECT_EQ(os::process_namespace_id().find_first_not_of("0123456789abcdef"), std::string::npos);
+  EXPECT_FALSE(os::own_arguments().empty());
   EXPECT_NE(read(os::own_program()), "none");
 }
 
@@ -272,8 +272,8 @@ TEST_F(System, MemoryIsKnown) {
   const std::uint64_t before = os::resident_memory();
   EXPECT_GT(before, 0U);
   EXPECT_GE(os::peak_resident_memory(), before / 2);
-  EXPECT_GT(os::free_in_machine(), std::uint64_t{1} << 20);
-  EXPECT_NE(os::free_in_machine(), kNoNumber);
+  EXPECT_GT(os::free_memory_of_machine(), std::uint64_t{1} << 20);
+  EXPECT_NE(os::free_memory_of_machine(), kNoNumber);
   const std::vector<char> block(std::size_t{64} << 20, 'x');
   const volatile char* const last = &block.back();  // else a compiler may leave the block out
   EXPECT_EQ(*last, 'x');

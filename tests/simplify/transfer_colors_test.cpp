@@ -88,7 +88,7 @@ TEST(KeepColors, LinearOnesStayWhatTheyAre) {
 /// The mean squared error, in linear light, of a low poly's colours at the high poly's vertices.
 double error_of(const Mesh& high, const Mesh& low) {
   const SurfaceDistance surface(low.positions, low.triangles);
-  const auto& linear = linear_of_bytes();
+  const auto& linear = linear_values_of_bytes();
   double sum = 0;
   for (std::size_t v = 0; v < high.positions.size(); ++v) {
     const Vec3& p = high.positions[v];

@@ -1,5 +1,5 @@
-// Compares reading a GLB of a million faces and four pictures with reading the same mesh as PLY and the pictures alone;
-// and processor seconds and bytes of output formats.
+// Times reading a GLB with a million faces and four pictures, compared with reading the same mesh as PLY and the four
+// picture files. Also measures processor seconds and bytes of output formats.
 //
 // asset_bench [FACES [SIZE]]   default: 1000000 4096
 //
@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Makes a picture of waves with some noise, which compresses neither perfectly nor badly.
+/// Makes a picture of waves with some noise, which compresses moderately well.
 Image picture(std::uint32_t size, std::uint32_t channels, double phase) {
   Image image{size, size, channels, {}};
   image.pixels.reserve(std::size_t{size} * size * channels);

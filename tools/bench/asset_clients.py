@@ -17,18 +17,18 @@ import tempfile
 
 import numpy
 
-KILN, HIGH, LOW = (os.path.abspath(path) for path in sys.argv[1:4])
-MAPS = "normal,ao,color"
+KILN_PROGRAM, HIGH_PATH, LOW_PATH = (os.path.abspath(path) for path in sys.argv[1:4])
+MAP_NAMES = "normal,ao,color"
 failures = []
 
 
-def expect(client, what, is_it, wanted):
-    if is_it != wanted:
-        failures.append(f"{client}: {what} is {is_it!r}, not {wanted!r}")
+def check_value(client, what, value_found, expected):
+    if value_found != expected:
+        failures.append(f"{client}: {what} is {value_found!r}, not {expected!r}")
 
 
-def with_pygltflib(path):
-    """Reads the file itself: the facts that others are held to."""
+def check_with_pygltflib(path):
+    """Parses the GLB by pygltflib, and returns the values that the other programs are compared with."""
     import pygltflib
     from PIL import Image
 
@@ -42,89 +42,89 @@ def with_pygltflib(path):
             view = glb.bufferViews[tangents.bufferView]
             start = view.byteOffset + (tangents.byteOffset or 0)
             values = numpy.frombuffer(blob, "<f4", 4 * tangents.count, start).reshape(-1, 4)
-            expect("pygltflib", "tangents are unit", bool(abs(numpy.linalg.norm(values[:, :3], axis=1) - 1).max() < 1e-5),
+            check_value("pygltflib", "tangents are unit", bool(abs(numpy.linalg.norm(values[:, :3], axis=1) - 1).max() < 1e-5),
                    True)
-            expect("pygltflib", "signs are 1 or -1", bool((abs(values[:, 3]) == 1).all()), True)
+            check_value("pygltflib", "signs are 1 or -1", bool((abs(values[:, 3]) == 1).all()), True)
     sizes = []
     for image in glb.images:
         view = glb.bufferViews[image.bufferView]
         picture = Image.open(io.BytesIO(blob[view.byteOffset:view.byteOffset + view.byteLength]))
         sizes.append(picture.size)
-    expect("pygltflib", "sizes of pictures", set(sizes), {(256, 256)})
+    check_value("pygltflib", "sizes of pictures", set(sizes), {(256, 256)})
     for material in glb.materials:
         surface = material.pbrMetallicRoughness
         for slot in (material.normalTexture, material.occlusionTexture, surface.baseColorTexture):
-            expect("pygltflib", f"a slot of {material.name} is filled", slot is not None, True)
-    expect("pygltflib", "asset.extras.kiln has a version", "version" in glb.asset.extras["kiln"], True)
+            check_value("pygltflib", f"a slot of {material.name} is filled", slot is not None, True)
+    check_value("pygltflib", "asset.extras.kiln has a version", "version" in glb.asset.extras["kiln"], True)
     return facts
 
 
-def with_trimesh(path, facts):
+def check_with_trimesh(path, facts):
     import trimesh
 
     scene = trimesh.load_scene(path)
-    expect("trimesh", "triangles", sum(len(g.faces) for g in scene.geometry.values()), facts["triangles"])
+    check_value("trimesh", "triangles", sum(len(g.faces) for g in scene.geometry.values()), facts["triangles"])
     names = {g.visual.material.name for g in scene.geometry.values()}
-    expect("trimesh", "materials", sorted(names), facts["materials"])
+    check_value("trimesh", "materials", sorted(names), facts["materials"])
     for geometry in scene.geometry.values():
-        expect("trimesh", "UVs", len(geometry.visual.uv), len(geometry.vertices))
+        check_value("trimesh", "UVs", len(geometry.visual.uv), len(geometry.vertices))
         if path.endswith(".glb"):
             material = geometry.visual.material
             for slot in ("baseColorTexture", "normalTexture", "occlusionTexture"):
                 picture = getattr(material, slot)
-                expect("trimesh", f"size of {slot}", picture.size if picture else None, (256, 256))
+                check_value("trimesh", f"size of {slot}", picture.size if picture else None, (256, 256))
         else:
-            expect("trimesh", "size of map_Kd", geometry.visual.material.image.size, (256, 256))
+            check_value("trimesh", "size of map_Kd", geometry.visual.material.image.size, (256, 256))
 
 
-def with_assimp(path, facts):
+def check_with_assimp(path, facts):
     if shutil.which("assimp") is None:
         raise ImportError("assimp (assimp-utils)")
-    told = subprocess.run(["assimp", "info", path, "-r"], capture_output=True, text=True).stdout
-    number = lambda what: int(re.search(rf"{what}:\s+(\d+)", told).group(1))
-    expect("Assimp", "triangles", number("Faces"), facts["triangles"])
-    names = re.findall(r"^    '(.+)' \(prop\)", told, re.M)
-    expect("Assimp", "materials", sorted(set(names) - {"DefaultMaterial"}), facts["materials"])
+    tool_output = subprocess.run(["assimp", "info", path, "-r"], capture_output=True, text=True).stdout
+    number = lambda what: int(re.search(rf"{what}:\s+(\d+)", tool_output).group(1))
+    check_value("Assimp", "triangles", number("Faces"), facts["triangles"])
+    names = re.findall(r"^    '(.+)' \(prop\)", tool_output, re.M)
+    check_value("Assimp", "materials", sorted(set(names) - {"DefaultMaterial"}), facts["materials"])
     for slot in ("Diffuse", "Normals" if path.endswith(".glb") else "Height"):
-        expect("Assimp", f"pictures of {slot}", len(re.findall(rf"\(\$tex\.file\): .*\| {slot}\]", told)), len(facts["materials"]))
+        check_value("Assimp", f"pictures of {slot}", len(re.findall(rf"\(\$tex\.file\): .*\| {slot}\]", tool_output)), len(facts["materials"]))
 
 
-def with_blender(path, facts):
+def check_with_blender(path, facts):
     import bpy
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
     (bpy.ops.import_scene.gltf if path.endswith(".glb") else bpy.ops.wm.obj_import)(filepath=path)
     things = [thing.data for thing in bpy.context.scene.objects if thing.type == "MESH"]
-    expect("Blender", "triangles", sum(len(mesh.polygons) for mesh in things), facts["triangles"])
+    check_value("Blender", "triangles", sum(len(mesh.polygons) for mesh in things), facts["triangles"])
     used = {slot.name for mesh in things for slot in mesh.materials}
-    expect("Blender", "materials", sorted(used), facts["materials"])
+    check_value("Blender", "materials", sorted(used), facts["materials"])
     for name in used:
         nodes = bpy.data.materials[name].node_tree.nodes
         shader = next(node for node in nodes if node.type == "BSDF_PRINCIPLED")
         for slot in ("Base Color", "Normal"):
-            expect("Blender", f"{name}: {slot} is linked", shader.inputs[slot].is_linked, True)
+            check_value("Blender", f"{name}: {slot} is linked", shader.inputs[slot].is_linked, True)
         pictures = [node.image for node in nodes if node.type == "TEX_IMAGE"]
         spaces = {image.colorspace_settings.name for image in pictures}
         if path.endswith(".glb"):  # Blender's OBJ importer treats normal maps as sRGB
-            expect("Blender", f"{name}: colour spaces", spaces, {"sRGB", "Non-Color"})
-        expect("Blender", f"{name}: pictures are there", all(image.has_data or image.size[0] for image in pictures), True)
+            check_value("Blender", f"{name}: colour spaces", spaces, {"sRGB", "Non-Color"})
+        check_value("Blender", f"{name}: pictures are there", all(image.has_data or image.size[0] for image in pictures), True)
 
 
 def main():
     with tempfile.TemporaryDirectory() as folder:
         glb, obj = os.path.join(folder, "a.glb"), os.path.join(folder, "a.obj")
         for out in (glb, obj):
-            subprocess.run([KILN, "bake", HIGH, LOW, "--size", "256", "--maps", MAPS, "--out", out], check=True,
+            subprocess.run([KILN_PROGRAM, "bake", HIGH_PATH, LOW_PATH, "--size", "256", "--maps", MAP_NAMES, "--out", out], check=True,
                            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        facts = with_pygltflib(glb)
+        facts = check_with_pygltflib(glb)
         print("GLB:", facts)
-        for client in (with_trimesh, with_assimp, with_blender):
+        for client in (check_with_trimesh, check_with_assimp, check_with_blender):
             for path in (glb, obj):
                 try:
                     client(path, facts)
-                    print(client.__name__[5:], os.path.basename(path), "opened")
+                    print(client.__name__.removeprefix("check_with_"), os.path.basename(path), "opened")
                 except ImportError as missing:
-                    print(client.__name__[5:], "is not here:", missing)
+                    print(client.__name__.removeprefix("check_with_"), "is not here:", missing)
     for failure in failures:
         print("FAILED", failure)
     sys.exit(1 if failures else 0)

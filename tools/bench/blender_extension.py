@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The same normal map by Cycles and by Kiln's extension within Blender: seconds by the clock and of the processor.
+"""Times the same normal map baked by Cycles and by Kiln's extension in Blender: wall-clock and processor seconds.
 
     python blender_extension.py HIGH.ply LOW.obj [--sizes 2048,4096] [--runs N] [--json FILE]
 
@@ -25,7 +25,7 @@ import kiln_bake  # noqa: E402
 warnings.simplefilter("ignore")
 
 
-def read(path):
+def read_map(path):
     if path.endswith(".ply"):
         bpy.ops.wm.ply_import(filepath=path)
     else:
@@ -35,13 +35,13 @@ def read(path):
     return item
 
 
-def timed(call):
+def time_call(call):
     clock, processor = time.perf_counter(), time.process_time()
     assert call() == {"FINISHED"}
     return time.perf_counter() - clock, time.process_time() - processor
 
 
-def cycles(extent, margin=16):
+def bake_with_cycles(extent, margin=16):
     return bpy.ops.object.bake(
         type="NORMAL",
         normal_space="TANGENT",
@@ -52,13 +52,13 @@ def cycles(extent, margin=16):
     )
 
 
-def pixels(image):
+def read_pixels(image):
     array = np.empty(image.size[0] * image.size[1] * 4, np.float32)
     image.pixels.foreach_get(array)
     return array.reshape(-1, 4)
 
 
-def unit(map_):
+def decode_unit_vectors(map_):
     vectors = 2 * map_[:, :3].astype(np.float64) - 1
     return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-12)
 
@@ -73,7 +73,7 @@ def main():
     arguments = parser.parse_args()
     bpy.ops.wm.read_factory_settings(use_empty=True)
     kiln_bake.register()
-    high, low = read(arguments.high), read(arguments.low)
+    high, low = read_map(arguments.high), read_map(arguments.low)
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
     scene.cycles.device, scene.cycles.samples, scene.cycles.use_denoising = "CPU", 1, False
@@ -95,19 +95,19 @@ def main():
             low.data.materials.clear()
             low.data.materials.append(material)
             material.node_tree.nodes.active = node
-            seconds["cycles"].append(timed(lambda: cycles(extent)))
+            seconds["cycles"].append(time_call(lambda: bake_with_cycles(extent)))
             low.data.materials.clear()
-            seconds["kiln"].append(timed(bpy.ops.kiln.bake))
+            seconds["kiln"].append(time_call(bpy.ops.kiln.bake))
         low.data.materials.clear()
         low.data.materials.append(material)
         image.generated_color = (0, 0, 0, 0)
-        cycles(extent, margin=0)  # a margin of 0, since padding is not compared
+        bake_with_cycles(extent, margin=0)  # a margin of 0, since padding is not compared
         low.data.materials.clear()
-        theirs, ours = pixels(image), pixels(bpy.data.images[f"{low.name}_normal"])
-        # Cycles writes (0.5, 0.5, 1) at misses
+        theirs, ours = read_pixels(image), read_pixels(bpy.data.images[f"{low.name}_normal"])
+        # Cycles writes (0.5, 0.5, 1) where its rays miss
         both = (theirs[:, 3] > 0) & (np.abs(theirs[:, :3] - [0.5, 0.5, 1]).max(1) > 1e-6)
         angles = np.degrees(
-            2 * np.arcsin(np.clip(np.linalg.norm(unit(ours[both]) - unit(theirs[both]), axis=1) / 2, 0, 1))
+            2 * np.arcsin(np.clip(np.linalg.norm(decode_unit_vectors(ours[both]) - decode_unit_vectors(theirs[both]), axis=1) / 2, 0, 1))
         )
         row = {
             "bench": "blender_extension",

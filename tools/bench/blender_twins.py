@@ -13,25 +13,25 @@ import sys
 
 import bpy
 
-FOLDER = os.path.abspath(sys.argv[1])
-SIDE = 8  # side of the pictures in texels
+OUTPUT_FOLDER = os.path.abspath(sys.argv[1])
+PICTURE_SIDE = 8  # side of the pictures in texels
 
 
-def picture(name, low, high):
-    image = bpy.data.images.new(name, SIDE, SIDE)
+def make_picture(name, low, high):
+    image = bpy.data.images.new(name, PICTURE_SIDE, PICTURE_SIDE)
     pixels = []
-    for y in range(SIDE):
-        for x in range(SIDE):
-            share = (x + y) / (2 * SIDE - 2)
+    for y in range(PICTURE_SIDE):
+        for x in range(PICTURE_SIDE):
+            share = (x + y) / (2 * PICTURE_SIDE - 2)
             pixels += [a + (b - a) * share for a, b in zip(low, high)] + [1]
     image.pixels = pixels
-    image.filepath_raw = os.path.join(FOLDER, name + ".png")
+    image.filepath_raw = os.path.join(OUTPUT_FOLDER, name + ".png")
     image.file_format = "PNG"
     image.save()
     return bpy.data.images.load(image.filepath_raw)
 
 
-def material(name, image):
+def make_material(name, image):
     made = bpy.data.materials.new(name)
     made.use_nodes = True
     nodes = made.node_tree.nodes
@@ -41,8 +41,8 @@ def material(name, image):
     return made
 
 
-def dome(name, sides, rings, bumps, offset, of):
-    """A closed bumpy ball of triangles; its UVs are a strip of the square that starts at `offset`."""
+def make_dome(name, sides, rings, bumps, offset, of):
+    """Makes a closed ball of triangles with bumps; its UVs fill a strip of the unit square that starts at `offset`."""
     vertices, faces, uvs = [], [], []
     for i in range(rings + 1):
         polar = math.pi * (0.02 + 0.96 * i / rings)
@@ -70,7 +70,7 @@ def dome(name, sides, rings, bumps, offset, of):
     return mesh
 
 
-def place(name, mesh, location, rotation, scale, parent=None):
+def place_object(name, mesh, location, rotation, scale, parent=None):
     made = bpy.data.objects.new(name, mesh)
     made.location, made.rotation_euler, made.scale = location, rotation, scale
     made.parent = parent
@@ -78,22 +78,22 @@ def place(name, mesh, location, rotation, scale, parent=None):
     return made
 
 
-def scene(sides, rings, bumps, shared):
+def build_scene(sides, rings, bumps, shared):
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    clay = material("clay", picture("clay", (0.9, 0.2, 0.1), (0.2, 0.6, 0.3)))
-    glaze = material("glaze", picture("glaze", (0.1, 0.2, 0.8), (0.8, 0.9, 0.4)))
-    pot = dome("pot", sides, rings, bumps, 0, clay)
+    clay = make_material("clay", make_picture("clay", (0.9, 0.2, 0.1), (0.2, 0.6, 0.3)))
+    glaze = make_material("glaze", make_picture("glaze", (0.1, 0.2, 0.8), (0.8, 0.9, 0.4)))
+    pot = make_dome("pot", sides, rings, bumps, 0, clay)
     # In the high poly, instances share UVs. In the low poly, each instance needs texels of its own, so it is a copy.
-    twin = pot if shared else dome("twin", sides, rings, bumps, 1 / 3, clay)
-    lid = dome("lid", sides, rings, bumps, 2 / 3, glaze)
-    place("pot", pot, (0, 0, 1), (0.3, 0.2, 0.1), (1, 1, 1))
-    place("mirrored", twin, (2, 0.5, 1), (0.3, 0.2, 0.1), (-1, 1, 1))
-    group = place("group", None, (0, 2, 0.5), (0, 0, math.radians(40)), (1, 1, 1))
-    place("lid", lid, (0.3, 0.2, 0.1), (math.radians(70), 0, 0), (0.6, 0.6, 0.6), group)
+    twin = pot if shared else make_dome("twin", sides, rings, bumps, 1 / 3, clay)
+    lid = make_dome("lid", sides, rings, bumps, 2 / 3, glaze)
+    place_object("pot", pot, (0, 0, 1), (0.3, 0.2, 0.1), (1, 1, 1))
+    place_object("mirrored", twin, (2, 0.5, 1), (0.3, 0.2, 0.1), (-1, 1, 1))
+    group = place_object("group", None, (0, 2, 0.5), (0, 0, math.radians(40)), (1, 1, 1))
+    place_object("lid", lid, (0.3, 0.2, 0.1), (math.radians(70), 0, 0), (0.6, 0.6, 0.6), group)
 
 
 def export_all():
-    path = os.path.join(FOLDER, "high")
+    path = os.path.join(OUTPUT_FOLDER, "high")
     bpy.ops.export_scene.gltf(filepath=path + ".glb", export_format="GLB")
     bpy.ops.export_scene.gltf(filepath=path + ".gltf", export_format="GLTF_SEPARATE",
                               export_keep_originals=True)
@@ -110,10 +110,10 @@ def export_all():
                           up_axis="Z", global_scale=100)
 
 
-os.makedirs(FOLDER, exist_ok=True)
-scene(10, 6, 0.02, True)
+os.makedirs(OUTPUT_FOLDER, exist_ok=True)
+build_scene(10, 6, 0.02, True)
 export_all()
-scene(6, 4, 0, False)
-bpy.ops.export_scene.gltf(filepath=os.path.join(FOLDER, "low.glb"), export_format="GLB",
+build_scene(6, 4, 0, False)
+bpy.ops.export_scene.gltf(filepath=os.path.join(OUTPUT_FOLDER, "low.glb"), export_format="GLB",
                           export_image_format="NONE")
-bpy.ops.wm.obj_export(filepath=os.path.join(FOLDER, "low.obj"), export_materials=False)
+bpy.ops.wm.obj_export(filepath=os.path.join(OUTPUT_FOLDER, "low.obj"), export_materials=False)

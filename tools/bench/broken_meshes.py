@@ -3,7 +3,7 @@
 
 broken_meshes.py DIR          writes one PLY a class
 broken_meshes.py DIR --table KILN [--faces N]
-                              also simplifies each, without and with --clean, and prints what became of it
+                              also simplifies each, without and with --clean, and prints the results
 """
 import argparse
 import array
@@ -17,8 +17,8 @@ import subprocess
 import sys
 
 
-def bump(x, y, z):
-    """A radius around 1 with waves of several lengths."""
+def bumpy_radius(x, y, z):
+    """Returns a radius near 1 with waves of several lengths."""
     return (1 + 0.03 * math.sin(9 * x + 4 * y) + 0.015 * math.sin(23 * y + 11 * z)
             + 0.006 * math.sin(51 * z + 37 * x))
 
@@ -36,24 +36,24 @@ class Mesh:
     def join(self, other):
         return self.add(other.points, other.faces)
 
-    def moved(self, by, scale=1.0):
+    def with_offset(self, by, scale=1.0):
         mesh = Mesh()
         mesh.points = [tuple(scale * p + o for p, o in zip(point, by)) for point in self.points]
         mesh.faces = list(self.faces)
         return mesh
 
-    def turned(self):
+    def with_flipped_faces(self):
         mesh = Mesh()
         mesh.points, mesh.faces = list(self.points), [(a, c, b) for a, b, c in self.faces]
         return mesh
 
-    def loose(self, noise, random_):
+    def with_loose_corners(self, noise, random_generator):
         """Gives each face separate corners, displaced by up to `noise`."""
         mesh = Mesh()
         for face in self.faces:
             first = len(mesh.points)
             for v in face:
-                mesh.points.append(tuple(x + random_.uniform(-noise, noise) for x in self.points[v]))
+                mesh.points.append(tuple(x + random_generator.uniform(-noise, noise) for x in self.points[v]))
             mesh.faces.append((first, first + 1, first + 2))
         return mesh
 
@@ -68,11 +68,11 @@ class Mesh:
             file.write(b"".join(pack(3, *f) for f in self.faces))
 
 
-def sphere(n, radius=1.0, shape=bump):
-    """A cube of n x n cells a side, blown up."""
+def make_sphere(n, radius=1.0, shape=bumpy_radius):
+    """Makes a sphere from a cube with n x n quads per side."""
     index, points, faces = {}, [], []
 
-    def vertex(p):
+    def add_vertex(p):
         if p not in index:
             x, y, z = (math.tan((2 * c / n - 1) * math.pi / 4) for c in p)
             size = math.sqrt(x * x + y * y + z * z)
@@ -90,7 +90,7 @@ def sphere(n, radius=1.0, shape=bump):
                     for a, b in ((i, k), (i + 1, k), (i + 1, k + 1), (i, k + 1)):
                         p = [0, 0, 0]
                         p[axis], p[(axis + 1) % 3], p[(axis + 2) % 3] = end, a, b
-                        quad.append(vertex(tuple(p)))
+                        quad.append(add_vertex(tuple(p)))
                     if end == 0:
                         quad.reverse()
                     faces += [(quad[0], quad[1], quad[2]), (quad[0], quad[2], quad[3])]
@@ -99,8 +99,8 @@ def sphere(n, radius=1.0, shape=bump):
     return mesh
 
 
-def tube(a, b, radius, sides, rings, closed=True):
-    """A cylinder from a to b."""
+def make_tube(a, b, radius, sides, rings, closed=True):
+    """Makes a cylinder from a to b."""
     axis = [q - p for p, q in zip(a, b)]
     size = math.sqrt(sum(x * x for x in axis))
     axis = [x / size for x in axis]
@@ -132,43 +132,43 @@ def tube(a, b, radius, sides, rings, closed=True):
     return mesh
 
 
-def cells(mesh, face, size):
-    """Which of the blocks of space a face lies in."""
+def find_cells(mesh, face, size):
+    """Returns for each face the block of the grid over space that contains it."""
     return tuple(math.floor(sum(mesh.points[v][k] for v in face) / 3 / size) for k in range(3))
 
 
-def plain(r):
-    return sphere(182)
+def make_plain(r):
+    return make_sphere(182)
 
 
-def soup(r):
-    return sphere(149).loose(3e-7, r)
+def make_soup(r):
+    return make_sphere(149).with_loose_corners(3e-7, r)
 
 
-def flipped(r):
-    mesh = sphere(182)
+def make_flipped(r):
+    mesh = make_sphere(182)
     wrong = {}
     for i, face in enumerate(mesh.faces):
-        if wrong.setdefault(cells(mesh, face, 0.3), r.random() < 0.4):
+        if wrong.setdefault(find_cells(mesh, face, 0.3), r.random() < 0.4):
             mesh.faces[i] = (face[0], face[2], face[1])
     return mesh
 
 
-def doubled(r):
-    mesh = sphere(182)
+def make_doubled(r):
+    mesh = make_sphere(182)
     again = {}
     mesh.faces += [face for face in list(mesh.faces)
-                   if again.setdefault(cells(mesh, face, 0.3), r.random() < 0.3)]
+                   if again.setdefault(find_cells(mesh, face, 0.3), r.random() < 0.3)]
     return mesh
 
 
-def torn(r):
+def make_torn(r):
     """Blocks that share no vertices, some flipped and some doubled, off by noise; every tenth face of rims is gone, and
     fins stand on edges."""
-    mesh = sphere(182)
+    mesh = make_sphere(182)
     blocks = {}
     for face in mesh.faces:
-        blocks.setdefault(cells(mesh, face, 0.25), []).append(face)
+        blocks.setdefault(find_cells(mesh, face, 0.25), []).append(face)
     result = Mesh()
     for faces in blocks.values():
         index, points, own = {}, [], []
@@ -193,48 +193,48 @@ def torn(r):
     return result
 
 
-def shells(r):
-    return sphere(129).join(sphere(129, 0.8).turned()).join(sphere(60, 0.5)).join(sphere(60, 0.4).turned())
+def make_shells(r):
+    return make_sphere(129).join(make_sphere(129, 0.8).with_flipped_faces()).join(make_sphere(60, 0.5)).join(make_sphere(60, 0.4).with_flipped_faces())
 
 
-def robot(r):
-    """Parts that intersect each other."""
-    mesh = sphere(80).moved((0, 0, 0), 0.6)
-    mesh.join(sphere(60).moved((0, 0.9, 0), 0.35))
+def make_robot(r):
+    """Makes parts that intersect each other."""
+    mesh = make_sphere(80).with_offset((0, 0, 0), 0.6)
+    mesh.join(make_sphere(60).with_offset((0, 0.9, 0), 0.35))
     for x in (-1, 1):
-        mesh.join(tube((0.3 * x, 0.3, 0), (1.1 * x, -0.2, 0.2), 0.14, 64, 200))
-        mesh.join(tube((1.05 * x, -0.2, 0.2), (1.2 * x, -0.9, 0.5), 0.11, 64, 200))
-        mesh.join(sphere(40).moved((1.1 * x, -0.2, 0.2), 0.18))
-        mesh.join(tube((0.25 * x, -0.4, 0), (0.35 * x, -1.6, 0), 0.17, 64, 200))
-        mesh.join(sphere(40).moved((0.35 * x, -1.65, 0.1), 0.22))
-        mesh.join(sphere(24).moved((0.12 * x, 0.95, 0.3), 0.06))
+        mesh.join(make_tube((0.3 * x, 0.3, 0), (1.1 * x, -0.2, 0.2), 0.14, 64, 200))
+        mesh.join(make_tube((1.05 * x, -0.2, 0.2), (1.2 * x, -0.9, 0.5), 0.11, 64, 200))
+        mesh.join(make_sphere(40).with_offset((1.1 * x, -0.2, 0.2), 0.18))
+        mesh.join(make_tube((0.25 * x, -0.4, 0), (0.35 * x, -1.6, 0), 0.17, 64, 200))
+        mesh.join(make_sphere(40).with_offset((0.35 * x, -1.65, 0.1), 0.22))
+        mesh.join(make_sphere(24).with_offset((0.12 * x, 0.95, 0.3), 0.06))
         for i in range(40):
-            mesh.join(sphere(6, 1, None).moved((0.02 * x * i, 0.5 * math.sin(i), 0.5 * math.cos(i)), 0.02))
+            mesh.join(make_sphere(6, 1, None).with_offset((0.02 * x * i, 0.5 * math.sin(i), 0.5 * math.cos(i)), 0.02))
     return mesh
 
 
-def floaters(r):
-    mesh = sphere(160)
+def make_floaters(r):
+    mesh = make_sphere(160)
     for _ in range(400):
         d = [r.gauss(0, 1) for _ in range(3)]
         size = math.sqrt(sum(x * x for x in d))
         away = r.uniform(1.2, 2.2)
-        mesh.join(sphere(4, 1, None).moved(tuple(away * x / size for x in d), r.uniform(0.002, 0.012)))
-    mesh.join(sphere(40).moved((0.3, 0.3, 0.93), 0.1)).join(sphere(40).moved((-0.3, 0.3, 0.93), 0.1))
-    mesh.join(tube((0, 6, 0), (0.5, 9, 0), 0.01, 6, 40))
+        mesh.join(make_sphere(4, 1, None).with_offset(tuple(away * x / size for x in d), r.uniform(0.002, 0.012)))
+    mesh.join(make_sphere(40).with_offset((0.3, 0.3, 0.93), 0.1)).join(make_sphere(40).with_offset((-0.3, 0.3, 0.93), 0.1))
+    mesh.join(make_tube((0, 6, 0), (0.5, 9, 0), 0.01, 6, 40))
     return mesh
 
 
-def pinholes(r):
-    mesh = sphere(182)
-    gone = set(r.sample(range(len(mesh.faces)), 6000))
-    mesh.faces = [face for i, face in enumerate(mesh.faces) if i not in gone]
+def make_pinholes(r):
+    mesh = make_sphere(182)
+    removed = set(r.sample(range(len(mesh.faces)), 6000))
+    mesh.faces = [face for i, face in enumerate(mesh.faces) if i not in removed]
     return mesh
 
 
-def pieces(r):
-    """266,000 loose faces that nothing can join."""
-    mesh = sphere(211).loose(0, r)
+def make_pieces(r):
+    """Makes 266,000 separate faces that no weld can join."""
+    mesh = make_sphere(211).with_loose_corners(0, r)
     for i, (a, b, c) in enumerate(mesh.faces):
         d = [r.uniform(-0.01, 0.01) for _ in range(3)]
         for v in (a, b, c):
@@ -243,14 +243,14 @@ def pieces(r):
     return mesh
 
 
-def plant(r):
-    """Stems with leaves of one side, each a bent sheet of 4 x 4 cells."""
+def make_plant(r):
+    """Makes stems with single-sided leaves, each a bent sheet of 4 x 4 quads."""
     mesh = Mesh()
     for s in range(12):
         turn = 2 * math.pi * s / 12
         a = (0.05 * math.cos(turn), 0.0, 0.05 * math.sin(turn))
         b = (0.6 * math.cos(turn), 1.6, 0.6 * math.sin(turn))
-        mesh.join(tube(a, b, 0.02, 16, 200))
+        mesh.join(make_tube(a, b, 0.02, 16, 200))
         for _ in range(800):
             f = r.uniform(0.1, 1)
             root = [p + f * (q - p) for p, q in zip(a, b)]
@@ -264,66 +264,66 @@ def plant(r):
     return mesh
 
 
-def hair(r):
-    """A head with 3,000 open tubes on it."""
-    mesh = sphere(50)
+def make_hair(r):
+    """Makes a head with 3,000 open tubes as hair."""
+    mesh = make_sphere(50)
     for _ in range(3000):
         d = [r.gauss(0, 1) for _ in range(3)]
         size = math.sqrt(sum(x * x for x in d))
         a = tuple(0.98 * x / size for x in d)
         b = tuple(1.5 * x / size + r.uniform(-0.2, 0.2) for x in d)
-        mesh.join(tube(a, b, 0.004, 5, 10, closed=False))
+        mesh.join(make_tube(a, b, 0.004, 5, 10, closed=False))
     return mesh
 
 
-def room(r):
-    """Walls that face inwards, with furniture and holes."""
-    mesh = sphere(120, 2.0, lambda x, y, z: 1 / max(abs(x), abs(y), abs(z))).turned()
+def make_room(r):
+    """Makes a room of walls that face inwards, with furniture and holes."""
+    mesh = make_sphere(120, 2.0, lambda x, y, z: 1 / max(abs(x), abs(y), abs(z))).with_flipped_faces()
     mesh.faces = [f for i, f in enumerate(mesh.faces) if (i // 700) % 9 != 0]
     for i in range(60):
-        mesh.join(sphere(16).moved(tuple(r.uniform(-1.6, 1.6) for _ in range(3)), r.uniform(0.05, 0.3)))
+        mesh.join(make_sphere(16).with_offset(tuple(r.uniform(-1.6, 1.6) for _ in range(3)), r.uniform(0.05, 0.3)))
     return mesh
 
 
-def figure(r):
-    """Blended balls: limbs grow out of a body, with folds."""
-    def folds(x, y, z):
+def make_figure(r):
+    """Makes a figure of blended balls: a body with limbs and folds."""
+    def folded_radius(x, y, z):
         return 1 + 0.02 * math.sin(31 * y + 5 * x) + 0.004 * math.sin(90 * x) * math.sin(80 * z)
 
-    mesh = sphere(150, 1, lambda x, y, z: folds(x, y, z) * (0.6 + 0.5 * y * y + 0.25 * abs(x) ** 3 * (1 - abs(y))))
-    mesh.join(sphere(70, 0.35, folds).moved((0, 1.35, 0)))
+    mesh = make_sphere(150, 1, lambda x, y, z: folded_radius(x, y, z) * (0.6 + 0.5 * y * y + 0.25 * abs(x) ** 3 * (1 - abs(y))))
+    mesh.join(make_sphere(70, 0.35, folded_radius).with_offset((0, 1.35, 0)))
     for x in (-1, 1):
-        mesh.join(sphere(60, 1, lambda a, b, c: folds(a, b, c) * (0.12 + 0.35 * abs(b) ** 3)).moved((0.7 * x, 0.2, 0.1)))
-        mesh.join(sphere(60, 1, lambda a, b, c: folds(a, b, c) * (0.16 + 0.5 * abs(b) ** 3)).moved((0.3 * x, -1.3, 0)))
+        mesh.join(make_sphere(60, 1, lambda a, b, c: folded_radius(a, b, c) * (0.12 + 0.35 * abs(b) ** 3)).with_offset((0.7 * x, 0.2, 0.1)))
+        mesh.join(make_sphere(60, 1, lambda a, b, c: folded_radius(a, b, c) * (0.16 + 0.5 * abs(b) ** 3)).with_offset((0.3 * x, -1.3, 0)))
     return mesh
 
 
-def chair(r):
-    """A seat on legs, with slats close to each other."""
-    def block(center, size, n=40):
+def make_chair(r):
+    """Makes a chair: a seat on legs, with slats close to each other."""
+    def make_block(center, size, n=40):
         def box(x, y, z):
             return (1 + 0.01 * math.sin(40 * x) * math.sin(40 * z)) / max(abs(x), abs(y), abs(z))
 
-        mesh = sphere(n, 1, box)
+        mesh = make_sphere(n, 1, box)
         mesh.points = [tuple(c + s * p for c, s, p in zip(center, size, point)) for point in mesh.points]
         return mesh
 
-    mesh = block((0, 0, 0), (0.6, 0.05, 0.6), 90)
+    mesh = make_block((0, 0, 0), (0.6, 0.05, 0.6), 90)
     for x in (-0.5, 0.5):
         for z in (-0.5, 0.5):
-            mesh.join(tube((x, -0.05, z), (1.1 * x, -1.0, 1.1 * z), 0.05, 48, 120))
-        mesh.join(block((x, 0.7, -0.55), (0.05, 0.7, 0.05), 50))
+            mesh.join(make_tube((x, -0.05, z), (1.1 * x, -1.0, 1.1 * z), 0.05, 48, 120))
+        mesh.join(make_block((x, 0.7, -0.55), (0.05, 0.7, 0.05), 50))
     for i in range(12):
-        mesh.join(block((0, 0.15 + 0.1 * i, -0.55), (0.48, 0.035, 0.02)))
+        mesh.join(make_block((0, 0.15 + 0.1 * i, -0.55), (0.48, 0.035, 0.02)))
     return mesh
 
 
-# Seeds depend on the position in this list, so append new classes at the end.
-CLASSES = [plain, soup, flipped, doubled, torn, shells, robot, floaters, pinholes, pieces, plant, hair, room, figure, chair]
+# The random seed of a class of meshes is its index in this list, so append new classes at the end.
+MESH_MAKERS = [make_plain, make_soup, make_flipped, make_doubled, make_torn, make_shells, make_robot, make_floaters, make_pinholes, make_pieces, make_plant, make_hair, make_room, make_figure, make_chair]
 
 
-def edges_of(path):
-    """Open and non-manifold edges of an OBJ, vertices of one position taken as one."""
+def count_defective_edges(path):
+    """Counts the open and the non-manifold edges of an OBJ, after welding vertices of equal position."""
     points, index, edges = [], {}, {}
     with open(path) as file:
         for line in file:
@@ -338,7 +338,7 @@ def edges_of(path):
     return (sum(1 for n in edges.values() if n == 1), sum(1 for n in edges.values() if n > 2))
 
 
-def row(kiln, path, faces, flags, folder):
+def measure_class(kiln, path, faces, flags, folder):
     out, report = os.path.join(folder, "low.obj"), os.path.join(folder, "low.json")
     for file in (out, report):
         if os.path.exists(file):
@@ -352,9 +352,9 @@ def row(kiln, path, faces, flags, folder):
         return "exit %d: %s" % (done.returncode, done.stderr.strip()[:100])
     with open(report) as file:
         low = json.load(file)
-    opened, many = edges_of(out)
+    opened, face_count = count_defective_edges(out)
     return "%d | %d | %d | %d | %d | %.2f | %.1f | %.1f | %.1f" % (
-        done.returncode, low["faces"], opened, many, low["charts"], 100 * low["error"], seconds,
+        done.returncode, low["faces"], opened, face_count, low["charts"], 100 * low["error"], seconds,
         low["seconds"]["unwrap"], low.get("clean", {}).get("seconds", 0))
 
 
@@ -369,8 +369,8 @@ def main():
     if arguments.table:
         print("| class | faces | clean | exit | low faces | open edges | non-manifold edges | charts | deviation % | "
               "processor s | unwrap s | clean s |\n" + "| --- " * 12 + "|")
-    for number, make in enumerate(CLASSES):
-        name = make.__name__
+    for number, make in enumerate(MESH_MAKERS):
+        name = make.__name__.removeprefix("make_")
         if arguments.only and name not in arguments.only.split(","):
             continue
         path = os.path.join(arguments.folder, name + ".ply")
@@ -381,7 +381,7 @@ def main():
         with open(path, "rb") as file:
             count = [line.split()[-1].decode() for line in file.read(400).split(b"\n") if b"element face" in line][0]
         for clean in ("none", "auto"):
-            print("| %s | %s | %s | %s |" % (name, count, clean, row(
+            print("| %s | %s | %s | %s |" % (name, count, clean, measure_class(
                 arguments.table, path, arguments.faces, ["--clean", clean], arguments.folder)), flush=True)
     return 0
 

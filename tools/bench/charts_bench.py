@@ -26,7 +26,7 @@ import xatlas
 
 
 def read_obj(path):
-    """Positions, UVs, and per corner the indices of both (-1 where there is no UV)."""
+    """Reads positions, UVs, and for each corner the indices of both (-1 if it has no UV)."""
     positions, uvs, corners = [], [], []
     with open(path) as file:
         for line in file:
@@ -52,14 +52,14 @@ def write_obj(path, positions, faces, uvs, uv_faces):
             file.write("f " + " ".join("%d/%d" % pair for pair in zip(face, uv)) + "\n")
 
 
-def facts(positions, faces, uvs, uv_faces, size):
+def measure_layout(positions, faces, uvs, uv_faces, size):
     pairs = numpy.unique(numpy.stack([faces.ravel(), uv_faces.ravel()], 1), axis=0)
     corners = uvs[uv_faces]
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     area = 0.5 * numpy.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
     edges, root = {}, list(range(len(faces)))
 
-    def find(t):
+    def find_root(t):
         while root[t] != t:
             root[t] = root[root[t]]
             t = root[t]
@@ -75,19 +75,19 @@ def facts(positions, faces, uvs, uv_faces, size):
         total += length
         if len(sides) == 2:
             if sides[0][:2] == sides[1][:2]:
-                root[find(sides[0][2])] = find(sides[1][2])
+                root[find_root(sides[0][2])] = find_root(sides[1][2])
             else:
                 seam += length
     return {
-        "charts": len({find(t) for t in range(len(faces))}),
+        "charts": len({find_root(t) for t in range(len(faces))}),
         "vertices": round(len(pairs) / len(numpy.unique(faces)), 3),
         "used": round(float(area.sum()), 4),
         "seam": round(seam / total, 4),
-        "overlap": overlap(corners * size, size),
+        "overlap": measure_overlap(corners * size, size),
     }
 
 
-def overlap(corners, size):
+def measure_overlap(corners, size):
     count = numpy.zeros((size, size), numpy.uint8)
     for p in corners:
         x0, y0 = numpy.maximum(numpy.floor(p.min(0)).astype(int), 0)
@@ -102,8 +102,8 @@ def overlap(corners, size):
     return int((count > 1).sum())
 
 
-def by_xatlas(positions, faces, size, padding):
-    """Scales until the atlas fits the square, since xatlas takes a scale or a size, not both."""
+def unwrap_with_xatlas(positions, faces, size, padding):
+    """Adjusts the scale until the atlas fits the square, since xatlas takes either a scale or a size."""
     chart_seconds, best = None, None
     low, high = 0.05, 1.0
     edges = positions[faces]
@@ -129,7 +129,7 @@ def by_xatlas(positions, faces, size, padding):
     return best[0], best[1].astype(int), chart_seconds
 
 
-def by_blender(path, size, padding):
+def unwrap_with_blender(path, size, padding):
     import bpy
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
@@ -154,7 +154,7 @@ def by_blender(path, size, padding):
     return uvs, indices.reshape(-1, 3), best
 
 
-def degrees(kiln, high, low, size, folder):
+def measure_rendered_degrees(kiln, high, low, size, folder):
     run = lambda *words: subprocess.run([kiln, *words], check=True, stdout=subprocess.DEVNULL)
     stem = os.path.splitext(os.path.basename(low))[0]
     run("bake", high, low, "--size", str(size), "--out", folder, "--force", "--quiet")
@@ -187,8 +187,8 @@ def main():
                 seconds = json.load(open(report.name))["seconds"]["unwrap"]
             layouts[method] = path, seconds
         positions, _, triangles, _ = read_obj(layouts["charts"][0])
-        peers = {"xatlas": lambda: by_xatlas(positions, triangles, options.size, padding),
-                 "blender": lambda: by_blender(layouts["charts"][0], options.size, padding)}
+        peers = {"xatlas": lambda: unwrap_with_xatlas(positions, triangles, options.size, padding),
+                 "blender": lambda: unwrap_with_blender(layouts["charts"][0], options.size, padding)}
         for name, peer in peers.items():
             try:
                 uvs, uv_faces, seconds = peer()
@@ -200,8 +200,8 @@ def main():
         for name, (path, seconds) in layouts.items():
             positions, uvs, triangles, uv_faces = read_obj(path)
             row = {"layout": name, "faces": len(triangles), "padding": padding, "seconds": round(seconds, 3)}
-            row.update(facts(positions, triangles, uvs, uv_faces, options.size))
-            row["degrees"] = degrees(options.kiln, options.high, path, options.bake, options.out)
+            row.update(measure_layout(positions, triangles, uvs, uv_faces, options.size))
+            row["degrees"] = measure_rendered_degrees(options.kiln, options.high, path, options.bake, options.out)
             print(json.dumps(row), flush=True)
 
 

@@ -1,11 +1,11 @@
-// Nearest points against Embree's point queries, on the same samples and threads, in one run.
+// Times nearest-point searches, compared with Embree's point queries on the same samples and threads in the same run.
 //
 // closest_bench [HIGH LOW [SIZE [MODES [P]]]]   default: a procedural pair, 2048. MODES: runs these alone, such
 // as "kiln,embree seeded". P: the search distance in percent of the diagonal, 2 by default.
 //
-// The samples are those of a bake. The compared query accepts faces of both sides; Kiln's and Embree's also run
-// with back faces skipped, as bakes do. "embree seeded" starts each search with an upper bound of the distance,
-// which follows from the previous sample's nearest point.
+// The samples are those of a bake. The compared query accepts front and back faces; both programs are also timed with
+// back faces skipped, as in bakes. "embree seeded" starts each search with an upper bound of the distance, which
+// follows from the previous sample's nearest point.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -85,8 +85,8 @@ class ClosestBench {
                  {"size", size_},
                  {"triangles", static_cast<double>(high_.triangles.size())},
                  {"found", found_},
-                 {"only_ours", only_ours_},
-                 {"only_theirs", only_theirs_},
+                 {"only_ours", only_kiln_found_},
+                 {"only_theirs", only_embree_found_},
                  {"farther", farther_},
                  {"nearer", nearer_}});
   }
@@ -119,12 +119,12 @@ class ClosestBench {
       const std::vector<std::uint32_t> triangle = band.match.triangle.download(context_of(device_));
       const std::vector<float> distance = band.match.distance.download(context_of(device_));
       for (std::size_t i = 0; i < band.device.sample_count; ++i) {
-        const bool ours = triangle[i] != KILN_NO_TRIANGLE;
-        const bool theirs = band.peer.triangle[i] != KILN_NO_TRIANGLE;
-        found_ += ours ? 1 : 0;
-        only_ours_ += ours && !theirs ? 1 : 0;
-        only_theirs_ += theirs && !ours ? 1 : 0;
-        if (!ours || !theirs) continue;
+        const bool kiln_found = triangle[i] != KILN_NO_TRIANGLE;
+        const bool embree_found = band.peer.triangle[i] != KILN_NO_TRIANGLE;
+        found_ += kiln_found ? 1 : 0;
+        only_kiln_found_ += kiln_found && !embree_found ? 1 : 0;
+        only_embree_found_ += embree_found && !kiln_found ? 1 : 0;
+        if (!kiln_found || !embree_found) continue;
         const float more = std::abs(distance[i]) - band.peer.t[i];
         farther_ += more > 1e-6F ? 1 : 0;
         nearer_ += more < -1e-6F ? 1 : 0;
@@ -144,7 +144,8 @@ class ClosestBench {
   ClosestFinder scalar_;
   EmbreeScene embree_;
   std::vector<Band> bands_;
-  double samples_ = 0, found_ = 0, only_ours_ = 0, only_theirs_ = 0, farther_ = 0, nearer_ = 0;
+  double samples_ = 0, found_ = 0, only_kiln_found_ = 0, only_embree_found_ = 0, farther_ = 0,
+         nearer_ = 0;
 };
 
 }  // namespace

@@ -105,12 +105,12 @@ int main(int count, char** words) {
     std::fprintf(stderr, "usage: decimate_peer meshoptimizer|openmesh HIGH.obj FACES OUT.obj\n");
     return 2;
   }
-  const std::string way = words[1];
+  const std::string library = words[1];
   const std::size_t faces = std::strtoul(words[3], nullptr, 10);
   const Mesh high = read(words[2]);
   Mesh low;
   const double seconds =
-      way == "openmesh" ? by_openmesh(high, faces, low) : by_meshoptimizer(high, faces, low);
+      library == "openmesh" ? by_openmesh(high, faces, low) : by_meshoptimizer(high, faces, low);
   write(low, words[4]);
   std::printf("%.6f\n", seconds);
   return 0;

@@ -12,7 +12,7 @@
 namespace kiln::bench {
 namespace {
 
-constexpr std::size_t kStream = 512;
+constexpr std::size_t kStreamRays = 512;
 
 struct Source {
   const RayPlanes& rays;
@@ -106,8 +106,8 @@ void occlusion_packets(const Source& source, std::size_t begin, std::size_t end,
 
 /// Memory of a stream of rays in structure-of-arrays layout.
 struct Arrays {
-  float values[13][kStream];
-  unsigned ids[6][kStream];
+  float values[13][kStreamRays];
+  unsigned ids[6][kStreamRays];
 
   RTCRayNp rays() {
     RTCRayNp np;
@@ -145,7 +145,7 @@ RTCIntersectContext context_of(const RayPlanes& rays) {
 
 const char* embree_mode_name(EmbreeMode mode) {
   switch (mode) {
-    case EmbreeMode::one:
+    case EmbreeMode::single_ray:
       return "embree 1";
     case EmbreeMode::packet8:
       return "embree 8";
@@ -198,7 +198,7 @@ void EmbreeScene::intersect(const RayPlanes& rays, EmbreeMode mode, RayResults& 
   on_threads(rays.count, [&](std::size_t begin, std::size_t end) {
     RTCIntersectContext context = context_of(rays);
     switch (mode) {
-      case EmbreeMode::one:
+      case EmbreeMode::single_ray:
         for (std::size_t i = begin; i < end; ++i) {
           alignas(16) RTCRayHit ray;
           fill_one(source, i, ray.ray);
@@ -220,9 +220,9 @@ void EmbreeScene::intersect(const RayPlanes& rays, EmbreeMode mode, RayResults& 
             results);
         break;
       case EmbreeMode::stream_1m: {
-        std::vector<RTCRayHit> stream(kStream);
-        for (std::size_t first = begin; first < end; first += kStream) {
-          const std::size_t count = std::min(kStream, end - first);
+        std::vector<RTCRayHit> stream(kStreamRays);
+        for (std::size_t first = begin; first < end; first += kStreamRays) {
+          const std::size_t count = std::min(kStreamRays, end - first);
           for (std::size_t k = 0; k < count; ++k) {
             fill_one(source, first + k, stream[k].ray);
             stream[k].hit.geomID = RTC_INVALID_GEOMETRY_ID;
@@ -241,13 +241,13 @@ void EmbreeScene::intersect(const RayPlanes& rays, EmbreeMode mode, RayResults& 
       case EmbreeMode::stream_np: {
         const auto memory = std::make_unique<Arrays>();
         Arrays& a = *memory;
-        for (std::size_t first = begin; first < end; first += kStream) {
-          const std::size_t count = std::min(kStream, end - first);
+        for (std::size_t first = begin; first < end; first += kStreamRays) {
+          const std::size_t count = std::min(kStreamRays, end - first);
           a.fill(source, first, count);
           RTCRayHitNp np;
           std::memset(&np, 0, sizeof(np));
           np.ray = a.rays();
-          // Embree writes a normal for each hit; a common buffer takes the values, which are not used.
+          // Embree writes a normal for each hit. These normals are not used, so all go to the same buffer.
           np.hit.Ng_x = np.hit.Ng_y = np.hit.Ng_z = a.values[9];
           np.hit.u = a.values[10], np.hit.v = a.values[11];
           np.hit.geomID = a.ids[3], np.hit.primID = a.ids[4], np.hit.instID[0] = a.ids[5];
@@ -270,7 +270,7 @@ void EmbreeScene::occluded(const RayPlanes& rays, EmbreeMode mode,
   on_threads(rays.count, [&](std::size_t begin, std::size_t end) {
     RTCIntersectContext context = context_of(rays);
     switch (mode) {
-      case EmbreeMode::one:
+      case EmbreeMode::single_ray:
         for (std::size_t i = begin; i < end; ++i) {
           alignas(16) RTCRay ray;
           fill_one(source, i, ray);
@@ -289,9 +289,9 @@ void EmbreeScene::occluded(const RayPlanes& rays, EmbreeMode mode,
             [&](int* valid, RTCRay16* p) { rtcOccluded16(valid, scene_, &context, p); }, hit);
         break;
       case EmbreeMode::stream_1m: {
-        std::vector<RTCRay> stream(kStream);
-        for (std::size_t first = begin; first < end; first += kStream) {
-          const std::size_t count = std::min(kStream, end - first);
+        std::vector<RTCRay> stream(kStreamRays);
+        for (std::size_t first = begin; first < end; first += kStreamRays) {
+          const std::size_t count = std::min(kStreamRays, end - first);
           for (std::size_t k = 0; k < count; ++k) fill_one(source, first + k, stream[k]);
           rtcOccluded1M(scene_, &context, stream.data(), static_cast<unsigned>(count),
                         sizeof(RTCRay));
@@ -301,8 +301,8 @@ void EmbreeScene::occluded(const RayPlanes& rays, EmbreeMode mode,
       }
       case EmbreeMode::stream_np: {
         const auto memory = std::make_unique<Arrays>();
-        for (std::size_t first = begin; first < end; first += kStream) {
-          const std::size_t count = std::min(kStream, end - first);
+        for (std::size_t first = begin; first < end; first += kStreamRays) {
+          const std::size_t count = std::min(kStreamRays, end - first);
           memory->fill(source, first, count);
           const RTCRayNp np = memory->rays();
           rtcOccludedNp(scene_, &context, &np, static_cast<unsigned>(count));

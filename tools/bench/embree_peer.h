@@ -1,4 +1,4 @@
-// The peer Embree, which casts the same rays through each of its interfaces.
+// Casts rays by Embree through each of its interfaces, for comparison with Kiln.
 #pragma once
 
 #include <embree3/rtcore.h>
@@ -13,7 +13,7 @@
 
 namespace kiln::bench {
 
-/// Rays as planes of origins and directions, with a common range of distances.
+/// Rays as arrays of the components of origins and directions, with a common range of distances.
 struct RayPlanes {
   /// 7 planes with `capacity` elements each, as in TexelBand::points
   std::span<const float> planes;
@@ -31,9 +31,9 @@ struct RayResults {
   std::vector<float> t, u, v;
 };
 
-enum class EmbreeMode { one, packet8, packet16, stream_1m, stream_np };
+enum class EmbreeMode { single_ray, packet8, packet16, stream_1m, stream_np };
 const char* embree_mode_name(EmbreeMode mode);
-inline constexpr EmbreeMode kEmbreeModes[] = {EmbreeMode::one, EmbreeMode::packet8,
+inline constexpr EmbreeMode kEmbreeModes[] = {EmbreeMode::single_ray, EmbreeMode::packet8,
                                               EmbreeMode::packet16, EmbreeMode::stream_1m,
                                               EmbreeMode::stream_np};
 
@@ -46,13 +46,12 @@ class EmbreeScene {
 
   /// Finds nearest hits, with thread_count() threads over contiguous ranges.
   void intersect(const RayPlanes& rays, EmbreeMode mode, RayResults& results) const;
-  /// Finds out whether rays hit anything.
+  /// Finds whether each ray hits anything.
   void occluded(const RayPlanes& rays, EmbreeMode mode, std::vector<std::uint8_t>& hit) const;
 
   /// Finds nearest points within `t_max` by rtcPointQuery with a callback (embree_point.cpp). If not two-sided, back
-  /// faces are skipped.
-  /// `seeded`: the search radius starts at the bound from the previous answer, as in Kiln. Distances are written to
-  /// `t`.
+  /// faces are skipped. `seeded`: the search radius starts at an upper bound that follows from the previous result, as
+  /// in Kiln. Distances are written to `t`.
   void closest(const RayPlanes& rays, bool two_sided, bool seeded, RayResults& results) const;
 
   double build_seconds() const { return build_seconds_; }

@@ -1,6 +1,6 @@
 // Finds nearest points by Embree's point queries. Embree walks its tree and passes triangles to a callback, which
-// computes the distance to a triangle by the regions of Ericson, "Real-Time Collision Detection", 5.1.5. Mostly one of
-// the seven regions is needed.
+// computes the distance to a triangle by the regions of Ericson, "Real-Time Collision Detection", 5.1.5. For most
+// triangles only one of the seven regions must be examined.
 #include <cmath>
 
 #include "embree_peer.h"
@@ -14,17 +14,17 @@ struct Weights {
   float u, v;  // barycentric weights of the corners 1 and 2
 };
 
-Vec3 minus(const Vec3& a, const Vec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-float inner(const Vec3& a, const Vec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+Vec3 subtract(const Vec3& a, const Vec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+float dot_product(const Vec3& a, const Vec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
 Weights nearest_weights(const Vec3& ab, const Vec3& ac, const Vec3& ap) {
   // Dot products of the edges with the vectors from each corner to the point.
-  const float ab_a = inner(ab, ap);
-  const float ac_a = inner(ac, ap);
+  const float ab_a = dot_product(ab, ap);
+  const float ac_a = dot_product(ac, ap);
   if (ab_a <= 0 && ac_a <= 0) return {0, 0};
-  const float bb = inner(ab, ab);
-  const float bc = inner(ab, ac);
-  const float cc = inner(ac, ac);
+  const float bb = dot_product(ab, ab);
+  const float bc = dot_product(ab, ac);
+  const float cc = dot_product(ac, ac);
   const float ab_b = ab_a - bb;
   const float ac_b = ac_a - bc;
   if (ab_b >= 0 && ac_b <= ab_b) return {1, 0};
@@ -57,18 +57,18 @@ struct Search {
 bool visit(RTCPointQueryFunctionArguments* call) {
   Search& search = *static_cast<Search*>(call->userPtr);
   const std::array<Vec3, 3>& corner = search.corners[call->primID];
-  const Vec3 ab = minus(corner[1], corner[0]);
-  const Vec3 ac = minus(corner[2], corner[0]);
-  const Vec3 ap = minus(search.point, corner[0]);
+  const Vec3 ab = subtract(corner[1], corner[0]);
+  const Vec3 ac = subtract(corner[2], corner[0]);
+  const Vec3 ap = subtract(search.point, corner[0]);
   if (!search.two_sided) {
     const Vec3 normal{ab.y * ac.z - ab.z * ac.y, ab.z * ac.x - ab.x * ac.z,
                       ab.x * ac.y - ab.y * ac.x};
-    if (inner(normal, search.direction) < 0) return false;
+    if (dot_product(normal, search.direction) < 0) return false;
   }
   const Weights w = nearest_weights(ab, ac, ap);
   const Vec3 r{ap.x - w.u * ab.x - w.v * ac.x, ap.y - w.u * ab.y - w.v * ac.y,
                ap.z - w.u * ab.z - w.v * ac.z};
-  const float squared = inner(r, r);
+  const float squared = dot_product(r, r);
   if (squared > call->query->radius * call->query->radius) return false;
   call->query->radius = std::sqrt(squared);
   search.triangle = call->primID;
@@ -99,12 +99,12 @@ void EmbreeScene::closest(const RayPlanes& rays, bool two_sided, bool seeded,
       const Vec3 point{plane(i, 0), plane(i, 1), plane(i, 2)};
       Search search{corners_.data(), point, {plane(i, 3), plane(i, 4), plane(i, 5)},
                     two_sided,       ~0U,   {0, 0}};
-      const Vec3 step = minus(point, last);
-      // With one-sided faces, the previous answer may be invalid for this sample.
+      const Vec3 step = subtract(point, last);
+      // If back faces are skipped, the previous result may be invalid for this sample.
       const bool use_previous = seeded && found && two_sided;
-      const float bound = use_previous
-                              ? (query.radius + std::sqrt(inner(step, step))) * 1.00001F + 1e-7F
-                              : rays.t_max;
+      const float bound =
+          use_previous ? (query.radius + std::sqrt(dot_product(step, step))) * 1.00001F + 1e-7F
+                       : rays.t_max;
       query.x = point.x;
       query.y = point.y;
       query.z = point.z;

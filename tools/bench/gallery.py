@@ -28,17 +28,17 @@ import numpy as np
 
 import kiln
 
-CLASSES = [make for make in broken_meshes.CLASSES if make.__name__ != "pieces"]
+MESH_MAKERS = [make for make in broken_meshes.MESH_MAKERS if make.__name__ != "make_pieces"]
 
 
-def colors_of(points):
-    """sRGB-encoded: two scales of waves."""
+def make_colors(points):
+    """Returns colours of waves of two lengths, encoded as sRGB."""
     waves = np.sin(4 * points) * 0.25 + np.sin(17 * points[:, [1, 2, 0]]) * 0.15
     return 0.5 + waves
 
 
-def texels(faces, uvs, size):
-    """Of each covered texel its row, column, face and weights; row 0 at the top."""
+def list_texels(faces, uvs, size):
+    """Lists the row, column, face and barycentric weights of each covered texel; row 0 is at the top."""
     corner = uvs[faces] * [size, size] - 0.5
     corner[..., 1] = size - 1 - corner[..., 1]
     rows, columns, owners, weights = [], [], [], []
@@ -59,8 +59,8 @@ def texels(faces, uvs, size):
     return (np.concatenate(part) for part in (rows, columns, owners, weights))
 
 
-def glue(vertices, faces, colors, target, size, path):
-    """A pipeline without Kiln. \\returns the low poly, object-space normals in [0, 1] and colours"""
+def run_glue_pipeline(vertices, faces, colors, target, size, path):
+    """Makes a low poly with maps by other libraries. \\returns the low poly, object-space normals in [0, 1] and colours"""
     import fast_simplification
     import trimesh
     import xatlas
@@ -77,18 +77,18 @@ def glue(vertices, faces, colors, target, size, path):
     _, nearest = cKDTree(welded.vertices).query(low.vertices)
     normals = welded.vertex_normals[nearest]
     high = trimesh.Trimesh(vertices, faces, process=True)
-    row, column, owner, weight = texels(triangles, uvs, size)
+    row, column, owner, weight = list_texels(triangles, uvs, size)
 
-    def mixed(values, of, by):
+    def interpolate(values, of, by):
         return np.einsum("nk,nkc->nc", by, values[of])
 
-    place = mixed(low.vertices[triangles], owner, weight)
-    toward = mixed(normals[triangles], owner, weight)
+    place = interpolate(low.vertices[triangles], owner, weight)
+    toward = interpolate(normals[triangles], owner, weight)
     toward /= np.maximum(np.linalg.norm(toward, axis=1, keepdims=True), 1e-12)
     reach = 0.02 * high.scale
     hit_face, hit_place = np.full(len(place), -1), np.zeros_like(place)
     distance = np.full(len(place), reach)
-    for way in (1, -1):  # the nearer hit of both directions counts
+    for way in (1, -1):  # the nearer of the hits in both directions is used
         face, ray, spot = high.ray.intersects_id(
             place - 1e-6 * way * toward, way * toward, multiple_hits=False, return_locations=True
         )
@@ -100,9 +100,9 @@ def glue(vertices, faces, colors, target, size, path):
     hit_face, hit_place = hit_face[hit_ray], hit_place[hit_ray]
     normal, color = np.empty((len(place), 3)), np.empty((len(place), 3))
     bary = trimesh.triangles.points_to_barycentric(high.triangles[hit_face], hit_place)
-    near_color = colors_of(high.vertices)
-    normal[hit_ray] = mixed(high.vertex_normals[high.faces], hit_face, bary)
-    color[hit_ray] = mixed(near_color[high.faces], hit_face, bary)
+    near_color = make_colors(high.vertices)
+    normal[hit_ray] = interpolate(high.vertex_normals[high.faces], hit_face, bary)
+    color[hit_ray] = interpolate(near_color[high.faces], hit_face, bary)
     missed = np.setdiff1d(np.arange(len(place)), hit_ray)
     if len(missed):
         _, nearest = cKDTree(high.vertices).query(place[missed], workers=-1)
@@ -113,18 +113,18 @@ def glue(vertices, faces, colors, target, size, path):
     maps = []
     fill = distance_transform_edt(~covered, return_distances=False, return_indices=True)
     for values in (0.5 + 0.5 * normal, np.clip(color, 0, 1)):
-        picture = np.zeros((size, size, 3), np.float32)
-        picture[row, column] = values
-        maps.append(picture[fill[0], fill[1]])
-    picture = Image.fromarray(np.rint(255 * maps[1]).astype(np.uint8))
-    material = trimesh.visual.material.PBRMaterial(baseColorTexture=picture)
+        draw_strip = np.zeros((size, size, 3), np.float32)
+        draw_strip[row, column] = values
+        maps.append(draw_strip[fill[0], fill[1]])
+    draw_strip = Image.fromarray(np.rint(255 * maps[1]).astype(np.uint8))
+    material = trimesh.visual.material.PBRMaterial(baseColorTexture=draw_strip)
     low.visual = trimesh.visual.TextureVisuals(uv=uvs, material=material)
     low.export(path)
     return kiln.Mesh(low.vertices, triangles, uvs, normals=normals), maps[0], maps[1]
 
 
-def looks(high, views=20, pixels=400):
-    """Parallel rays from around a mesh: origins and directions, (views, pixels^2, 3)."""
+def make_view_rays(high, views=20, pixels=400):
+    """Makes parallel rays towards a mesh from many sides: origins and directions, (views, pixels^2, 3)."""
     low, most = high.vertices.min(0), high.vertices.max(0)
     middle, radius = (low + most) / 2, np.linalg.norm(most - low) / 2
     i = np.arange(views) + 0.5
@@ -139,8 +139,8 @@ def looks(high, views=20, pixels=400):
     return origins, -toward
 
 
-def seen(vertices, faces, values, origins, directions):
-    """Corner values (faces, 3, K) interpolated at the rays' first hits; NaN for misses."""
+def look_up_values(vertices, faces, values, origins, directions):
+    """Interpolates corner values (faces, 3, K) at the rays' first hits; NaN for misses."""
     import trimesh
 
     mesh = trimesh.Trimesh(vertices, faces, process=False)
@@ -156,10 +156,10 @@ def seen(vertices, faces, values, origins, directions):
 
 
 def color_error(high, low, color):
-    """Mean difference of colours that a viewer sees, of 255: the high poly's own beside the texture's."""
-    rays = looks(high)
-    wanted = seen(high.vertices, high.faces, np.clip(colors_of(high.vertices), 0, 1)[high.faces], *rays)
-    uv = seen(low.vertices, low.faces, low.uvs[low.uv_faces], *rays)
+    """Mean difference, 0 to 255, between the high poly's colours and the texture's colours as a viewer sees them."""
+    rays = make_view_rays(high)
+    wanted = look_up_values(high.vertices, high.faces, np.clip(make_colors(high.vertices), 0, 1)[high.faces], *rays)
+    uv = look_up_values(low.vertices, low.faces, low.uvs[low.uv_faces], *rays)
     both = np.isfinite(wanted[..., 0]) & np.isfinite(uv[..., 0])
     at = uv[both] * [color.shape[1], color.shape[0]] - 0.5
     at[:, 1] = color.shape[0] - 1 - at[:, 1]
@@ -170,8 +170,8 @@ def color_error(high, low, color):
     return 255 * float(np.abs((1 - down) * above + down * below - wanted[both]).mean())
 
 
-def errors(high, low, normal, color, space):
-    """Degrees, percent of pixels that one mesh alone covers, and colours' mean difference of 255."""
+def measure_errors(high, low, normal, color, space):
+    """Returns the mean angle of rendered normals in degrees, the percentage of pixels that only one mesh covers, and the mean difference of colours, 0 to 255."""
     normals = kiln.measure(high, low, normal, space=space)
     return {
         "degrees": round(normals.degrees, 3),
@@ -180,13 +180,13 @@ def errors(high, low, normal, color, space):
     }
 
 
-def timed(call):
+def time_call(call):
     clock, processor = time.perf_counter(), time.process_time()
     result = call()
     return result, time.perf_counter() - clock, time.process_time() - processor
 
 
-def picture(high, low, normal, space):
+def draw_strip(high, low, normal, space):
     views = [kiln.render(high, size=160)]
     views.append(kiln.render(low, normal, size=160, space=space, frame=high))
     return views
@@ -207,18 +207,18 @@ def main():
         texture_size=64,
     )
     rows, strips = [], []
-    for make in CLASSES:
-        name = make.__name__
+    for make in MESH_MAKERS:
+        name = make.__name__.removeprefix("make_")
         if arguments.only and name not in arguments.only.split(","):
             continue
-        made = make(random.Random(broken_meshes.CLASSES.index(make)))
+        made = make(random.Random(broken_meshes.MESH_MAKERS.index(make)))
         vertices, faces = np.array(made.points), np.array(made.faces)
-        colors = np.clip(colors_of(vertices), 0, 1)
-        # The intended shape: welded and consistently oriented, but with floaters and inner parts.
+        colors = np.clip(make_colors(vertices), 0, 1)
+        # The reference is the intended shape: welded and consistently oriented, but with floaters and inner parts.
         high = kiln.clean(
             kiln.Mesh(vertices, faces, colors=colors), fill_holes=False, drop_floaters=False, drop_hidden=False
         )
-        glb, clock, processor = timed(
+        glb, clock, processor = time_call(
             lambda: kiln.to_glb(
                 vertices,
                 faces,
@@ -231,11 +231,11 @@ def main():
         )
         row = {"mesh": name, "faces": len(faces), "clock_s": round(clock, 2), "processor_s": round(processor, 2)}
         row["low_faces"] = len(glb.mesh.faces)
-        row.update(errors(high, glb.mesh, glb.maps["normal"], glb.maps["color"], "tangent"))
-        views = picture(high, glb.mesh, glb.maps["normal"], "tangent")
+        row.update(measure_errors(high, glb.mesh, glb.maps["normal"], glb.maps["color"], "tangent"))
+        views = draw_strip(high, glb.mesh, glb.maps["normal"], "tangent")
         try:
-            result, clock, processor = timed(
-                lambda: glue(
+            result, clock, processor = time_call(
+                lambda: run_glue_pipeline(
                     vertices,
                     faces,
                     colors,
@@ -244,13 +244,13 @@ def main():
                     os.path.join(arguments.folder, name + "_glue.glb"),
                 )
             )
-            row.update({"glue_" + name: error for name, error in errors(high, *result, "object").items()})
+            row.update({"glue_" + name: error for name, error in measure_errors(high, *result, "object").items()})
             row.update(
                 glue_clock_s=round(clock, 2),
                 glue_processor_s=round(processor, 2),
                 glue_low_faces=len(result[0].faces),
             )
-            views.append(picture(high, result[0], result[1], "object")[1])
+            views.append(draw_strip(high, result[0], result[1], "object")[1])
         except Exception as error:
             row["glue_failed"] = f"{type(error).__name__}: {error}"[:120]
             views.append(np.ones_like(views[0]))
@@ -265,7 +265,7 @@ def main():
 
 
 def write_sheet(arguments, strips):
-    """All strips in two columns."""
+    """Writes all strips of pictures in two columns."""
     from PIL import Image, ImageDraw
 
     height, width, _ = strips[0][1].shape

@@ -12,12 +12,12 @@
 namespace kiln::bench {
 namespace {
 
-constexpr const char* kVertex = R"(#version 330 core
+constexpr const char* kVertexShader = R"(#version 330 core
 layout(location = 0) in vec3 position;
 uniform mat4 view;
 void main() { gl_Position = view * vec4(position, 1.0); }
 )";
-constexpr const char* kFragment = R"(#version 330 core
+constexpr const char* kFragmentShader = R"(#version 330 core
 layout(location = 0) out uint id;
 void main() { id = uint(gl_PrimitiveID) + 1u; }
 )";
@@ -74,8 +74,8 @@ GlPeer::GlPeer(std::span<const Vec3> positions, std::span<const Triangle> triang
   }
 
   const GLuint program = glCreateProgram();
-  glAttachShader(program, shader(GL_VERTEX_SHADER, kVertex));
-  glAttachShader(program, shader(GL_FRAGMENT_SHADER, kFragment));
+  glAttachShader(program, shader(GL_VERTEX_SHADER, kVertexShader));
+  glAttachShader(program, shader(GL_FRAGMENT_SHADER, kFragmentShader));
   glLinkProgram(program);
   glUseProgram(program);
   impl.view_location = glGetUniformLocation(program, "view");
@@ -130,7 +130,7 @@ std::string GlPeer::renderer() const {
 
 void GlPeer::draw(const std::vector<kiln_view>& views) {
   for (const kiln_view& view : views) {
-    // Converts pixels to clip space: x' = 2 x / size - 1; depth 1 - dot in [0.5, 1.5] to [-1, 1].
+    // Converts pixels to clip space: x' = 2 x / size - 1. The depth 1 - dot(toward, p) in [0.5, 1.5] becomes [-1, 1].
     const float s = 2 * view.scale / static_cast<float>(view.width);
     const float x0 = 2 * view.left / static_cast<float>(view.width) - 1;
     const float y0 = 1 - 2 * view.top / static_cast<float>(view.height);

@@ -21,7 +21,7 @@ class GlPeer {
   GlPeer(GlPeer&&) noexcept;
 
   std::string renderer() const;
-  /// Clears and draws all views, one after the other, and waits.
+  /// Clears and draws all views, one after the other, and waits until they are finished.
   void draw(const std::vector<kiln_view>& views);
   /// Triangle ids of the last view, rows from the top: 0 for the background, else triangle + 1.
   std::vector<std::uint32_t> ids() const;

@@ -15,7 +15,7 @@ import tempfile
 import bpy
 import mathutils
 
-KILN, SAMPLE, PICTURE = (os.path.abspath(path) for path in sys.argv[1:4])
+KILN_PROGRAM, SAMPLE_PROGRAM, PICTURE_PATH = (os.path.abspath(path) for path in sys.argv[1:4])
 WIDTH, HEIGHT, SAMPLES = 418, 640, 64  # pixels of each of the three pictures, and samples per pixel
 
 
@@ -23,15 +23,15 @@ def run(*command):
     subprocess.run([str(word) for word in command], check=True, stdout=subprocess.DEVNULL)
 
 
-def clear():
+def clear_scene():
     bpy.ops.wm.read_factory_settings(use_empty=True)
 
 
-def meshes():
+def mesh_objects():
     return [thing for thing in bpy.context.scene.objects if thing.type == "MESH"]
 
 
-def plain(color=None):
+def make_plain_material(color=None):
     made = bpy.data.materials.new("plain")
     made.use_nodes = True
     shader = made.node_tree.nodes["Principled BSDF"]
@@ -42,12 +42,12 @@ def plain(color=None):
         node = made.node_tree.nodes.new("ShaderNodeVertexColor")
         node.layer_name = color
         made.node_tree.links.new(node.outputs["Color"], shader.inputs["Base Color"])
-    for thing in meshes():
+    for thing in mesh_objects():
         thing.data.materials.clear()
         thing.data.materials.append(made)
 
 
-def light(name, strength, toward, size):
+def add_light(name, strength, toward, size):
     data = bpy.data.lights.new(name, "SUN")
     data.energy, data.angle = strength, size
     thing = bpy.data.objects.new(name, data)
@@ -57,7 +57,7 @@ def light(name, strength, toward, size):
 
 def render(path):
     scene = bpy.context.scene
-    corners = [thing.matrix_world @ mathutils.Vector(corner) for thing in meshes() for corner in thing.bound_box]
+    corners = [thing.matrix_world @ mathutils.Vector(corner) for thing in mesh_objects() for corner in thing.bound_box]
     low = [min(c[k] for c in corners) for k in range(3)]
     high = [max(c[k] for c in corners) for k in range(3)]
     middle = mathutils.Vector([(a + b) / 2 for a, b in zip(low, high)])
@@ -71,8 +71,8 @@ def render(path):
     data.clip_end = 100 * size
     scene.collection.objects.link(camera)
     scene.camera = camera
-    light("key", 3.2, (0.7, 0.8, -0.7), math.radians(4))
-    light("rim", 1.2, (-1, -0.3, -0.2), math.radians(20))
+    add_light("key", 3.2, (0.7, 0.8, -0.7), math.radians(4))
+    add_light("rim", 1.2, (-1, -0.3, -0.2), math.radians(20))
     world = scene.world = bpy.data.worlds.new("world")
     world.use_nodes = True
     world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.82, 0.84, 0.87, 1)
@@ -90,33 +90,33 @@ def render(path):
 def main():
     with tempfile.TemporaryDirectory() as folder:
         ply, statue, game = (os.path.join(folder, name) for name in ("urn.ply", "statue.glb", "game.glb"))
-        run(SAMPLE, "--colors", "stone", "--out", ply)
-        clear()
+        run(SAMPLE_PROGRAM, "--colors", "stone", "--out", ply)
+        clear_scene()
         bpy.ops.wm.ply_import(filepath=ply, forward_axis="NEGATIVE_Z", up_axis="Y")
         bpy.ops.export_scene.gltf(filepath=statue, export_vertex_color="ACTIVE",
                                   export_all_vertex_colors=True, export_active_vertex_color_when_no_material=True)
-        run(KILN, "bake", statue, "--faces", 5000, "--size", 2048, "--out", game)
+        run(KILN_PROGRAM, "bake", statue, "--faces", 5000, "--size", 2048, "--out", game)
         panels = [os.path.join(folder, name) for name in ("a.png", "b.png", "c.png")]
-        clear()
+        clear_scene()
         bpy.ops.import_scene.gltf(filepath=statue)
-        plain(meshes()[0].data.color_attributes[0].name)
+        make_plain_material(mesh_objects()[0].data.color_attributes[0].name)
         render(panels[0])
-        clear()
+        clear_scene()
         bpy.ops.import_scene.gltf(filepath=game)
-        plain()
-        for thing in meshes():
+        make_plain_material()
+        for thing in mesh_objects():
             thing.data.shade_flat()
         render(panels[1])
-        clear()
+        clear_scene()
         bpy.ops.import_scene.gltf(filepath=game)
         render(panels[2])
-        join(panels)
-        faces = [sum(len(thing.data.polygons) for thing in meshes()), os.path.getsize(statue), os.path.getsize(game)]
+        join_pictures(panels)
+        faces = [sum(len(thing.data.polygons) for thing in mesh_objects()), os.path.getsize(statue), os.path.getsize(game)]
         print("faces of game.glb %d, bytes of statue.glb %d and game.glb %d" % tuple(faces))
 
 
-def join(panels):
-    """Side by side, over a pale ground."""
+def join_pictures(panels):
+    """Joins the pictures side by side on a pale background."""
     import numpy
 
     ground = numpy.array([0.93, 0.935, 0.945], numpy.float32)
@@ -129,7 +129,7 @@ def join(panels):
     all_three = numpy.concatenate(rows, axis=1)
     picture = bpy.data.images.new("all", 3 * WIDTH, HEIGHT)
     picture.pixels = numpy.concatenate([all_three, numpy.ones_like(all_three[..., :1])], axis=2).ravel()
-    picture.filepath_raw, picture.file_format = PICTURE, os.path.splitext(PICTURE)[1][1:].upper()
+    picture.filepath_raw, picture.file_format = PICTURE_PATH, os.path.splitext(PICTURE_PATH)[1][1:].upper()
     picture.save(quality=90)
 
 

@@ -20,8 +20,8 @@ import sys
 import tempfile
 
 
-def cubes(folder, n, name=lambda i: f"part{i}", high=lambda i: f"part{i}", textures=False, share=True):
-    """n cubes with names, of LOW with UVs and of HIGH a little larger. They share the unit square, or have one each."""
+def write_cubes(folder, n, name=lambda i: f"part{i}", high=lambda i: f"part{i}", textures=False, share=True):
+    """Writes LOW, n named cubes with UVs, and HIGH, the same cubes a little larger. All charts share the unit square, or each cube has a UDIM tile."""
     faces = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
     side, columns = math.ceil(n ** (1 / 3)), math.ceil(math.sqrt(n)) if share else 1
     for kind, scale, named in (("high", 1.02, high), ("low", 1, name)):
@@ -43,13 +43,13 @@ def cubes(folder, n, name=lambda i: f"part{i}", high=lambda i: f"part{i}", textu
 
 
 def parts(folder, n):
-    """Each chart covers texel centres, since small charts cost extra, independent of the number of parts."""
-    cubes(folder, n)
+    """Each chart covers texel centres: charts that cover none take additional time, which does not depend on the number of parts."""
+    write_cubes(folder, n)
     return ["--size", "1024", "--match-by", "name"]
 
 
 def charts(folder, n):
-    """A wavy sheet whose n squares are charts of their own, each of which covers texel centres."""
+    """Writes a wavy sheet of n squares, each a separate chart that covers texel centres."""
     side = math.isqrt(n)
     place = lambda x, y, up: (x / side, y / side, up + 0.01 * math.sin(20 * x / side) * math.cos(17 * y / side))
     with open(f"{folder}/high.obj", "w") as high, open(f"{folder}/low.obj", "w") as low:
@@ -68,18 +68,18 @@ def charts(folder, n):
 
 
 def sets(folder, n):
-    """Each cube is a texture set."""
-    cubes(folder, n, share=False)
+    """Writes n cubes, each a texture set."""
+    write_cubes(folder, n, share=False)
     return ["--size", "16", "--sets", "object", "--match-by", "name"]
 
 
 def names(folder, n):
-    cubes(folder, n, lambda i: f"one{7 * i}" if i else "x", lambda i: f"other{3 * i}" if i else "x")
+    write_cubes(folder, n, lambda i: f"one{7 * i}" if i else "x", lambda i: f"other{3 * i}" if i else "x")
     return ["--size", "64", "--match-by", "name"]
 
 
 def patterns(folder, n):
-    cubes(folder, 10)
+    write_cubes(folder, 10)
     with open(f"{folder}/list.txt", "w") as file:
         for i in range(n):
             file.write(f"a{i}*_low = b*{i}_high\n")
@@ -88,7 +88,7 @@ def patterns(folder, n):
 
 
 def needles(folder, n):
-    cubes(folder, 10)
+    write_cubes(folder, 10)
     draw = random.Random(1)
     with open(f"{folder}/high.obj", "w") as file:
         for i in range(n):
@@ -101,8 +101,8 @@ def needles(folder, n):
 
 
 def repeats(folder, n):
-    """One picture, named by n materials."""
-    cubes(folder, 10, textures=True)
+    """Writes n materials that use the same picture."""
+    write_cubes(folder, 10, textures=True)
     with open(f"{folder}/a.mtl", "w") as file:
         for i in range(n):
             file.write(f"newmtl m{i}\nmap_Kd a.png\n")
@@ -114,7 +114,7 @@ def repeats(folder, n):
 
 
 def vertices(folder, n):
-    """A wavy sheet of HIGH on a map of 16 texels a side."""
+    """Writes a wavy sheet of n vertices as HIGH; the map has 16 texels a side."""
     side = math.isqrt(n)
     with open(f"{folder}/high.obj", "w") as file:
         for y in range(side):
@@ -129,11 +129,11 @@ def vertices(folder, n):
     return ["--size", "16", "--maps", "normal,curvature"]
 
 
-FAMILIES = ((parts, (10, 5000, 20000)), (charts, (9, 10000, 90000)), (sets, (10, 500, 2000)), (names, (10, 5000, 20000)), (patterns, (10, 5000, 20000)),
+INPUT_FAMILIES = ((parts, (10, 5000, 20000)), (charts, (9, 10000, 90000)), (sets, (10, 500, 2000)), (names, (10, 5000, 20000)), (patterns, (10, 5000, 20000)),
             (needles, (100, 30000, 120000)), (repeats, (10, 5000, 20000)), (vertices, (1000, 250000, 1000000)))
 
 
-def seconds(words):
+def measure_seconds(words):
     before = os.times()
     result = subprocess.run(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     after = os.times()
@@ -142,8 +142,8 @@ def seconds(words):
     return after.children_user + after.children_system - before.children_user - before.children_system
 
 
-def power(sizes, took):
-    """Slope of the seconds beyond those of the first size."""
+def fit_power(sizes, took):
+    """Fits the exponent of growth of the seconds in excess of those of the first size."""
     beyond = [(n, t - took[0]) for n, t in zip(sizes, took)]
     clear = [k for k, (_, t) in enumerate(beyond) if t >= 0.5]
     first = min(clear[0] if clear else len(beyond), len(beyond) - 2)
@@ -152,11 +152,11 @@ def power(sizes, took):
     return sum((a - x) * (b - y) for a, b in points) / sum((a - x) ** 2 for a, _ in points)
 
 
-def measure(kiln, make, n):
-    """Processor seconds of a bake, the less of two runs."""
+def measure_case(kiln, make, n):
+    """Returns the processor seconds of a bake, the smaller of two runs."""
     with tempfile.TemporaryDirectory() as folder:
         if make is repeats:
-            cubes(folder, 1)
+            write_cubes(folder, 1)
             words = make(folder, n)
             subprocess.run([kiln, "bake", f"{folder}/low.obj", f"{folder}/low.obj", "--size", "16", "--quiet", "--out", folder],
                            check=True, stderr=subprocess.DEVNULL)
@@ -164,7 +164,7 @@ def measure(kiln, make, n):
         else:
             words = make(folder, n)
         words = [kiln, "bake", f"{folder}/high.obj", f"{folder}/low.obj", "--quiet", "--out", f"{folder}/out", *words]
-        return min(seconds(words) for _ in range(2))
+        return min(measure_seconds(words) for _ in range(2))
 
 
 def main():
@@ -173,24 +173,24 @@ def main():
     parser.add_argument("--only", default="")
     parser.add_argument("--sizes", type=lambda text: tuple(int(word) for word in text.split(",")))
     parser.add_argument("--csv")
-    asked = parser.parse_args()
-    if asked.sizes is not None and (len(asked.sizes) < 3 or list(asked.sizes) != sorted(set(asked.sizes))):
+    arguments = parser.parse_args()
+    if arguments.sizes is not None and (len(arguments.sizes) < 3 or list(arguments.sizes) != sorted(set(arguments.sizes))):
         parser.error("--sizes needs three or more, ascending")
-    families = [(make, asked.sizes or sizes) for make, sizes in FAMILIES if asked.only in make.__name__]
+    families = [(make, arguments.sizes or sizes) for make, sizes in INPUT_FAMILIES if arguments.only in make.__name__]
     if not families:
-        parser.error(f"no family has '{asked.only}' in its name: " + ", ".join(make.__name__ for make, _ in FAMILIES))
-    over, rows = 0, []
+        parser.error(f"no family has '{arguments.only}' in its name: " + ", ".join(make.__name__ for make, _ in INPUT_FAMILIES))
+    exponents, rows = 0, []
     print("| family | sizes | processor seconds | power |\n| --- | --- | --- | --: |")
     for make, sizes in families:
-        took = [measure(asked.kiln, make, n) for n in sizes]
-        slope = power(sizes, took)
-        over += slope > 1.1
+        took = [measure_case(arguments.kiln, make, n) for n in sizes]
+        slope = fit_power(sizes, took)
+        exponents += slope > 1.1
         rows += [(make.__name__, n, f"{t:.3f}", f"{slope:.3f}") for n, t in zip(sizes, took)]
         print(f"| {make.__name__} | {', '.join(map(str, sizes))} | {', '.join(f'{t:.2f}' for t in took)} | {slope:.2f} |", flush=True)
-        if asked.csv:
-            with open(asked.csv, "w", newline="", encoding="utf-8") as file:
+        if arguments.csv:
+            with open(arguments.csv, "w", newline="", encoding="utf-8") as file:
                 csv.writer(file).writerows([("family", "size", "processor_seconds", "power"), *rows])
-    return over != 0
+    return exponents != 0
 
 
 if __name__ == "__main__":

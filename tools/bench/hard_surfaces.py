@@ -18,14 +18,14 @@ import bpy
 import numpy
 from PIL import Image, ImageDraw, ImageFont
 
-CAGE = 0.03
+CAGE_SHARE = 0.03
 SCENES = "cube,cylinder,bracket,bolt,pipe,assembly"
-WAYS = ["kiln", "cage auto", "cage 3%", "plain cage", "blender, cage", "blender, no cage"]
+METHODS = ["kiln", "cage auto", "cage 3%", "plain cage", "blender, cage", "blender, no cage"]
 COLUMN_TITLES = {"kiln": "Kiln, defaults", "plain cage": "Kiln, plain cage", "blender, cage": "Blender 5, cage",
             "blender, no cage": "Blender 5, no cage"}
 
 
-def arguments():
+def parse_arguments():
     parser = argparse.ArgumentParser()
     parser.add_argument("--kiln", required=True)
     parser.add_argument("--sample", required=True)
@@ -39,7 +39,7 @@ def run(*command):
     return subprocess.run([str(c) for c in command], check=True, capture_output=True, text=True).stdout
 
 
-def imported(path):
+def import_mesh(path):
     bpy.ops.object.select_all(action="DESELECT")
     bpy.ops.wm.obj_import(filepath=str(path), forward_axis="Y", up_axis="Z")
     parts = list(bpy.context.selected_objects)
@@ -49,15 +49,15 @@ def imported(path):
     return bpy.context.view_layer.objects.active
 
 
-def diagonal(item):
+def measure_diagonal(item):
     corners = numpy.array([list(c) for c in item.bound_box])
     return float(numpy.linalg.norm(corners.max(0) - corners.min(0)))
 
 
-def blender(high_path, low_path, size, cage, out):
-    """Selected to active; with Blender's own cage, or along the split normals."""
+def bake_with_blender(high_path, low_path, size, cage, out):
+    """Bakes from selected to active, with Blender's cage or along the split normals."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    high, low = imported(high_path), imported(low_path)
+    high, low = import_mesh(high_path), import_mesh(low_path)
     image = bpy.data.images.new("normal", size, size, float_buffer=True, is_data=True)
     material = bpy.data.materials.new("bake")
     material.use_nodes = True
@@ -79,8 +79,8 @@ def blender(high_path, low_path, size, cage, out):
         normal_space="TANGENT",
         use_selected_to_active=True,
         use_cage=cage,
-        cage_extrusion=CAGE * diagonal(high),
-        max_ray_distance=2 * CAGE * diagonal(high),
+        cage_extrusion=CAGE_SHARE * measure_diagonal(high),
+        max_ray_distance=2 * CAGE_SHARE * measure_diagonal(high),
         margin=16,
     )
     seconds = time.perf_counter() - start
@@ -90,20 +90,20 @@ def blender(high_path, low_path, size, cage, out):
     return seconds
 
 
-def kiln(program, high, low, size, folder, *flags):
+def bake_with_kiln(program, high, low, size, folder, *flags):
     run(program, "bake", high, low, "--size", size, "--format", "exr", "--out", folder, "--quiet", *flags)
     return folder / (low.stem + "_normal.exr")
 
 
-def rendered_error(program, high, low, normal, picture):
-    """Mean angle, degrees, over all pixels of 30 views all around."""
-    text = run(program, "render", low, "--normal", normal, "--reference", high, "--out", picture, "--size", 384,
+def measure_rendered_error(program, high, low, normal, draw_comparison):
+    """Returns the mean angle of rendered normals in degrees, over all pixels of 30 views from all sides."""
+    text = run(program, "render", low, "--normal", normal, "--reference", high, "--out", draw_comparison, "--size", 384,
                "--samples", 1, "--ambient-rays", 0, "--frames", 1, "--quiet", "--json", "-")
     return json.loads(text)["rendered_normals"]["around"]["with_map"]["mean_angle_degrees"]
 
 
-def panels(path):
-    """The pictures that `kiln render` drew side by side."""
+def split_panels(path):
+    """Splits a picture of `kiln render` into the pictures that it shows side by side."""
     image = bpy.data.images.load(str(path))
     width, height = image.size
     pixels = numpy.array(image.pixels[:], dtype=numpy.float32).reshape(height, width, 4)
@@ -121,7 +121,7 @@ def save_picture(parts, columns, path):
 
 
 def write_labels(path, texts, columns):
-    """Writes a text into the upper left corner of each part of a picture, and keeps 256 colours."""
+    """Writes a text into the upper left corner of each part of a picture, and reduces it to 256 colours."""
     image = Image.open(path).convert("RGB")
     draw, font = ImageDraw.Draw(image), ImageFont.load_default(size=17)
     width, height = image.width // columns, image.height // (len(texts) // columns)
@@ -130,13 +130,13 @@ def write_labels(path, texts, columns):
     image.quantize(256, method=Image.Quantize.MAXCOVERAGE, kmeans=3, dither=Image.Dither.NONE).save(path)
 
 
-def picture(options, scene, high, low, normals, errors):
+def draw_comparison(options, scene, high, low, normals, errors):
     parts = []
     for way in COLUMN_TITLES:
         out = options.out / "panels.png"
         run(options.kiln, "render", low, "--normal", normals[way], "--reference", high, "--out", out,
             "--view", "30,15", "--size", 560, "--quiet")
-        drawn = panels(out)
+        drawn = split_panels(out)
         parts += drawn if way == "kiln" else drawn[2:]
     save_picture(parts, 2, options.out / "hard_surfaces.png")
     texts = [f"{COLUMN_TITLES[way]}: {errors[way]:.2f}°" for way in COLUMN_TITLES]
@@ -144,30 +144,30 @@ def picture(options, scene, high, low, normals, errors):
 
 
 def main():
-    options = arguments()
+    options = parse_arguments()
     options.out.mkdir(parents=True, exist_ok=True)
     results = {}
-    print("| scene | " + " | ".join(WAYS) + " |\n| --- |" + " --: |" * len(WAYS))
+    print("| scene | " + " | ".join(METHODS) + " |\n| --- |" + " --: |" * len(METHODS))
     for scene in options.scenes.split(","):
         high, low = options.out / f"{scene}.obj", options.out / f"{scene}_low.obj"
         run(options.sample, "--out", high, "--low", low, "--scene", scene)
         normals = {
-            "kiln": kiln(options.kiln, high, low, options.size, options.out / "default"),
-            "cage auto": kiln(options.kiln, high, low, options.size, options.out / "auto", "--cage", "auto"),
-            "cage 3%": kiln(options.kiln, high, low, options.size, options.out / "wide", "--cage", f"{100 * CAGE}%"),
-            "plain cage": kiln(options.kiln, high, low, options.size, options.out / "cage", "--cage",
-                               f"{100 * CAGE}%", "--direction", "averaged"),
+            "kiln": bake_with_kiln(options.kiln, high, low, options.size, options.out / "default"),
+            "cage auto": bake_with_kiln(options.kiln, high, low, options.size, options.out / "auto", "--cage", "auto"),
+            "cage 3%": bake_with_kiln(options.kiln, high, low, options.size, options.out / "wide", "--cage", f"{100 * CAGE_SHARE}%"),
+            "plain cage": bake_with_kiln(options.kiln, high, low, options.size, options.out / "cage", "--cage",
+                               f"{100 * CAGE_SHARE}%", "--direction", "averaged"),
         }
         seconds = {}
         for way, cage in (("blender, cage", True), ("blender, no cage", False)):
             normals[way] = options.out / f"{scene}_{'cage' if cage else 'plain'}.exr"
-            seconds[way] = blender(high, low, options.size, cage, normals[way])
-        errors = {way: rendered_error(options.kiln, high, low, normals[way], options.out / "view.png")
-                  for way in WAYS}
+            seconds[way] = bake_with_blender(high, low, options.size, cage, normals[way])
+        errors = {way: measure_rendered_error(options.kiln, high, low, normals[way], options.out / "view.png")
+                  for way in METHODS}
         results[scene] = {"degrees": errors, "blender_seconds": seconds}
-        print(f"| {scene} | " + " | ".join(f"{errors[way]:.2f}°" for way in WAYS) + " |", flush=True)
+        print(f"| {scene} | " + " | ".join(f"{errors[way]:.2f}°" for way in METHODS) + " |", flush=True)
         if scene == "assembly":
-            picture(options, scene, high, low, normals, errors)
+            draw_comparison(options, scene, high, low, normals, errors)
     text = {"blender": bpy.app.version_string, "size": options.size, "scenes": results}
     (options.out / "hard_surfaces.json").write_text(json.dumps(text, indent=1) + "\n")
 

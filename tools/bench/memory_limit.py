@@ -16,20 +16,20 @@ import sys
 import tempfile
 
 MIB = 1 << 20
-BAKE = "bake high.ply low.obj --quiet"
+BAKE_COMMAND = "bake high.ply low.obj --quiet"
 COMMANDS = [
-    f"{BAKE} --size 1024", f"{BAKE} --size 2048", f"{BAKE} --size 4096", f"{BAKE} --size 4096 --format png8",
-    f"{BAKE} --size 2048 --samples 2", f"{BAKE} --size 1024 --samples 4", f"{BAKE} --size 2048 --samples 4",
-    f"{BAKE} --size 2048 --match closest", f"{BAKE} --size 2048 --fallback closest",
-    f"{BAKE} --size 1024 --match views --views 12", f"{BAKE} --size 1024 --match visibility --directions 24",
-    f"{BAKE} --size 2048 --maps vertex_color,id", f"{BAKE} --size 1024 --maps normal,ao --ao-rays 8",
-    f"{BAKE} --size 2048 --maps normal,height,mask,position", f"{BAKE} --size 1024 --maps curvature",
-    f"{BAKE} --size 1024 --maps displacement,slope,provenance,distance,wireframe,thickness --ao-rays 4",
-    f"{BAKE} --size 2048 --format exr", f"{BAKE} --size 2048 --format exr32 --mips",
-    f"{BAKE} --size 2048 --mips", f"{BAKE} --size 2048 --format exr --layers --maps normal,height,id",
-    f"{BAKE} --size 1024 --maps normal,ao,color --ao-rays 4 --pack orm=ao,0.5,color.r",
-    f"{BAKE} --size 2048 --save-match OUT/match.exr", f"{BAKE} --size 2048 --gutter inf",
-    f"{BAKE} --size 1024 --report-error", f"{BAKE} --size 512 --cage auto", f"{BAKE} --size 2048 --cage 2%",
+    f"{BAKE_COMMAND} --size 1024", f"{BAKE_COMMAND} --size 2048", f"{BAKE_COMMAND} --size 4096", f"{BAKE_COMMAND} --size 4096 --format png8",
+    f"{BAKE_COMMAND} --size 2048 --samples 2", f"{BAKE_COMMAND} --size 1024 --samples 4", f"{BAKE_COMMAND} --size 2048 --samples 4",
+    f"{BAKE_COMMAND} --size 2048 --match closest", f"{BAKE_COMMAND} --size 2048 --fallback closest",
+    f"{BAKE_COMMAND} --size 1024 --match views --views 12", f"{BAKE_COMMAND} --size 1024 --match visibility --directions 24",
+    f"{BAKE_COMMAND} --size 2048 --maps vertex_color,id", f"{BAKE_COMMAND} --size 1024 --maps normal,ao --ao-rays 8",
+    f"{BAKE_COMMAND} --size 2048 --maps normal,height,mask,position", f"{BAKE_COMMAND} --size 1024 --maps curvature",
+    f"{BAKE_COMMAND} --size 1024 --maps displacement,slope,provenance,distance,wireframe,thickness --ao-rays 4",
+    f"{BAKE_COMMAND} --size 2048 --format exr", f"{BAKE_COMMAND} --size 2048 --format exr32 --mips",
+    f"{BAKE_COMMAND} --size 2048 --mips", f"{BAKE_COMMAND} --size 2048 --format exr --layers --maps normal,height,id",
+    f"{BAKE_COMMAND} --size 1024 --maps normal,ao,color --ao-rays 4 --pack orm=ao,0.5,color.r",
+    f"{BAKE_COMMAND} --size 2048 --save-match OUT/match.exr", f"{BAKE_COMMAND} --size 2048 --gutter inf",
+    f"{BAKE_COMMAND} --size 1024 --report-error", f"{BAKE_COMMAND} --size 512 --cage auto", f"{BAKE_COMMAND} --size 2048 --cage 2%",
     "bake high.ply --faces 2000 --size 1024 --quiet", "bake high.ply --faces 500 --size 2048 --quiet --unwrap=charts",
     "bake high.ply --faces 500 --size 1024 --quiet --glb", "bake heights.png --faces 500 --size 1024 --quiet",
     "simplify high.ply --faces 2000 --quiet --into low.obj", "simplify high.ply --max-error 0.5% --quiet --into low.obj",
@@ -43,8 +43,8 @@ COMMANDS = [
 ]
 
 
-def run(words, folder, limit=None):
-    """(exit code, peak RSS in bytes, processor seconds, standard error) of a command."""
+def run_command(words, folder, limit=None):
+    """Runs a command. Returns its exit code, peak RSS in bytes, processor seconds and standard error."""
     words = list(words) + (["--memory-limit", str(int(limit))] if limit else [])
     with tempfile.TemporaryFile() as errors:
         child = subprocess.Popen(words, cwd=folder, stdout=subprocess.DEVNULL, stderr=errors)
@@ -84,41 +84,41 @@ def main():
     parser.add_argument("sample", type=os.path.abspath)
     parser.add_argument("--only", default="")
     parser.add_argument("--shares", default="0.5,0.75,0.9,0.97")
-    asked = parser.parse_args()
-    shares = [float(share) for share in asked.shares.split(",")]
-    bad = 0
+    selected_commands = parser.parse_args()
+    shares = [float(share) for share in selected_commands.shares.split(",")]
+    failure_count = 0
     print("| command | alone, MiB | s |" + "".join(f" {share:g} |" for share in shares))
     print("| --- | --: | --: |" + " --: |" * len(shares))
     with tempfile.TemporaryDirectory() as folder:
-        make_inputs(asked.sample, asked.kiln, folder)
+        make_inputs(selected_commands.sample, selected_commands.kiln, folder)
         for text in COMMANDS:
-            if asked.only not in text:
+            if selected_commands.only not in text:
                 continue
-            words = arguments_of(asked.kiln, text, "warm")
-            run(words, folder)  # fills the cache of kernels
-            code, peak, whole, errors = run(arguments_of(asked.kiln, text, "alone"), folder)
+            words = arguments_of(selected_commands.kiln, text, "warm")
+            run_command(words, folder)  # fills the cache of kernels
+            code, peak, unlimited_seconds, errors = run_command(arguments_of(selected_commands.kiln, text, "alone"), folder)
             if code != 0:
                 print(errors, file=sys.stderr)
-            row = f"| `{text.replace(BAKE, 'bake')}` | {peak / MIB:.0f} | {whole:.1f} |"
-            bad += code != 0
+            row = f"| `{text.replace(BAKE_COMMAND, 'bake')}` | {peak / MIB:.0f} | {unlimited_seconds:.1f} |"
+            failure_count += code != 0
             for at, share in enumerate(shares):
                 limit = max(share * peak, 128 * MIB)
                 out = f"out{at}"
-                code, held, seconds, errors = run(arguments_of(asked.kiln, text, out), folder, limit)
-                kept = held <= 1.05 * limit
+                code, peak_bytes, seconds, errors = run_command(arguments_of(selected_commands.kiln, text, out), folder, limit)
+                kept = peak_bytes <= 1.05 * limit
                 left = os.path.isdir(f"{folder}/{out}") and os.listdir(f"{folder}/{out}")
-                early = code in (1, 3) and "--memory-limit" in errors and not left and seconds <= max(2, whole / 4)
-                sound = kept and (code == 0 or early)
-                bad += not sound
-                cell = f"{held / limit:.2f}" + ("" if code == 0 else f" refused {seconds:.1f} s")
+                early = code in (1, 3) and "--memory-limit" in errors and not left and seconds <= max(2, unlimited_seconds / 4)
+                is_within_limit = kept and (code == 0 or early)
+                failure_count += not is_within_limit
+                cell = f"{peak_bytes / limit:.2f}" + ("" if code == 0 else f" refused {seconds:.1f} s")
                 if code not in (0, 1, 3) or (code != 0 and "--memory-limit" not in errors):
                     cell += f" exit {code}: {errors[-100:].strip()}"
-                row += f" {cell if sound else f'**{cell}**'} |"
+                row += f" {cell if is_within_limit else f'**{cell}**'} |"
                 subprocess.run(["rm", "-rf", out], cwd=folder, check=True)
             print(row, flush=True)
             subprocess.run(["rm", "-rf", "warm", "alone"], cwd=folder, check=True)
-    print(f"{bad} not within 105% of the limit, nor refused early")
-    return bad != 0
+    print(f"{failure_count} commands exceeded 105% of the limit, and were not refused early")
+    return failure_count != 0
 
 
 if __name__ == "__main__":

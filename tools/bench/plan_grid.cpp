@@ -2,12 +2,12 @@
 //
 // plan_grid [--screen PIXELS] [--repeat N] [--times] [--cache FILE] HIGH:DEGREES [HIGH:DEGREES ...]
 //
-// For each high poly, makes the plan. Then, for every map size and for none, it tries low polys, starting at the faces
-// that 105% of the plan's bytes allow, in steps of 5%, until two in a row exceed the error. All use the plan's low
-// polys, charts, samples, bits and match. Errors are measured in pictures from 30 directions that the plan does not
-// use. The error bound is scaled by the ratio of the plan's error in these pictures to its own. With --screen, plan and
-// pictures are for that size on screen. --cache stores the grid's measurements for later runs. Prints one JSON line per
-// mesh:
+// For each high poly, makes the plan. Then, for every map size and without a map, it evaluates low polys with fewer and
+// fewer faces. It starts with the most faces that fit in 105% of the plan's bytes, reduces them by 5% per step, and
+// ends when two low polys in a row exceed the error. They are simplified and unwrapped as in the plan, with its samples
+// per texel, bits and match. Errors are measured in pictures from 30 directions that the plan does not use. The error
+// bound is scaled by the ratio of the plan's error in these pictures to its own. With --screen, plan and pictures are
+// for that size on screen. --cache stores the grid's measurements for later runs. Prints one JSON line per mesh:
 //
 //   tried faces, size, bytes, expected and measured degrees of each candidate looked faces, degrees without a map and
 //   with an infinite one, of each evaluated level excess bytes of the plan over those of the lightest pair that was
@@ -40,9 +40,10 @@
 namespace kiln {
 namespace {
 
-constexpr double kStep = 0.95, kGridBytesRatio = 1.05;
-constexpr std::uint32_t kMostFaces = 25000, kFewestFaces = 12, kLargest = 2048, kSmallest = 16;
-constexpr std::uint32_t kViews = 30, kPixels = 128;
+constexpr double kFaceStep = 0.95, kGridBytesRatio = 1.05;
+constexpr std::uint32_t kMostFaces = 25000, kFewestFaces = 12, kLargestMap = 2048,
+                        kSmallestMap = 16;
+constexpr std::uint32_t kHeldOutPictures = 30, kPicturePixels = 128;
 
 double cpu_seconds() {
   rusage use{};
@@ -77,7 +78,7 @@ LowPolyPlanOptions plan_options(const PlanRequest& request) {
   LowPolyPlanOptions options;
   options.max_error = request.degrees;
   options.screen = request.screen;
-  options.bake.width = options.bake.height = kLargest;
+  options.bake.width = options.bake.height = kLargestMap;
   return options;
 }
 
@@ -100,7 +101,7 @@ void bake_chosen(const Device& device, const std::string& path, const Candidate&
   SimplifyOptions options;
   options.faces = static_cast<std::uint32_t>(chosen.faces);
   options.fit_normals =
-      chosen.size == 0;  // otherwise normals are fitted after the unwrap, which makes the seams
+      chosen.size == 0;  // otherwise normals are fitted after unwrapping, which creates the seams
   SimplifyReport report;
   const Mesh low = simplify(high, options, &report);
   if (chosen.size == 0) return;
@@ -116,11 +117,12 @@ class Pictures {
       : device_(device) {
     const std::vector<Vec3> seen = held_out_views(kPlanViews, spread_views(12));
     std::vector<ViewAngles> views;
-    for (const Vec3& toward : held_out_views(kViews, seen)) views.push_back(view_angles(toward));
+    for (const Vec3& toward : held_out_views(kHeldOutPictures, seen))
+      views.push_back(view_angles(toward));
     if (screen != 0) {
-      on_screen_ = std::make_unique<ScreenPictures>(source, screen, kViews);
+      on_screen_ = std::make_unique<ScreenPictures>(source, screen, kHeldOutPictures);
     } else {
-      points_ = std::make_unique<NormalReference>(Scene(device, high), high, views, kPixels);
+      points_ = std::make_unique<NormalReference>(Scene(device, high), high, views, kPicturePixels);
     }
   }
   double degrees(const Mesh& low) const {
@@ -158,7 +160,7 @@ Image rounded(Image map, std::uint32_t bits) {
 std::vector<std::uint32_t> grid_face_counts(std::size_t dense) {
   std::vector<std::uint32_t> faces;
   for (double goal = std::min<double>(kMostFaces, 0.5 * static_cast<double>(dense));
-       goal >= kFewestFaces; goal *= kStep) {
+       goal >= kFewestFaces; goal *= kFaceStep) {
     faces.push_back(static_cast<std::uint32_t>(goal));
   }
   return faces;
@@ -188,7 +190,7 @@ class Grid {
     }
   }
 
-  /// Tries candidates of one map size that reach `wanted` with fewer than `most` bytes.
+  /// Evaluates candidates of one map size that reach the error `wanted` with fewer than `most` bytes.
   void run(std::uint32_t size, double wanted, double most, std::vector<Point>& found) {
     int misses = 0;
     for (std::size_t level = 0; level < levels_.count() && misses < 2; ++level) {
@@ -298,7 +300,7 @@ void compare(const Device& device, const PlanRequest& request) {
     Grid grid(source, high, pictures, chosen, request);
     std::vector<Point> found{{chosen.faces, chosen.size, chosen.bytes.total(), at_plan}};
     grid.run(0, wanted, kGridBytesRatio * static_cast<double>(chosen.bytes.total()), found);
-    for (std::uint32_t size = kSmallest; size <= kLargest; size *= 2) {
+    for (std::uint32_t size = kSmallestMap; size <= kLargestMap; size *= 2) {
       grid.run(size, wanted, kGridBytesRatio * static_cast<double>(chosen.bytes.total()), found);
     }
     const Point best =

@@ -1,4 +1,5 @@
-// Progress of long work: callbacks per second, the longest interval between them, and the latency of cancelling.
+// Measures the progress of long bakes: callbacks per second, the longest interval between them, and the latency of
+// cancelling.
 //
 // progress_bench [FACES [CANCELS [MATCH]]]   default: 10000000 faces, 8 cancels, ray
 //
@@ -102,7 +103,7 @@ bool run(const Device& device, const Mesh& high, const Mesh& low, const MatchMet
   return !bake(*source, low, options).cancelled;
 }
 
-void print(const char* what, double seconds, const Watch& watch, double heard) {
+void print(const char* what, double seconds, const Watch& watch, double handle_progress) {
   std::string load;
   std::getline(std::ifstream("/proc/loadavg"), load);
   std::printf(
@@ -110,7 +111,7 @@ void print(const char* what, double seconds, const Watch& watch, double heard) {
       "\"calls_a_second\": %.1f, \"longest_silence\": %.3f, \"at\": %.2f, \"after_stage\": \"%s\", "
       "\"longest_silence_cpu\": %.3f, \"cancel_heard\": %.3f, \"load\": \"%s\"}\n",
       what, seconds, cpu_seconds() - watch.cpu_begin, watch.calls / seconds, watch.longest_pause,
-      watch.silent_at, watch.silent_in.c_str(), watch.cpu_silence, heard,
+      watch.silent_at, watch.silent_in.c_str(), watch.cpu_silence, handle_progress,
       load.substr(0, load.find(' ')).c_str());
   std::fflush(stdout);
 }

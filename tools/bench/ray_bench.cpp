@@ -1,4 +1,4 @@
-// Texel rays and occlusion rays against Embree, on the same rays and threads, in one run.
+// Times texel rays and occlusion rays, compared with Embree on the same rays and threads in the same run.
 //
 // ray_bench [HIGH LOW [SIZE [MODES]]]   default: a procedural pair, 2048. MODES: runs these alone, such as
 // "kiln,embree 16". SIZE 0: occlusion rays only.
@@ -147,31 +147,32 @@ class RayBench {
     }
     cl::Context& context = context_of(device_);
     const cl::Array<float> points(context, std::span<const float>(host));
-    const cl::Array<std::uint8_t> ours(context, count);
+    const cl::Array<std::uint8_t> kiln_hit(context, count);
     const auto rays = static_cast<std::uint32_t>(count);
     RayQuery query;
     query.t_min = 1e-4F;
     query.t_max = 2;
     query.two_sided = true;
     const RayPlanes planes{host, count, count, 0, 1, query.t_min, query.t_max, false};
-    std::vector<std::uint8_t> theirs;
-    caster_.occluded(points, rays, rays, query, ours);
-    embree_.occluded(planes, EmbreeMode::one, theirs);
-    const std::vector<std::uint8_t> hit = ours.download(context);
+    std::vector<std::uint8_t> embree_hit;
+    caster_.occluded(points, rays, rays, query, kiln_hit);
+    embree_.occluded(planes, EmbreeMode::single_ray, embree_hit);
+    const std::vector<std::uint8_t> hit = kiln_hit.download(context);
     double different = 0;
     double hits = 0;
     for (std::size_t i = 0; i < count; ++i) {
-      different += hit[i] != theirs[i] ? 1 : 0;
+      different += hit[i] != embree_hit[i] ? 1 : 0;
       hits += hit[i];
     }
     std::vector<Mode> modes;
     modes.push_back({"kiln", false, [&] {
-                       caster_.occluded(points, rays, rays, query, ours);
+                       caster_.occluded(points, rays, rays, query, kiln_hit);
                        context.finish();
                      }});
     for (EmbreeMode mode : kEmbreeModes) {
-      modes.push_back({embree_mode_name(mode), true,
-                       [this, &planes, &theirs, mode] { embree_.occluded(planes, mode, theirs); }});
+      modes.push_back({embree_mode_name(mode), true, [this, &planes, &embree_hit, mode] {
+                         embree_.occluded(planes, mode, embree_hit);
+                       }});
     }
     keep_chosen(modes);
     run_rounds(modes, 5);
@@ -215,18 +216,18 @@ class RayBench {
     cast(caster_, query);
     Agreement sum;
     for (Band& band : bands_) {
-      embree_.intersect(planes(band, query), EmbreeMode::one, band.peer);
+      embree_.intersect(planes(band, query), EmbreeMode::single_ray, band.peer);
       const std::vector<std::uint32_t> triangle = band.match.triangle.download(context_of(device_));
       const std::vector<float> distance = band.match.distance.download(context_of(device_));
       for (std::size_t i = 0; i < band.device.sample_count; ++i) {
-        const bool ours = triangle[i] != KILN_NO_TRIANGLE;
-        const bool theirs = band.peer.triangle[i] != KILN_NO_TRIANGLE;
+        const bool kiln_hit = triangle[i] != KILN_NO_TRIANGLE;
+        const bool embree_hit = band.peer.triangle[i] != KILN_NO_TRIANGLE;
         const float t = query.offset - distance[i];
-        sum.ours += ours ? 1 : 0;
-        sum.theirs += theirs ? 1 : 0;
-        sum.only_ours += ours && !theirs ? 1 : 0;
-        sum.only_theirs += theirs && !ours ? 1 : 0;
-        if (ours && theirs) {
+        sum.ours += kiln_hit ? 1 : 0;
+        sum.theirs += embree_hit ? 1 : 0;
+        sum.only_ours += kiln_hit && !embree_hit ? 1 : 0;
+        sum.only_theirs += embree_hit && !kiln_hit ? 1 : 0;
+        if (kiln_hit && embree_hit) {
           sum.other_depth += std::abs(t - band.peer.t[i]) > 1e-5F ? 1 : 0;
           sum.other_triangle += triangle[i] != band.peer.triangle[i] ? 1 : 0;
         }

@@ -109,9 +109,9 @@ class Scene {
   void check(BakeSession& session) const {
     const Source source(device, session.high(), RayTraversal::automatic, session.bounds());
     const BakeResult fresh = bake(source, wave(16, 0, 0), options);
-    const std::vector<float>& ours = session.bake().maps[0].image.pixels;
-    const std::vector<float>& theirs = fresh.maps[0].image.pixels;
-    if (std::memcmp(ours.data(), theirs.data(), ours.size() * sizeof(float)) == 0) return;
+    const std::vector<float>& rebaked = session.bake().maps[0].image.pixels;
+    const std::vector<float>& fresh_bake = fresh.maps[0].image.pixels;
+    if (std::memcmp(rebaked.data(), fresh_bake.data(), rebaked.size() * sizeof(float)) == 0) return;
     std::fprintf(stderr, "session_bench: a re-bake differs from a new bake\n");
     std::exit(1);
   }

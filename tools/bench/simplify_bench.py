@@ -34,7 +34,7 @@ def write_obj(path, positions, faces):
         file.writelines("f %d %d %d\n" % tuple(f) for f in numpy.asarray(faces) + 1)
 
 
-def by_kiln(options, high, positions, faces, target, path):
+def simplify_with_kiln(options, high, positions, faces, target, path):
     report = path + ".json"
     subprocess.run([options.kiln, "simplify", high, "--faces", str(target), "--out", path, "--json", report, "--force",
                     "--quiet"], check=True)
@@ -44,9 +44,9 @@ def by_kiln(options, high, positions, faces, target, path):
         return json.load(file)["seconds"]["simplify"]
 
 
-def by_peer(name):
+def make_peer_call(name):
     """\\param name  a library's name for decimate_peer"""
-    def simplified(options, high, positions, faces, target, path):
+    def run_peer(options, high, positions, faces, target, path):
         if not options.peer:
             raise ImportError(name)
         welded = os.path.join(options.out, os.path.basename(high) + "_welded.obj")
@@ -55,10 +55,10 @@ def by_peer(name):
         done = subprocess.run([options.peer, name, welded, str(target), path], check=True, capture_output=True,
                               text=True)
         return float(done.stdout)
-    return simplified
+    return run_peer
 
 
-def by_meshlab(options, high, positions, faces, target, path):
+def simplify_with_meshlab(options, high, positions, faces, target, path):
     import pymeshlab
 
     meshes = pymeshlab.MeshSet()
@@ -70,7 +70,7 @@ def by_meshlab(options, high, positions, faces, target, path):
     return seconds
 
 
-def by_blender(options, high, positions, faces, target, path):
+def simplify_with_blender(options, high, positions, faces, target, path):
     import bpy
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
@@ -89,11 +89,11 @@ def by_blender(options, high, positions, faces, target, path):
     return seconds
 
 
-WAYS = {"kiln": by_kiln, "meshoptimizer": by_peer("meshoptimizer"), "openmesh": by_peer("openmesh"),
-        "meshlab": by_meshlab, "blender": by_blender}
+SIMPLIFIERS = {"kiln": simplify_with_kiln, "meshoptimizer": make_peer_call("meshoptimizer"), "openmesh": make_peer_call("openmesh"),
+        "meshlab": simplify_with_meshlab, "blender": simplify_with_blender}
 
 
-def rate(kiln, high, low, size, folder):
+def measure_quality(kiln, high, low, size, folder):
     def run(*words):
         subprocess.run([kiln, *words], check=True, stdout=subprocess.DEVNULL)
 
@@ -111,18 +111,18 @@ def rate(kiln, high, low, size, folder):
 
 
 def read_high(path):
-    """Welded, without normals and UVs."""
+    """Reads a mesh and welds it, without normals and UVs."""
     import trimesh
 
     mesh = trimesh.load(path, process=False, force="mesh")
     points, numbers = numpy.unique(numpy.asarray(mesh.vertices, numpy.float32), axis=0, return_inverse=True)
     faces = numbers.ravel()[numpy.asarray(mesh.faces)]
-    good = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
-    return points, faces[good]
+    kiln_ratio = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
+    return points, faces[kiln_ratio]
 
 
 def print_table(path):
-    """A row a mesh and number of faces: degrees and silhouettes of every way; last, the worse of Kiln's two ratios."""
+    """Prints a row for each mesh and number of faces: the errors of normals and silhouettes of every simplifier, then the worse of Kiln's two ratios to the best of the others."""
     rows, ways = {}, []
     with open(path) as file:
         for line in file:
@@ -158,7 +158,7 @@ def main():
     parser.add_argument("--faces", type=int, nargs="+", default=[500, 2000, 5000, 10000])
     parser.add_argument("--size", type=int, default=512)
     parser.add_argument("--peer", help="the program decimate_peer")
-    parser.add_argument("--ways", nargs="+", choices=list(WAYS), default=list(WAYS))
+    parser.add_argument("--ways", nargs="+", choices=list(SIMPLIFIERS), default=list(SIMPLIFIERS))
     options = parser.parse_args()
     os.makedirs(options.out, exist_ok=True)
     for high in options.high:
@@ -166,14 +166,14 @@ def main():
         name = os.path.splitext(os.path.basename(high))[0]
         for target in [count for count in options.faces if count < len(faces)]:
             for way in options.ways:
-                make = WAYS[way]
+                make = SIMPLIFIERS[way]
                 path = os.path.join(options.out, "%s_%d_%s.obj" % (name, target, way))
                 try:
                     seconds = make(options, high, positions, faces, target, path)
                 except ImportError:
                     continue
                 row = {"mesh": name, "way": way, "asked": target, "faces": len(read_obj(path)[2]), "seconds": round(seconds, 3)}
-                row.update(rate(options.kiln, high, path, options.size, options.out))
+                row.update(measure_quality(options.kiln, high, path, options.size, options.out))
                 print(json.dumps(row), flush=True)
 
 

@@ -11,7 +11,7 @@ namespace kiln::bench {
 
 namespace {
 
-/// Ratio of the best peer's time to this mode's in each round; the median over the rounds.
+/// Returns the median over all rounds of the ratio of the best peer's time to this mode's time in the same round.
 double ratio_to_best_peer(const Mode& mode, const std::vector<Mode>& modes,
                           std::vector<double> Mode::*times) {
   std::vector<double> ratios;
@@ -33,7 +33,7 @@ Mesh procedural_sphere(std::size_t faces, float bumps, bool uvs) {
   const double pi = 3.14159265358979323846;
   Mesh mesh;
   mesh.name = "sphere";
-  // Each row has columns + 1 vertices, so that each vertex has one UV.
+  // Each row has columns + 1 vertices, so that each vertex needs only one UV.
   for (int row = 0; row <= rows; ++row) {
     for (int column = 0; column <= columns; ++column) {
       const double theta = pi * row / rows;

@@ -11,15 +11,15 @@ import json
 import pathlib
 import subprocess
 
-FACES = [500, 2000]
-WAYS = ["closest", "ray", "visibility_face", "visibility_vertex", "visibility_texel", "hybrid_face",
+FACE_COUNTS = [500, 2000]
+MATCHES = ["closest", "ray", "visibility_face", "visibility_vertex", "visibility_texel", "hybrid_face",
         "hybrid_vertex", "hybrid_texel"]
 MEASURES = [("object", "object space, %"), ("image", "image space, %"),
             ("normalised", "normalised image space"), ("uniformity", "uniformity, %"),
             ("normals", "rendered normals, °")]
 
 
-def arguments():
+def parse_arguments():
     parser = argparse.ArgumentParser()
     parser.add_argument("--kiln", required=True)
     parser.add_argument("--sample", required=True)
@@ -33,7 +33,7 @@ def run(*command):
     subprocess.run([str(c) for c in command], check=True, capture_output=True, text=True)
 
 
-def high_polys(options):
+def make_high_polys(options):
     out, made = options.out, {}
     if options.data is not None and (options.data / "bunny_high.ply").exists():
         made["bunny"] = options.data / "bunny_high.ply"
@@ -51,7 +51,7 @@ def high_polys(options):
     return made
 
 
-def rate(options, name, high, faces):
+def rate_matches(options, name, high, faces):
     report = options.out / f"{name}_{faces}.json"
     if not report.exists():
         low = options.out / f"{name}_{faces}.obj"
@@ -65,11 +65,11 @@ def rate(options, name, high, faces):
     loaded = json.loads(report.read_text())
     rows = {}
     for row in loaded["methods"]:
-        rows[row["name"]] = measures_of(row)
+        rows[row["name"]] = read_measures(row)
     return rows, loaded
 
 
-def measures_of(row):
+def read_measures(row):
     return {"object": 100 * row["object_space"]["mean_of_diagonal"],
             "image": 100 * row["image_space"]["mean_of_diagonal"],
             "normalised": row["normalised_image_space"]["mean"],
@@ -79,12 +79,12 @@ def measures_of(row):
 
 RANKING_CLAIMS = [
     ("closest points are the most uneven", lambda v: all(v["closest"]["uniformity"] > v[w]["uniformity"]
-                                                         for w in WAYS[1:])),
+                                                         for w in MATCHES[1:])),
     ("closest points are worse in normalised image space than rays and visibility per vertex",
      lambda v: v["closest"]["normalised"] >= max(v["ray"]["normalised"], v["visibility_vertex"]["normalised"])),
     ("closest points are best in image space", lambda v: all(v["closest"]["image"] <= v[w]["image"]
-                                                             for w in WAYS[1:])),
-    ("rays are the most even", lambda v: all(v["ray"]["uniformity"] <= v[w]["uniformity"] for w in WAYS)),
+                                                             for w in MATCHES[1:])),
+    ("rays are the most even", lambda v: all(v["ray"]["uniformity"] <= v[w]["uniformity"] for w in MATCHES)),
     ("visibility per texel beats per vertex in normalised image space",
      lambda v: v["visibility_texel"]["normalised"] <= v["visibility_vertex"]["normalised"]),
     ("per vertex beats per face in normalised image space",
@@ -101,17 +101,17 @@ def is_between(value, a, b):
 
 
 def main():
-    options = arguments()
+    options = parse_arguments()
     options.out.mkdir(parents=True, exist_ok=True)
-    held = {text: [] for text, _ in RANKING_CLAIMS}
+    claim_holds = {text: [] for text, _ in RANKING_CLAIMS}
     pairs = 0
     print("| pair | match | " + " | ".join(title for _, title in MEASURES) + " |")
     print("| --- | --- |" + " --: |" * len(MEASURES))
-    for name, high in high_polys(options).items():
-        for faces in FACES:
-            rows, _ = rate(options, name, high, faces)
+    for name, high in make_high_polys(options).items():
+        for faces in FACE_COUNTS:
+            rows, _ = rate_matches(options, name, high, faces)
             pairs += 1
-            for way in WAYS:
+            for way in MATCHES:
                 cells = []
                 for key, _ in MEASURES:
                     best = min(r[key] for r in rows.values())
@@ -120,9 +120,9 @@ def main():
                 print(f"| {name} → {faces} | {way.replace('_', ' at ')} | " + " | ".join(cells) + " |", flush=True)
             for text, holds in RANKING_CLAIMS:
                 if holds(rows):
-                    held[text].append(f"{name} {faces}")
+                    claim_holds[text].append(f"{name} {faces}")
     print()
-    for text, where in held.items():
+    for text, where in claim_holds.items():
         print(f"- {text}: {len(where)} of {pairs} ({', '.join(where)})")
 
 

@@ -19,22 +19,22 @@ import numpy as np
 import zstandard
 from PIL import Image
 
-DXGI = {139: 80, 141: 83, 37: 28, 43: 29}  # DXGI formats by VkFormat: BC4, BC5, RGBA, sRGB
+DXGI_BY_VK_FORMAT = {139: 80, 141: 83, 37: 28, 43: 29}  # DXGI formats by VkFormat: BC4, BC5, RGBA, sRGB
 # side of a block in texels, and its bytes
-BLOCK = {139: (4, 8), 141: (4, 16), 37: (1, 4), 43: (1, 4)}
+BLOCK_SIZES = {139: (4, 8), 141: (4, 16), 37: (1, 4), 43: (1, 4)}
 
 
-def dds(dxgi, width, height, texels):
+def make_dds(dxgi, width, height, texels):
     head = struct.pack("<4s7I11I", b"DDS ", 124, 0x81007, height, width, len(texels), 0, 1, *[0] * 11)
     pixels = struct.pack("<2I4s5I5I5I", 32, 4, b"DX10", *[0] * 5, 0x1000, *[0] * 4, dxgi, 3, 0, 1, 0)
     return Image.open(io.BytesIO(head + pixels + texels))
 
 
-def levels_of_ktx2(path):
+def read_ktx2_levels(path):
     data = open(path, "rb").read()
     assert data[:12] == b"\xABKTX 20\xBB\r\n\x1A\n"
     format, type_size, width, height, _, _, faces, count, packing = struct.unpack_from("<9I", data, 12)
-    side, size = BLOCK[format]
+    side, size = BLOCK_SIZES[format]
     assert packing in (0, 2) and type_size == 1 and faces == 1
     for number in range(count):
         at, length, whole = struct.unpack_from("<3Q", data, 80 + 24 * number)
@@ -43,10 +43,10 @@ def levels_of_ktx2(path):
             texels = zstandard.ZstdDecompressor().decompress(texels)
         wide, tall = max(1, width >> number), max(1, height >> number)
         assert len(texels) == whole == -(-wide // side) * -(-tall // side) * size
-        yield dds(DXGI[format], wide, tall, texels)
+        yield make_dds(DXGI_BY_VK_FORMAT[format], wide, tall, texels)
 
 
-def compare(name, png, image):
+def compare_pictures(name, png, image):
     there = np.asarray(Image.open(png)).astype(float)
     if there.max() > 255:
         there /= 257
@@ -66,9 +66,9 @@ for png in sorted(glob.glob(os.path.join(sys.argv[1], "*.png"))):
     if ".mip" in stem or not os.path.exists(stem + ".ktx2"):
         continue
     pngs = [png, *sorted(glob.glob(stem + ".mip*.png"))]
-    levels = list(levels_of_ktx2(stem + ".ktx2"))
+    levels = list(read_ktx2_levels(stem + ".ktx2"))
     failed = failed or len(levels) != len(pngs)
-    most = [compare(stem, *pair) for pair in zip(pngs, levels)]
-    first = compare(stem, png, Image.open(stem + ".dds"))
+    most = [compare_pictures(stem, *pair) for pair in zip(pngs, levels)]
+    first = compare_pictures(stem, png, Image.open(stem + ".dds"))
     print(f"{os.path.basename(stem)}: DDS {first:.1f}, KTX2 {max(most):.1f}, {len(levels)} of {len(pngs)} levels")
 sys.exit(failed)

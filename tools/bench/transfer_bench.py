@@ -25,26 +25,26 @@ import time
 import numpy
 from PIL import Image
 
-ANGLE = numpy.radians(30)
-SIDE = 0.98 / (numpy.cos(ANGLE) + numpy.sin(ANGLE))  # side of the chart in UVs
-AXES = numpy.array([[numpy.cos(ANGLE), numpy.sin(ANGLE)], [-numpy.sin(ANGLE), numpy.cos(ANGLE)]]) * SIDE
+CHART_ANGLE = numpy.radians(30)
+CHART_SIDE = 0.98 / (numpy.cos(CHART_ANGLE) + numpy.sin(CHART_ANGLE))  # side of the chart in UVs
+CHART_AXES = numpy.array([[numpy.cos(CHART_ANGLE), numpy.sin(CHART_ANGLE)], [-numpy.sin(CHART_ANGLE), numpy.cos(CHART_ANGLE)]]) * CHART_SIDE
 # Waves over the texture: cycles per pixel in u and in v, amplitude, phase. At most 0.45 cycles per pixel.
-WAVES = [(0.001, 0.0007, 40, 0.1), (0.013, -0.021, 25, 1.0), (0.11, 0.07, 20, 2.0), (-0.19, 0.23, 15, 0.7),
+TEXTURE_WAVES = [(0.001, 0.0007, 40, 0.1), (0.013, -0.021, 25, 1.0), (0.11, 0.07, 20, 2.0), (-0.19, 0.23, 15, 0.7),
          (0.31, 0.29, 10, 0.3), (0.45, -0.05, 8, 2.9)]
 
 
-def pattern(points, size, area):
-    """Means over parallelograms at points (u, v). \\param area  two edges, in UVs"""
+def average_pattern(points, size, area):
+    """Returns the means of the texture over parallelograms at points (u, v). \\param area  two edges, in UVs"""
     total = numpy.full(points.shape[:-1], 128.0)
-    for u, v, strength, phase in WAVES:
+    for u, v, strength, phase in TEXTURE_WAVES:
         wave = numpy.array([u, v]) * size
         weight = strength * numpy.prod(numpy.sinc(numpy.asarray(area) @ wave))
         total += weight * numpy.cos(2 * numpy.pi * (points @ wave) + phase)
     return total
 
 
-def centres(size, rows):
-    """UVs of texels' middles, first row at the top (v = 1)."""
+def texel_centres(size, rows):
+    """Returns the UVs of texel centres, the first row at the top (v = 1)."""
     u = (numpy.arange(size) + 0.5) / size
     v = 1 - (rows + 0.5) / size
     return numpy.stack(numpy.meshgrid(u, v), axis=-1)
@@ -54,7 +54,7 @@ def write_scene(folder, size, grid):
     texture = numpy.empty((size, size), numpy.uint8)
     for first in range(0, size, 256):
         rows = numpy.arange(first, min(first + 256, size))
-        texture[rows] = numpy.rint(pattern(centres(size, rows), size, numpy.eye(2) / size))
+        texture[rows] = numpy.rint(average_pattern(texel_centres(size, rows), size, numpy.eye(2) / size))
     Image.fromarray(numpy.repeat(texture[..., None], 3, axis=-1)).save(folder + "/pattern.png")
     with open(folder + "/high.mtl", "w") as file:
         file.write("newmtl pattern\nmap_Kd pattern.png\n")
@@ -72,33 +72,33 @@ def write_scene(folder, size, grid):
     with open(folder + "/low.obj", "w") as file:
         corners = numpy.array([[0, 0], [1, 0], [1, 1], [0, 1]])
         file.writelines("v %.9g %.9g %.9g\n" % (x, 0.8 * y, 0.6 * y) for x, y in corners)
-        file.writelines("vt %.9g %.9g\n" % tuple(uv) for uv in (corners - 0.5) @ AXES + 0.5)
+        file.writelines("vt %.9g %.9g\n" % tuple(uv) for uv in (corners - 0.5) @ CHART_AXES + 0.5)
         file.write("f 1/1 2/2 3/3\nf 1/1 3/3 4/4\n")
 
 
-def compare(path, size):
-    """Root mean square, most, unfilled."""
-    back = numpy.linalg.inv(AXES)
-    area = back / size  # steps of one texel to the right and up, in UVs
+def measure_error(path, size):
+    """Returns the root mean square error, the maximum error, and the number of unfilled texels."""
+    back = numpy.linalg.inv(CHART_AXES)
+    area = back / size  # the two edges of a texel in UVs
     image = Image.open(path)
-    squares, count, most, unfilled = 0.0, 0, 0.0, 0
+    squares, count, max_error, unfilled = 0.0, 0, 0.0, 0
     half = numpy.abs(back).sum(axis=0) / size / 2
     pixels = numpy.asarray(image)
     pixels = pixels[..., 0] if pixels.ndim == 3 else pixels
     scale = 255 / (65535 if pixels.dtype != numpy.uint8 else 255)
     for first in range(0, size, 256):
         rows = numpy.arange(first, min(first + 256, size))
-        points = (centres(size, rows) - 0.5) @ back + 0.5
+        points = (texel_centres(size, rows) - 0.5) @ back + 0.5
         inside = numpy.all((points > half) & (points < 1 - half), axis=-1)
         if not inside.any():
             continue
-        off = numpy.abs(pixels[rows][inside] * scale - pattern(points[inside], size, area))
+        off = numpy.abs(pixels[rows][inside] * scale - average_pattern(points[inside], size, area))
         squares, count = squares + float((off ** 2).sum()), count + off.size
-        most, unfilled = max(most, float(off.max())), unfilled + int((off > 118).sum())
-    return {"rms": round((squares / count) ** 0.5, 3), "max": round(most, 2), "unfilled": unfilled, "texels": count}
+        max_error, unfilled = max(max_error, float(off.max())), unfilled + int((off > 118).sum())
+    return {"rms": round((squares / count) ** 0.5, 3), "max": round(max_error, 2), "unfilled": unfilled, "texels": count}
 
 
-def by_kiln(kiln, folder, size):
+def bake_with_kiln(kiln, folder, size):
     out = folder + "/kiln"
     start, before = time.perf_counter(), resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run([kiln, "bake", folder + "/high.obj", folder + "/low.obj", "--size", str(size), "--maps", "mask",
@@ -109,7 +109,7 @@ def by_kiln(kiln, folder, size):
             out + "/low_pattern.png")
 
 
-def by_meshlab(folder, size):
+def bake_with_meshlab(folder, size):
     import pymeshlab
 
     start, processors = time.perf_counter(), time.process_time()
@@ -136,17 +136,17 @@ def main():
     folder, size = os.path.abspath(arguments.folder), arguments.size
     os.makedirs(folder, exist_ok=True)
     write_scene(folder, size, arguments.grid)
-    ways = {"kiln": lambda: by_kiln(arguments.kiln, folder, size), "MeshLab": lambda: by_meshlab(folder, size)}
-    runs = {name: [] for name in ways}
-    by_kiln(arguments.kiln, folder, size)  # compiles the kernels
+    bakers = {"kiln": lambda: bake_with_kiln(arguments.kiln, folder, size), "MeshLab": lambda: bake_with_meshlab(folder, size)}
+    runs = {name: [] for name in bakers}
+    bake_with_kiln(arguments.kiln, folder, size)  # compiles the kernels
     for _ in range(arguments.repeat):  # alternates between both programs
-        for name, way in ways.items():
+        for name, way in bakers.items():
             runs[name].append(way())
     for name, all_runs in runs.items():
         seconds, _, path = sorted(all_runs)[(len(all_runs) - 1) // 2]
         cpu = sorted(run[1] for run in all_runs)[(len(all_runs) - 1) // 2]
         print(json.dumps({"program": name, "size": size, "seconds": round(seconds, 3), "cpu_seconds": round(cpu, 3),
-                          **compare(path, size)}), flush=True)
+                          **measure_error(path, size)}), flush=True)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-// Depth views: drawing them, beside Mesa's OpenGL on the same cores, and matching the texels of a map.
+// Times drawing depth views, compared with Mesa's OpenGL on the same cores, and matching the texels of a map by them.
 //
 // views_bench [HIGH LOW [SIZE [DEPTH_SIZE]]]   default: a procedural pair, 1024, 1024
 #include <cstdio>
@@ -20,15 +20,16 @@ namespace {
 /// Checks that both pictures agree, except in pixels that depend on vertex snapping or depth precision.
 void compare(cl::Context& context, GlPeer& peer, const DepthViews& views) {
   peer.draw({views.views().back()});
-  const std::vector<std::uint32_t> theirs = peer.ids();
-  const std::vector<std::uint64_t> ours = views.keys().picture(context, views.views().back());
+  const std::vector<std::uint32_t> opengl_triangle = peer.ids();
+  const std::vector<std::uint64_t> kiln_triangle =
+      views.keys().picture(context, views.views().back());
   std::size_t other = 0;
   std::size_t covered = 0;
-  for (std::size_t i = 0; i < theirs.size(); ++i) {
-    const std::uint64_t key = ours[i];
+  for (std::size_t i = 0; i < opengl_triangle.size(); ++i) {
+    const std::uint64_t key = kiln_triangle[i];
     const std::uint32_t id = key == KILN_RASTER_EMPTY ? 0 : static_cast<std::uint32_t>(key) + 1;
     covered += id != 0 ? 1 : 0;
-    other += id != theirs[i] ? 1 : 0;
+    other += id != opengl_triangle[i] ? 1 : 0;
   }
   std::fprintf(stderr, "%zu of %zu covered pixels show another triangle than OpenGL's\n", other,
                covered);

@@ -1,5 +1,5 @@
-// Visibility directions by views and by rays, at texels, vertices and faces: the time, and the angle to the
-// directions by rays, in one run.
+// Computes visibility directions from depth views and from rays, at texels, vertices and faces. Prints the times, and
+// the angles between the directions of both methods.
 //
 // visibility_bench [HIGH LOW [SIZE [DIRECTIONS [RAYS]]]]   default: a procedural pair, 2048, 512. RAYS 0: skips
 // the rays at texels, which take longest; the angles at texels are then unknown.

@@ -31,14 +31,15 @@ double cpu_seconds() {
 }
 
 template <typename T>
-bool same(const std::vector<T>& a, const std::vector<T>& b) {
+bool is_equal(const std::vector<T>& a, const std::vector<T>& b) {
   return a.size() == b.size() &&
          (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
 }
 
 void check(const ExtractResult& a, const ExtractResult& b) {
-  if (!same(a.mesh.positions, b.mesh.positions) || !same(a.mesh.triangles, b.mesh.triangles) ||
-      !same(a.mesh.uvs, b.mesh.uvs) || !same(a.normal_map.pixels, b.normal_map.pixels)) {
+  if (!is_equal(a.mesh.positions, b.mesh.positions) ||
+      !is_equal(a.mesh.triangles, b.mesh.triangles) || !is_equal(a.mesh.uvs, b.mesh.uvs) ||
+      !is_equal(a.normal_map.pixels, b.normal_map.pixels)) {
     throw Error(ErrorCode::internal, "The session's result differs from a new extraction.");
   }
 }
@@ -96,7 +97,7 @@ int run(int argc, char** argv) {
   contour.iso = argc > 2 ? std::atof(argv[2]) : 128;
   contour.outer_only = true;
   contour.outer_gap = argc > 3 ? static_cast<std::uint32_t>(std::atoi(argv[3])) : 2;
-  // A region that contains a part of the surface: searched from the middle of a side of the volume inwards.
+  // Finds a region that contains a part of the surface, searching inwards from the centre of a side of the volume.
   VolumeRegion region{{volume.size[0] / 2, volume.size[1] / 2, volume.size[2] - 45}, {24, 24, 24}};
   const std::vector<std::byte> whole = box_of(volume, region, false);
   const std::vector<std::byte> crater = box_of(volume, region, true);
@@ -115,7 +116,7 @@ int run(int argc, char** argv) {
             [&](int) { extract(device, volume, options); });
     time_it(("session to " + name).c_str(), volume, device, [&](int) { session.extract(options); });
   }
-  // The two updates alternate, so that each changes something.
+  // The two updates alternate, so that each of them changes voxels.
   time_it("update of 24 x 24 x 24 voxels", volume, device,
           [&](int round) { session.update(region, round % 2 == 0 ? whole : crater); });
   session.update(region, crater);

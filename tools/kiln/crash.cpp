@@ -86,7 +86,7 @@ void on_crash(int number) {
     if (first_thread == os::thread_number())
       os::end_process(static_cast<int>(ErrorCode::device));  // the crash handler itself has crashed
     // Two threads crashed at once: the first one ends the process, so this one waits.
-    os::stop_thread();
+    os::block_forever();
   }
   remove_temporary_files();
   if (const char* map = running_own_map()) end_by_own_map(map);
@@ -95,7 +95,7 @@ void on_crash(int number) {
       write_error("kiln: Out of memory, or a library aborted: see the lines above.\n");
       os::end_process(static_cast<int>(ErrorCode::internal));
     }
-    os::crash_unhandled(number);
+    os::end_by_crash(number);
     return;
   }
   restart_after_crash();
@@ -151,11 +151,11 @@ bool ran_in_child(int& exit_code) {
   const std::filesystem::path folder = os::create_temporary_folder("kiln-cache-");
   const bool has_folder = !folder.empty();
   os::SplitEnd end;
-  if (has_folder && os::shared_level(folder).empty()) end = os::split_process();
+  if (has_folder && os::find_unsafe_level(folder).empty()) end = os::split_process();
   if (end.kind == os::SplitEnd::Kind::copy) {
-    os::set_variable("POCL_CACHE_DIR", folder.string().c_str());
+    os::set_environment_variable("POCL_CACHE_DIR", folder.string().c_str());
     // This cache is removed after the run, so binaries of kernels need not be kept.
-    os::set_variable("KILN_KEEP_BINARIES", "0");
+    os::set_environment_variable("KILN_KEEP_BINARIES", "0");
     return false;
   }
   exit_code = end.exit_code;

@@ -41,7 +41,7 @@ void offer_packaged_driver() {
   const auto driver = std::filesystem::path(folder.data()) / "lib/kiln_cpu/lib/libpocl.so";
   if (folder[0] == '\0' || std::getenv("KILN_OPENCL_DRIVER") != nullptr) return;
   if (std::filesystem::exists(driver, error))
-    kiln::os::set_variable("KILN_OPENCL_DRIVER", driver.string().c_str());
+    kiln::os::set_environment_variable("KILN_OPENCL_DRIVER", driver.string().c_str());
 }
 
 /// Parses and runs the command line. Exceptions other than UsageError and Error are left to the caller.
@@ -110,7 +110,8 @@ int kiln::cli::program_main(int argc, char** argv, std::span<const CommandEntry>
   }
   os::prepare_streams();
   // PoCL would install a process-wide handler for arithmetic traps, which a library must not decide.
-  if (std::getenv("POCL_SIGFPE_HANDLER") == nullptr) os::set_variable("POCL_SIGFPE_HANDLER", "0");
+  if (std::getenv("POCL_SIGFPE_HANDLER") == nullptr)
+    os::set_environment_variable("POCL_SIGFPE_HANDLER", "0");
   int exit_code = static_cast<int>(ErrorCode::internal);
   if (cli::ran_in_child(exit_code)) return exit_code;
   offer_packaged_driver();

@@ -10,7 +10,7 @@
 // Allocations of the programs' own threads beyond --memory-limit are refused, as if the system had no memory left.
 // NOLINTBEGIN(cppcoreguidelines-no-malloc): allocation functions must use malloc
 void* operator new(std::size_t bytes) {
-  if (kiln::in_driver() || kiln::may_take(bytes)) {
+  if (kiln::in_driver() || kiln::may_allocate(bytes)) {
     if (void* const block = std::malloc(bytes == 0 ? 1 : bytes)) return block;
   }
   throw std::bad_alloc();

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kProgressAtSave = 0.98;  // share of the progress at which saving starts
 
-/// Index of the median; of an even number of values, the lower of the two middle ones.
+/// Index of the median in sorted values; for an even number of values, the lower of the two middle ones.
 std::size_t median_index(const std::vector<double>& values) {
   std::vector<std::size_t> order(values.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -37,7 +37,7 @@ bool is_on_front(const Mark& mark, const std::vector<Mark>& marks, const Measure
   });
 }
 
-/// All tables, and the lines after them, for chart.md and the terminal.
+/// The text of all tables and of the lines after them, for chart.md and the terminal.
 std::vector<std::string> lines_of(const ChartGroup& group) {
   std::vector<std::string> lines;
   for (const ChartTable& table : group.tables) {
@@ -50,7 +50,8 @@ std::vector<std::string> lines_of(const ChartGroup& group) {
   return lines;
 }
 
-/// Data files by their suffix. Each contains the rows of all groups, with the group's number.
+/// The contents of data files, by the files' suffixes. Each file contains the rows of all groups, with the number of
+/// the group.
 std::map<std::string, Json> data_of(const char* key, const std::vector<ChartGroup>& groups) {
   std::map<std::string, Json> files;
   for (std::size_t i = 0; i < groups.size(); ++i) {

@@ -31,7 +31,7 @@ struct Mark {
   Json figures = Json::object();  ///< The mark's part of the report, which finish_marks() completes
   /// Seconds of each run, in order: an object with the seconds of each stage, or a number
   std::vector<Json> runs = {};
-  std::vector<double> run_seconds = {};  ///< The seconds of each run that are compared
+  std::vector<double> run_seconds = {};  ///< For each run, the seconds that are compared
   double seconds = 0;                    ///< Median of the compared seconds
 };
 
@@ -48,7 +48,7 @@ struct MarkStyle {
   const char *family, *title, *mark, *color;
 };
 
-/// Times all marks in turns, so that other load on the machine affects all of them equally.
+/// Times all marks alternately, so that other load on the machine affects all of them equally.
 /// \param run  times the mark with an index; the note, such as ", run 2 of 3", completes the stage. Returns null if
 /// cancelled
 /// \returns false if cancelled
@@ -140,8 +140,9 @@ class ChartKind {
 
   const char *input_key,
       *inputs_key;  ///< Key of an input's number in data, and key of all inputs in the report
-  std::vector<std::string> inputs;         ///< Input files, each measured separately
-  std::string explanation;                 ///< Explanation of the figures, above all tables
+  std::vector<std::string> inputs;  ///< Input files, each measured separately
+  /// Explanation of the figures, which is printed above all tables
+  std::string explanation;
   Json options = Json::object();           ///< Options for the report that differ from the flags
   std::vector<Warning> warnings;           ///< Warnings about the whole run
   std::vector<Warning> settings_warnings;  ///< Warnings about single settings
@@ -150,7 +151,7 @@ class ChartKind {
   const char* seconds_title = "";
   std::span<const MarkStyle> styles;
 
-  /// Checks for errors that would otherwise stop a long run late. \returns false if cancelled
+  /// Checks the inputs for errors that would otherwise stop a long run at a late stage. \returns false if cancelled
   virtual bool check_inputs(const Progress& progress);
   virtual void read(std::size_t input) = 0;
   /// Measures the last input that was read. \returns nullopt if cancelled
@@ -175,8 +176,9 @@ std::unique_ptr<ChartKind> chart_of_plans(const ChartArguments& arguments);
 
 /// The selected settings of ambient occlusion.
 std::vector<AoSetting> ao_settings(const ChartArguments& arguments);
-/// Bakes once with every setting for the errors, then in turns for the seconds. The seconds are those of the map alone,
-/// without the match, the BVH and file access. Errors are root mean squares as shares of 1.
+/// Bakes once with every setting to measure the errors, then alternately with all settings to measure the seconds. The
+/// seconds are those of the map alone, without the match, the BVH and file access. Errors are root mean squares as
+/// shares of 1.
 /// \param steps  progress: one step per bake, and one per measurement
 /// \returns false if cancelled
 bool add_ao(const Device& device, const Mesh& high, const Mesh& low,

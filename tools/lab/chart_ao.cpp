@@ -45,8 +45,8 @@ std::vector<AoSetting> all_settings() {
 
 double rms_of(const Mark& mark) { return mark.figures.at("rms").number(); }
 
-/// Adds the setting with the best value of one figure whose other figure is within a limit to the report and the lines.
-/// If none is within the limit, the nearest one is added.
+/// Among the settings of which one figure is within a limit, finds the one whose other figure is best, and adds it to
+/// the report and the lines. If no figure is within the limit, adds the setting nearest to it.
 /// \param key  key in the report
 template <class Bounded, class Wanted>
 void add_best_within_limit(const char* key, double limit, const std::string& unit,
@@ -111,7 +111,7 @@ bool add_ao(const Device& device, const Mesh& high, const Mesh& low, const Chart
                       " texels a side at which a point of the high poly is found, so no ambient "
                       "occlusion can be compared: use a larger --size.");
     }
-    // the error against more rays from the same points
+    // the error relative to more rays from the same points
     const MapError& e = baked.report.errors.front();
     marks.push_back({setting.name, setting.label, setting.family});
     marks.back().figures =

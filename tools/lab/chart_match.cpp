@@ -125,8 +125,8 @@ class MatchChart : public ChartKind {
 
   void read(std::size_t i) override { high_ = read_high(a_, inputs[i], warnings); }
 
-  /// Bakes once with every setting for the errors, then in turns for the seconds, each time from a new Source. Errors
-  /// are equal in every run, so one run suffices for them.
+  /// Bakes once with every setting to measure the errors, which are equal in every run, then alternately with all
+  /// settings to measure the seconds, each time from a new Source.
   std::optional<ChartGroup> measure(const Device& device, std::size_t i,
                                     const Progress& progress) override {
     if (!progress(0, "preparing the high poly")) return std::nullopt;
@@ -143,7 +143,7 @@ class MatchChart : public ChartKind {
                {describe(high, inputs[i]), describe(low, low_path(i)), source_->stats().diagonal,
                 kChartReference, select_suitable_settings()});
     steps_ = Steps(progress);
-    // A bake with measurements counts as two bakes without.
+    // In the progress, a bake with measurements counts as two bakes without measurements.
     steps_.count = static_cast<double>((marks_.size() + ao_.size()) * (2 + a_.repeat));
     if (!measure_settings(group_.report)) return std::nullopt;
     const auto run = [&](std::size_t k, const std::string& note) {
@@ -230,7 +230,7 @@ class MatchChart : public ChartKind {
     return baked;
   }
 
-  /// The first bake of a setting, which is measured, and cached until then. \returns null if cancelled
+  /// Returns the first bake of a setting, which is cached until it has been measured. \returns null if cancelled
   const BakeResult* first_bake(std::size_t i) {
     if (first_.contains(i)) return &first_[i];
     Baked baked = bake_setting(i, "baking with " + marks_[i].label);
@@ -266,10 +266,10 @@ class MatchChart : public ChartKind {
   /// Adds a setting's views to its figures, and labels its mark if the number of views was chosen automatically.
   void describe_views_of(std::size_t i, const ViewReport& views) {
     const ViewOptions& options = settings_[i].bake.match.views;
-    marks_[i].figures.update(
-        fields("views_chosen view_size_given view_criterion view_refine views",
-               {options.automatic, options.size != 0, name_of(Words(kCriteria), options.criterion),
-                options.refine, describe(views)}));
+    marks_[i].figures.update(fields(
+        "views_chosen view_size_given view_criterion view_refine views",
+        {options.automatic, options.size != 0, name_of(Words(kCriterionWords), options.criterion),
+         options.refine, describe(views)}));
     if (options.automatic)
       marks_[i].label = std::to_string(views.directions.size()) + " views chosen";
     if (options.size == 0)
@@ -278,8 +278,8 @@ class MatchChart : public ChartKind {
 
   /// Measures the errors of all settings. \returns false if cancelled
   bool measure_settings(Json& report) {
-    // The map of the reference must exist first; so must settings with adaptive views, since held-out views must differ
-    // from these.
+    // The reference's map must be baked first, and so must settings with adaptive views, since held-out views must
+    // differ from their views.
     first_.clear();
     const BakeResult* reference = nullptr;
     std::vector<Vec3> used_views;
@@ -358,7 +358,7 @@ class MatchChart : public ChartKind {
   std::vector<AoSetting> ao_;
   std::vector<Mesh> lows_;
   HighPolyInput high_;
-  // the pair that is being measured
+  // the pair of meshes that is being measured
   const Device* device_ = nullptr;
   const Mesh* low_ = nullptr;
   std::optional<Source> source_;

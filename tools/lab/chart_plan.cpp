@@ -22,21 +22,21 @@
 namespace kiln::cli {
 namespace {
 
-/// Bits per channel of all maps in grids; plans choose their own.
+/// Bits per channel of all maps in the grid; plans choose their number of bits.
 constexpr std::uint32_t kGridBits = 8;
 constexpr std::uint32_t kMinFaces = 125, kMaxFaces = 16000, kSmallestMap = 16;
 /// Maximum ratio of the bytes of mesh and map, in both directions. Beyond it, further steps hardly change the error.
 constexpr std::uint64_t kMaxBytesRatio = 16;
-constexpr std::uint32_t kViews = 30, kPixels = 128;
+constexpr std::uint32_t kHeldOutPictures = 30, kPixels = 128;
 /// The number of samples is chosen as in plans.
 constexpr std::uint32_t kSampleBudget = 1024, kMaxSamples = 4;
-/// Shares at which default errors to plan for are interpolated geometrically between the worst and the best error.
+/// The default errors to plan for are interpolated geometrically between the worst and the best error at these shares.
 constexpr double kDefaultErrorShares[] = {0.25, 0.5, 0.75};
-/// Share of the progress at which plans start, after the grids.
+/// Share of the progress at which plans start, after the grid was measured.
 constexpr double kProgressAtPlans = 0.7;
 
 /// Quantises a map to kGridBits per channel.
-Image rounded(Image map) {
+Image round_to_two_digits(Image map) {
   constexpr auto kSteps = static_cast<float>((1U << kGridBits) - 1);
   for (float& value : map.pixels) {
     value = std::floor(std::clamp(value, 0.0F, 1.0F) * kSteps + 0.5F) / kSteps;
@@ -44,7 +44,7 @@ Image rounded(Image map) {
   return map;
 }
 
-double kib(double bytes) { return bytes / 1024; }
+double format_kib(double bytes) { return bytes / 1024; }
 double bytes_of(const Json& made) { return made.at("bytes.total").number(); }
 double degrees_of(const Json& made) { return made.at("mean_degrees").number(); }
 
@@ -98,11 +98,11 @@ class PlansChart : public ChartKind {
     on_screen_.reset();
     source_.emplace(device, high);
     add_warnings(source_->warnings(), warnings);
-    // directions that plans use
+    // the directions that plans use, which the measurement avoids
     const std::vector<Vec3> held_out = held_out_views(kPlanViews, spread_views(12));
-    reference_.emplace(Scene(device, high), high, angles_of(held_out_views(kViews, held_out)),
-                       kPixels);
-    if (screen_ != 0) on_screen_.emplace(*source_, screen_, kViews);
+    reference_.emplace(Scene(device, high), high,
+                       angles_of(held_out_views(kHeldOutPictures, held_out)), kPixels);
+    if (screen_ != 0) on_screen_.emplace(*source_, screen_, kHeldOutPictures);
     at_ = 0;
     for (const std::uint32_t count : faces) {
       if (!add_faces(count)) return std::nullopt;
@@ -125,8 +125,8 @@ class PlansChart : public ChartKind {
       panels.push_back(group.panels[0]);
       for (const char* list : {"points", "plans"}) {
         for (const Json& measured_point : group.report.at(list).elements()) {
-          min_error = std::min(min_error, kib(bytes_of(measured_point)));
-          max_error = std::max(max_error, kib(bytes_of(measured_point)));
+          min_error = std::min(min_error, format_kib(bytes_of(measured_point)));
+          max_error = std::max(max_error, format_kib(bytes_of(measured_point)));
         }
       }
     }
@@ -178,7 +178,7 @@ class PlansChart : public ChartKind {
       const BakeResult result = bake(*source_, low, bake_with);
       if (result.cancelled) return false;
       vertices = split_vertices(low);
-      degrees = measured(low, rounded(result.maps[0].image), bake_with);
+      degrees = measured(low, round_to_two_digits(result.maps[0].image), bake_with);
     }
     points_.push_back(
         fields("faces vertices size bits bytes mean_degrees front",
@@ -245,8 +245,8 @@ class PlansChart : public ChartKind {
     return errors;
   }
 
-  /// Bytes of the front at an error, interpolated linearly in log-log scale; null if the front does not reach the
-  /// error.
+  /// Returns the bytes of the front at an error, interpolated linearly in log-log scale; null if the front does not
+  /// reach the error.
   Json bytes_at(double degrees) const {
     const std::vector<Json> points = front();
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -288,14 +288,14 @@ class PlansChart : public ChartKind {
     return true;
   }
 
-  /// The plot: curves of the grid by map size, its front, and rings at the plans.
+  /// Makes the plot: a curve of the grid for each map size, the front, and a ring at each plan.
   Json panel(const std::string& title) const {
     Json panel = plot_panel("Mean angle between rendered normals, degrees");
     panel["title"] = title;
     const auto add = [&](const std::string& name, const Json& look,
                          const std::vector<Json>& points) {
       panel["curves"].push_back(plot_curve(
-          name, look, points, [](const Json& p) { return kib(bytes_of(p)); }, degrees_of));
+          name, look, points, [](const Json& p) { return format_kib(bytes_of(p)); }, degrees_of));
     };
     std::set<double> sizes;
     for (const Json& point : points_) sizes.insert(point.at("size").number());
@@ -311,7 +311,7 @@ class PlansChart : public ChartKind {
     for (const Json& plan : plans_.elements()) {
       const double size = plan.at("size").number();
       const std::string depth = ", " + text_of(plan.at("bits").number()) + " bits";
-      rings["x"].push_back(kib(bytes_of(plan)));
+      rings["x"].push_back(format_kib(bytes_of(plan)));
       rings["y"].push_back(degrees_of(plan));
       rings["labels"].push_back("for " + text_of(plan.at("wanted_degrees").number()) +
                                 "°: " + count_text(plan.at("faces")) + " faces, " + map_text(size) +
@@ -327,7 +327,7 @@ class PlansChart : public ChartKind {
     if (screen_ != 0) group.title += ", " + with_commas(screen_) + " pixels on screen";
     group.report = fields("high points plans", {describe(high, path), points_, plans_});
     group.panels.push_back(panel(group.title));
-    const Column kibibytes = {"KiB", "bytes.total", 1, kib(1)};
+    const Column kibibytes = {"KiB", "bytes.total", 1, format_kib(1)};
     const Column faces = {"faces", "faces", 0}, map = {"map", "size", 0};
     const Column measured = {"measured °", "mean_degrees", 3};
     group.tables = {{"", {}, points_, ".csv"},
@@ -357,7 +357,7 @@ class PlansChart : public ChartKind {
   double at_ = 0;  ///< share of the progress at which this high poly starts
   std::optional<Source> source_;
   std::optional<NormalReference> reference_;
-  /// reference pictures with --screen, which replace the others
+  /// reference pictures with --screen, used instead of the others
   std::optional<ScreenPictures> on_screen_;
   std::vector<Json> points_;  ///< points of the grid, by faces and size
   Json plans_;                ///< plans, by decreasing error

@@ -200,7 +200,7 @@ class VolumesChart : public ChartKind {
     try {
       sizes_.push_back({size, extract(*device_, volume_, extract_at(size)), {}, {}, {}});
     } catch (const Error& error) {
-      // A smaller map may have too few texels for the charts.
+      // A smaller map may have too few texels to hold all charts.
       const bool no_room = error.code() == ErrorCode::usage || error.code() == ErrorCode::input;
       if (size >= *a_.size || !no_room) throw;
       warnings.push_back({"size-skipped", error.what(), 1});
@@ -307,7 +307,7 @@ class VolumesChart : public ChartKind {
 
   /// Times a mark, from the volume in memory to low poly and map: the full contour; simplification, and UVs if there is
   /// a map; upload of the high poly; splatting, or the rest of the bake. A stage that several marks share is timed once
-  /// per run, and counts for each. \returns null if cancelled
+  /// per run, and its time is added to each of them. \returns null if cancelled
   Json time(std::size_t i, const std::string& note) {
     const auto& [method, size_data] = tasks_[i];
     const std::uint32_t size = size_data->size;

@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 using Arguments = ChartArguments;
 
-/// value of --settings that selects the settings for hard surfaces
+/// The value of --settings that selects the settings for hard surfaces.
 constexpr const char* kHardSurfaceGroup = "hard";
 
 /// Names of all settings of mesh charts.

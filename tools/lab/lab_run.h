@@ -25,7 +25,7 @@ class Steps {
     stage_ = stage;
     return show(0);
   }
-  /// Returns a callback for a call that is one step, or a share of one.
+  /// Returns a progress callback for a call that makes up one step, or a share of a step.
   Progress within(double share = 1) {
     return [this, share](double part, std::string_view) { return show(share * part); };
   }
@@ -42,7 +42,7 @@ struct LabRun {
   /// Prepares the output folder and the destination of the report. \throws Error(output)
   explicit LabRun(const LabArguments& arguments);
 
-  /// Returns a callback for work that takes from one share of the run to another. The run must outlive it.
+  /// Returns a progress callback for work between two shares of the run. The run must outlive it.
   Progress within(double from, double to);
   /// Ends a stage and adds its seconds to the report.
   void lap(const char* stage) { seconds[stage] = watch.lap(); }

@@ -23,9 +23,9 @@ struct MeasureArguments : LabArguments {
 /// Values of --study: "faces", "size" and "views".
 inline const std::vector<std::string> kStudies = {"faces", "size", "views"};
 
-/// Without LOW: rates the UV layout of HIGH. \returns the exit code
+/// Rates the UV layout of HIGH, if there is no LOW. \returns the exit code
 int rate_layout_of(const MeasureArguments& arguments);
-/// With --study: measures how errors depend on views, faces and map size. \returns the exit code
+/// Measures how errors depend on views, faces and map size, for --study. \returns the exit code
 int run_study(MeasureArguments arguments);
 /// Rates all selected matches on two meshes. \returns the exit code
 int run_rating(MeasureArguments arguments);

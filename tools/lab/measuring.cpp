@@ -33,7 +33,7 @@ std::string reason_unsuitable(MatchMethod method, const Source& source, const Me
   return {};
 }
 
-// Texels per side of the map of UV coordinates. Bilinear filtering makes values between texels exact.
+// Texels per side of the map of UV coordinates. UVs are linear, so bilinear filtering of the map is exact.
 constexpr std::uint32_t kUvMapSide = 256;
 
 /// Makes a map with u, v and 1 at each texel.

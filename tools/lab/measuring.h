@@ -19,12 +19,13 @@ constexpr std::uint32_t kHeldOutViews = 30;
 /// minimum angle in degrees between a view for matching and a view for measuring
 constexpr double kMinHeldOutAngle = 2;
 
-/// Rejects given flags that have no effect, by the message "FLAG is for WHY". \throws Error(usage)
+/// Throws an error if one of these flags was given, which have no effect. The message is "FLAG is for WHY". \throws
+/// Error(usage)
 void refuse(const LabArguments& arguments, const std::set<std::string>& flags,
             const std::string& why);
 
 std::vector<ViewAngles> angles_of(const std::vector<Vec3>& directions);
-/// kHeldOutViews view directions, none near the 12 default views of a bake.
+/// Returns kHeldOutViews view directions, none of which is near one of the 12 default views of a bake.
 std::vector<ViewAngles> usual_held_out_angles();
 /// Describes held-out views for a report. \param size  pixels per side of their pictures
 Json describe_views(const std::vector<Vec3>& held_out, std::uint32_t size, double least_angle);
@@ -55,7 +56,7 @@ std::optional<LeftOut> explain_unsuitable(MatchMethod method, const std::string&
 /// Finds the texel that each pixel of LOW's pictures shows.
 class TexelViews {
  public:
-  static constexpr std::size_t kNone = ~std::size_t{0};  ///< value of pixels that do not show LOW
+  static constexpr std::size_t kNone = ~std::size_t{0};  ///< marks pixels that do not show LOW
 
   TexelViews(const Device& device, const Mesh& low);
 

@@ -34,7 +34,7 @@ struct Rating {
   std::string method, visibility_at;
   Json figures = {};  ///< Figures for the report
   std::vector<Warning> warnings = {};
-  /// Pictures in the order of kShown, one channel; -1 if a pixel does not show LOW, -2 if the value is unknown
+  /// Pictures in the order of kShownMeasures, one channel; -1 if a pixel does not show LOW, -2 if the value is unknown
   std::vector<Image> pictures = {};
 };
 
@@ -48,12 +48,12 @@ struct Inputs {
 };
 
 /// Measures that are shown as pictures, each with its own scale.
-constexpr std::array<const char*, 4> kShown = {
+constexpr std::array<const char*, 4> kShownMeasures = {
     "object space, % of the diagonal", "normalised image space, 0 to 1",
     "uniformity, % longer or shorter", "error of the normal, degrees"};
 
-/// Draws the values of a map's texels on the mesh. A pixel shows the value of its texel or of the nearest known one,
-/// since pixels at borders of charts may show texels without samples.
+/// Draws the values of a map's texels on the mesh. A pixel shows the value of its texel, or of the nearest texel with a
+/// value, since pixels at the borders of charts may show texels without samples.
 /// \param texels  texel of each pixel; see TexelViews
 Image draw_field(const Image& field, const std::vector<std::size_t>& texels, const Image& picture,
                  double scale) {
@@ -127,8 +127,8 @@ std::vector<std::string> measured_maps(const MeasureArguments& a) {
   return maps;
 }
 
-/// The matches to rate: every method; those by visibility once for each --visibility-at. A match that ignores the given
-/// flags or does not suit the meshes is left out; if it was named, it is an error.
+/// Selects the matches to rate: every method, and methods by visibility once for each --visibility-at. Matches that
+/// ignore the given flags or do not suit the meshes are left out; if such a match was named, this throws.
 /// \throws Error(usage), Error(input)
 std::vector<Rating> select_matches(const MeasureArguments& a, const Inputs& inputs,
                                    const Source& source, std::vector<LeftOut>& left_out) {
@@ -172,7 +172,7 @@ BakeOptions bake_options(const MeasureArguments& a, const Inputs& inputs, const 
   bake_with.match.uv = uv_options(inputs.high, bake_with.match.uv);
   inputs.match.apply(bake_with);
   if (!row.visibility_at.empty())
-    bake_with.match.visibility.at = Words(kVisibilityAt).at(row.visibility_at);
+    bake_with.match.visibility.at = Words(kVisibilityAtWords).at(row.visibility_at);
   bake_with.report.keep_match = true;
   bake_with.report.vertex_coverage = !a.out.empty();
   bake_with.report.errors = !inputs.maps.empty();
@@ -207,7 +207,7 @@ Json json_of(const RayMeasure& m, double diagonal) {
                 {m.mean, m.rms, m.mean / diagonal, m.rms / diagonal, m.share});
 }
 
-/// Tarini's measures by the paper's names, and Kiln's own.
+/// Converts the measures to JSON: those of Tarini et al. by the paper's names, and Kiln's own measures.
 Json json_of(const MatchAssessment& a) {
   const RayMeasure& n = a.normalised_image_space;
   const auto uniformity = [](const Uniformity& u) {
@@ -228,8 +228,8 @@ Json json_of(const MatchAssessment& a) {
               {a.largest_jump, a.largest_jump / a.diagonal, a.largest_step})});
 }
 
-/// Adds the errors of the requested maps, and lists maps without an error: those of names and of coverage, and
-/// for a saved match all maps that do not come from rays.
+/// Adds the errors of the requested maps. Also lists maps without an error: maps of names and of coverage, and with a
+/// saved match all maps that are not computed by rays.
 void add_errors(const BakeReport& bake, const std::vector<std::string>& maps, Json& figures) {
   std::vector<MapError> errors = bake.errors;
   std::erase_if(errors, [&](const MapError& error) {
@@ -270,15 +270,15 @@ Mesh recall_mesh(const Mesh& high, const std::vector<VertexCoverage>& vertices) 
   return mesh;
 }
 
-/// Draws the pictures of all matches, with a block for each measure.
+/// Draws the pictures of all matches, in one block per measure.
 Image ratings_picture(const std::vector<Rating>& rows) {
   std::vector<Image> blocks;
   std::uint32_t width = 0, height = 0;
-  for (std::size_t m = 0; m < kShown.size(); ++m) {
+  for (std::size_t m = 0; m < kShownMeasures.size(); ++m) {
     AnglePictures errors;
     for (const Rating& row : rows) errors.add(row.pictures[m]);
     Scale scale = errors.scale();
-    scale.unit = kShown[m];
+    scale.unit = kShownMeasures[m];
     scale.others[0].second = "missed, never visible, or visible in one mesh only";
     std::vector<Panel> panels;
     for (std::size_t i = 0; i < rows.size(); ++i) {

@@ -34,18 +34,18 @@ constexpr std::array<std::uint32_t, 5> kStudySizes = {128, 256, 512, 1024, 2048}
 
 // Kinds of maps, each of which is a curve in plots. default_match() stands for rays along the low poly's normals,
 // without views.
-constexpr const char* kPaper =
+constexpr const char* kPaperCurve =
     "paper";  ///< views by smallest depth difference, without refinement of points
-constexpr const char* kKiln =
+constexpr const char* kKilnCurve =
     "kiln";  ///< views by best angle, with points refined to the line along the normal
 constexpr const char* kNone = "none";  ///< no map, only the low poly's own normals
 
-constexpr const char* kDegrees = "normal_error.mean_angle_degrees";
+constexpr const char* kDegreesPath = "normal_error.mean_angle_degrees";
 
 /// A combination of match, views, faces and map size to measure.
 struct Setting {
   std::string curve;
-  std::uint32_t views;  ///< Number of views; 0: the match uses none
+  std::uint32_t views;  ///< Number of views; 0: the match uses no views
   std::uint32_t faces;  ///< Requested number of faces; for a given LOW its own
   std::uint32_t size;   ///< Texels per side of the map; 0: no map
 };
@@ -88,14 +88,14 @@ std::vector<Setting> plan(const MeasureArguments& a, const Mesh& high, const Mes
       }
     }
   };
-  if (!sizes) add(kPaper, of_views, of_size);
-  add(kKiln, of_views, of_size);
+  if (!sizes) add(kPaperCurve, of_views, of_size);
+  add(kKilnCurve, of_views, of_size);
   if (!sizes) add(default_match(), {0}, of_size);
   add(kNone, {0}, {0});
   return settings;
 }
 
-/// Makes low polys on first use, and caches them.
+/// Makes low polys when they are first used, and caches them.
 class LowMeshes {
  public:
   LowMeshes(const Mesh& high, const Mesh* given) : high_(high), given_(given) {}
@@ -144,7 +144,7 @@ BakeOptions study_bake_options(const Setting& setting, const MeasureArguments& a
   bake.match.method = first_match("match.views.count");
   bake.match.views.count = setting.views;
   bake.match.views.size = a.view_size.value_or(0);
-  if (setting.curve == kPaper) {
+  if (setting.curve == kPaperCurve) {
     bake.match.views.criterion = ViewCriterion::depth;
     bake.match.views.refine = false;
   }
@@ -204,7 +204,7 @@ std::optional<Study> measure_study(const Device& device, const Mesh& high, const
       return std::nullopt;
     std::vector<Warning> warnings;
     const Mesh& mesh = lows.get(s.faces, s.size, warnings);
-    const bool views = s.views != 0, paper = s.curve == kPaper;
+    const bool views = s.views != 0, paper = s.curve == kPaperCurve;
     const auto of_views = [&](const Json& value) { return views ? value : Json(); };
     BakeOptions bake_with = study_bake_options(s, a);
     Json figures =
@@ -246,7 +246,7 @@ std::optional<Study> measure_study(const Device& device, const Mesh& high, const
     study.rows.push_back(std::move(figures));
     steps.done += 1;
     if (!views) continue;
-    const auto degrees = [&](std::size_t i) { return study.rows[i].at(kDegrees).number(); };
+    const auto degrees = [&](std::size_t i) { return study.rows[i].at(kDegreesPath).number(); };
     if (error.mean_degrees > degrees(study.worst_row)) study.worst_row = study.rows.size() - 1;
     if (error.mean_degrees < degrees(study.best)) study.best = study.rows.size() - 1;
   }
@@ -266,9 +266,10 @@ std::vector<Json> rows_of_curve(const Study& study, const std::string& curve, do
   return some;
 }
 
-double degrees_of(const Json& row) { return row.at(kDegrees).number(); }
+double degrees_of(const Json& row) { return row.at(kDegreesPath).number(); }
 
-/// The first figure of a series whose mean angle is within 5% of the smallest: further views or texels gain little.
+/// Finds the first figure of a series whose mean angle is within 5% of the smallest one, beyond which more views or
+/// texels gain little.
 const Json& levels_off(const std::vector<Json>& series) {
   constexpr double kMaxRelativeGain = 0.05;
   double min_error = degrees_of(series.front());
@@ -302,12 +303,13 @@ std::string size_text(std::uint32_t size) {
   return std::to_string(size) + " × " + std::to_string(size) + " map";
 }
 
-/// Makes the curves of both ways to match by views.
+/// Makes the curves of both methods of matching by views.
 Json paper_curve(const Study& study, const char* x, const char* y) {
-  return curve_of("paper: least depth difference", kPaper, rows_of_curve(study, kPaper), x, y);
+  return curve_of("paper: least depth difference", kPaperCurve, rows_of_curve(study, kPaperCurve),
+                  x, y);
 }
 Json kiln_curve(const Study& study, const char* x, const char* y) {
-  return curve_of("Kiln: best angle, refined", kKiln, rows_of_curve(study, kKiln), x, y);
+  return curve_of("Kiln: best angle, refined", kKilnCurve, rows_of_curve(study, kKilnCurve), x, y);
 }
 
 Json views_plot(const Study& study, const MeasureArguments& a, const std::string& mesh) {
@@ -327,7 +329,7 @@ Json views_plot(const Study& study, const MeasureArguments& a, const std::string
       plot_of("Normal error against the number of depth views: " + mesh + ", " +
                   count_text(study.rows.front().at("faces")) + " faces, " + size_text(*a.size),
               "Depth views", kStudyViews,
-              Json::array({panel("Mean angle between normals, degrees", kDegrees, " degrees"),
+              Json::array({panel("Mean angle between normals, degrees", kDegreesPath, " degrees"),
                            panel("Mean 8-bit difference of normals, 0 to 255",
                                  "normal_error.mean_8bit_difference", "")}));
   data["x_note"] = fields("x text", {12, "12: the paper's choice"});
@@ -335,7 +337,8 @@ Json views_plot(const Study& study, const MeasureArguments& a, const std::string
 }
 
 Json faces_plot(const Study& study, const MeasureArguments& a, const std::string& mesh) {
-  const std::vector<Json> own = rows_of_curve(study, kKiln), without = rows_of_curve(study, kNone);
+  const std::vector<Json> own = rows_of_curve(study, kKilnCurve),
+                          without = rows_of_curve(study, kNone);
   const char* faces = "target_faces";
   Json ticks = Json::array();
   for (const Json& row : own) ticks.push_back(row.at(faces));
@@ -353,9 +356,9 @@ Json faces_plot(const Study& study, const MeasureArguments& a, const std::string
   const std::vector<Json> rays = rows_of_curve(study, default_match());
   const Json angles =
       panel_of("Mean angle between normals, degrees",
-               {paper_curve(study, faces, kDegrees), kiln_curve(study, faces, kDegrees),
-                curve_of("rays (no views)", default_match(), rays, faces, kDegrees),
-                curve_of("no map", kNone, without, faces, kDegrees)});
+               {paper_curve(study, faces, kDegreesPath), kiln_curve(study, faces, kDegreesPath),
+                curve_of("rays (no views)", default_match(), rays, faces, kDegreesPath),
+                curve_of("no map", kNone, without, faces, kDegreesPath)});
   return plot_of("Errors against the low poly's faces: " + mesh + ", " + plural(*a.views, "view") +
                      ", " + size_text(*a.size),
                  "Faces of the low poly", ticks, Json::array({distances, depths, angles}));
@@ -368,10 +371,11 @@ Json size_plot(const Study& study, const MeasureArguments& a, const std::string&
   const double last = static_cast<double>(std::max<std::size_t>(2, without.size()) - 1);
   double curve_index = 0;
   for (const Json& row : without) {
-    const std::vector<Json> series = rows_of_curve(study, kKiln, row.at("target_faces").number());
+    const std::vector<Json> series =
+        rows_of_curve(study, kKilnCurve, row.at("target_faces").number());
     angles["curves"].push_back(curve_of(count_text(row.at("target_faces")) + " faces (no map: " +
                                             fixed_text(degrees_of(row), 2) + ")",
-                                        curve_index++ / last, series, "size", kDegrees));
+                                        curve_index++ / last, series, "size", kDegreesPath));
     const Json& smallest_sufficient = levels_off(series);
     if (&smallest_sufficient == &series.back()) continue;
     angles["rings"]["x"].push_back(smallest_sufficient.at("size"));
@@ -384,18 +388,18 @@ Json size_plot(const Study& study, const MeasureArguments& a, const std::string&
 
 // ---- Text ----
 
-/// The number of views per curve, or the map size per number of faces, beyond which little is gained.
+/// Finds the number of views for each curve, or the map size for each number of faces, beyond which little is gained.
 Json levels_off_at(const Study& study, const MeasureArguments& a) {
   Json smallest_sufficient = Json::object();
   if (a.study == "views") {
-    for (const char* curve : {kPaper, kKiln}) {
+    for (const char* curve : {kPaperCurve, kKilnCurve}) {
       smallest_sufficient[curve] = levels_off(rows_of_curve(study, curve)).at("views");
     }
   } else if (a.study == "size") {
     for (const Json& row : rows_of_curve(study, kNone)) {
       const double faces = row.at("target_faces").number();
       smallest_sufficient[text_of(faces)] =
-          levels_off(rows_of_curve(study, kKiln, faces)).at("size");
+          levels_off(rows_of_curve(study, kKilnCurve, faces)).at("size");
     }
   }
   return smallest_sufficient;
@@ -407,7 +411,7 @@ const std::vector<Column>& columns() {
       {"views", "views", 0},
       {"faces", "faces", 0},
       {"size", "size", 0},
-      {"mean °", kDegrees, 3},
+      {"mean °", kDegreesPath, 3},
       {"median", "normal_error.median_angle_degrees", 3},
       {"95%", "normal_error.p95_angle_degrees", 2},
       {"99%", "normal_error.p99_angle_degrees", 2},

@@ -30,7 +30,7 @@ std::string csv_cell(const Json& value) {
   return is_integer ? text : formatted("%.9g", value.number());
 }
 
-/// Adds the cells of a value, and its columns if they are new.
+/// Adds the cells of a value to a row, and columns for them if there are none yet.
 void add_cells(const std::string& path, const Json& value, Row& row,
                std::vector<std::string>& columns) {
   if (value.is_array()) return;

@@ -33,9 +33,9 @@ nb::bytes encode(const PyMesh& low, const std::map<std::string, nb::object>& map
   }
   AssetMaterial material;
   material.name = low.mesh->name.empty() ? "mesh" : low.mesh->name;
-  material.alpha_mode = *Words(kAlphas).at(alpha);
+  material.alpha_mode = *Words(kAlphaWords).at(alpha);
   std::optional<Warning> warning;
-  const std::optional<bool> is_double_sided = Words(kSides).at(double_sided);
+  const std::optional<bool> is_double_sided = Words(kSidesWords).at(double_sided);
   material.double_sided = is_double_sided.value_or(false);
   SaveAssetOptions options;
   options.metres = low.mesh->metres;

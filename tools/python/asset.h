@@ -1,4 +1,4 @@
-// Encodes GLB files from a low poly with its maps, and pads maps of the caller's values.
+// Encodes GLB files from a low poly with its maps, and pads maps that the caller provides.
 #pragma once
 
 #include "mesh.h"

@@ -97,7 +97,6 @@ std::string name_or_default(const PyMesh& mesh, const char* otherwise) {
 }
 
 /// Makes a job whose inputs and outputs are in memory.
-/// \param bare  placeholder for the high poly, which the source provides
 Job job_in_memory(const PySource& source, const Keywords& words) {
   Job job;
   job.in_memory = true;
@@ -235,7 +234,7 @@ nb::tuple run_plan(const PySource& source, const Keywords& words, nb::object pro
 }
 
 SaveImageOptions image_options(const std::string& format, bool dither) {
-  const ImageFormat* const known_format = Words(kFormats).find(format);
+  const ImageFormat* const known_format = Words(kFormatWords).find(format);
   if (known_format == nullptr) {
     throw Error(ErrorCode::usage,
                 option("format") + " is '" + format +

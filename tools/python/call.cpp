@@ -41,7 +41,7 @@ void raise(const Error& error) {
           nb::make_tuple(text_of(option_as_keyword(piece.option, {})), text_of(piece.value)));
     }
     error_facts["remedies"] = remedies;
-    // an error without an id uses the id of its kind
+    // an error without an id gets the id of its code
     const char* const kind = Error(error.code(), "").id();
     const nb::object exception = errors().attr("from_core")(
         text_of(message.text(option_as_keyword)), error.id(), kind, error_facts);

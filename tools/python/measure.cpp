@@ -42,8 +42,8 @@ nb::dict run_measure(const PyMesh& high, const PyMesh& low, nb::handle normal,
   NormalMap map;
   if (!normal.is_none()) {
     image = image_of(normal, "normal");
-    map = {&image, word(Words(kSpaces), "space", space), flip_y,
-           word(Words(kBitangents), "bitangent", bitangent)};
+    map = {&image, word(Words(kSpaceWords), "space", space), flip_y,
+           word(Words(kBitangentWords), "bitangent", bitangent)};
   }
   const NormalError error = call.run([&] {
     const Device& open_device = device_of(device);
@@ -76,8 +76,8 @@ nb::any run_render(const PyMesh& mesh, nb::handle normal, const std::string& spa
   NormalMap map;
   if (!normal.is_none()) {
     image = image_of(normal, "normal");
-    map = {&image, word(Words(kSpaces), "space", space), flip_y,
-           word(Words(kBitangents), "bitangent", bitangent)};
+    map = {&image, word(Words(kSpaceWords), "space", space), flip_y,
+           word(Words(kBitangentWords), "bitangent", bitangent)};
   }
   RenderOptions options;
   options.size = size;

@@ -229,7 +229,8 @@ nb::str describe(const PyMesh& self) {
   return text_of(text + ">");
 }
 
-/// Visits all members of a mesh in the order of pickles. If Mesh gets a new member, this does not compile.
+/// Visits all members of a mesh in the order in which pickles store them. If a member is added to Mesh, this fails to
+/// compile until it is visited, too.
 template <typename AnyMesh, typename Function>
 void for_each_array(AnyMesh& mesh, Function&& part) {
   auto& [name, origin, positions, triangles, uvs, uv_triangles, normals, normal_triangles, tangents,
@@ -257,7 +258,7 @@ constexpr bool kIsArray = false;
 template <typename T>
 constexpr bool kIsArray<std::vector<T>> = std::is_trivially_copyable_v<T>;
 
-/// Name of files that were given as bytes, for messages.
+/// Stands in messages for the name of a file that was given as bytes.
 constexpr const char* kNameOfBytes = "mesh.glb";
 
 std::span<const std::byte> bytes_view(const nb::bytes& data) {
@@ -385,7 +386,7 @@ PyMesh load_file(const std::filesystem::path& path, const std::string& triangula
   const Call call;
   std::vector<Warning> warnings;
   LoadMeshOptions options;
-  const Triangulation* const triangulation = Words(kTriangulations).find(triangulate);
+  const Triangulation* const triangulation = Words(kTriangulationWords).find(triangulate);
   if (triangulation == nullptr) {
     throw Error(
         ErrorCode::usage,

@@ -12,7 +12,7 @@
 namespace kiln::python {
 namespace {
 
-/// Options of the job that are no members of BakeOptions, but are keywords.
+/// Options that are keywords of a bake although they are not members of BakeOptions.
 constexpr std::array<std::string_view, 6> kOtherBakeFlags = {
     "--range", "--match-by", "--low-names", "--high-names", "--match-list", "--transfer"};
 

@@ -131,7 +131,8 @@ class PyBakeSession {
     });
     const std::vector<Warning>& source = work->session.warnings();
     warnings.insert(warnings.end(), source.begin(), source.end());
-    high_.report = nb::none();  // a report belongs to a mesh that does not change
+    // the report describes a mesh that does not change, so it is dropped
+    high_.report = nb::none();
     high_.made = nullptr;
     work_.set(std::move(work));
     warn(warnings);

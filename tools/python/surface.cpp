@@ -87,7 +87,7 @@ PyMesh run_unwrap(const PyMesh& mesh, std::uint32_t size, const std::string& met
 /// one map suffices
 nb::list run_texture_sets(const PyMesh& low, const std::string& word) {
   const Call call;
-  const auto* const chosen = Words(kSets).find(word);
+  const auto* const chosen = Words(kSetsWords).find(word);
   if (chosen == nullptr) {
     throw Error(ErrorCode::usage,
                 option("sets") + " is '" + word + "': give auto, none, material, object or udim.",

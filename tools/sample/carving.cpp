@@ -19,8 +19,8 @@ double half_circle_height(double d, double radius) {
   return std::sqrt(std::max(0.0, radius * radius - d * d));
 }
 
-/// Half the width of a leaf, in repeats of the pattern. `t` runs from the leaf's foot (0) to its tip (1); its outline is
-/// an ogive.
+/// Half the width of a leaf, in units of the pattern's repeat. `t` runs from the leaf's foot (0) to its tip (1); the
+/// leaf's outline is an ogive.
 double leaf_half_width(double t) {
   if (t <= 0 || t >= 1) return 0;
   const double widest_position = 0.42;
@@ -60,7 +60,7 @@ double leaf(const BandPoint& p, double x, double tip) {
 }
 
 constexpr int kMeanderRows = 7, kMeanderColumns = 8;
-// clang-format keeps one row a line for the comments.
+// The comments make clang-format keep one row per line.
 constexpr std::array<std::string_view, kMeanderRows> kMeanderPattern = {
     "#######.",   // the band's end
     "#.....#.",   //
@@ -68,7 +68,7 @@ constexpr std::array<std::string_view, kMeanderRows> kMeanderPattern = {
     "#.#...#.",   //
     "#.#####.",   //
     "#.......",   //
-    "########"};  // its start
+    "########"};  // the band's start
 
 double is_raised_meander_cell(int column, int row) {
   if (row < 0 || row >= kMeanderRows) return 0;
@@ -121,7 +121,7 @@ double guilloche(const BandPoint& p) {
     max_height = std::max(max_height, cord * (0.45 * std::min(1.0, 1.6 * round) +
                                               0.28 * over * round - 0.20 * groove + 0.12));
   }
-  // A boss in each eye: a ring around a half sphere.
+  // A boss in each opening between the cords: a ring around a half sphere.
   const double eye = offset_in_repeat(2 * p.x) * 0.5 * p.width;
   const double d = std::hypot(eye, y);
   const double boss = 0.15 * p.height;
@@ -139,7 +139,7 @@ double scales(const BandPoint& p, int rows) {
   // A scale's free edge is the lower half of an ellipse. Each row of scales covers the row below it.
   const double radius_x = 0.52 * p.width, radius_y = 1.25 * row_pitch;
   const int row = static_cast<int>(std::floor(y / row_pitch));
-  // Rows from the upper one down: the first scale that contains this point covers all others.
+  // Visits the rows from the top down: the first scale that contains this point covers all others.
   for (int r = row + 1; r >= row - 1; --r) {
     const double centre = (r + 0.55) * row_pitch;
     if (r < 0 || r >= rows) continue;

@@ -22,7 +22,7 @@ inline Vec3 to_float(const Point& p) {
   return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
 }
 
-/// A part's coordinate frame in the scene: right-handed axes of unit length.
+/// A part's coordinate frame in the scene: an origin, and right-handed axes of unit length.
 struct PartFrame {
   Point origin{0, 0, 0};
   Point x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
@@ -32,13 +32,13 @@ struct PartFrame {
   PartFrame translated(double along_x, double along_y, double along_z) const;
 };
 
-/// Makes a frame at `origin` with z along `axis` (of any length) and any x at right angles to it.
+/// Makes a frame at `origin` with z along `axis` (of any length) and an arbitrary x perpendicular to it.
 PartFrame frame_along(const Point& origin, const Point& axis);
 
 /// A closed polygon in the plane, counter-clockwise: convex, or an L, all of which is visible from its inner corner.
 using Outline = std::vector<std::array<double, 2>>;
 
-/// Collects dense parts: closed shells with a separate normal at every corner, exact to rounding.
+/// Collects the dense parts of a high poly: closed shells with a normal at every corner that is exact up to rounding.
 class HighPolyParts {
  public:
   explicit HighPolyParts(std::string name);
@@ -79,8 +79,8 @@ class HighPolyParts {
   Mesh mesh_;
 };
 
-/// Collects light parts. Edges are hard where faces meet at an angle. Each face is one UV chart, and so is a
-/// cylinder's side; all charts have one scale.
+/// Collects the parts of a low poly. Edges are hard where faces meet at an angle. Each face is one UV chart, and so is
+/// a cylinder's side; all charts have one scale.
 class LightParts {
  public:
   explicit LightParts(std::string name);

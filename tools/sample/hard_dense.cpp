@@ -1,4 +1,4 @@
-// Dense parts of hard-surface scenes.
+// High-poly parts of hard-surface scenes.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -11,7 +11,7 @@ namespace {
 /// Positions of the grid lines on a face of a rounded box. They are dense over the rounding, so that its strips turn by
 /// equal angles.
 std::vector<double> rounded_box_grid_lines(double half, double radius, int steps) {
-  // The last line lies exactly at the face's end, so that adjacent faces meet.
+  // The last grid line lies exactly at the end of the face, so that adjacent faces share vertices.
   const auto line = [&](int i) {
     return i == steps ? half : half - radius + radius * std::tan(std::numbers::pi / 4 * i / steps);
   };
@@ -226,7 +226,8 @@ void HighPolyParts::extrusion(const PartFrame& part_frame, const Outline& outlin
     const double turn = std::atan2(in.x * out.y - in.y * out.x, dot(in, out));
     const double cut = radius * std::tan(std::abs(turn) / 2);
     const double side =
-        turn > 0 ? 1 : -1;  // at an inner corner the rounding's circle lies outside of the outline
+        // at a concave corner the circle of the rounding lies outside of the outline
+        turn > 0 ? 1 : -1;
     const Point from = here - cut * in;
     const Point middle = from - (side * radius) * n_in;
     for (int k = 0; k <= steps; ++k) {

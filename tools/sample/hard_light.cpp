@@ -1,4 +1,4 @@
-// Light parts of hard-surface scenes, and their charts.
+// Low-poly parts of hard-surface scenes, and their charts.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -14,7 +14,7 @@ struct ChartPacking {
   bool fits = false;
 };
 
-/// Rows of charts, the tallest first; sizes times `scale`.
+/// Packs charts in rows, the tallest first, with sizes multiplied by `scale`.
 ChartPacking packed(const std::vector<std::array<double, 2>>& sizes, double scale, double gap) {
   std::vector<std::size_t> order(sizes.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -67,7 +67,7 @@ void LightParts::triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
   mesh_.uv_triangles.push_back({a, b, c});
 }
 
-/// A flat polygon as a chart: a fan from its first corner, or around a centre.
+/// Adds a flat polygon as a chart: a triangle fan around its first corner, or around a given centre.
 void LightParts::face(const PartFrame& part_frame, const std::vector<Point>& polygon,
                       const Point* centre) {
   const Point along = unit(polygon[1] - polygon[0]);

@@ -15,12 +15,12 @@ struct Builder {
   explicit Builder(std::string_view name)
       : high(std::string(name) + "_high"), low(std::string(name) + "_low") {}
 
-  /// Starts a part: the shapes that follow belong to the groups NAME_high and NAME_low.
+  /// Starts a part: all shapes added next belong to the groups NAME_high and NAME_low.
   void part(const std::string& name) {
     high.group(name + "_high");
     low.group(name + "_low");
   }
-  /// Starts a group on the current part: the high shapes that follow belong to NAME_high_ON_IT.
+  /// Starts a group on the current part: the high-poly shapes added next belong to NAME_high_ON_IT.
   void start_group_on_part(const std::string& name, const std::string& on_it) {
     high.group(name + "_high_" + on_it);
   }

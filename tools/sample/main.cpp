@@ -87,7 +87,7 @@ void check_scene(const Options& options, bool others) {
     fail_usage("--scene is '" + options.scene +
                "', not cube, cylinder, bracket, bolt, pipe, assembly or leaf");
   }
-  if (others) fail_usage("--scene goes with --out and --low alone");
+  if (others) fail_usage("--scene can only be combined with --out and --low");
   if (options.out.extension() != ".obj" || options.low.extension() != ".obj") {
     fail_usage("--scene needs --out and --low, two files that end in .obj");
   }
@@ -294,7 +294,7 @@ int main(int argc, char** argv) {
                   static_cast<std::size_t>(sink.triangles()));
       return 0;
     }
-    if (options.faces > 20000000) fail_usage("--colors are for up to 20000000 faces");
+    if (options.faces > 20000000) fail_usage("--colors supports at most 20000000 faces");
     kiln::Mesh mesh = options.shape == "urn" ? kiln::sample::urn(options.faces)
                                              : kiln::sample::rock(options.faces);
     kiln::sample::paint_stone(mesh);

@@ -6,7 +6,7 @@
 namespace kiln::sample {
 namespace {
 
-/// PCG3D's mixing (Jarzynski and Olano, "Hash Functions for GPU Rendering", 2020), one word of it.
+/// One word of the hash PCG3D (Jarzynski and Olano, "Hash Functions for GPU Rendering", 2020).
 std::uint32_t hash(std::int64_t ix, std::int64_t iy, std::int64_t iz, std::uint32_t seed) {
   std::uint32_t x = static_cast<std::uint32_t>(ix) * 1664525u + 1013904223u + seed;
   std::uint32_t y = static_cast<std::uint32_t>(iy) * 1664525u + 1013904223u;

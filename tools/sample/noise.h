@@ -20,18 +20,18 @@ double smooth_step(double low, double high, double x);
 /// Gradient noise (Perlin, "Improving Noise", 2002), about [-1, 1], features of size 1.
 double gradient_noise(const Point& p, std::uint32_t seed);
 
-/// Sum of `octaves` of gradient noise, each of twice the frequency and half the height of the last.
+/// Sum of `octaves` of gradient noise, each with twice the frequency and half the amplitude of the previous one.
 double fractal_noise(const Point& p, int octaves, std::uint32_t seed);
 
-/// Ridged multifractal (Musgrave, in "Texturing and Modeling", 2003, chapter 16), about [0, 1]: sharp
-/// ridges, finer where it is high already.
+/// Ridged multifractal (Musgrave, in "Texturing and Modeling", 2003, chapter 16), about [0, 1]: sharp ridges, with
+/// finer detail at greater heights.
 double ridged_noise(const Point& p, int octaves, std::uint32_t seed);
 
 /// Cellular noise (Worley 1996) with one random point a unit cell.
 struct Cells {
-  double nearest;       ///< Distance to the nearest point
-  double border;        ///< Distance to the border of the nearest point's cell
-  std::uint32_t which;  ///< Hash of the nearest point
+  double nearest;           ///< Distance to the nearest point
+  double border;            ///< Distance to the border of the nearest point's cell
+  std::uint32_t cell_hash;  ///< Hash of the cell whose point is nearest
 };
 Cells cellular_noise(const Point& p, std::uint32_t seed);
 

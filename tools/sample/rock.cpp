@@ -21,8 +21,8 @@ Profile half_circle() {
   return Profile(controls);
 }
 
-/// Distance from the centre at which the boulder's large facets cut a direction: a smooth minimum of
-/// planes, so that the silhouette is angular and needs few triangles.
+/// Distance from the centre to the boulder's large facets in a direction: a smooth minimum of the distances to planes,
+/// so that the silhouette is angular and needs few triangles.
 double facets(const Point& direction) {
   const std::vector<Point> planes = {{0.9, 0.2, 0.3},    {-0.8, 0.35, 0.4},  {0.1, 0.95, 0.2},
                                      {0.2, 0.1, 1.0},    {-0.3, -0.2, -1.0}, {0.5, -0.3, -0.8},
@@ -47,7 +47,7 @@ Point boulder(const SurfacePoint& at) {
 
   double h = 0.05 * fractal_noise(1.6 * body, 2, 5);
   h += 0.055 * (ridged_noise(3.2 * q, 6, 7) - 0.55);
-  // Strata: hard beds stand out, and soft ones are washed away. The beds are inclined.
+  // Strata: inclined layers, of which hard ones protrude and soft ones are eroded.
   const double bed = 11 * (q.y + 0.22 * q.x) + 0.8 * gradient_noise(2 * body, 9);
   const double in_bed = bed - std::floor(bed);
   const double hardness = gradient_noise({0.37, std::floor(bed) + 0.5, 0.61}, 10);
@@ -59,10 +59,10 @@ Point boulder(const SurfacePoint& at) {
     const double width = std::max(0.03 / size, 1.5 * at.spacing);
     const double open = smooth_step(-0.15, 0.25, gradient_noise(1.5 * body, size < 2 ? 23u : 24u));
     h -= (0.055 / size) * open * smooth_step(width, 0, cells.border / size);
-    h += (0.030 / size) * open * (unit_from(cells.which) - 0.5);
+    h += (0.030 / size) * open * (unit_from(cells.cell_hash) - 0.5);
   }
   const Cells holes = cellular_noise(18 * body, 31);
-  if (unit_from(holes.which) < 0.35) h -= 0.007 * smooth_step(0.36, 0.12, holes.nearest);
+  if (unit_from(holes.cell_hash) < 0.35) h -= 0.007 * smooth_step(0.36, 0.12, holes.nearest);
   h += 0.004 * fractal_noise(22 * body, 4, 33);
   return body + h * direction;
 }

@@ -50,7 +50,7 @@ std::uint64_t triangle_count(const std::vector<std::uint32_t>& sizes) {
 /// are equilateral.
 double ring_rotation(std::size_t ring) { return ring % 2 == 0 ? 0.0 : 0.5; }
 
-/// Joins two rings of any sizes: always advances on the ring that lags behind.
+/// Joins two rings of any sizes with triangles. Each step advances on the ring that is behind.
 void join_rings(std::size_t ring, std::uint32_t low, std::uint32_t low_size, std::uint32_t high,
                 std::uint32_t high_size, std::vector<Triangle>& out) {
   std::uint32_t i = 0, j = 0;
@@ -75,7 +75,7 @@ void join_rings(std::size_t ring, std::uint32_t low, std::uint32_t low_size, std
 Profile::Profile(const std::vector<ProfileControl>& controls) {
   constexpr int kPieces = 256;
   const auto count = static_cast<std::ptrdiff_t>(controls.size());
-  // The ends are on the axis: continued by their own mirror image.
+  // The ends of the profile lie on the axis, so the curve is continued by its mirror image.
   const auto control = [&](std::ptrdiff_t i) -> ProfileControl {
     if (i < 0) return {-controls[1].radius, controls[1].height};
     if (i >= count) {
@@ -113,7 +113,7 @@ Profile::Sample Profile::at(double arc) const {
   const ProfileControl &a = points_[i - 1], &b = points_[i];
   const double length = std::max(arc_[i] - arc_[i - 1], 1e-12);
   const double s = std::clamp((arc - arc_[i - 1]) / length, 0.0, 1.0);
-  // The direction over several neighbours makes the normal vary smoothly.
+  // The normal is computed from points several steps apart, so that it varies smoothly.
   const ProfileControl& before = points_[i >= 9 ? i - 9 : 0];
   const ProfileControl& after = points_[std::min(i + 8, points_.size() - 1)];
   const double dr = after.radius - before.radius, dy = after.height - before.height;

@@ -40,7 +40,7 @@ class Profile {
 struct SurfacePoint {
   Point position, normal;
   double arc, angle, radius;
-  double spacing;  ///< Edge length of the mesh: details finer than this would only alias.
+  double spacing;  ///< Edge length of the mesh; smaller details would alias.
 };
 
 /// Receives a mesh in pieces: all vertices, then all triangles.

@@ -54,7 +54,7 @@ class Urn {
 
   Point operator()(const SurfacePoint& at) const {
     const Point& p = at.position;
-    // Real stones are irregular: the whole shape leans and swells slightly.
+    // The shape leans and swells slightly, since hand-made stone is irregular.
     const double swell = 0.010 * gradient_noise(1.7 * p, 11);
     double height = relief(at);
     height = wear(p, height) + swell + stone(p, at.spacing);
@@ -70,7 +70,7 @@ class Urn {
     return {profile_.arc_of_control(low), profile_.arc_of_control(high)};
   }
 
-  /// True if a place lies in a band, and where in it.
+  /// True if a point lies in a band; also returns its coordinates in the band.
   static bool in_band(const SurfacePoint& at, const Band& band, int repeats, BandPoint& p) {
     if (at.arc < band.arc_low || at.arc > band.arc_high) return false;
     p.height = band.arc_high - band.arc_low;
@@ -113,7 +113,7 @@ class Urn {
     return h;
   }
 
-  /// Edges are rubbed down here and there, and pieces have broken off.
+  /// Wear: edges are abraded in some regions, and pieces have broken off.
   static double wear(const Point& p, double height) {
     const double rubbed = 0.72 + 0.28 * smooth_step(-0.4, 0.3, fractal_noise(2.6 * p, 3, 21));
     height *= rubbed;
@@ -134,16 +134,16 @@ class Urn {
     const double cracked = smooth_step(0.02, 0.25, gradient_noise(1.3 * p, 83));
     double h = -0.016 * cracked * smooth_step(crack_width, 0, blocks.border / 2.3);
     h += 0.005 * cracked *
-         (unit_from(blocks.which) - 0.5);  // pieces between cracks have sunk by different depths
+         (unit_from(blocks.cell_hash) - 0.5);  // blocks between cracks have different depths
 
     const Cells holes = cellular_noise(24 * p, 91);
-    const double size = 0.10 + 0.28 * unit_from(holes.which);
+    const double size = 0.10 + 0.28 * unit_from(holes.cell_hash);
     const double pitted = smooth_step(0.0, 0.5, gradient_noise(2.2 * p, 92));
-    if (unit_from(holes.which * 2654435761u) < 0.45 * pitted) {
+    if (unit_from(holes.cell_hash * 2654435761u) < 0.45 * pitted) {
       h -= 0.005 * smooth_step(size, 0.35 * size, holes.nearest);
     }
     h += 0.0016 * fractal_noise(16 * p, 3, 101);
-    // Finer grain than the mesh resolves would alias.
+    // Grain finer than the mesh's edges would alias.
     h += 0.0009 * smooth_step(0.012, 0.003, spacing) * fractal_noise(85 * p, 2, 111);
     return h;
   }

@@ -57,8 +57,8 @@ rlim_t address_space() {
     answer_text = "it takes too much memory";
   }
 #ifdef __GLIBC__
-  // Traverses the free blocks, so that a heap that the work corrupted crashes the child and not, later, the
-  // parent.
+  // Traverses the allocator's free blocks: if the work has corrupted the heap, the child crashes here, so that its
+  // result is not used.
   malloc_trim(0);
 #endif
   const bool is_written =
@@ -71,7 +71,7 @@ rlim_t address_space() {
 ChildEnd run_in_child(const ChildLimits& limits, const std::function<std::string()>& work,
                       std::string& returned) {
   int ends[2];
-  if (pipe(ends) != 0) return ChildEnd::none;
+  if (pipe(ends) != 0) return ChildEnd::not_run;
   const pid_t child = fork();
   if (child == 0) work_and_exit(limits, work, ends[1]);
   close(ends[1]);
@@ -100,19 +100,19 @@ ChildEnd run_in_child(const ChildLimits& limits, const std::function<std::string
     if (count == 0 || (count < 0 && errno != EINTR)) break;
   }
   close(ends[0]);
-  if (child < 0) return ChildEnd::none;
+  if (child < 0) return ChildEnd::not_run;
   int exit_status = 0;
   pid_t ended_process = 0;
   do {
     ended_process = waitpid(child, &exit_status, 0);
   } while (ended_process < 0 && errno == EINTR);
   if (cancellation) std::rethrow_exception(cancellation);
-  // A program may turn abort() into an exit, so exit statuses other than 0 count as a crash.
+  // A program's handler may turn abort() into an exit, so any exit status other than 0 counts as a crash.
   if (ended_process != child || (WIFEXITED(exit_status) && WEXITSTATUS(exit_status) == 0))
-    return ChildEnd::done;
+    return ChildEnd::finished;
   const bool slow = WIFSIGNALED(exit_status) &&
                     (WTERMSIG(exit_status) == SIGXCPU || WTERMSIG(exit_status) == SIGKILL);
-  return slow ? ChildEnd::slow : ChildEnd::crashed;
+  return slow ? ChildEnd::timed_out : ChildEnd::crashed;
 }
 
 }  // namespace kiln

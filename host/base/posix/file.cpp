@@ -24,12 +24,12 @@ namespace fs = std::filesystem;
 
 namespace {
 
-FileFacts facts(const struct stat& status) {
-  FileFacts facts;
+FileStatus facts(const struct stat& status) {
+  FileStatus facts;
   facts.id = {status.st_dev, status.st_ino};
   facts.is_regular = S_ISREG(status.st_mode);
   facts.is_folder = S_ISDIR(status.st_mode);
-  facts.is_own = status.st_uid == geteuid();
+  facts.is_owned_by_user = status.st_uid == geteuid();
   facts.bytes = static_cast<std::uint64_t>(status.st_size);
   facts.modified = status.st_mtime;
 #ifdef __linux__
@@ -45,17 +45,17 @@ FileFacts facts(const struct stat& status) {
 
 }  // namespace
 
-std::optional<FileFacts> facts_of(const fs::path& path) noexcept {
+std::optional<FileStatus> query_file(const fs::path& path) noexcept {
   struct stat status {};
   if (stat(path.c_str(), &status) != 0) return std::nullopt;
   return facts(status);
 }
-std::optional<FileFacts> facts_of_link(const fs::path& path) noexcept {
+std::optional<FileStatus> query_link(const fs::path& path) noexcept {
   struct stat status {};
   if (lstat(path.c_str(), &status) != 0) return std::nullopt;
   return facts(status);
 }
-std::optional<FileFacts> facts_of(int file) noexcept {
+std::optional<FileStatus> query_file(int file) noexcept {
   struct stat status {};
   if (fstat(file, &status) != 0) return std::nullopt;
   return facts(status);
@@ -101,7 +101,7 @@ bool name_file(int file, const fs::path& name) noexcept {
   const std::string open_file = "/proc/self/fd/" + std::to_string(file);
   return linkat(AT_FDCWD, open_file.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) == 0;
 }
-std::string name_of_open(int file) {
+std::string path_of_open_file(int file) {
   return "/proc/" + std::to_string(process_id()) + "/fd/" + std::to_string(file);
 }
 
@@ -130,7 +130,7 @@ bool may_write_in(const fs::path& folder) noexcept {
 bool replace(const fs::path& from, const fs::path& to) noexcept {
   return std::rename(from.c_str(), to.c_str()) == 0;
 }
-bool add_name(const fs::path& of, const fs::path& name) noexcept {
+bool add_hard_link(const fs::path& of, const fs::path& name) noexcept {
   return link(of.c_str(), name.c_str()) == 0;
 }
 bool is_absolute(const fs::path& path) { return path.is_absolute(); }
@@ -173,8 +173,8 @@ std::optional<uid_t> unmapped_root_id() {
   return static_cast<uid_t>(std::strtoul(shown.c_str(), nullptr, 10));
 }
 
-/// True for root's group, and for a group with this user's name and no other member, which many systems create for each
-/// user.
+/// True for root's group, and for a group that has this user's name and no other member; many systems create such a
+/// group for each user.
 bool is_private_group(gid_t group) {
   if (group == 0) return true;
   std::array<char, 4096> user_text{}, group_text{};
@@ -200,7 +200,7 @@ bool others_may_write(const struct stat& status) {
 
 }  // namespace
 
-fs::path shared_level(const fs::path& path) {
+fs::path find_unsafe_level(const fs::path& path) {
   constexpr int kMaxLinks = 40;  // as in Linux
   static const std::optional<uid_t> system = unmapped_root_id();
   const auto parts_of = [](const fs::path& whole) {
@@ -258,12 +258,12 @@ void create_private_folders(const fs::path& path) noexcept {
 
 fs::path user_folder() { return temporary_folder() / ("kiln-" + std::to_string(geteuid())); }
 
-void set_variable(const char* name, const char* value) noexcept {
+void set_environment_variable(const char* name, const char* value) noexcept {
   value == nullptr ? unsetenv(name) : setenv(name, value, 1);
 }
 
 long process_id() noexcept { return getpid(); }
-const std::string& process_mark() {
+const std::string& process_namespace_id() {
   static const std::string folder_path = [] {
     std::string text = first_line_of("/proc/sys/kernel/random/boot_id");
     std::array<char, 256> name{};

@@ -28,7 +28,7 @@ constexpr const char* kOwnProgramPath = "/proc/self/exe";
 
 void read_arguments(int& /*argc*/, char**& /*argv*/) {}
 
-std::vector<std::string> own_words() {
+std::vector<std::string> own_arguments() {
   std::ifstream in("/proc/self/cmdline", std::ios::binary);
   std::vector<std::string> arguments;
   for (std::string word; std::getline(in, word, '\0');) arguments.push_back(word);
@@ -88,18 +88,20 @@ void* load_library(const std::string& path, std::string& reason) {
   return library;
 }
 
-void* function_of(void* library, const char* name) noexcept { return dlsym(library, name); }
+void* find_library_function(void* library, const char* name) noexcept {
+  return dlsym(library, name);
+}
 
 namespace {
 
-// Data that the signal handler needs, since handlers cannot allocate.
+// Data that is prepared for the signal handler, since handlers must not allocate.
 constexpr std::size_t kMaxVariables = 4096;
 std::array<char*, kMaxVariables + 2> restart_environment;
 std::array<char, 64> restart_variable{};
 char** restart_arguments = nullptr;
 
 pid_t copy = -1;
-extern "C" void pass_on(int number) {
+extern "C" void forward_signal(int number) {
   if (copy > 0) kill(copy, number);
 }
 
@@ -131,8 +133,8 @@ SplitEnd split_process() {
   if (copy == 0) return {SplitEnd::Kind::copy, 0};
   if (copy < 0) return {};
   signal(SIGINT, SIG_IGN);  // a terminal sends the signal to both processes
-  signal(SIGTERM, pass_on);
-  signal(SIGHUP, pass_on);
+  signal(SIGTERM, forward_signal);
+  signal(SIGHUP, forward_signal);
   int status = 0;
   while (waitpid(copy, &status, 0) < 0 && errno == EINTR) {
   }

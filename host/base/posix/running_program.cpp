@@ -63,7 +63,8 @@ struct RunningProgram::Process {
   using Clock = std::chrono::steady_clock;
   bool exchange_data(std::string_view remaining, Clock::time_point deadline, ProgramResult& result);
   bool wait_until_ended(Clock::time_point deadline) const;
-  /// True if the program has ended, whether other programs hold its pipes or not. Its status is kept for wait().
+  /// True if the program has ended, even if other programs still hold its pipes open. The exit status is left for
+  /// wait().
   bool has_ended() const {
     siginfo_t ended{};
     return waitid(P_PID, static_cast<id_t>(id), &ended, WEXITED | WNOHANG | WNOWAIT) != 0 ||
@@ -81,7 +82,7 @@ struct RunningProgram::Process {
 
 namespace {
 
-constexpr int kNice = 5;
+constexpr int kNiceIncrement = 5;
 
 [[noreturn]] void throw_not_started(const std::string& program, int error) {
   throw Error(ErrorCode::internal,
@@ -90,8 +91,9 @@ constexpr int kNice = 5;
 
 }  // namespace
 
-/// Writes the program's input and reads its output until it closes its pipes, or has ended while another program that
-/// it started holds them. Both are interleaved, so that no full pipe blocks either process.
+/// Writes the program's input and reads its output until the program closes its pipes, or until it has ended although
+/// another program that it started still holds them open. Writing and reading are interleaved, so that a full pipe
+/// blocks neither process.
 /// \param remaining the input that is to be written
 /// \returns false on a timeout, or if it was interrupted
 bool RunningProgram::Process::exchange_data(std::string_view remaining, Clock::time_point deadline,
@@ -114,7 +116,8 @@ bool RunningProgram::Process::exchange_data(std::string_view remaining, Clock::t
       if (*ends[i] < 0 || poll_entries[i].revents == 0) continue;
       const ssize_t count = read(*ends[i], read_buffer.data(), read_buffer.size());
       if (count > 0) {
-        // More is read, so that the program ends, and discarded, so that it does not fill memory.
+        // Further output is still read, so that the program can end, but discarded, so that it does not fill the
+        // memory.
         const std::size_t room = kMaxTextBytes - std::min(kMaxTextBytes, texts[i]->size());
         texts[i]->append(read_buffer.data(), std::min(room, static_cast<std::size_t>(count)));
       } else if (count == 0 || errno != EINTR) {
@@ -181,7 +184,7 @@ std::optional<RunningProgram> RunningProgram::start(std::vector<std::string> com
   if (status == ENOENT || status == EACCES || status == ENOTDIR) return std::nullopt;
   if (status != 0) throw_not_started(command[0], status);
   // The program gets a lower priority than this process, which works at the same time.
-  setpriority(PRIO_PROCESS, static_cast<id_t>(id), kNice);
+  setpriority(PRIO_PROCESS, static_cast<id_t>(id), kNiceIncrement);
   process->id = id;
   Process::Pipe::close_descriptor(process->input.read_end);
   Process::Pipe::close_descriptor(process->output.write_end);
@@ -211,7 +214,7 @@ void RunningProgram::begin(std::string input, double limit_seconds,
 
 bool RunningProgram::began() const { return process_->future_result.valid(); }
 
-bool RunningProgram::began_with(std::string_view input) const {
+bool RunningProgram::began_with_input(std::string_view input) const {
   return began() && process_->input_bytes == input;
 }
 

@@ -78,12 +78,12 @@ bool handles_crash(int number) noexcept {
 
 bool is_abort(int number) noexcept { return number == SIGABRT; }
 
-void crash_unhandled(int number) noexcept {
+void end_by_crash(int number) noexcept {
   signal(number, SIG_DFL);
   raise(number);
 }
 
-void stop_thread() noexcept {
+void block_forever() noexcept {
   for (;;) pause();
 }
 

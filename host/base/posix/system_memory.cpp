@@ -36,19 +36,19 @@ std::uint64_t peak_resident_memory() noexcept {
   return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
 }
 
-std::uint64_t free_in_machine() {
-  const std::uint64_t available = number_in("/proc/meminfo", "MemAvailable:");
-  const std::uint64_t swap = number_in("/proc/meminfo", "SwapFree:");
+std::uint64_t free_memory_of_machine() {
+  const std::uint64_t available = read_number_after("/proc/meminfo", "MemAvailable:");
+  const std::uint64_t swap = read_number_after("/proc/meminfo", "SwapFree:");
   if (available == kNoNumber) return kNoNumber;
   return (available + (swap == kNoNumber ? 0 : swap)) * 1024;
 }
 
-std::uint64_t free_addresses() {
+std::uint64_t free_address_space() {
   rlimit limit{};
   if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return kNoNumber;
-  const std::uint64_t pages = first_number_in("/proc/self/statm");
+  const std::uint64_t pages = read_first_number("/proc/self/statm");
   const auto page = static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
-  return bytes_left(limit.rlim_cur, pages == kNoNumber ? kNoNumber : pages * page);
+  return remaining_bytes(limit.rlim_cur, pages == kNoNumber ? kNoNumber : pages * page);
 }
 
 void return_free_blocks() noexcept {
@@ -64,7 +64,7 @@ void keep_free_blocks() noexcept {
 #endif
 }
 
-void* take_pages(std::size_t bytes) noexcept {
+void* allocate_pages(std::size_t bytes) noexcept {
   void* const pages =
       mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
   return pages == MAP_FAILED ? nullptr : pages;

@@ -36,7 +36,7 @@ std::size_t terminal_columns() noexcept {
   return ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
 }
 
-bool reader_left(std::FILE* stream) noexcept {
+bool has_reader_closed(std::FILE* stream) noexcept {
   pollfd poll_state{fileno(stream), POLLOUT, 0};
   return poll(&poll_state, 1, 0) == 1 && (poll_state.revents & (POLLERR | POLLHUP)) != 0;
 }

@@ -16,9 +16,9 @@ std::wstring full_path(const fs::path& path) {
 }
 
 std::wstring api_path(const fs::path& path) {
-  // Paths of folders must be 12 characters shorter than MAX_PATH, which leaves space for a short file name.
+  // Paths of folders must be 12 characters shorter than MAX_PATH, to leave space for a short file name.
   constexpr std::size_t kMaxPlainLength = MAX_PATH - 12 - 1;
-  // The length of the absolute path counts.
+  // The limit applies to the length of the absolute path.
   const std::wstring absolute_path = full_path(path);
   if (absolute_path.size() < kMaxPlainLength) return path.native();
   if (absolute_path.starts_with(LR"(\\?\)") || absolute_path.starts_with(LR"(\\.\)"))

@@ -4,7 +4,7 @@ namespace kiln {
 
 ChildEnd run_in_child(const ChildLimits& /*limits*/, const std::function<std::string()>& /*work*/,
                       std::string& /*returned*/) {
-  return ChildEnd::none;
+  return ChildEnd::not_run;
 }
 
 }  // namespace kiln

@@ -21,8 +21,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Share mode: as on POSIX, this process and others may rename and remove an open file.
-constexpr DWORD kShareAll = FILE_SHARE_READ | FILE_SHARE_WRITE | FILE_SHARE_DELETE;
+/// Share mode that lets this process and others rename and remove an open file, as on POSIX.
+constexpr DWORD kShareModeAll = FILE_SHARE_READ | FILE_SHARE_WRITE | FILE_SHARE_DELETE;
 constexpr DWORD kMaxBytesPerCall = DWORD{1} << 30;
 
 /// A handle, which the destructor closes.
@@ -52,7 +52,8 @@ int descriptor_of(HANDLE handle, int flags) noexcept {
 }
 
 HANDLE open_handle(const fs::path& path, DWORD access, DWORD creation, DWORD flags) {
-  return CreateFileW(api_path(path).c_str(), access, kShareAll, nullptr, creation, flags, nullptr);
+  return CreateFileW(api_path(path).c_str(), access, kShareModeAll, nullptr, creation, flags,
+                     nullptr);
 }
 
 /// Converts units of 100 ns since 1601 to nanoseconds since 1970.
@@ -61,12 +62,12 @@ std::int64_t unix_nanoseconds(std::int64_t file_time) {
   return file_time <= 0 ? 0 : (file_time - kTicksTo1970) * 100;
 }
 
-std::optional<FileFacts> facts_of_handle(HANDLE handle) noexcept {
-  FileFacts facts;
-  facts.is_own = true;
+std::optional<FileStatus> facts_of_handle(HANDLE handle) noexcept {
+  FileStatus facts;
+  facts.is_owned_by_user = true;
   BY_HANDLE_FILE_INFORMATION handle_information{};
   FILE_BASIC_INFO file_times{};
-  // Consoles, pipes and NUL have no further facts.
+  // For consoles, pipes and NUL, size and times cannot be queried.
   if (const DWORD type = GetFileType(handle); type == FILE_TYPE_CHAR || type == FILE_TYPE_PIPE) {
     return facts;
   }
@@ -90,7 +91,7 @@ std::optional<FileFacts> facts_of_handle(HANDLE handle) noexcept {
   return facts;
 }
 
-std::optional<FileFacts> facts_of(const fs::path& path, DWORD flags) noexcept {
+std::optional<FileStatus> query_file(const fs::path& path, DWORD flags) noexcept {
   // Folders can only be opened with backup semantics; only access to attributes is requested.
   const Handle file(
       open_handle(path, FILE_READ_ATTRIBUTES, OPEN_EXISTING, FILE_FLAG_BACKUP_SEMANTICS | flags));
@@ -107,11 +108,11 @@ bool is_refused(const std::wstring& target) {
 
 }  // namespace
 
-std::optional<FileFacts> facts_of(const fs::path& path) noexcept { return facts_of(path, 0); }
-std::optional<FileFacts> facts_of_link(const fs::path& path) noexcept {
-  return facts_of(path, FILE_FLAG_OPEN_REPARSE_POINT);
+std::optional<FileStatus> query_file(const fs::path& path) noexcept { return query_file(path, 0); }
+std::optional<FileStatus> query_link(const fs::path& path) noexcept {
+  return query_file(path, FILE_FLAG_OPEN_REPARSE_POINT);
 }
-std::optional<FileFacts> facts_of(int file) noexcept { return facts_of_handle(handle_of(file)); }
+std::optional<FileStatus> query_file(int file) noexcept { return facts_of_handle(handle_of(file)); }
 
 int open_to_read(const fs::path& path) noexcept {
   return descriptor_of(open_handle(path, GENERIC_READ, OPEN_EXISTING, FILE_ATTRIBUTE_NORMAL),
@@ -162,7 +163,7 @@ bool name_file(int /*file*/, const fs::path& /*name*/) noexcept {
   errno = EINVAL;
   return false;
 }
-std::string name_of_open(int /*file*/) { return {}; }
+std::string path_of_open_file(int /*file*/) { return {}; }
 
 std::FILE* stream_of(int file) noexcept { return _fdopen(file, "wb"); }
 int file_of(std::FILE* stream) noexcept { return _fileno(stream); }
@@ -183,7 +184,7 @@ std::ptrdiff_t write_some(int file, const void* from, std::size_t bytes) noexcep
 
 bool sync(int file) noexcept {
   // Only a file that is open for writing can be flushed.
-  const Handle writable_handle(ReOpenFile(handle_of(file), GENERIC_WRITE, kShareAll, 0));
+  const Handle writable_handle(ReOpenFile(handle_of(file), GENERIC_WRITE, kShareModeAll, 0));
   return succeeded(FlushFileBuffers(writable_handle.good() ? writable_handle.get()
                                                            : handle_of(file)) != FALSE) ||
          errno == EACCES || errno == EBADF;
@@ -210,7 +211,7 @@ bool replace(const fs::path& from, const fs::path& to) noexcept {
     std::this_thread::sleep_for(kRetryInterval);
   }
 }
-bool add_name(const fs::path& of, const fs::path& name) noexcept {
+bool add_hard_link(const fs::path& of, const fs::path& name) noexcept {
   return succeeded(CreateHardLinkW(api_path(name).c_str(), api_path(of).c_str(), nullptr) != FALSE);
 }
 bool remove_file(const wchar_t* path) noexcept {
@@ -265,7 +266,7 @@ std::string name_key(const fs::path& path) {
 bool is_device_name(const fs::path& path) {
   std::string name = path.filename().string();
   if (lower_case(name) == "nul") return false;
-  // Windows ignores what follows the first dot, and spaces before it.
+  // Windows ignores the rest of the name from the first dot on, and spaces before the dot.
   name = lower_case(name.substr(0, std::min(name.find_first_of(".:"), name.size())));
   while (name.ends_with(' ')) name.pop_back();
   if (name == "con" || name == "prn" || name == "aux" || name == "nul") return true;
@@ -274,7 +275,7 @@ bool is_device_name(const fs::path& path) {
 }
 
 // access control lists are not checked
-fs::path shared_level(const fs::path& /*path*/) { return {}; }
+fs::path find_unsafe_level(const fs::path& /*path*/) { return {}; }
 void create_private_folders(const fs::path& path) noexcept {
   std::error_code error;
   fs::create_directories(path, error);
@@ -298,12 +299,12 @@ fs::path create_temporary_folder(const std::string& start_of_name) {
 }
 // Each user has a temporary folder of their own.
 fs::path user_folder() { return temporary_folder() / "kiln"; }
-void set_variable(const char* name, const char* value) noexcept {
+void set_environment_variable(const char* name, const char* value) noexcept {
   _putenv_s(name, value == nullptr ? "" : value);
 }
 
 long process_id() noexcept { return _getpid(); }
-const std::string& process_mark() {
+const std::string& process_namespace_id() {
   static const std::string made = [] {
     wchar_t name[MAX_COMPUTERNAME_LENGTH + 1]{};
     DWORD size = MAX_COMPUTERNAME_LENGTH + 1;

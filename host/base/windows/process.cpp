@@ -4,7 +4,7 @@
 #include <cwchar>
 
 #include "base/windows/api.h"
-// Must follow the API's header, whose types it needs.
+// This header must follow the API's header, whose types it uses.
 #include <shellapi.h>
 
 namespace kiln::os {
@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 void read_arguments(int& argc, char**& argv) {
   static std::vector<std::string> words;
   static std::vector<char*> pointers;
-  words = own_words();
+  words = own_arguments();
   if (words.empty()) return;
   pointers.clear();
   for (std::string& word : words) pointers.push_back(word.data());
@@ -23,7 +23,7 @@ void read_arguments(int& argc, char**& argv) {
   argv = pointers.data();
 }
 
-std::vector<std::string> own_words() {
+std::vector<std::string> own_arguments() {
   std::vector<std::string> words;
   int count = 0;
   wchar_t** const wide = CommandLineToArgvW(GetCommandLineW(), &count);
@@ -78,7 +78,7 @@ bool run_own_program(const std::vector<std::string>& words,
     return false;
   }
   CloseHandle(process_information.hThread);
-  // All processes of a console receive Ctrl-C, so it need not be passed to the program.
+  // Windows sends Ctrl-C to all processes of a console, so it need not be forwarded to the program.
   WaitForSingleObject(process_information.hProcess, INFINITE);
   CloseHandle(process_information.hProcess);
   return true;
@@ -93,7 +93,7 @@ void* load_library(const std::string& path, std::string& reason) {
   return reinterpret_cast<void*>(library);
 }
 
-void* function_of(void* library, const char* name) noexcept {
+void* find_library_function(void* library, const char* name) noexcept {
   return reinterpret_cast<void*>(GetProcAddress(reinterpret_cast<HMODULE>(library), name));
 }
 

@@ -19,7 +19,7 @@ std::optional<RunningProgram> RunningProgram::start(std::vector<std::string> /*c
 void RunningProgram::begin(std::string /*input*/, double /*limit_seconds*/,
                            std::function<bool()> /*interrupted*/) {}
 bool RunningProgram::began() const { return false; }
-bool RunningProgram::began_with(std::string_view /*input*/) const { return false; }
+bool RunningProgram::began_with_input(std::string_view /*input*/) const { return false; }
 ProgramResult RunningProgram::finish() { return {}; }
 
 }  // namespace kiln

@@ -10,23 +10,24 @@ namespace {
 
 constexpr DWORD kMillisecondsToEnd = 330;
 
-std::atomic<bool> interrupt_came{false};
+std::atomic<bool> is_interrupt_received{false};
 void (*deadline)() = nullptr;
 const DWORD main_thread = GetCurrentThreadId();
 
-/// Runs on a thread of its own for each event. The system ends the process of a closed console when this returns.
+/// The system calls this on a separate thread for each event. If the console was closed, it ends the process when this
+/// returns.
 BOOL WINAPI on_control(DWORD /*event*/) {
-  if (!interrupt_came.exchange(true)) Sleep(kMillisecondsToEnd);
+  if (!is_interrupt_received.exchange(true)) Sleep(kMillisecondsToEnd);
   deadline();
   // the main thread finishes outputs that are being moved into place, and ends the program
-  stop_thread();
+  block_forever();
 }
 
 void (*crash)(int number) = nullptr;
-constexpr int kException = 0;  // number of system exceptions, which have no signal number
+constexpr int kExceptionNumber = 0;  // stands for system exceptions, which have no signal number
 
 LONG WINAPI on_exception(EXCEPTION_POINTERS* /*pointers*/) {
-  crash(kException);
+  crash(kExceptionNumber);
   return EXCEPTION_CONTINUE_SEARCH;
 }
 
@@ -37,7 +38,7 @@ void catch_interrupts(void (*on_deadline)()) noexcept {
   SetConsoleCtrlHandler(on_control, TRUE);
 }
 
-bool interrupted() noexcept { return interrupt_came.load(); }
+bool interrupted() noexcept { return is_interrupt_received.load(); }
 
 void catch_crashes(void (*on_crash)(int number)) noexcept {
   crash = on_crash;
@@ -49,11 +50,11 @@ void catch_crashes(void (*on_crash)(int number)) noexcept {
 
 bool handles_crash(int number) noexcept { return number == SIGABRT; }
 bool is_abort(int number) noexcept { return number == SIGABRT; }
-void crash_unhandled(int number) noexcept {
+void end_by_crash(int number) noexcept {
   if (number == SIGABRT) std::signal(SIGABRT, SIG_DFL);
 }
 
-void stop_thread() noexcept {
+void block_forever() noexcept {
   for (;;) Sleep(INFINITE);
 }
 

@@ -72,7 +72,7 @@ std::size_t terminal_columns() noexcept {
   return column_count > 0 ? static_cast<std::size_t>(column_count) : kDefaultColumns;
 }
 
-bool reader_left(std::FILE* stream) noexcept {
+bool has_reader_closed(std::FILE* stream) noexcept {
   // Writing to a pipe only fails if it has no reader.
   return GetFileType(handle_of(stream)) == FILE_TYPE_PIPE;
 }

@@ -34,7 +34,7 @@ AtomicFile::AtomicFile(std::filesystem::path destination, bool allow_unnamed)
   if (!target_.has_filename()) fail("the path names a folder", EISDIR);
 
   const std::filesystem::path folder = target_.parent_path();
-  if (!os::facts_of(folder)) {
+  if (!os::query_file(folder)) {
     const int saved_error = errno;
     fail(saved_error == ENOENT ? "the folder '" + folder.string() + "' does not exist" : "",
          saved_error);
@@ -49,7 +49,7 @@ AtomicFile::~AtomicFile() { discard(); }
 // Finds out what is at the destination: nothing, a file to replace, or a device to write to
 // directly.
 void AtomicFile::examine_destination() {
-  const std::optional<os::FileFacts> found = os::facts_of(target_);
+  const std::optional<os::FileStatus> found = os::query_file(target_);
   if (!found) {
     if (errno != ENOENT) fail("", errno);
     follow_links();

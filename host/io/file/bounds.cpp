@@ -36,7 +36,7 @@ constexpr std::uint64_t max_unpack_ratio(Packing packing) {
 }  // namespace
 
 std::uint64_t most_unpacked(Packing packing, std::uint64_t packed) {
-  return capped_product(packed, max_unpack_ratio(packing));
+  return saturated_product(packed, max_unpack_ratio(packing));
 }
 
 MemoryFailure memory_failure(FailWith fail, std::string place) {

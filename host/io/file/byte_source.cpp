@@ -22,7 +22,7 @@ class FileSource final : public ByteSource {
  public:
   /// Opens the file before checking it, so that no other file can take its place in between.
   FileSource(const std::filesystem::path& path, FailWith fail) : report_error_(std::move(fail)) {
-    note_whether_file(path);
+    register_file_check(path);
     file_ = os::open_to_read(path);
     if (file_ < 0) {
       const int error = errno;
@@ -30,9 +30,9 @@ class FileSource final : public ByteSource {
       report_error_("", std::string("it cannot be opened: ") + std::strerror(error),
                     "Check the path and its permissions.");
     }
-    std::optional<os::FileFacts> file_facts;
+    std::optional<os::FileStatus> file_facts;
     try {
-      file_facts = os::facts_of(file_);
+      file_facts = os::query_file(file_);
       if (!file_facts) {
         report_error_("", std::string("it cannot be examined: ") + std::strerror(errno),
                       "Check the disk.");
@@ -55,11 +55,11 @@ class FileSource final : public ByteSource {
 
   std::uint64_t size() const override { return size_; }
   std::uint64_t size_now() const override {
-    const std::optional<os::FileFacts> file_facts = os::facts_of(file_);
+    const std::optional<os::FileStatus> file_facts = os::query_file(file_);
     return file_facts ? file_facts->bytes : size_;
   }
   bool was_written() const override {
-    const std::optional<os::FileFacts> file_facts = os::facts_of(file_);
+    const std::optional<os::FileStatus> file_facts = os::query_file(file_);
     return file_facts && file_facts->modified_ns != modified_ns_;
   }
   std::size_t read_at(std::uint64_t offset, void* to, std::size_t count) const override {

@@ -54,7 +54,7 @@ OutputState& output_state() {
 
 /// Path at which a file's bytes can be read.
 std::filesystem::path bytes_of(const HeldFile& file) {
-  return file.temporary.empty() ? std::filesystem::path(os::name_of_open(file.descriptor))
+  return file.temporary.empty() ? std::filesystem::path(os::path_of_open_file(file.descriptor))
                                 : file.temporary.path();
 }
 
@@ -87,7 +87,7 @@ namespace {
 void place_held(std::vector<HeldFile>& files) {
   // An output may have been read as an input after it had been written; this is refused here, too.
   for (const HeldFile& file : files) {
-    if (const auto found = os::facts_of(file.target)) refuse_input(file.destination, found->id);
+    if (const auto found = os::query_file(file.target)) refuse_input(file.destination, found->id);
   }
   place_files(files);
 }
@@ -160,12 +160,12 @@ std::filesystem::path OutputSet::held(const std::filesystem::path& destination) 
 }
 
 void OutputSet::protect(const std::filesystem::path& input) {
-  note_whether_file(input);
-  if (const auto found = os::facts_of(input)) register_input(found->id);
+  register_file_check(input);
+  if (const auto found = os::query_file(input)) register_input(found->id);
 }
 
 void OutputSet::check(const std::filesystem::path& destination) {
-  if (const auto found = os::facts_of(destination)) refuse_input(destination, found->id);
+  if (const auto found = os::query_file(destination)) refuse_input(destination, found->id);
 }
 
 bool hold_output(HeldFile& file) {

@@ -98,9 +98,9 @@ bool is_plain(std::string_view name) {
 /// Completes the renames that a journal lists. Since the folder is locked, the process that wrote
 /// the journal has ended.
 void complete_journal(const fs::path& folder, const fs::path& journal) {
-  const std::optional<os::FileFacts> facts = os::facts_of_link(journal);
+  const std::optional<os::FileStatus> facts = os::query_link(journal);
   // Journals of other users are ignored, since they may be forged.
-  if (!facts || !facts->is_regular || !facts->is_own || facts->bytes > kMaxJournalBytes) return;
+  if (!facts || !facts->is_regular || !facts->is_owned_by_user || facts->bytes > kMaxJournalBytes) return;
   std::ifstream file(journal, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(file), {}};
   std::vector<std::string> names;
@@ -125,8 +125,8 @@ void complete_journal(const fs::path& folder, const fs::path& journal) {
 /// on another machine or in a container, counts as ended if its file has not changed for a week.
 void remove_leftovers(const fs::path& path) {
   constexpr std::int64_t kWeekSeconds = std::int64_t{7} * 24 * 3600;
-  const std::optional<os::FileFacts> facts = os::facts_of_link(path);
-  if (!facts || !facts->is_regular || !facts->is_own) return;
+  const std::optional<os::FileStatus> facts = os::query_link(path);
+  if (!facts || !facts->is_regular || !facts->is_owned_by_user) return;
   const std::string name = path.filename().string();
   const NameState state = state_of_name(name, "tmp");
   const bool aged = std::time(nullptr) - facts->modified > kWeekSeconds;
@@ -187,9 +187,9 @@ class Placement {
   /// The first path of a folder stands for all of its paths. Links and mounts may give a folder
   /// several, and locking it twice would deadlock.
   fs::path canonical_folder(const fs::path& path) {
-    const std::optional<os::FileFacts> facts = os::facts_of(path);
+    const std::optional<os::FileStatus> facts = os::query_file(path);
     for (const fs::path& folder : folders_) {
-      const auto known = os::facts_of(folder);
+      const auto known = os::query_file(folder);
       if (folder == path || (facts && known && facts->id == known->id)) return folder;
     }
     folders_.push_back(path);
@@ -201,7 +201,7 @@ class Placement {
   void link_old_files() {
     for (std::size_t i = 0; i < files_.size(); ++i) {
       TemporaryName name(files_[i].target.parent_path(), "old");
-      if (os::add_name(files_[i].target, name.path())) {
+      if (os::add_hard_link(files_[i].target, name.path())) {
         backups_[i] = std::move(name);
       } else if (errno == ENOENT) {
         new_files_.push_back(i);

@@ -43,8 +43,9 @@ int register_name(std::span<Slot> all, const std::filesystem::path::string_type&
 }  // namespace
 
 TemporaryName::TemporaryName(const std::filesystem::path& folder, const char* ending)
-    : path_(folder / (".kiln-" + os::process_mark() + "-" + std::to_string(os::process_id()) + "-" +
-                      std::to_string(name_counter++) + "." + ending)),
+    : path_(folder /
+            (".kiln-" + os::process_namespace_id() + "-" + std::to_string(os::process_id()) + "-" +
+             std::to_string(name_counter++) + "." + ending)),
       slot_(register_name(name_slots, path_.native())) {}
 
 TemporaryName::TemporaryName(TemporaryName&& other) noexcept
@@ -88,7 +89,7 @@ NameState state_of_name(std::string_view name, std::string_view ending) {
       take_run(kDigits).empty() || !take(".") || name != ending) {
     return NameState::foreign;
   }
-  if (!has_mark || mark != os::process_mark()) return NameState::unknown;
+  if (!has_mark || mark != os::process_namespace_id()) return NameState::unknown;
   return os::is_gone(std::stol(process_text)) ? NameState::ended : NameState::running;
 }
 

@@ -12,7 +12,7 @@ namespace kiln {
 class TemporaryName {
  public:
   TemporaryName() = default;
-  /// Creates a name of the form `.kiln-MARK-PROCESS-NUMBER.ENDING` (os::process_mark()) that this
+  /// Creates a name of the form `.kiln-ID-PROCESS-NUMBER.ENDING` (ID: os::process_namespace_id()) that this
   /// process has not used yet.
   explicit TemporaryName(const std::filesystem::path& folder, const char* ending = "tmp");
   ~TemporaryName() { release(); }

@@ -476,8 +476,8 @@ Image parse(const ByteSource& source, const std::string& file, const ImageLimits
   }
   const std::uint64_t pixels = std::uint64_t{pixel_layout.width} * pixel_layout.height;
   const std::uint64_t ratio = max_unpack_ratio(pixel_layout.packing);
-  if (ratio != 0 && capped_product(pixels, pixel_layout.samples) / 8 * pixel_layout.bits >
-                        capped_product(source.size(), ratio)) {
+  if (ratio != 0 && saturated_product(pixels, pixel_layout.samples) / 8 * pixel_layout.bits >
+                        saturated_product(source.size(), ratio)) {
     fail("header",
          "it says " + std::to_string(pixel_layout.width) + " x " +
              std::to_string(pixel_layout.height) + " pixels, but its " +
@@ -490,8 +490,9 @@ Image parse(const ByteSource& source, const std::string& file, const ImageLimits
       0, pixel_layout.tiled ? TIFFTileSize(tiff.file) : TIFFStripSize(tiff.file)));
   const bool changes_orientation = pixel_layout.orientation > ORIENTATION_TOPLEFT;
   const std::uint64_t working =
-      2 * block +
-      (changes_orientation ? capped_product(pixels, pixel_layout.channels() * sizeof(float)) : 0);
+      2 * block + (changes_orientation
+                       ? saturated_product(pixels, pixel_layout.channels() * sizeof(float))
+                       : 0);
   Image image = empty_image(pixel_layout.width, pixel_layout.height, pixel_layout.channels(),
                             working, "header", limits, fail);
   tiff.warning.clear();  // Discards warnings about unknown tags

@@ -20,12 +20,12 @@ const FailWith kFail = [](const std::string& place, const std::string& problem,
 };
 
 TEST(Bounds, ProductsAreCapped) {
-  EXPECT_EQ(capped_product(0, kMost), 0u);
-  EXPECT_EQ(capped_product(kMost, 0), 0u);
-  EXPECT_EQ(capped_product(kMost, 1), kMost);
-  EXPECT_EQ(capped_product(kMost, 2), kMost);
-  EXPECT_EQ(capped_product(std::uint64_t{1} << 32, std::uint64_t{1} << 32), kMost);
-  EXPECT_EQ(capped_product(std::uint64_t{1} << 32, (std::uint64_t{1} << 32) - 1),
+  EXPECT_EQ(saturated_product(0, kMost), 0u);
+  EXPECT_EQ(saturated_product(kMost, 0), 0u);
+  EXPECT_EQ(saturated_product(kMost, 1), kMost);
+  EXPECT_EQ(saturated_product(kMost, 2), kMost);
+  EXPECT_EQ(saturated_product(std::uint64_t{1} << 32, std::uint64_t{1} << 32), kMost);
+  EXPECT_EQ(saturated_product(std::uint64_t{1} << 32, (std::uint64_t{1} << 32) - 1),
             (std::uint64_t{1} << 32) * ((std::uint64_t{1} << 32) - 1));
   EXPECT_EQ(most_unpacked(Packing::exr_dwa, kMost), kMost);
 }

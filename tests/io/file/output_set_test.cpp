@@ -386,7 +386,7 @@ TEST_F(OutputSetTest, TheNextRunRemovesWhatKilledOnesLeft) {
   if (child == 0) _exit(0);
   int status = 0;
   ASSERT_EQ(waitpid(child, &status, 0), child);
-  const std::string mark = os::process_mark(), other = mark[0] == '0' ? "1" : "0";
+  const std::string mark = os::process_namespace_id(), other = mark[0] == '0' ? "1" : "0";
   const std::string dead = std::to_string(child), alive = std::to_string(getppid());
   const std::string elsewhere = other + mark.substr(1), old = ".kiln-" + elsewhere + "-7-8.tmp";
   const std::set<std::string> left = {".kiln-" + mark + "-" + dead + "-0.tmp",

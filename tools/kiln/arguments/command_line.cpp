@@ -66,7 +66,7 @@ void Option::take(const Words& words) const {
     if (word.empty()) {
       throw UsageError(name + (value_names_.empty()
                                    ? " has no value: give one, or leave the option out"
-                                   : ": " + not_one_of(word, value_names_)));
+                                   : ": " + unknown_word_error(word, value_names_)));
     }
   }
   try {

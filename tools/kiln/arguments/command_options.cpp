@@ -62,7 +62,7 @@ std::set<std::string> add_matching_flags(Command& command, Job& job,
   static const std::set<std::string> excluded_flags = {
       "--visibility-clusters", "--visibility-deviation", "--save-cage", "--reasons", "--recall"};
   const std::vector<OptionRow> rows =
-      rows_below(bake_rows(), "The match, as in kiln bake", [&](const OptionRow& row) {
+      select_rows(bake_rows(), "The match, as in kiln bake", [&](const OptionRow& row) {
         return (row.is_match_option() || mesh_input_flags.contains(row.flag)) &&
                !excluded_flags.contains(row.flag) && !without.contains(row.flag);
       });
@@ -76,7 +76,7 @@ std::set<std::string> add_measured_map_flags(Command& command, Job& job) {
   static const std::set<std::string> excluded_flags = {"--space", "--bitangent",     "--flip-y",
                                                        "--raw",   "--two-component", "--gutter",
                                                        "--mips",  "--id-by"};
-  const std::vector<OptionRow> rows = rows_below(
+  const std::vector<OptionRow> rows = select_rows(
       bake_rows(), "Maps whose errors are measured, as in kiln bake", [&](const OptionRow& row) {
         return (row.is_map_option() || map_flags.contains(row.flag)) &&
                !excluded_flags.contains(row.flag);

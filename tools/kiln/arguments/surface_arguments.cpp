@@ -127,7 +127,7 @@ std::vector<OptionRow> surface_rows(bool iso_required) {
        .needs = "--outer"},
       {.flag = "--faces",
        .group = kSurfaceGroup,
-       .value = whole(AT(options.faces), 1, 100000000).or_none(),
+       .value = whole(AT(options.faces), 1, 100000000).or_unset(),
        .help = "At most N triangles"},
       {.flag = "--error",
        .group = kSurfaceGroup,

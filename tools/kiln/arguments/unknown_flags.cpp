@@ -47,9 +47,9 @@ std::string explain_map_or_match_name(const std::string& name) {
   const auto answer = [&](const char* what, const char* flag, std::string_view note) {
     return "'" + name + "' is " + what + ": " + flag + " " + std::string(note) + ".";
   };
-  const MapInfo* const map = map_called(name);
+  const MapInfo* const map = find_map_by_word(name);
   if (map != nullptr) return answer("a map", "--maps", map->kind.name);
-  const MatchInfo* const match = match_called(name);
+  const MatchInfo* const match = find_match_by_word(name);
   if (match != nullptr) return answer("a match", "--match", match->method.name);
   return {};
 }

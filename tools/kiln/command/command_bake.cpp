@@ -173,7 +173,7 @@ Run add_bake(Command& app) {
     if (*prints) {
       job->given.erase("--print-job");
       check(*job);
-      print_text(stdout, job_file_of(to_json(*job)));
+      print_text(stdout, to_job_file(to_json(*job)));
       return 0;
     }
     return run_bake(*job, *page);

@@ -46,7 +46,7 @@ void print_device(const DeviceInfo& info) {
               info.has_correct_division
                   ? "yes"
                   : "no (maps may differ in the last bit from other devices)");
-  if (may_wait_for_itself(info)) {
+  if (may_deadlock(info)) {
     print_line(stdout,
                "   may deadlock if several threads use it, as plans do: choose PoCL's pthread "
                "device (POCL_DEVICES=pthread)");

@@ -123,7 +123,7 @@ FileDifference compare_maps(const DiffArguments& arguments, const std::string& f
   }
   const Image a = load_image(golden), b = load_image(produced);
   std::optional<Image> mask;
-  if (const auto mask_file = mask_beside(golden); !mask_file.empty()) {
+  if (const auto mask_file = find_mask_beside(golden); !mask_file.empty()) {
     mask = load_mask(mask_file);
     if (mask->width != a.width || mask->height != a.height) mask.reset();
   }
@@ -228,7 +228,7 @@ int diff_folders(const DiffArguments& arguments) {
                                      {"files", described},
                                      {"within", is_within}});
   }
-  if (!arguments.junit.empty()) save_text(arguments.junit, junit_text("diff", cases));
+  if (!arguments.junit.empty()) save_text(arguments.junit, format_junit("diff", cases));
   return is_within ? 0 : 1;
 }
 

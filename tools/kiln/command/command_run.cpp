@@ -64,7 +64,7 @@ int explain(const Batch& batch, const std::string& name) {
   bool found = false;
   for (const BatchAsset& asset : batch.assets) {
     names.push_back(asset.name);
-    if (asset.name != name && !pattern.selects(asset.name)) continue;
+    if (asset.name != name && !pattern.selects_asset(asset.name)) continue;
     found = true;
     print_line(stdout, asset.name);
     std::size_t max_text_width = 0;
@@ -184,8 +184,8 @@ void save_reports(const RunArguments& arguments, const Json& report) {
     save_report(arguments.json, remove_picture_bytes(report));
   if (!arguments.report.empty()) save_page(arguments.report, report);
   if (!arguments.junit.empty()) {
-    save_text(arguments.junit, junit_text(std::filesystem::path(arguments.file).stem().string(),
-                                          report.at("assets")));
+    save_text(arguments.junit, format_junit(std::filesystem::path(arguments.file).stem().string(),
+                                            report.at("assets")));
   }
 }
 
@@ -354,7 +354,8 @@ void keep_assets_of_shard(const std::string& shard, Batch& batch) {
                         count <= 10000 && part == std::floor(part) && count == std::floor(count);
   refuse_if(!is_valid,
             "--shard '" + shard + "' is not a shard: give I/N, such as 1/8 for the first of 8.");
-  const std::vector<std::size_t> shards = shards_of(batch.assets, static_cast<std::size_t>(count));
+  const std::vector<std::size_t> shards =
+      assign_shards(batch.assets, static_cast<std::size_t>(count));
   std::vector<BatchAsset> some;
   for (std::size_t i = 0; i < shards.size(); ++i) {
     if (shards[i] + 1 == static_cast<std::size_t>(part)) some.push_back(std::move(batch.assets[i]));
@@ -393,7 +394,7 @@ class ResultChecks {
     }
     const bool accepted =
         std::any_of(accept_.begin(), accept_.end(),
-                    [&](const PathPattern& pattern) { return pattern.selects(asset.name); });
+                    [&](const PathPattern& pattern) { return pattern.selects_asset(asset.name); });
     if (!accepted) return check_asset(file_, result);
     const std::lock_guard lock(mutex_);
     for (std::string& golden : accept_asset(file_, result)) golden_.push_back(std::move(golden));
@@ -406,7 +407,7 @@ class ResultChecks {
   std::vector<std::string> finish(Console& console, const std::vector<AssetResult>& results,
                                   bool whole) {
     for (const std::string& golden : golden_) console.line("accepted: " + golden);
-    if (!arguments_.hashes.empty()) save_text(arguments_.hashes, hashes_text(hashes_));
+    if (!arguments_.hashes.empty()) save_text(arguments_.hashes, format_hashes(hashes_));
     std::vector<std::string> problems;
     if (!arguments_.check_hashes.empty()) {
       // Skipped assets keep their former hashes.
@@ -546,7 +547,7 @@ int run_job_file(const RunArguments& arguments) {
   options.check = [&](const BatchAsset& asset, const AssetResult& result) {
     return result_checks.check(asset, result);
   };
-  options.at_once = arguments.at_once;
+  options.concurrent_bakes = arguments.at_once;
   options.interrupted = interrupted;
   options.run_command = [&file](const std::string& hook, const std::string& input,
                                 std::string& said) { return run_shell(file, hook, input, said); };
@@ -742,7 +743,7 @@ Run add_run(Command& app) {
        .help = "Bake the I-th of N shards with about equal times, 1/N to N/N; all machines choose "
                "the same shards"},
       {.flag = "--at-once",
-       .value = whole(AT(at_once), 1, 64).or_none(),
+       .value = whole(AT(at_once), 1, 64).or_unset(),
        .help = "Number of concurrent bakes (default: 2, or fewer if memory is short)"},
       {.flag = "--allow-outside",
        .value = toggle(AT(allow_outside)),

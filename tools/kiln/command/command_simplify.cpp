@@ -199,7 +199,7 @@ int run_simplify(const SimplifyArguments& arguments) {
                  {"back_error", is_error_bounded ? Json(report.back_error) : Json()},
                  {"unwrap", arguments.keep_uvs ? "kept" : arguments.unwrap},
                  {"uv_strays", arguments.keep_uvs ? Json(report.uv_strays) : Json()},
-                 {"triangulate", name_of(Words(kTriangulations), arguments.load.triangulation)},
+                 {"triangulate", name_of(Words(kTriangulationWords), arguments.load.triangulation)},
                  {"hull", arguments.hull},
                  {"dropped_parts", report.dropped_parts},
                  {"normals", arguments.normals},
@@ -217,7 +217,7 @@ int run_simplify(const SimplifyArguments& arguments) {
                  {"warnings", describe(warnings)}};
     if (!arguments.keep_uvs) {
       json["border_texels"] = unwrap_report.border_texels;
-      json["density"] = name_of(Words(kDensities), arguments.density);
+      json["density"] = name_of(Words(kDensityWords), arguments.density);
       json["density_spread"] = unwrap_report.density_spread;
       json["hard_edges"] = normals.hard_edges;
     }
@@ -248,7 +248,7 @@ Run add_simplify(Command& app) {
        .help = "The low poly to write (OBJ)",
        .required = true},
       {.flag = "--faces",
-       .value = whole(AT(faces), 1, 100000000).or_none(),
+       .value = whole(AT(faces), 1, 100000000).or_unset(),
        .help = "Number of triangles (default: as few as --max-error allows)"},
       {.flag = "--max-error",
        .value = text(AT(max_error)),

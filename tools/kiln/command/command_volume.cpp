@@ -92,7 +92,7 @@ std::vector<OptionRow> volume_rows() {
        .key = "-"},
       {.flag = "--lod",
        .group = kSurfaceGroup,
-       .value = whole(AT(lods), 2, 8).or_none(),
+       .value = whole(AT(lods), 2, 8).or_unset(),
        .help = "N low polys, 2 to 8, each for half the size on screen of the previous one: with a "
                "quarter of the faces, half the map's side, and the same parts (NAME_lod0, "
                "NAME_lod1...; NAME_lods.json)"},

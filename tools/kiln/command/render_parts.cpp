@@ -135,14 +135,14 @@ void require_pictures(const PictureGeometry& size, std::uint64_t count) {
       2;  // bytes per pixel during compression: 36 MiB were measured for 4096 x 4096
   const std::uint64_t bytes =
       bytes_of(size, count) + std::uint64_t{size.width} * size.height * kBytesOfWriter;
-  const std::uint64_t bytes_left = memory_left();
-  if (bytes <= bytes_left) return;
-  const auto mebibytes = [](std::uint64_t b) { return std::to_string(b >> 20) + " MiB"; };
+  const std::uint64_t remaining_bytes = memory_left();
+  if (bytes <= remaining_bytes) return;
+  const auto format_mebibytes = [](std::uint64_t b) { return std::to_string(b >> 20) + " MiB"; };
   throw Error(ErrorCode::internal,
               "Pictures of " + std::to_string(size.width) + "x" + std::to_string(size.height) +
-                  " pixels would take " + mebibytes(bytes) + " of memory, but only " +
-                  mebibytes(bytes_left) + " are left of the memory limit. Use a smaller " +
-                  option("size") +
+                  " pixels would take " + format_mebibytes(bytes) + " of memory, but only " +
+                  format_mebibytes(remaining_bytes) +
+                  " are left of the memory limit. Use a smaller " + option("size") +
                   " or fewer pictures, or raise "
                   "the " +
                   option("memory_limit") + ".");

@@ -21,7 +21,7 @@ constexpr std::chrono::milliseconds kSettleTime(60);
 
 /// Size, times and inode number of a file; empty if there is none.
 std::string file_state(const std::string& path) {
-  const auto facts = os::facts_of(std::filesystem::path(path));
+  const auto facts = os::query_file(std::filesystem::path(path));
   if (!facts) return {};
   return std::to_string(facts->bytes) + ":" + std::to_string(facts->modified_ns) + ":" +
          std::to_string(facts->changed_ns) + ":" + std::to_string(facts->id.file);
@@ -35,7 +35,7 @@ struct Observation {
 
 /// The arguments of this program, without --watch.
 std::vector<std::string> words_without_watch() {
-  std::vector<std::string> words = os::own_words();
+  std::vector<std::string> words = os::own_arguments();
   std::erase(words, "--watch");
   if (words.empty()) {
     throw Error(ErrorCode::internal,

@@ -73,7 +73,7 @@ bool save_plots(const fs::path& folder, const std::vector<Plot>& plots,
     // If Python fails for one plot, it would fail for all.
     std::optional<ProgramResult> result;
     const std::string text = plot.data.dump();
-    if (python && python->began() && !python->began_with(text)) python.reset();
+    if (python && python->began() && !python->began_with_input(text)) python.reset();
     if (manual_commands.empty() && !python) python = start_python();
     if (manual_commands.empty() && python) {
       if (!python->began()) python->begin(text, kLimitSeconds, interrupted);

@@ -75,7 +75,7 @@ void print_text(std::FILE* to, std::string_view text) {
 
 void finish_output() {
   const bool flushed = std::fflush(stdout) == 0;
-  if ((flushed && std::ferror(stdout) == 0) || os::reader_left(stdout)) return;
+  if ((flushed && std::ferror(stdout) == 0) || os::has_reader_closed(stdout)) return;
   throw Error(ErrorCode::output,
               std::string("Standard output could not be written: ") +
                   (os::is_closed(stdout)

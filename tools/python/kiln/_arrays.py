@@ -102,7 +102,7 @@ def corner_values(
     """Checks values per vertex, values per corner, or a pool of values with its own faces. Returns them and their kind."""
     array = as_array(values, parameter)
     if faces is not None:
-        _refuse_repeats(array, parameter)  # rows of its own, of any number
+        _refuse_repeats(array, parameter)  # the rows of this array, of any number
         return checked(array, parameter, "float32", (-1, channels), None), "pool"
     if array.shape == (triangles, 3, channels):
         return checked(array, parameter, "float32", (triangles, 3, channels), None), "corner"

@@ -9,7 +9,7 @@
 namespace kiln {
 
 /// Interns a name: returns the same copy for equal names, which is never freed.
-inline std::string_view kept_name(std::string_view name) {
+inline std::string_view intern(std::string_view name) {
   static std::mutex mutex;
   static auto& names = *new std::set<std::string, std::less<>>;
   const std::lock_guard lock(mutex);

@@ -9,7 +9,7 @@
 namespace kiln {
 
 /// Holds at most one value of each type, created at its first use. Thread-safe.
-class MadeOnce {
+class LazyValue {
  public:
   /// Returns the value of a type, created by `make()` at the first call. If `make()` throws, the next call
   /// tries again.
