@@ -110,7 +110,7 @@ Layers::Layers(const Source::Impl& source, const LowSurface& surface, const Bake
     : rows_(context_of(source.device), options) {
   own_rows_ = own_rows(options);
   const bool by_rows =
-      storage == ImageStorage::rows && allows_rows(options) && !any_obeys_max_error(options);
+      storage == ImageStorage::rows && allows_rows(options) && !any_map_obeys_max_error(options);
   if (storage != ImageStorage::none) {
     require_memory("The maps", peak_bytes(options, own_rows_, band_samples(source), by_rows));
     coverage_.resize(std::size_t{options.width} * options.height);
