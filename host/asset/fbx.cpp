@@ -211,10 +211,10 @@ class FbxReader {
       case UFBX_ELEMENT_NURBS_SURFACE:
       case UFBX_ELEMENT_NURBS_TRIM_SURFACE:
       case UFBX_ELEMENT_PROCEDURAL_GEOMETRY:
-        ignored_.add(text_of(node.name));
+        curve_nodes_.add(text_of(node.name));
         return;
       case UFBX_ELEMENT_LOD_GROUP:
-        lods_.add(text_of(node.name));
+        lod_nodes_.add(text_of(node.name));
         return;
       default:
         return;
@@ -222,12 +222,12 @@ class FbxReader {
     const auto& mesh = reinterpret_cast<const ufbx_mesh&>(attribute);
     if (mesh.num_faces == 0 || mesh.vertices.count == 0) return;
     if (mesh.skin_deformers.count > 1 || mesh.cache_deformers.count != 0) {
-      deformed_.add(text_of(node.name));
+      deformed_meshes_.add(text_of(node.name));
     }
     if (!node.visible) hidden_meshes_.add(text_of(node.name));
     if (mesh.subdivision_display_mode != UFBX_SUBDIVISION_DISPLAY_DISABLED &&
         std::max(mesh.subdivision_preview_levels, mesh.subdivision_render_levels) != 0) {
-      subdivided_.add(text_of(node.name));
+      subdivided_meshes_.add(text_of(node.name));
     }
     placed_.push_back(
         {&node, &mesh, objects_.add(node.name.length == 0 ? "object" : text_of(node.name))});
@@ -716,18 +716,18 @@ class FbxReader {
           code, std::to_string(named.count) + what + " ('" + printable(named.first) + "' for one).",
           named.count);
     };
-    add_warning(ignored_, "ignored-primitives",
+    add_warning(curve_nodes_, "ignored-primitives",
                 " of its nodes have curves or NURBS, which are left out: convert these to meshes");
     add_warning(
         hidden_meshes_, "hidden-meshes",
         " of its meshes are hidden in the file, and are read all the same: delete what is not "
         "wanted");
     add_warning(
-        lods_, "levels-of-detail",
+        lod_nodes_, "levels-of-detail",
         " of its nodes hold levels of detail, and all levels are read, one within the other: "
         "delete all but one");
     add_warning(
-        subdivided_, "subdivision",
+        subdivided_meshes_, "subdivision",
         " of its meshes have subdivision, but their control cages are read. Subdivide them before "
         "the export");
     add_warning(layered_textures_, "layered-textures",
@@ -736,7 +736,7 @@ class FbxReader {
         merged_groups_, "smoothing-groups",
         " of its meshes have ambiguous smoothing groups, which are read as one: export normals");
     add_warning(
-        deformed_, "skinned",
+        deformed_meshes_, "skinned",
         " of its meshes have several skins, of which only the first is applied, or a vertex cache, "
         "which is ignored");
     if (hole_faces_ != 0) {
@@ -764,8 +764,8 @@ class FbxReader {
   std::map<const void*, std::shared_ptr<const std::vector<std::byte> > > embedded_;
   // For each geometry, the smoothing masks of its faces
   std::optional<std::vector<std::vector<std::uint32_t> > > smoothing_groups_;
-  NamedElement ignored_, hidden_meshes_, lods_, subdivided_, layered_textures_, merged_groups_,
-      deformed_;
+  NamedElement curve_nodes_, hidden_meshes_, lod_nodes_, subdivided_meshes_, layered_textures_,
+      merged_groups_, deformed_meshes_;
   std::uint64_t hole_faces_ = 0;
 };
 

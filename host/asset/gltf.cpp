@@ -711,9 +711,11 @@ class GltfReader {
   /// Transforms of a primitive's vertices to world space: the same one for all, or one for each.
   struct VertexTransforms {
     MeshTransform node;
-    std::vector<MeshTransform> own;  // One transform for each vertex if the mesh is skinned
+    std::vector<MeshTransform> per_vertex;  // One transform for each vertex if the mesh is skinned
 
-    const MeshTransform& of(std::size_t vertex) const { return own.empty() ? node : own[vertex]; }
+    const MeshTransform& of(std::size_t vertex) const {
+      return per_vertex.empty() ? node : per_vertex[vertex];
+    }
     /// True if a triangle is mirrored, which the majority of its corners decides.
     bool mirrors(const Triangle& t) const {
       return int{of(t[0]).mirrors()} + int{of(t[1]).mirrors()} + int{of(t[2]).mirrors()} >= 2;
@@ -727,11 +729,11 @@ class GltfReader {
     const GltfJoints& joints = worlds_->joints(*placed.skin);
     const GltfValue attributes(input_, nullptr, p.place + ".attributes");
     const GltfInfluences influences = influences_of(attributes, p.joints, p.weights, joints.size());
-    vertex_transforms.own.reserve(p.positions.count());
+    vertex_transforms.per_vertex.reserve(p.positions.count());
     for (std::size_t v = 0; v < p.positions.count(); ++v) {
       const std::optional<AffineMap> map = influences.map_of(joints, v);
       if (!map && unweighted_vertices_++ == 0) first_unweighted_ = p.place;
-      vertex_transforms.own.push_back(map ? MeshTransform(*map) : vertex_transforms.node);
+      vertex_transforms.per_vertex.push_back(map ? MeshTransform(*map) : vertex_transforms.node);
     }
     return vertex_transforms;
   }

@@ -234,13 +234,13 @@ class MaterialReader {
               "linearly: enlarge them to keep hard texels.",
           nearest_filtered_);
     }
-    if (undecoded_ != 0) {
+    if (undecoded_pictures_ != 0) {
       file_.input().warn("picture-missing",
-                         counted(undecoded_, "picture") + " of its materials cannot be read (" +
-                             first_undecoded_ +
+                         counted(undecoded_pictures_, "picture") +
+                             " of its materials cannot be read (" + first_undecoded_ +
                              "); only the material's factor is used. Export the file with "
                              "PNG or JPEG, or convert its pictures to BC7 (`ktx transcode`).",
-                         undecoded_);
+                         undecoded_pictures_);
     }
     if (missing_picture_count_ != 0) {
       file_.input().warn("picture-missing",
@@ -378,7 +378,7 @@ class MaterialReader {
             ? explain_unreadable_ktx2(encoded)
             : "";
     if (reason.empty()) return true;
-    if (undecoded_++ == 0) first_undecoded_ = texture.place() + ": " + reason;
+    if (undecoded_pictures_++ == 0) first_undecoded_ = texture.place() + ": " + reason;
     return false;
   }
 
@@ -395,7 +395,7 @@ class MaterialReader {
   // Bytes that were read, by the index of their image
   std::map<std::size_t, CachedBytes> views_;
   std::uint64_t missing_picture_count_ = 0, glossy_materials_ = 0, nearest_filtered_ = 0,
-                unread_pictures_ = 0, undecoded_ = 0;
+                unread_pictures_ = 0, undecoded_pictures_ = 0;
   std::uint32_t uv_set_;
   std::optional<UvMap> uv_map_;  // UV map of the current material
   std::string first_missing_, first_unread_, first_ignored_extension_, first_nearest_,

@@ -490,7 +490,7 @@ class GltfOutput {
   /// Returns the contents of a GLB file.
   std::string encode() {
     finish_buffer();
-    return binary();
+    return make_glb();
   }
 
   std::vector<fs::path> save() {
@@ -711,7 +711,7 @@ class GltfOutput {
   }
 
   /// The bytes of the GLB.
-  std::string binary() const {
+  std::string make_glb() const {
     std::string text = json_.dump(-1, ' ', false, Json::error_handler_t::replace);
     text.resize((text.size() + 3) / 4 * 4, ' ');
     constexpr std::uint64_t kGlbHeaderBytes = 12 + 8 + 8;

@@ -91,10 +91,10 @@ class MtlReader {
       input_.warn(code, printable(what.example) + ": " + std::to_string(what.count) + " " + text,
                   what.count);
     };
-    warn("texture-options", placed_,
+    warn("texture-options", pictures_with_options_,
          "pictures (this is the first) have options that Kiln does not support; the options were "
          "ignored.");
-    warn("ignored-pictures", ignored_,
+    warn("ignored-pictures", ignored_statements_,
          "statements of pictures (this is the first) are not supported, and were ignored; see the "
          "manual for those that are.");
     warn(
@@ -163,7 +163,7 @@ class MtlReader {
       *named = picture(keyword);
       has_normals_ = has_normals_ || named == &material.normal_map;
     } else if (keyword.starts_with("map_") && !is_other_picture(keyword)) {
-      count(ignored_, keyword);
+      count(ignored_statements_, keyword);
     }
   }
 
@@ -271,9 +271,10 @@ class MtlReader {
       if (option == "-clamp" && option_values[0] == "on") {
         result.wrap = {TextureWrap::clamp, TextureWrap::clamp};
       } else if (option == "-s" || option == "-o") {
-        if (!parse_numbers(numbers, option == "-s" ? scale : offset)) count(placed_, option);
+        if (!parse_numbers(numbers, option == "-s" ? scale : offset))
+          count(pictures_with_options_, option);
       } else if (!has_no_effect(option, numbers)) {
-        count(placed_, option);
+        count(pictures_with_options_, option);
       }
     }
     // UVs are scaled, then translated, as in Blender and three.js.
@@ -308,7 +309,8 @@ class MtlReader {
   FileFinder* finder_;
   TextScanner scan_;
   std::vector<Material> materials_;
-  StatementCount placed_, ignored_, blender_pictures_, invisible_materials_;
+  StatementCount pictures_with_options_, ignored_statements_, blender_pictures_,
+      invisible_materials_;
   bool by_blender_ = false;
   // Values from statements of the current material
   std::array<float, 3> ambient_{};

@@ -19,7 +19,7 @@ class OffReader {
 
   Mesh read() {
     header();
-    if (colors_ && normals_ && has_negative_colors()) colors_first_ = !colors_first_;
+    if (colors_ && normals_ && has_negative_colors()) are_colors_first_ = !are_colors_first_;
     for (std::uint64_t i = 0; i < vertices_; ++i) parse_vertex(i);
     for (std::uint64_t i = 0; i < faces_; ++i) parse_face(i);
     if (by_index_ != 0) {
@@ -48,17 +48,17 @@ class OffReader {
     }
     while (!attribute_letters.empty()) {
       const std::size_t length = attribute_letters.starts_with("ST") ? 2 : 1;
-      bool* const has = length == 2                   ? &textured_
+      bool* const has = length == 2                   ? &has_uvs_
                         : attribute_letters[0] == 'C' ? &colors_
                         : attribute_letters[0] == 'N' ? &normals_
-                        : attribute_letters[0] == '4' ? &homogeneous_
-                        : attribute_letters[0] == 'n' ? &of_any_dimension_
+                        : attribute_letters[0] == '4' ? &is_homogeneous_
+                        : attribute_letters[0] == 'n' ? &states_dimension_
                                                       : nullptr;
       if (has == nullptr || *has) {
         fail("\"" + printable(word) + "\" is not the keyword of an OFF file");
       }
       // With "CN", Geomview writes normals before colours, and MeshLab colours before normals.
-      if (has == &colors_) colors_first_ = normals_;
+      if (has == &colors_) are_colors_first_ = normals_;
       *has = true;
       attribute_letters.remove_prefix(length);
     }
@@ -74,7 +74,7 @@ class OffReader {
         input_.fail(scan_.place(), "it is a binary OFF file",
                     "Convert it to ASCII OFF or to PLY, for example with MeshLab.");
       }
-      if (of_any_dimension_) {
+      if (states_dimension_) {
         if (to_integer(word) != 3) {
           fail("its vertices have \"" + printable(word) + "\" dimensions; Kiln reads three");
         }
@@ -120,15 +120,15 @@ class OffReader {
     } while (!token.empty());
     const std::size_t needed = corner_numbers() + (normals_ ? 3 : 0);
     if (values_.size() < needed) number({}, i);
-    if (values_.size() < needed + (textured_ ? 2 : 0)) {
+    if (values_.size() < needed + (has_uvs_ ? 2 : 0)) {
       fail("vertex " + std::to_string(i) + " has no texture coordinate");
     }
   }
-  std::size_t corner_numbers() const { return homogeneous_ ? 4 : 3; }
+  std::size_t corner_numbers() const { return is_homogeneous_ ? 4 : 3; }
   /// Number of channels of the colour in `values_`: 0, 3 or 4.
   std::size_t channels() const {
     const std::size_t color_channels =
-        values_.size() - corner_numbers() - (normals_ ? 3 : 0) - (textured_ ? 2 : 0);
+        values_.size() - corner_numbers() - (normals_ ? 3 : 0) - (has_uvs_ ? 2 : 0);
     return !colors_ || color_channels < 3 ? 0 : std::min<std::size_t>(color_channels, 4);
   }
 
@@ -139,8 +139,8 @@ class OffReader {
     bool is_negative = false;
     for (std::uint64_t i = 0; i < vertices_ && !is_negative; ++i) {
       read_numbers(i);
-      const auto color =
-          values_.begin() + static_cast<std::ptrdiff_t>(corner_numbers() + (colors_first_ ? 0 : 3));
+      const auto color = values_.begin() + static_cast<std::ptrdiff_t>(corner_numbers() +
+                                                                       (are_colors_first_ ? 0 : 3));
       is_negative = std::any_of(color, color + static_cast<std::ptrdiff_t>(channels()),
                                 [](double value) { return value < 0; });
     }
@@ -151,12 +151,12 @@ class OffReader {
   void parse_vertex(std::uint64_t i) {
     read_numbers(i);
     const double* at = values_.data();
-    const double w = homogeneous_ ? at[3] : 1;
+    const double w = is_homogeneous_ ? at[3] : 1;
     builder_.positions.push_back({at[0] / w, at[1] / w, at[2] / w});
     at += corner_numbers();
     const std::size_t channels = this->channels();
-    const double* const color = at + (normals_ && !colors_first_ ? 3 : 0);
-    const double* const normal = at + (colors_first_ ? channels : 0);
+    const double* const color = at + (normals_ && !are_colors_first_ ? 3 : 0);
+    const double* const normal = at + (are_colors_first_ ? channels : 0);
     if (normals_) {
       builder_.normals.push_back({narrow(normal[0]), narrow(normal[1]), narrow(normal[2])});
     }
@@ -164,7 +164,7 @@ class OffReader {
       builder_.set_color(
           i, {color[0], color[1], color[2], channels == 4 ? color[3] : MeshBuilder::kFullAlpha});
     }
-    if (textured_) {
+    if (has_uvs_) {
       const double* const uv = values_.data() + values_.size() - 2;
       builder_.uvs.push_back({narrow(uv[0]), narrow(uv[1])});
     }
@@ -196,7 +196,7 @@ class OffReader {
     face_color(i);
     scan_.next_line();
     using Indices = std::span<const std::uint32_t>;
-    builder_.add_face(corners_, textured_ ? Indices(corners_) : Indices(),
+    builder_.add_face(corners_, has_uvs_ ? Indices(corners_) : Indices(),
                       normals_ ? Indices(corners_) : Indices());
   }
 
@@ -223,10 +223,10 @@ class OffReader {
   MeshBuilder builder_;
   /// Number of faces whose colour is an index, and the first of them
   std::uint64_t by_index_ = 0, first_by_index_ = 0;
-  bool textured_ = false, colors_ = false, normals_ = false;
-  bool homogeneous_ = false;       ///< True: positions are x y z w
-  bool of_any_dimension_ = false;  ///< True: a line gives the number of coordinates per vertex
-  bool colors_first_ = false;      ///< True: colours precede normals
+  bool has_uvs_ = false, colors_ = false, normals_ = false;
+  bool is_homogeneous_ = false;    ///< True: positions are x y z w
+  bool states_dimension_ = false;  ///< True: a line gives the number of coordinates per vertex
+  bool are_colors_first_ = false;  ///< True: colours precede normals
   std::uint64_t vertices_ = 0, faces_ = 0;
   std::vector<double> values_;  ///< The numbers in the line of a vertex
   std::vector<std::uint32_t> corners_;

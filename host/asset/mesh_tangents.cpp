@@ -25,7 +25,7 @@ double sine(const Vec3& a, const Vec3& b, double product) {
 }
 
 /// True if a triangle's UVs are mirrored.
-bool mirrored(const Mesh& mesh, std::size_t t) {
+bool has_mirrored_uvs(const Mesh& mesh, std::size_t t) {
   const auto& [a, b, c] = mesh.uv_triangles[t];
   const Vec2 &p = mesh.uvs[a], &q = mesh.uvs[b], &r = mesh.uvs[c];
   return (double{q.x} - p.x) * (double{r.y} - p.y) - (double{r.x} - p.x) * (double{q.y} - p.y) < 0;
@@ -97,7 +97,7 @@ void MeshBuilder::copy_tangents(Mesh& mesh) {
   check_tangents(mesh);
   mesh.tangents.resize(3 * mesh.triangles.size());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const float by_uvs = mirrored(mesh, t) ? -1.0F : 1.0F;
+    const float by_uvs = has_mirrored_uvs(mesh, t) ? -1.0F : 1.0F;
     for (std::size_t k = 0; k < 3; ++k) {
       const Tangent& vertex_tangent = tangents[mesh.triangles[t][k]];
       const float sign = !tangent_signs ? by_uvs : vertex_tangent.sign < 0 ? -1.0F : 1.0F;

@@ -121,7 +121,7 @@ std::filesystem::path ScenePictures::find(const std::string& name) {
 void ScenePictures::count_missing(const std::string& name) {
   const std::filesystem::path normal_path = std::filesystem::path(name).lexically_normal();
   const bool is_kept_out = !input_.options.outside && register_file_check(folder_ / normal_path);
-  (is_kept_out ? outside_ : missing_pictures_).add(name);
+  (is_kept_out ? outside_pictures_ : missing_pictures_).add(name);
 }
 
 void ScenePictures::place(MaterialPicture& picture, double scale_u, double scale_v, bool moved,
@@ -131,7 +131,7 @@ void ScenePictures::place(MaterialPicture& picture, double scale_u, double scale
   if (!moved && ((scale_u == 1 && scale_v == 1) || (agreed && usable))) {
     picture.uv_transform = {narrow(scale_u), 0, 0, 0, narrow(scale_v), 0};
   } else {
-    placed_.add(picture.file.filename().string());
+    transformed_pictures_.add(picture.file.filename().string());
   }
 }
 
@@ -143,23 +143,23 @@ void ScenePictures::warn() const {
                     "', cannot be found: only the materials' numbers are used.",
                 missing_pictures_.count);
   }
-  if (outside_.count != 0) {
+  if (outside_pictures_.count != 0) {
     input_.warn("picture-outside",
-                counted(outside_.count, "picture") + " of materials, such as '" +
-                    printable(outside_.first) +
+                counted(outside_pictures_.count, "picture") + " of materials, such as '" +
+                    printable(outside_pictures_.first) +
                     "', lie outside the folder of the file, and were not read: put them beside "
                     "it, or allow it (" +
                     option("allow_outside") + ").",
-                outside_.count);
+                outside_pictures_.count);
   }
-  if (placed_.count != 0) {
+  if (transformed_pictures_.count != 0) {
     input_.warn("texture-options",
-                counted(placed_.count, "picture") + " of materials, such as '" +
-                    printable(placed_.first) +
+                counted(transformed_pictures_.count, "picture") + " of materials, such as '" +
+                    printable(transformed_pictures_.first) +
                     "', would be moved, turned or scaled in a way that programs read "
                     "differently: their transforms were ignored. Export glTF, or apply the "
                     "transforms to the UVs.",
-                placed_.count);
+                transformed_pictures_.count);
   }
 }
 

@@ -92,7 +92,7 @@ class ScenePictures {
   const MeshInput& input_;
   std::filesystem::path folder_;
   FileFinder finder_;
-  FindingCount missing_pictures_, outside_, placed_;
+  FindingCount missing_pictures_, outside_pictures_, transformed_pictures_;
 };
 
 }  // namespace kiln

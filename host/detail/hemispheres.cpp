@@ -181,13 +181,13 @@ Hemispheres::Hemispheres(const MapRequest& request)
     other.triangles = mesh->triangles;
     other_occluders_.push_back(std::move(other));
   }
-  unbounded_ = unbounded_ray_length(request.surface, other_occluders_);
-  occlusion_reach_ = unbounded_;
+  unbounded_reach_ = unbounded_ray_length(request.surface, other_occluders_);
+  occlusion_reach_ = unbounded_reach_;
   if (distance) occlusion_reach_ = std::min(occlusion_reach_, ray_length(*distance, frame));
   falloff_ = request.options.occlusion.falloff;
   if (falloff_ != OcclusionFalloff::none) {
     const float reach = ray_length(distance ? *distance : Length::share(1), frame);
-    occlusion_reach_ = std::min(unbounded_, reach);
+    occlusion_reach_ = std::min(unbounded_reach_, reach);
     length_share_ = double{reach} / occlusion_reach_;
   }
   thickness_reach_ = ray_length(distance ? *distance : Length::share(0.1), frame);
@@ -225,7 +225,7 @@ void Hemispheres::next_source() {
   all_occluders_.reset();
   part_occluders_.clear();
   views_.reset();
-  uploaded_ = false;  // Vertices of the high poly may have moved, so they are uploaded again
+  is_uploaded_ = false;  // Vertices of the high poly may have moved, so they are uploaded again
 }
 
 std::uint32_t Hemispheres::plane_of(const TexelBand& band) {
@@ -233,7 +233,7 @@ std::uint32_t Hemispheres::plane_of(const TexelBand& band) {
 }
 
 void Hemispheres::upload() {
-  if (uploaded_) return;
+  if (is_uploaded_) return;
   make_room(context_, positions_, source_.positions.size() * 3);
   positions_.write(context_,
                    std::span<const float>(&source_.positions[0].x, source_.positions.size() * 3));
@@ -242,19 +242,19 @@ void Hemispheres::upload() {
         context_,
         std::span<const std::uint32_t>(source_.triangles[0].data(), source_.triangles.size() * 3));
   }
-  uploaded_ = true;
+  is_uploaded_ = true;
 }
 
 void Hemispheres::make_turns(const TexelBand& band) {
-  if (!std::exchange(has_turns_, true)) turn(band, "kiln_hemisphere_write_rotations", turns_);
+  if (!std::exchange(has_turns_, true)) compute_turns(band, "kiln_hemisphere_write_rotations", turns_);
 }
 
 void Hemispheres::make_keys(const TexelBand& band) {
-  if (!std::exchange(has_keys_, true)) turn(band, "kiln_hemisphere_write_keys", keys_);
+  if (!std::exchange(has_keys_, true)) compute_turns(band, "kiln_hemisphere_write_keys", keys_);
 }
 
-void Hemispheres::turn(const TexelBand& band, const std::string& kernel,
-                       cl::Array<std::uint32_t>& to) {
+void Hemispheres::compute_turns(const TexelBand& band, const std::string& kernel,
+                                cl::Array<std::uint32_t>& to) {
   make_room(context_, to, plane_of(band));
   const kiln_rotation_params params{band.texel_count, band.first_row * width_, width_, slot_bits_};
   context_.launch(context_.kernel("hemisphere_points", kernel), band.texel_count, kLocal, params,
@@ -292,7 +292,7 @@ void Hemispheres::measure_thickness(const TexelBand& band, const DeviceCorrespon
   make_room(context_, sums.depth, plane_of(band));
   context_.fill(sums.depth, 0.0F);
   const RayCaster& caster = source_.rays();
-  const RayQuery query = query_up_to(std::min(thickness_reach_, unbounded_), true);
+  const RayQuery query = query_up_to(std::min(thickness_reach_, unbounded_reach_), true);
   make_turns(band);
   sums.has_depth = true;
   if (caster.traversal() == Traversal::cpu) {
@@ -345,7 +345,7 @@ std::vector<float> Hemispheres::shadow(const TexelBand& band, const DeviceCorres
     return compute_shares(band, lit_counts_, rays_to_light_.count);
   }
   const RayCaster& caster = occluders();
-  const RayQuery query = query_up_to(unbounded_, back_faces_);
+  const RayQuery query = query_up_to(unbounded_reach_, back_faces_);
   const cl::Kernel lit = context_.kernel("hemisphere", "kiln_hemisphere_count_lit");
   make_turns(band);
   for_each_ray_piece(band, match, second, rays_to_light_, turns_, false,

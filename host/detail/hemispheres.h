@@ -179,7 +179,8 @@ class Hemispheres : public SharedWork {
   /// Computes keys of rotations for rays whose results are smoothed: unlike those of make_turns(),
   /// the rotations of neighbouring texels complement each other.
   void make_keys(const TexelBand& band);
-  void turn(const TexelBand& band, const std::string& kernel, cl::Array<std::uint32_t>& to);
+  void compute_turns(const TexelBand& band, const std::string& kernel,
+                     cl::Array<std::uint32_t>& to);
   void cast(const TexelBand& band, const DeviceCorrespondence& match, bool second);
   void measure_thickness(const TexelBand& band, const DeviceCorrespondence& match, bool second);
   /// Generates rays piece by piece, and calls `launch` for each piece. If `groups_by_sample` is set
@@ -247,7 +248,8 @@ class Hemispheres : public SharedWork {
   bool keeps_misses_, two_sided_, back_faces_, by_high_, by_low_;
   // Parts, if only triangles of a sample's own part occlude it; otherwise null
   const Parts* parts_;
-  float unbounded_, occlusion_reach_, thickness_reach_;  // Largest ray lengths, in frame units
+  float unbounded_reach_, occlusion_reach_,
+      thickness_reach_;  // Largest ray lengths, in frame units
   OcclusionFalloff falloff_ = OcclusionFalloff::none;
   // Length of the longest ray with a falloff, as a multiple of occlusion_reach_
   double length_share_ = 1;
@@ -267,7 +269,7 @@ class Hemispheres : public SharedWork {
   std::optional<RayCaster> all_occluders_;  // Unset if the high poly is the only occluder
   std::map<std::uint32_t, RayCaster> part_occluders_;
   std::optional<HemisphereViews> views_;
-  bool uploaded_ = false, has_turns_ = false, has_keys_ = false;
+  bool is_uploaded_ = false, has_turns_ = false, has_keys_ = false;
   cl::Array<float> positions_;
   cl::Array<std::uint32_t> triangles_;
   cl::Array<std::uint32_t> turns_, keys_;

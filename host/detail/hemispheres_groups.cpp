@@ -73,7 +73,7 @@ void Hemispheres::cast_group(const OccluderGroup& group, const TexelBand& band,
                              const DeviceCorrespondence& match, bool second, const RaySet& set,
                              std::span<const std::uint32_t> rounds,
                              std::span<RayCounts> ray_counts) {
-  const RayQuery query = query_up_to(unbounded_, back_faces_);  // Used by rays to the light
+  const RayQuery query = query_up_to(unbounded_reach_, back_faces_);  // Used by rays to the light
   const cl::Kernel count_lit = context_.kernel("hemisphere", "kiln_hemisphere_count_lit");
   const cl::Array<float> no_bent_sum;
   const std::size_t plane = plane_of(band);

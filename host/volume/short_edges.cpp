@@ -9,14 +9,14 @@ namespace {
 
 constexpr std::uint32_t kNoCorner = 0xFFFFFFFF;
 
-std::size_t sides(const PolygonCorners& p) { return p[3] == kNoCorner ? 3 : 4; }
+std::size_t count_sides(const PolygonCorners& p) { return p[3] == kNoCorner ? 3 : 4; }
 
 bool has(const PolygonCorners& p, std::uint32_t vertex) {
   return std::find(p.begin(), p.end(), vertex) != p.end();
 }
 
 bool has_side(const PolygonCorners& p, std::uint32_t a, std::uint32_t b) {
-  for (std::size_t k = 0, n = sides(p); k < n; ++k) {
+  for (std::size_t k = 0, n = count_sides(p); k < n; ++k) {
     const std::uint32_t c = p[k], d = p[(k + 1) % n];
     if ((c == a && d == b) || (c == b && d == a)) return true;
   }
@@ -56,7 +56,7 @@ class ZeroEdgeCollapser {
     for (const std::uint32_t i : shared_polygons) {
       const PolygonCorners& p = polygons_[i];
       if (!has_side(p, a, b)) return false;
-      if (sides(p) == 4) continue;
+      if (count_sides(p) == 4) continue;
       for (std::size_t k = 0; k < 3; ++k) {
         if (p[k] != a && p[k] != b) apexes.push_back(p[k]);
       }
@@ -90,7 +90,7 @@ class ZeroEdgeCollapser {
         at_a.push_back(i);
         continue;
       }
-      const bool was_quad = sides(p) == 4;
+      const bool was_quad = count_sides(p) == 4;
       std::rotate(std::find(p.begin(), p.end(), b), std::find(p.begin(), p.end(), b) + 1, p.end());
       if (was_quad) {
         p[3] = kNoCorner;  // Now a triangle: the corners of the quad without b, in order
@@ -115,7 +115,7 @@ class ZeroEdgeCollapser {
     std::vector<std::uint32_t> ends;
     for (const std::uint32_t i : around) {
       const PolygonCorners& p = polygons_[i];
-      for (std::size_t k = 0, n = sides(p); k < n; ++k) {
+      for (std::size_t k = 0, n = count_sides(p); k < n; ++k) {
         if (p[k] != vertex) continue;
         ends.push_back(p[(k + 1) % n]);
         ends.push_back(p[(k + n - 1) % n]);
@@ -149,7 +149,7 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> collapse_short_edges(
   ZeroEdgeCollapser collapser(polygons);
   for (const PolygonCorners& p : polygons) {
     std::array<Vec3, 4> places;
-    const std::size_t n = sides(p);
+    const std::size_t n = count_sides(p);
     for (std::size_t k = 0; k < n; ++k) {
       if (p[k] < count) places[k] = at(p[k]);
     }

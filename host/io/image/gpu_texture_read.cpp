@@ -230,7 +230,7 @@ std::string_view value_of(std::string_view data, std::string_view key) {
 
 /// Applies KTXswizzle. Its letters say for red, green, blue and alpha which stored channel they
 /// are, or that they are 0 or 1.
-void swizzle(Image& image, std::string_view letters) {
+void apply_swizzle(Image& image, std::string_view letters) {
   static constexpr std::string_view kLetters = "rgba01";
   if (letters.size() != 4 || letters == "rgba" ||
       letters.find_first_not_of(kLetters) != std::string_view::npos) {
@@ -249,7 +249,7 @@ void swizzle(Image& image, std::string_view letters) {
 
 /// Applies KTXorientation. Its letters give the direction of the stored columns and rows: with
 /// "rd", they are as in an Image.
-void orient(Image& image, std::string_view letters) {
+void apply_orientation(Image& image, std::string_view letters) {
   if (letters.size() < 2) return;
   if (letters[1] == 'u') {
     const std::size_t row = std::size_t{image.width} * image.channels;
@@ -446,9 +446,9 @@ Image parse_ktx2(const ByteSource& source, const std::string& file, const ImageL
   const std::string level =
       unpack_level(source, bytes, header, storage.size(header.width, header.height), fail);
   Image image = decode(storage, level, header.width, header.height, limits, fail);
-  swizzle(image, value_of(header.keys, "KTXswizzle"));
+  apply_swizzle(image, value_of(header.keys, "KTXswizzle"));
   if ((header.flags & 1U) != 0) divide_by_alpha(image);
-  orient(image, value_of(header.keys, "KTXorientation"));
+  apply_orientation(image, value_of(header.keys, "KTXorientation"));
   return image;
 }
 

@@ -57,7 +57,7 @@ class DitherBlocks {
   /// Dithers no square.
   DitherBlocks() = default;
 
-  bool anywhere() const { return dithers_everywhere_ || !blocks_.empty(); }
+  bool dithers_any() const { return dithers_everywhere_ || !blocks_.empty(); }
   /// Which channels are dithered in the square that contains a texel, as one bit each.
   std::uint8_t channels_at(std::size_t x, std::size_t y) const {
     return dithers_everywhere_ ? 0xFF

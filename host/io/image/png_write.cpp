@@ -137,7 +137,7 @@ void quantise_row(const Image& image, int bits, const DitherBlocks& dither, std:
     for (std::size_t i = 0; i < count; ++i) {
       to[i] = static_cast<std::uint8_t>(round_to_integer(clamp_unit(from[i]) * 255.0));
     }
-    if (!dither.anywhere()) return;
+    if (!dither.dithers_any()) return;
     std::array<double, 8> threshold{};
     for (std::size_t x = 0; x < 8; ++x) threshold[x] = bayer_threshold(x, y % 8);
     for (std::size_t first = 0; first < image.width; first += DitherBlocks::kSide) {

@@ -171,7 +171,7 @@ Lengths compute_code_lengths(Counts counts) {
   return lengths;
 }
 
-std::uint32_t reversed(std::uint32_t code, int bits) {
+std::uint32_t reverse_bits(std::uint32_t code, int bits) {
   std::uint32_t result = 0;
   for (; bits > 0; --bits, code >>= 1) result = result << 1 | (code & 1U);
   return result;
@@ -187,7 +187,7 @@ std::array<std::uint32_t, kSymbols> codes_of(const Lengths& lengths) {
     next[bits] = (next[bits] + next[bits - 1]) << (bits > 1 ? 1 : 0);
   std::array<std::uint32_t, kSymbols> codes{};
   for (std::size_t i = 0; i < kSymbols; ++i) {
-    if (lengths[i] != 0) codes[i] = reversed(next[lengths[i]]++, lengths[i]);
+    if (lengths[i] != 0) codes[i] = reverse_bits(next[lengths[i]]++, lengths[i]);
   }
   return codes;
 }
@@ -277,8 +277,8 @@ void put_header(const Lengths& lengths, bool last, BitWriter& writer) {
   // The code lengths come in the order that RFC 1951 gives: 16, 17 and 18 have no code, 0 to 15
   // have 4 bits.
   for (int i = 0; i < 19; ++i) writer.put(i < 3 ? 0 : 4, 3);
-  for (const std::uint8_t length : lengths) writer.put(reversed(length, 4), 4);
-  writer.put(reversed(1, 4), 4);  // The distance code has one bit
+  for (const std::uint8_t length : lengths) writer.put(reverse_bits(length, 4), 4);
+  writer.put(reverse_bits(1, 4), 4);  // The distance code has one bit
 }
 
 std::array<TokenBits, kTokens> bits_of_tokens(const Lengths& lengths,
