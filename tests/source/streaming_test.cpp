@@ -405,7 +405,7 @@ TEST(Streaming, OutliersAreRefusedSinceTheyMoveTheFrame) {
   const fs::path file = save_ply(mesh, folder);
   EXPECT_NE(error_of([&] {
               ChunkedMesh(stream_ply(file), {.folder = folder / "chunks"});
-            }).find("remove what lies far out"),
+            }).find("remove the farthest ones"),
             std::string::npos);
 }
 
