@@ -103,7 +103,7 @@ void BakeSession::Impl::bake_maps(const HighPolyNormals::Change& normal_change, 
   // With two_component, finish_maps() is required, since only it raises normals below the surface and warns
   // about them.
   const bool is_partial = padding_is_copied() && !options.encoding.two_component;
-  if (pass.compute_maps && baked && is_partial && texels.coverage_stays()) {
+  if (pass.compute_maps && baked && is_partial && texels.is_coverage_unchanged()) {
     texels.finish_all_texels(options);
     update.dirty = {0, 0, options.width, options.height};
   } else if (pass.compute_maps || !is_partial) {

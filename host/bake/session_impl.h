@@ -54,9 +54,9 @@ class SessionTexels {
   /// that copies them
   Rectangle finish(const BakeOptions& options);
   /// True if the coverage is the same as when the padding was computed.
-  bool coverage_stays() const;
+  bool is_coverage_unchanged() const;
   /// Finishes all texels of all maps with the stored padding, which is cheaper than computing padding again;
-  /// requires coverage_stays().
+  /// requires is_coverage_unchanged().
   void finish_all_texels(const BakeOptions& options);
 
   std::size_t count() const { return count_; }

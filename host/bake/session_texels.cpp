@@ -46,7 +46,7 @@ void SessionTexels::run_kernels_once() {
 /// The padding stays valid as long as the coverage does not change.
 void SessionTexels::record_padding(const BakeOptions& options) {
   const Layers& layers = pipeline_.layers();
-  if (coverage_stays()) return;
+  if (is_coverage_unchanged()) return;
   padding_ = layers.padding_copies(pipeline_.context(), options.encoding.gutter);
   padded_coverage_ = layers.coverage();
 }
@@ -163,7 +163,7 @@ Rectangle SessionTexels::box() const {
   return {to_u32(left), to_u32(top), to_u32(right - left), to_u32(bottom - top)};
 }
 
-bool SessionTexels::coverage_stays() const {
+bool SessionTexels::is_coverage_unchanged() const {
   return !padding_.first.empty() && padded_coverage_ == pipeline_.layers().coverage();
 }
 

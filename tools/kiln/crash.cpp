@@ -62,7 +62,7 @@ constexpr const char* kCrashedOnce =
 
 /// Ends the process after a crash in the user's own map, which is native code. The map may have overwritten the
 /// thread's stack, so that no thread-local state is read.
-[[noreturn]] void end_by_own_map(const char* name) {
+[[noreturn]] void end_after_own_map_crash(const char* name) {
   write_error("kiln: The map ");
   write_error(name);
   write_error(
@@ -72,7 +72,7 @@ constexpr const char* kCrashedOnce =
   os::end_process(static_cast<int>(ErrorCode::input));
 }
 
-[[noreturn]] void end_by_driver() {
+[[noreturn]] void end_after_driver_crash() {
   write_error(!os::can_restart() ? kCrashedOnce
               : !has_topology    ? kNoTopology
               : !has_linker      ? kNoLinker
@@ -89,7 +89,7 @@ void on_crash(int number) {
     os::block_forever();
   }
   remove_temporary_files();
-  if (const char* map = running_own_map()) end_by_own_map(map);
+  if (const char* map = running_own_map()) end_after_own_map_crash(map);
   if (!in_driver() && os::on_main_thread()) {
     if (os::is_abort(number)) {
       write_error("kiln: Out of memory, or a library aborted: see the lines above.\n");
@@ -99,23 +99,23 @@ void on_crash(int number) {
     return;
   }
   restart_after_crash();
-  end_by_driver();
+  end_after_driver_crash();
 }
 
 /// Handles exit() calls of LLVM within PoCL, which it makes if it cannot write a file.
 void on_exit_in_driver() {
   if (!in_driver() && os::on_main_thread()) return;
   remove_temporary_files();
-  if (const char* map = running_own_map()) end_by_own_map(map);
+  if (const char* map = running_own_map()) end_after_own_map_crash(map);
   restart_after_crash();
-  end_by_driver();
+  end_after_driver_crash();
 }
 
 /// Handles uncaught exceptions, which occur on threads of a driver or in noexcept functions.
 [[noreturn]] void on_terminate() {
   remove_temporary_files();
-  if (const char* map = running_own_map()) end_by_own_map(map);
-  if (in_driver() || !os::on_main_thread()) end_by_driver();
+  if (const char* map = running_own_map()) end_after_own_map_crash(map);
+  if (in_driver() || !os::on_main_thread()) end_after_driver_crash();
   write_error("kiln: Out of memory, or an error occurred while another one was handled.\n");
   os::end_process(static_cast<int>(ErrorCode::internal));
 }
@@ -145,7 +145,7 @@ void catch_crashes(char** argv) noexcept {
   os::catch_crashes(on_crash);
 }
 
-bool ran_in_child(int& exit_code) {
+bool retry_in_child(int& exit_code) {
   if (read_tries() != 2) return false;
   // The folder is created and removed in this process, so that no environment variable can name a folder to remove.
   const std::filesystem::path folder = os::create_temporary_folder("kiln-cache-");

@@ -18,6 +18,6 @@ void restart_after_crash() noexcept;
 /// cache.
 /// \param exit_code  receives the child's exit code if the result is true
 /// \returns true if the run is over
-bool ran_in_child(int& exit_code);
+bool retry_in_child(int& exit_code);
 
 }  // namespace kiln::cli

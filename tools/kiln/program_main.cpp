@@ -34,7 +34,7 @@ int cancelled() {
 
 /// Sets the OpenCL driver in a package of Kiln (tools/package), if there is one, as the driver for machines without
 /// any.
-void offer_packaged_driver() {
+void set_packaged_driver() {
   std::array<char, 4096> folder{};
   kiln::os::own_folder(folder);
   std::error_code error;
@@ -113,8 +113,8 @@ int kiln::cli::program_main(int argc, char** argv, std::span<const CommandEntry>
   if (std::getenv("POCL_SIGFPE_HANDLER") == nullptr)
     os::set_environment_variable("POCL_SIGFPE_HANDLER", "0");
   int exit_code = static_cast<int>(ErrorCode::internal);
-  if (cli::ran_in_child(exit_code)) return exit_code;
-  offer_packaged_driver();
+  if (cli::retry_in_child(exit_code)) return exit_code;
+  set_packaged_driver();
   os::keep_free_blocks();
   obey_memory_limit();
   cli::catch_crashes(argv);

@@ -90,7 +90,7 @@ Command::Command(std::string_view description, std::string_view name, const std:
 Command::Command(CLI::App* app) : app_(app) {}
 Command::~Command() = default;
 
-Option* Command::add(std::string_view name, Option::Take take, std::string_view help) {
+Option* Command::add(std::string_view name, Option::ValueCallback take, std::string_view help) {
   Option* const option = options_.emplace_back(std::make_unique<Option>()).get();
   option->receive_values_ = std::move(take);
   option->option_ = app_->add_option(
@@ -104,11 +104,13 @@ Option* Command::add(std::string_view name, Option::Take take, std::string_view 
   return option;
 }
 
-Option* Command::add_option(std::string_view name, Option::Take take, std::string_view help) {
+Option* Command::add_option(std::string_view name, Option::ValueCallback take,
+                            std::string_view help) {
   return add(name, std::move(take), help)->type_name("TEXT");
 }
 
-Option* Command::add_flag(std::string_view name, Option::Take take, std::string_view help) {
+Option* Command::add_flag(std::string_view name, Option::ValueCallback take,
+                          std::string_view help) {
   Option* const option = add(name, std::move(take), help);
   option->option_->expected(0);
   return option;

@@ -31,7 +31,7 @@ class Option {
  public:
   using Words = OptionWords;
   /// Callback that receives the given values, at least one. \throws UsageError, Error(usage)
-  using Take = std::function<void(const Words&)>;
+  using ValueCallback = std::function<void(const Words&)>;
 
   /// Sets the heading under which help lists the option.
   Option* group(std::string_view name);
@@ -68,7 +68,7 @@ class Option {
   void take(const Words& words) const;
 
   CLI::Option* option_ = nullptr;
-  Take receive_values_;
+  ValueCallback receive_values_;
   std::vector<std::string> value_names_;
   std::vector<const Option*> needs_, excludes_;
   bool repeats_ = false, required_ = false;
@@ -86,9 +86,9 @@ class Command {
 
   /// Adds an option if the name starts with dashes, else a positional argument.
   /// \param take  receives the values
-  Option* add_option(std::string_view name, Option::Take take, std::string_view help);
+  Option* add_option(std::string_view name, Option::ValueCallback take, std::string_view help);
   /// Adds a flag with an optional value after `=`. Without a value, `take` receives "true".
-  Option* add_flag(std::string_view name, Option::Take take, std::string_view help);
+  Option* add_flag(std::string_view name, Option::ValueCallback take, std::string_view help);
   /// Adds a flag that prints a text and exits.
   void add_text_flag(std::string_view name, std::function<std::string()> text,
                      const std::string& help);
@@ -114,7 +114,7 @@ class Command {
 
  private:
   explicit Command(CLI::App* app);
-  Option* add(std::string_view name, Option::Take take, std::string_view help);
+  Option* add(std::string_view name, Option::ValueCallback take, std::string_view help);
   std::string missing_options_message() const;
   void join_choices(std::vector<std::string>& words) const;
 

@@ -9,12 +9,12 @@ void add_options(Command& command, std::span<const OptionRow> rows, void* job) {
   std::vector<std::pair<std::string, Option*>> added;
   for (const OptionRow& row : rows) {
     const OptionValue& value = row.value;
-    const Option::Take take = [set = value.set, flag = row.flag, job](const OptionWords& words) {
-      set(job, flag, words);
-    };
+    const Option::ValueCallback take = [set = value.set, flag = row.flag,
+                                        job](const OptionWords& words) { set(job, flag, words); };
     const bool is_flag = value.type.starts_with("flag");
-    Option* const option = is_flag ? command.add_flag(row.flag, take, row.help)
-                                   : command.add_option(row.flag, Option::Take(take), row.help);
+    Option* const option =
+        is_flag ? command.add_flag(row.flag, take, row.help)
+                : command.add_option(row.flag, Option::ValueCallback(take), row.help);
     option->type_name(value.words);
     if (!row.group.empty()) option->group(row.group);
     option->choices(value.choices);

@@ -83,7 +83,7 @@ Mesh make_bumpy_grid(std::uint32_t squares, float height, float shift) {
 
 /// Lets all users read the files of a folder. PoCL restricts them to their owner, but the image of a container serves
 /// any user.
-void let_all_read(const std::filesystem::path& folder) {
+void allow_all_users_to_read(const std::filesystem::path& folder) {
   using std::filesystem::perms;
   constexpr perms kFile = perms::owner_read | perms::group_read | perms::others_read;
   constexpr perms kFolder = kFile | perms::owner_exec | perms::group_exec | perms::others_exec;
@@ -101,7 +101,7 @@ void let_all_read(const std::filesystem::path& folder) {
 
 /// Bakes a small sheet, so that the device's kernels for these maps are compiled and cached. \throws Error(usage) for
 /// unknown maps
-int warm(const std::string& device, const std::vector<std::string>& maps) {
+int warm_kernel_cache(const std::string& device, const std::vector<std::string>& maps) {
   constexpr std::uint32_t kTexels = 16, kGridSquares = 8;
   constexpr float kBumpHeight = 0.02F, kBumpLean = 1.2F / kGridSquares;
   Job job;
@@ -119,7 +119,7 @@ int warm(const std::string& device, const std::vector<std::string>& maps) {
   const JobResult result = run(opened_device, job);
   Console console(/*quiet=*/false);
   for (const Warning& warning : kernel_folder_warnings()) console.warning(warning.message);
-  if (!cache_folder.empty()) let_all_read(cache_folder);
+  if (!cache_folder.empty()) allow_all_users_to_read(cache_folder);
   std::string map_names;
   for (const JobMap& map : result.maps) map_names += (map_names.empty() ? "" : ", ") + map.name;
   console.line(opened_device.info().name + ": kernels of " + map_names + " are in '" +
@@ -153,7 +153,7 @@ Run add_devices(Command& app) {
     refuse_if(!arguments->warm && !arguments->device.empty(),
               "--device needs --warm: without it, all devices are listed.");
     refuse_if(arguments->warm && arguments->json, "--warm writes no JSON: leave --json out.");
-    if (arguments->warm) return warm(arguments->device, arguments->maps);
+    if (arguments->warm) return warm_kernel_cache(arguments->device, arguments->maps);
     const std::vector<DeviceInfo> devices = list_devices();
     if (arguments->json) {
       Json list = Json::array();

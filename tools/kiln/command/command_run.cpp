@@ -641,14 +641,16 @@ void add_bake_options(Command& command, RunArguments& arguments) {
   for (const OptionRow& row : bake_rows()) {
     if (own_flags.count(row.flag) != 0) continue;
     const OptionValue& value = row.value;
-    const Option::Take take = [&row, layer = &arguments.options](const OptionWords& words) {
+    const Option::ValueCallback take = [&row,
+                                        layer = &arguments.options](const OptionWords& words) {
       Job job;  // an unknown flag gets the same explanation as in kiln bake
       row.value.set(&job, row.flag, words);
       layer->settings.push_back({option_key(row), words, false, {"command line", "", 0}, ""});
     };
-    Option* const option = value.type.starts_with("flag")
-                               ? command.add_flag(row.flag, take, row.help)
-                               : command.add_option(row.flag, Option::Take(take), row.help);
+    Option* const option =
+        value.type.starts_with("flag")
+            ? command.add_flag(row.flag, take, row.help)
+            : command.add_option(row.flag, Option::ValueCallback(take), row.help);
     option->type_name(value.words)
         ->group("Options of kiln bake, which override those in the file")
         ->choices(value.choices);

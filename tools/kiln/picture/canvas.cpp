@@ -18,7 +18,7 @@ struct Glyph {
 
 constexpr double kGlyphGap = 2;
 
-constexpr Glyph kBox = {4, "0208484202"};
+constexpr Glyph kMissingGlyph = {4, "0208484202"};
 
 // Glyphs of the ASCII characters 32 (space) to 126 ("~").
 constexpr std::array<Glyph, 95> kGlyphs = {{
@@ -121,7 +121,7 @@ constexpr std::array<Glyph, 95> kGlyphs = {{
 
 Glyph glyph_of(char letter) {
   const int index = static_cast<unsigned char>(letter) - ' ';
-  if (index < 0 || index >= static_cast<int>(kGlyphs.size())) return kBox;
+  if (index < 0 || index >= static_cast<int>(kGlyphs.size())) return kMissingGlyph;
   return kGlyphs[static_cast<std::size_t>(index)];
 }
 

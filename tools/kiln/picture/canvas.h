@@ -12,7 +12,7 @@ namespace kiln::cli {
 
 /// A colour with components in [0, 1], in the file's encoding
 using Colour = std::array<float, 3>;
-constexpr Colour kWhite = {1, 1, 1}, kInk = {0.13F, 0.13F, 0.13F};
+constexpr Colour kWhite = {1, 1, 1}, kTextColour = {0.13F, 0.13F, 0.13F};
 
 /// Default height of a line of text in pixels, readable if the picture is shown unscaled.
 constexpr double kTextHeight = 20;
@@ -36,7 +36,7 @@ class Canvas {
   void line(double x0, double y0, double x1, double y1, double width, const Colour& colour,
             double share = 1);
   /// Draws a line of text. Characters outside ASCII become boxes. \param top  upper edge of the line of text
-  void text(double left, double top, const std::string& words, const Colour& colour = kInk,
+  void text(double left, double top, const std::string& words, const Colour& colour = kTextColour,
             double height = kTextHeight);
 
   Image take() { return std::move(image_); }

@@ -10,8 +10,8 @@ import numpy as np
 MARK_RADIUS = 10  # of a mark, pixels
 LABEL_GAPS, ANGLE_COUNT, LEADER_GAP, TRIED_ORDERS = (4, 12, 24, 38, 54, 74, 98, 130, 170, 220, 280), 20, 10, 6
 # Costs of a label's place: unreadable labels cost far more than flaws of the layout.
-OUTSIDE, ON_LABEL, ON_MARK, ON_LINE = 1e7, 1e5, 3e4, 800
-LEADER_ON_LABEL, LEADERS_CROSS, LEADER_ON_MARK, NEARER_OTHER = 5000, 3000, 2000, 600
+COST_OUTSIDE, COST_ON_LABEL, COST_ON_MARK, COST_ON_LINE = 1e7, 1e5, 3e4, 800
+COST_LEADER_ON_LABEL, COST_LEADERS_CROSS, COST_LEADER_ON_MARK, COST_NEARER_OTHER = 5000, 3000, 2000, 600
 
 
 def shared_area(a, b):
@@ -51,19 +51,19 @@ class LabelPositions:
         self.mark, self.leader, self.known = mark, gap >= LEADER_GAP, {}
         # Labels beside a mark are easier to read than above or below it.
         cost = 6 * gap + 30 * np.abs(center[:, 1] - mark[1]) / (size[1] + MARK_RADIUS)
-        cost += OUTSIDE * ((boxes[:, :2] < panel[:2]) | (boxes[:, 2:] > panel[2:])).any(-1)
+        cost += COST_OUTSIDE * ((boxes[:, :2] < panel[:2]) | (boxes[:, 2:] > panel[2:])).any(-1)
         for box in list(kept) + [box_around_mark(other) for other in marks]:
-            cost += ON_MARK * (shared_area(boxes, box) > 0)
+            cost += COST_ON_MARK * (shared_area(boxes, box) > 0)
         for start, end in lines:
             length = np.hypot(*(end - start)) * share_inside_box(start, end, boxes)
-            cost += np.where(length > 0, ON_LINE + 10 * length, 0)
+            cost += np.where(length > 0, COST_ON_LINE + 10 * length, 0)
         own = np.hypot(*(self.ends - mark).T)
         for other in marks:
             if (other == mark).all():
                 continue
             away = np.hypot(*(np.clip(other, boxes[:, :2], boxes[:, 2:]) - other).T)
-            cost += NEARER_OTHER * (away < own + 6) / np.where(self.leader, 4, 1)
-            cost += LEADER_ON_MARK * (self.leader & (share_inside_box(mark, self.ends, box_around_mark(other)) > 0))
+            cost += COST_NEARER_OTHER * (away < own + 6) / np.where(self.leader, 4, 1)
+            cost += COST_LEADER_ON_MARK * (self.leader & (share_inside_box(mark, self.ends, box_around_mark(other)) > 0))
         self.cost = cost
 
     def cost_next_to(self, other, place):
@@ -71,11 +71,11 @@ class LabelPositions:
         if (other, place) not in self.known:
             box, end = other.boxes[place], other.ends[place]
             area = shared_area(self.boxes, box)
-            cost = np.where(area > 0, ON_LABEL + area, 0)
-            cost += LEADER_ON_LABEL * (self.leader & (share_inside_box(self.mark, self.ends, box) > 0))
+            cost = np.where(area > 0, COST_ON_LABEL + area, 0)
+            cost += COST_LEADER_ON_LABEL * (self.leader & (share_inside_box(self.mark, self.ends, box) > 0))
             if other.leader[place]:
-                cost += LEADER_ON_LABEL * (share_inside_box(other.mark, end, self.boxes) > 0)
-                cost += LEADERS_CROSS * (self.leader & segments_cross(self.mark, self.ends, other.mark, end))
+                cost += COST_LEADER_ON_LABEL * (share_inside_box(other.mark, end, self.boxes) > 0)
+                cost += COST_LEADERS_CROSS * (self.leader & segments_cross(self.mark, self.ends, other.mark, end))
             self.known[other, place] = cost
         return self.known[other, place]
 

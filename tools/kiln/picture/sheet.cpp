@@ -17,7 +17,7 @@ constexpr auto kTextLineHeight = static_cast<std::int64_t>(kTextHeight);
 
 std::string number(double value) { return formatted("%g", value); }
 
-std::int64_t wide(const std::string& text) {
+std::int64_t label_width(const std::string& text) {
   return static_cast<std::int64_t>(std::ceil(text_width(text)));
 }
 
@@ -31,14 +31,16 @@ struct Legend {
 };
 
 std::int64_t scale_bar_width(const Scale& scale) {
-  return wide("0") + kBarWidth + wide(number(scale.end) + " " + scale.unit) + 2 * kGap;
+  return label_width("0") + kBarWidth + label_width(number(scale.end) + " " + scale.unit) +
+         2 * kGap;
 }
 
 Legend place_legend(const std::optional<Scale>& scale, std::int64_t room) {
   Legend legend;
   if (!scale) return legend;
   std::vector<std::int64_t> widths = {scale_bar_width(*scale)};
-  for (const auto& [colour, text] : scale->others) widths.push_back(kSwatchSide + 6 + wide(text));
+  for (const auto& [colour, text] : scale->others)
+    widths.push_back(kSwatchSide + 6 + label_width(text));
   std::int64_t x = 0, y = 0;
   for (const std::int64_t width : widths) {
     if (x != 0 && x + width > room) {
@@ -55,7 +57,7 @@ Legend place_legend(const std::optional<Scale>& scale, std::int64_t room) {
 
 void draw_legend(Canvas& canvas, const Scale& scale, const Legend& legend, std::int64_t left,
                  std::int64_t top) {
-  const std::int64_t bar = left + legend.parts[0].x + wide("0") + kGap / 2;
+  const std::int64_t bar = left + legend.parts[0].x + label_width("0") + kGap / 2;
   canvas.text(static_cast<double>(left + legend.parts[0].x), static_cast<double>(top), "0");
   for (std::int64_t i = 0; i < kBarWidth; ++i) {
     canvas.fill(bar + i, top + 2, 1, kBarHeight,
@@ -159,7 +161,7 @@ Image make_sheet(const std::vector<Panel>& panels, const std::optional<Scale>& s
     width = std::max<std::int64_t>(width, panel.image.width);
     height = std::max<std::int64_t>(height, panel.image.height);
     lines = std::max(lines, panel.captions.size());
-    for (const std::string& text : panel.captions) captions = std::max(captions, wide(text));
+    for (const std::string& text : panel.captions) captions = std::max(captions, label_width(text));
   }
   const std::int64_t cell = std::max(width, captions) + kGap;
   const std::int64_t row = height + static_cast<std::int64_t>(lines) * kTextLineHeight + 2 * kGap;

@@ -37,7 +37,7 @@ std::string encoded(const std::vector<T>& values) {
   return base64({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)});
 }
 
-std::int16_t packed(float value) {
+std::int16_t to_signed_16_bits(float value) {
   return static_cast<std::int16_t>(std::lround(std::clamp(value, -1.0F, 1.0F) * 32767));
 }
 
@@ -97,8 +97,9 @@ class VertexBuffer {
         const Vec3& d = corner.direction;
         const float length = std::hypot(d.x, d.y, d.z);
         const float scale = length > 0 ? 1 / length : 0;
-        tangent = {packed(d.x * scale), packed(d.y * scale), packed(d.z * scale),
-                   packed(corner.sign < 0 ? -1.0F : 1.0F)};
+        tangent = {to_signed_16_bits(d.x * scale), to_signed_16_bits(d.y * scale),
+                   to_signed_16_bits(d.z * scale),
+                   to_signed_16_bits(corner.sign < 0 ? -1.0F : 1.0F)};
         key[2] = mesh_.uv_triangles[t][k];
         std::uint64_t bits = 0;
         std::memcpy(&bits, tangent.data(), sizeof bits);
@@ -111,7 +112,8 @@ class VertexBuffer {
       if (!added) continue;
       const Vec3 &p = mesh_.positions[key[0]], &n = normals_.normals[key[1]];
       positions_.insert(positions_.end(), {p.x, p.y, p.z});
-      normal_.insert(normal_.end(), {packed(n.x), packed(n.y), packed(n.z)});
+      normal_.insert(normal_.end(),
+                     {to_signed_16_bits(n.x), to_signed_16_bits(n.y), to_signed_16_bits(n.z)});
       if (with_uvs_) {
         const Vec2& uv = mesh_.uvs[key[2]];
         uv_.insert(uv_.end(), {uv.x, uv.y});
@@ -353,7 +355,7 @@ Json materials_json(const ViewedMesh& viewed, PictureList& pictures,
 
 /// The folder of three.js: the one in KILN_THREE, else the one beside this program in a package (tools/package), else
 /// that of Debian's libjs-three.
-fs::path three_folder() {
+fs::path find_three_js_folder() {
   const char* const chosen = std::getenv("KILN_THREE");
   if (chosen != nullptr && *chosen != '\0') return chosen;
   std::array<char, 4096> own_folder{};
@@ -366,7 +368,7 @@ fs::path three_folder() {
 
 /// Reads a file of three.js.
 std::string library_text(const fs::path& name) {
-  const fs::path path = three_folder() / name;
+  const fs::path path = find_three_js_folder() / name;
   std::ifstream file(path, std::ios::binary);
   std::string text{std::istreambuf_iterator<char>(file), {}};
   if (!file || text.empty()) {
