@@ -30,7 +30,7 @@ constexpr std::size_t kMinRecordsAtOnce = 16, kMaxRecordsAtOnce = std::size_t{1}
 static_assert(sizeof(ChunkRecord) == 16 && sizeof(Box<Vec3>) == 24);
 
 /// The footer of a file of chunks: the last bytes, after the tables.
-struct FileFooter {
+struct Tail {
   std::uint64_t tables = 0;  ///< Offset of the tables in the file
   std::uint64_t chunks = 0, extents = 0, key_bytes = 0;
   std::uint64_t hash = 0;  ///< Hash of the tables
@@ -146,31 +146,31 @@ ChunkFile ChunkFile::Writer::finish(
   file.boxes_ = find_boxes(file);
 
   std::vector<char> tables;
-  FileFooter footer;
-  footer.tables = written_records_;
-  footer.chunks = record_ranges_.size();
-  footer.key_bytes = key_.size();
+  Tail tail;
+  tail.tables = written_records_;
+  tail.chunks = record_ranges_.size();
+  tail.key_bytes = key_.size();
   append_bytes(tables, std::span<const Box<Vec3>>(file.boxes_));
   append_bytes(tables, std::span<const ChunkSummary>(&summary, 1));
   for (const RecordRange& extents : record_ranges_) {
     const std::uint64_t count = extents.size();
-    footer.extents += count;
+    tail.extents += count;
     append_bytes(tables, std::span<const std::uint64_t>(&count, 1));
     append_bytes(tables, std::span<const std::array<std::uint64_t, 2>>(extents));
   }
   append_bytes(tables, std::span<const char>(key_));
-  footer.hash = hash_of(tables);
-  std::memcpy(footer.magic, kMagic, sizeof kMagic);
+  tail.hash = hash_of(tables);
+  std::memcpy(tail.magic, kMagic, sizeof kMagic);
   write(tables.data(), tables.size());
-  write(&footer, sizeof footer);
+  write(&tail, sizeof tail);
   // The file first gets a temporary, unique name, since another run may be writing a file of the same key at the same
   // time.
-  const fs::path temporary_path = folder_ / (file_name(key_) + "-" + os::process_namespace_id() +
-                                             "-" + std::to_string(os::process_id()) + ".tmp");
+  const fs::path own = folder_ / (file_name(key_) + "-" + os::process_namespace_id() + "-" +
+                                  std::to_string(os::process_id()) + ".tmp");
   if (temporary_.empty()) {
-    os::remove_file(temporary_path.c_str());
-    if (!os::name_file(file_, temporary_path)) fail(errno);
-    temporary_ = temporary_path;
+    os::remove_file(own.c_str());
+    if (!os::name_file(file_, own)) fail(errno);
+    temporary_ = own;
   }
   if (!os::replace(temporary_, file.path_)) fail(errno);
   temporary_.clear();
@@ -208,40 +208,38 @@ bool ChunkFile::open(const fs::path& folder, const std::string& key) {
   file_ = os::open_to_read(path_);
   if (file_ < 0) return false;
   const auto facts = os::query_file(file_);
-  FileFooter footer;
-  if (!facts || !facts->is_owned_by_user || facts->bytes < sizeof footer ||
-      !read_all(file_, facts->bytes - sizeof footer, &footer, sizeof footer) ||
-      std::memcmp(footer.magic, kMagic, sizeof kMagic) != 0 ||
-      footer.tables > facts->bytes - sizeof footer) {
+  Tail tail;
+  if (!facts || !facts->is_owned_by_user || facts->bytes < sizeof tail ||
+      !read_all(file_, facts->bytes - sizeof tail, &tail, sizeof tail) ||
+      std::memcmp(tail.magic, kMagic, sizeof kMagic) != 0 ||
+      tail.tables > facts->bytes - sizeof tail) {
     return false;
   }
-  std::vector<char> tables(static_cast<std::size_t>(facts->bytes - sizeof footer - footer.tables));
-  if (!read_all(file_, footer.tables, tables.data(), tables.size()) ||
-      hash_of(tables) != footer.hash || footer.key_bytes != key.size()) {
+  std::vector<char> tables(static_cast<std::size_t>(facts->bytes - sizeof tail - tail.tables));
+  if (!read_all(file_, tail.tables, tables.data(), tables.size()) || hash_of(tables) != tail.hash ||
+      tail.key_bytes != key.size()) {
     return false;
   }
   std::size_t at = 0;
-  const auto copy_from_tables = [&](void* to, std::uint64_t bytes) {
+  const auto take = [&](void* to, std::uint64_t bytes) {
     if (bytes > tables.size() - at) return false;
     if (bytes != 0) std::memcpy(to, &tables[at], static_cast<std::size_t>(bytes));
     at += static_cast<std::size_t>(bytes);
     return true;
   };
-  if (footer.chunks > tables.size()) return false;
-  boxes_.resize(static_cast<std::size_t>(footer.chunks));
+  if (tail.chunks > tables.size()) return false;
+  boxes_.resize(static_cast<std::size_t>(tail.chunks));
   record_ranges_.assign(boxes_.size(), {});
-  if (!copy_from_tables(boxes_.data(), boxes_.size() * sizeof(Box<Vec3>)) ||
-      !copy_from_tables(&summary_, sizeof summary_))
+  if (!take(boxes_.data(), boxes_.size() * sizeof(Box<Vec3>)) || !take(&summary_, sizeof summary_))
     return false;
   for (RecordRange& extents : record_ranges_) {
     std::uint64_t count = 0;
-    if (!copy_from_tables(&count, sizeof count) || count > tables.size()) return false;
+    if (!take(&count, sizeof count) || count > tables.size()) return false;
     extents.resize(static_cast<std::size_t>(count));
-    if (!copy_from_tables(extents.data(), count * sizeof extents[0])) return false;
+    if (!take(extents.data(), count * sizeof extents[0])) return false;
   }
   std::string found(key.size(), '\0');
-  if (!copy_from_tables(found.data(), found.size()) || found != key || at != tables.size())
-    return false;
+  if (!take(found.data(), found.size()) || found != key || at != tables.size()) return false;
   std::error_code error;
   fs::last_write_time(path_, fs::file_time_type::clock::now(), error);
   return true;
