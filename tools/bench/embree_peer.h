@@ -55,12 +55,15 @@ class EmbreeScene {
   void closest(const RayPlanes& rays, bool two_sided, bool seeded, RayResults& results) const;
 
   double build_seconds() const { return build_seconds_; }
+  /// Processor seconds of all threads
+  double build_cpu_seconds() const { return build_cpu_seconds_; }
 
  private:
   RTCDevice device_ = nullptr;
   RTCScene scene_ = nullptr;
   std::vector<std::array<Vec3, 3>> corners_;  ///< Corners of each triangle, for point queries
   double build_seconds_ = 0;
+  double build_cpu_seconds_ = 0;
 };
 
 }  // namespace kiln::bench
