@@ -13,9 +13,11 @@
 #include "asset/hierarchy.h"
 #include "asset/mesh_reader.h"
 #include "base/disjoint_sets.h"
-#include "kiln/material.h"
+#include "kiln/mesh.h"
 
 namespace kiln {
+
+struct MaterialPicture;
 
 /// The transform of normals that belongs to an affine map: its cofactor matrix, which is valid for any scaling. Results
 /// have unit length, or are zero if that is impossible.

@@ -18,7 +18,9 @@
 #include "io/file/atomic_file.h"
 #include "io/file/byte_source.h"
 #include "io/image/exr_header.h"
-#include "kiln/image.h"
+#include "kiln/error.h"
+#include "kiln/image_data.h"
+#include "kiln/image_format.h"
 
 namespace kiln {
 

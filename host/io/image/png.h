@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "kiln/asset.h"
-#include "kiln/image.h"
+#include "kiln/image_format.h"
 
 namespace kiln {
 
