@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "kiln/bake.h"
+#include "kiln/image_format.h"
 
 namespace kiln {
 namespace {

@@ -20,6 +20,7 @@
 #include "base/srgb.h"
 #include "io/file/bounds.h"
 #include "io/file/text_scanner.h"
+#include "kiln/image.h"
 #include "mesh/vector.h"
 
 namespace kiln {

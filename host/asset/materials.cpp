@@ -26,6 +26,7 @@
 #include "io/file/byte_source.h"
 #include "io/file/text_scanner.h"
 #include "io/image/image_reader.h"
+#include "kiln/image.h"
 #include "kiln/material.h"
 
 namespace kiln {

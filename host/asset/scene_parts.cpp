@@ -8,6 +8,7 @@
 #include "base/input_log.h"
 #include "base/option.h"
 #include "io/file/text_scanner.h"
+#include "kiln/material.h"
 
 namespace kiln {
 

@@ -14,9 +14,11 @@
 #include "asset/hierarchy.h"
 #include "asset/mesh_reader.h"
 #include "base/disjoint_sets.h"
-#include "kiln/material.h"
+#include "kiln/mesh.h"
 
 namespace kiln {
+
+struct MaterialPicture;
 
 /// Transforms normals for an affine map, by its cofactor matrix, which is valid for any scaling.
 /// Results have unit length, or are zero if they cannot be normalized.

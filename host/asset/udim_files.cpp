@@ -8,6 +8,7 @@
 
 #include "base/input_log.h"
 #include "base/lower_case.h"
+#include "kiln/material.h"
 #include "mesh/udim.h"
 
 namespace kiln {

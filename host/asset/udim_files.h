@@ -12,9 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "kiln/material.h"
 #include "kiln/mesh.h"
-#include "kiln/texture.h"
 
 namespace kiln {
 

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "kiln/bake.h"
 #include "kiln/error.h"
 #include "match/registry.h"
 #include "match/surface_places.h"

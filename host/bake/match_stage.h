@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "bake/progress.h"
+#include "kiln/bake.h"
 #include "match/registry.h"
 #include "texel/edge_turn.h"
 #include "texel/sheet_reach.h"

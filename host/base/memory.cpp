@@ -9,6 +9,7 @@
 #include "base/option.h"
 #include "base/system_memory.h"
 #include "kiln/error.h"
+#include "kiln/limits.h"
 
 namespace kiln {
 namespace {

@@ -6,8 +6,6 @@
 #include <functional>
 #include <string>
 
-#include "kiln/limits.h"
-
 namespace kiln {
 
 /// Allocations up to this size skip the budget check.

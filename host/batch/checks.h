@@ -7,7 +7,7 @@
 
 #include "batch/job_file.h"
 #include "batch/runner.h"
-#include "kiln/image.h"
+#include "kiln/image_data.h"
 
 namespace kiln {
 

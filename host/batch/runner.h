@@ -9,8 +9,6 @@
 
 #include "batch/assets.h"
 #include "batch/bake_cache.h"
-#include "kiln/device.h"
-#include "kiln/job.h"
 #include "options/json.h"
 
 namespace kiln {

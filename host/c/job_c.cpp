@@ -6,7 +6,6 @@
 
 #include "c/objects.h"
 #include "kiln/job.h"
-#include "kiln/kiln.h"
 #include "kiln/option_error.h"
 #include "kiln/options.h"
 

@@ -15,11 +15,14 @@
 #include "base/lower_case.h"
 #include "c/objects.h"
 #include "kiln/asset.h"
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
+#include "kiln/image.h"
 #include "kiln/mesh_view.h"
 #include "kiln/normals.h"
+#include "kiln/progress.h"
 #include "kiln/simplify.h"
 #include "kiln/unwrap.h"
+#include "kiln/version.h"
 
 struct kiln_source {
   kiln::Source source;

@@ -16,7 +16,7 @@
 #include <optional>
 
 #include "image/texel_bits.h"
-#include "kiln/image.h"
+#include "kiln/image_data.h"
 #include "kiln/texture.h"
 
 namespace kiln {

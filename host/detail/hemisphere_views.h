@@ -10,7 +10,6 @@
 #include "accel/device_bvh.h"
 #include "accel/raster.h"
 #include "cl/context.h"
-#include "kiln/source.h"
 #include "shared/hemisphere_views.h"
 
 namespace kiln {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "kiln/image.h"
+#include "kiln/image_data.h"
 
 namespace kiln {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "cl/context.h"
-#include "kiln/image.h"
+#include "kiln/image_data.h"
 #include "kiln/types.h"
 
 namespace kiln {

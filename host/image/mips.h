@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "cl/context.h"
-#include "kiln/image.h"
+#include "kiln/image_data.h"
 #include "texel/texels.h"
 
 namespace kiln {

@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdint>
 
-#include "kiln/image.h"
+#include "kiln/image_data.h"
 #include "kiln/texture.h"
 
 namespace kiln {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "kiln/image.h"
+#include "kiln/image_data.h"
 
 namespace kiln {
 

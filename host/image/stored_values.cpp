@@ -4,6 +4,8 @@
 #include <array>
 #include <cstddef>
 
+#include "kiln/image.h"
+
 namespace kiln {
 namespace {
 

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "kiln/image_format.h"
 #include "kiln/map.h"
 
 namespace kiln {

@@ -10,7 +10,7 @@
 
 #include "image/normal_channels.h"
 #include "image/texel_bits.h"
-#include "kiln/image.h"
+#include "kiln/image_data.h"
 #include "kiln/texture.h"
 
 namespace kiln {

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "kiln/image.h"
+#include "kiln/image_data.h"
 #include "kiln/texture.h"
 
 namespace kiln {

@@ -19,6 +19,7 @@
 #include "job/stages.h"
 #include "job/transfers.h"
 #include "kiln/files.h"
+#include "kiln/version.h"
 #include "options/json.h"
 #include "options/parse.h"
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "kiln/mesh.h"
 #include "kiln/types.h"
 

@@ -9,7 +9,6 @@
 #include "base/stopwatch.h"
 #include "kiln/clean.h"
 #include "kiln/contour.h"
-#include "kiln/kiln.h"
 #include "kiln/measure.h"
 #include "kiln/simplify.h"
 #include "mesh/mesh_stream.h"

@@ -14,7 +14,7 @@
 #include "job/describe.h"
 #include "kiln/error.h"
 #include "kiln/files.h"
-#include "kiln/kiln.h"
+#include "kiln/map.h"
 #include "options/json.h"
 #include "options/parse.h"
 

@@ -9,7 +9,6 @@
 #include "kiln/clean.h"
 #include "kiln/height_field.h"
 #include "kiln/job.h"
-#include "kiln/kiln.h"
 #include "kiln/normals.h"
 #include "options/option_table.h"
 

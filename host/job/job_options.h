@@ -12,7 +12,7 @@
 #include "job/describe.h"
 #include "job/high_poly_input.h"
 #include "job/mesh_files.h"
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "kiln/normals.h"
 #include "kiln/texture_sets.h"
 #include "options/option_table.h"

@@ -5,7 +5,6 @@
 #include <string_view>
 #include <vector>
 
-#include "kiln/bake.h"
 #include "kiln/match.h"
 #include "kiln/message.h"
 

@@ -6,6 +6,7 @@
 #include "job/stages.h"
 #include "kiln/files.h"
 #include "kiln/plan.h"
+#include "kiln/version.h"
 #include "options/json.h"
 #include "options/parse.h"
 

@@ -10,6 +10,7 @@
 
 #include "image/stored_values.h"
 #include "job/job_options.h"
+#include "kiln/image.h"
 
 namespace kiln {
 namespace {

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "kiln/bake.h"
-#include "kiln/image.h"
+#include "kiln/image_format.h"
+#include "kiln/map.h"
 
 namespace kiln {
 

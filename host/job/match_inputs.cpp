@@ -13,6 +13,7 @@
 #include "job/transfers.h"
 #include "kiln/cage.h"
 #include "kiln/collision_hulls.h"
+#include "kiln/image.h"
 #include "options/parse.h"
 
 namespace kiln {

@@ -9,7 +9,6 @@
 #include "job/job_options.h"
 #include "job/mesh_files.h"
 #include "kiln/cage.h"
-#include "kiln/kiln.h"
 
 namespace kiln {
 

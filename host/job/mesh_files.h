@@ -8,7 +8,6 @@
 
 #include "kiln/asset.h"
 #include "kiln/job.h"
-#include "kiln/kiln.h"
 #include "kiln/mesh.h"
 #include "kiln/normals.h"
 #include "options/option_table.h"

@@ -1,6 +1,7 @@
 // Stubs for builds without file formats: each function throws an error that says so.
 #include "kiln/asset.h"
 #include "kiln/error.h"
+#include "kiln/image.h"
 #include "kiln/job.h"
 #include "kiln/option_error.h"
 #include "kiln/options.h"

@@ -17,6 +17,7 @@
 #include "job/mesh_files.h"
 #include "job/stages.h"
 #include "job/transfers.h"
+#include "kiln/image.h"
 #include "options/parse.h"
 
 namespace kiln {

@@ -8,7 +8,6 @@
 #include "job/job_options.h"
 #include "job/map_words.h"
 #include "job/stages.h"
-#include "kiln/unwrap.h"
 #include "options/parse.h"
 
 namespace kiln {

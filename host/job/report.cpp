@@ -2,6 +2,7 @@
 #include "job/map_words.h"
 #include "job/stages.h"
 #include "kiln/plan.h"
+#include "kiln/version.h"
 #include "options/parse.h"
 
 namespace kiln {

@@ -13,7 +13,6 @@
 
 #include "base/progress_guard.h"
 #include "kiln/job.h"
-#include "kiln/kiln.h"
 #include "kiln/plan.h"
 #include "kiln/simplify.h"
 

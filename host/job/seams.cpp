@@ -3,7 +3,6 @@
 #include <optional>
 
 #include "job/stages.h"
-#include "kiln/render.h"
 #include "options/parse.h"
 
 namespace kiln {

@@ -20,8 +20,6 @@
 #include "job/match_inputs.h"
 #include "job/run.h"
 #include "kiln/asset.h"
-#include "kiln/cage.h"
-#include "kiln/kiln.h"
 #include "kiln/normals.h"
 #include "kiln/plan.h"
 #include "kiln/reasons.h"

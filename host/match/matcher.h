@@ -6,7 +6,6 @@
 #include <span>
 #include <string>
 
-#include "kiln/bake.h"
 #include "texel/device_correspondence.h"
 #include "texel/texels.h"
 

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "kiln/bake.h"
 #include "kiln/match.h"
 #include "match/matcher.h"
 #include "match/uv_points.h"

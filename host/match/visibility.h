@@ -23,7 +23,6 @@
 #include "accel/device_bvh.h"
 #include "base/progress_guard.h"
 #include "cl/context.h"
-#include "kiln/bake.h"
 #include "mesh/kernels_shared.h"
 #include "mesh/low_surface.h"
 #include "mesh/vector.h"

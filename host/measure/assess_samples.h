@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "kiln/bake.h"
 #include "mesh/vector.h"
 #include "source/high_poly.h"
 

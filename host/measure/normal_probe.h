@@ -7,7 +7,7 @@
 
 #include "bake/match_stage.h"
 #include "detail/band_reads.h"
-#include "kiln/image.h"
+#include "kiln/image_data.h"
 #include "kiln/measure.h"
 #include "match/cage_reach.h"
 #include "match/surface_places.h"

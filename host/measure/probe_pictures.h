@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "accel/ray.h"
-#include "kiln/image.h"
 #include "kiln/measure.h"
 #include "mesh/vector.h"
 #include "render/camera.h"

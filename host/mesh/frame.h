@@ -4,8 +4,8 @@
 #include <array>
 #include <vector>
 
-#include "kiln/bake.h"
 #include "kiln/mesh.h"
+#include "kiln/source.h"
 
 namespace kiln {
 

@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "base/formatted.h"
+#include "kiln/unwrap.h"
 
 namespace kiln {
 namespace {

@@ -13,15 +13,15 @@
 #include "base/formatted.h"
 #include "base/lower_case.h"
 #include "base/option.h"
-#include "kiln/bake.h"
 #include "kiln/height_field.h"
 #include "kiln/message.h"
 #include "kiln/option_error.h"
-#include "kiln/unwrap.h"
 #include "options/json.h"
 #include "options/values.h"
 
 namespace kiln {
+
+struct UnwrapOptions;
 
 /// Makes a message part that names an option by its flag, such as "--max-distance".
 Message option_of(std::string_view flag, std::string_view value = {});

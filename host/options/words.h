@@ -6,7 +6,6 @@
 #include <string_view>
 #include <vector>
 
-#include "kiln/bake.h"
 #include "kiln/error.h"
 #include "kiln/job.h"
 #include "kiln/match.h"

@@ -10,6 +10,7 @@
 
 #include "base/parallel.h"
 #include "base/srgb.h"
+#include "kiln/image.h"
 #include "mesh/barycentric_projection.h"
 #include "mesh/frame.h"
 #include "mesh/surface_distance.h"

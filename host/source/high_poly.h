@@ -12,7 +12,6 @@
 #include "accel/raster.h"
 #include "accel/ray.h"
 #include "cl/context.h"
-#include "kiln/bake.h"
 #include "mesh/frame.h"
 #include "mesh/low_surface.h"
 #include "mesh/normals.h"

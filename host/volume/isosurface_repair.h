@@ -3,7 +3,6 @@
 
 #include <cstdint>
 
-#include "kiln/contour.h"
 #include "volume/fine_surface.h"
 #include "volume/simplified_isosurface.h"
 

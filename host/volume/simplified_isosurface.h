@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "kiln/contour.h"
 #include "volume/vertex_tree.h"
 
 namespace kiln {

@@ -5,7 +5,7 @@
 
 #include "kiln/bake.h"
 #include "kiln/export.h"
-#include "kiln/image.h"
+#include "kiln/image_data.h"
 #include "kiln/mesh.h"
 
 namespace KILN_PUBLIC kiln {

@@ -13,13 +13,14 @@
 #include <vector>
 
 #include "kiln/export.h"
-#include "kiln/image.h"
+#include "kiln/image_data.h"
 #include "kiln/material.h"
 #include "kiln/mesh.h"
 
 namespace KILN_PUBLIC kiln {
 
 struct BakedMap;
+enum class ImageFormat;
 
 /// A node of a file's hierarchy (glTF, FBX).
 struct AssetNode {

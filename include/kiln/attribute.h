@@ -6,7 +6,7 @@
 
 #include "kiln/device.h"
 #include "kiln/export.h"
-#include "kiln/image.h"
+#include "kiln/image_data.h"
 #include "kiln/match.h"
 #include "kiln/source.h"
 

@@ -7,7 +7,6 @@
 
 #include "kiln/error.h"
 #include "kiln/export.h"
-#include "kiln/image.h"
 #include "kiln/map.h"
 #include "kiln/match.h"
 #include "kiln/mesh.h"

@@ -11,82 +11,12 @@
 
 #include "kiln/error.h"
 #include "kiln/export.h"
+#include "kiln/image_data.h"
+#include "kiln/image_format.h"
 
 namespace KILN_PUBLIC kiln {
 
-/// A float image, rows from the top (row 0 is at v = 1), channels interleaved.
-struct Image {
-  std::uint32_t width = 0;         ///< Texels
-  std::uint32_t height = 0;        ///< Texels
-  std::uint32_t channels = 0;      ///< 1 to 4
-  std::vector<float> pixels = {};  ///< width * height * channels
-
-  /// The channels of a texel; column x and row y must be inside.
-  float* at(std::size_t x, std::size_t y) { return &pixels[(y * width + x) * channels]; }
-  /// The channels of a texel; column x and row y must be inside.
-  const float* at(std::size_t x, std::size_t y) const {
-    return &pixels[(y * width + x) * channels];
-  }
-};
-
-/// File formats of images.
-enum class ImageFormat {
-  exr_half,   ///< OpenEXR, 16-bit float, PIZ (lossless)
-  exr_float,  ///< OpenEXR, 32-bit float, PIZ (lossless)
-  png16,      ///< PNG, 16 bits a channel, [0, 1] rounded to nearest
-  png8,       ///< PNG, 8 bits a channel
-  /// TIFF, 16 bits a channel, values as png16, compressed by Deflate. In builds with libtiff
-  /// (picture_formats())
-  tiff16,
-  tiff8,       ///< TIFF, 8 bits a channel
-  tiff_float,  ///< TIFF, 32-bit float, unchanged values
-  /// TGA, 8 bits, uncompressed: grey, RGB or RGBA; two channels become RGB with 0 as the third
-  tga,
-  /// WebP, 8 bits, lossless: RGB or RGBA. In builds with libwebp; at most 16383 texels a side
-  webp,
-  /// KTX 2 in the Vulkan format that TextureUse selects, compressed by Zstandard. In builds with
-  /// libzstd
-  ktx2,
-  dds,  ///< DDS in the DXGI format that TextureUse selects
-};
-
-/// Extension of a format's files, such as ".png". Any thread. \throws Error(usage) for an invalid
-/// value
-std::string_view extension_of(ImageFormat format);
-
-/// Meaning of a picture's values: it selects the format of ktx2 and dds, and the error measure of stored_error().
-///
-/// One channel becomes BC4 and two become BC5 if both sides are multiples of 4, as Direct3D and WebGPU require; else R8
-/// and RG8. Three and four channels become RGBA8, sRGB for colours.
-enum class TextureUse {
-  values,  ///< Plain numbers, not sRGB-encoded
-  color,   ///< sRGB-encoded colours; alpha is linear
-  normal,  ///< Unit vectors as n/2 + 1/2
-  /// Unit vectors with z = sqrt(1 - x^2 - y^2); ktx2 and dds store only x and y, as BC5
-  tangent_normal
-};
-
-/// A text entry in an image file.
-struct ImageText {
-  /// 1 to 79 printable ASCII characters without leading or trailing blanks; unique in the file
-  std::string keyword = {};
-  std::string text = {};  ///< Text, printable ASCII
-};
-
-/// Settings of save_image().
-struct SaveImageOptions {
-  /// File format; must agree with the extension of the file's name
-  ImageFormat format = ImageFormat::exr_half;
-  bool dither = false;  ///< png8, tga and webp: ordered dither instead of rounding.
-  /// Meaning of the values, which selects the format of ktx2 and dds
-  TextureUse use = TextureUse::values;
-  int threads = 0;  ///< Number of threads for compression; 0: one per core.
-  /// Origin of positions in the image (BakedMap::origin), stored as the attribute `origin` (v3d) in
-  /// an EXR, as the text `Origin` in a PNG. 0: not stored.
-  std::array<double, 3> origin{};
-  /// Texts to store in the file: as text chunks (tEXt) in a PNG, as string attributes in an EXR.
-  std::vector<ImageText> texts = {};
-};
+struct BakedMap;
 
 /// Reads a picture, chosen by content (TGA, which has no magic number, by its name as well): PNG and EXR (R, G, B, A
 /// or Y; half, float or unsigned int), and, in builds with their libraries (picture_formats()), JPEG, WebP, TIFF (the
@@ -108,6 +38,17 @@ Image load_image(const std::filesystem::path& path);
 void save_image(const Image& image, const std::filesystem::path& path,
                 const SaveImageOptions& options = {});
 
+/// Writes a map with its mip-maps as `kiln bake` does: values of to_stored(), with origin, ranges and unit as texts.
+/// Mip-maps go into the same file with EXR, KTX 2 and DDS, else into NAME.mip01.png and so on beside it.
+/// \param options  `origin` is replaced by the map's, and texts are added to `texts`. If `use` is `values`, `color` is
+///                 used for colours and `normal` for unit vectors; give `tangent_normal` for normals in tangent space
+/// \returns the files
+/// \throws as save_image() and save_mipmapped(); Error(usage) in builds without file formats
+/// Thread safety: may be called from several threads.
+std::vector<std::filesystem::path> save_image(const BakedMap& map,
+                                              const std::filesystem::path& path,
+                                              const SaveImageOptions& options = {});
+
 /// Encodes the file that save_image() would write, in memory. \throws as save_image(), without errors of the disk
 std::vector<std::byte> encode(const Image& image, const SaveImageOptions& options = {});
 
@@ -115,13 +56,6 @@ std::vector<std::byte> encode(const Image& image, const SaveImageOptions& option
 /// identifies TGA
 /// \throws as load_image(path)
 Image load_image(std::span<const std::byte> bytes, std::string_view name = "image");
-
-/// Picture formats that this build reads, such as "PNG".
-std::vector<std::string> picture_formats();
-
-/// True if a picture file holds linear light: OpenEXR, Radiance HDR and floating-point TIFF. Other formats are sRGB
-/// by convention. False for files that are not pictures. \throws Error(input) if it cannot be opened
-bool holds_linear_light(const std::filesystem::path& path);
 
 /// Writes an image and its mip-maps as one file: KTX 2, DDS, or tiled OpenEXR (256 x 256, MIPMAP_LEVELS, sides
 /// rounded down). Renderers read single levels; readers without support for mip-maps read the image. Otherwise
@@ -131,13 +65,6 @@ bool holds_linear_light(const std::filesystem::path& path);
 ///         sizes; Error(output)
 void save_mipmapped(const Image& image, const std::vector<Image>& mips,
                     const std::filesystem::path& path, const SaveImageOptions& options = {});
-
-/// Quantisation error of stored values against the image: of each texel's worst channel in steps of 1/255;
-/// for normals in degrees.
-struct StoredError {
-  double mean = 0;  ///< Mean over the counted texels
-  double max = 0;   ///< Maximum over the counted texels
-};
 
 /// Error of an image as save_image() stores it in 8 bits or blocks (png8, tiff8, tga, webp, ktx2, dds). Values outside
 /// of [0, 1] are clamped, which counts as error; non-finite values count as 255 or 180.

@@ -22,7 +22,7 @@
 #include "kiln/device.h"
 #include "kiln/export.h"
 #include "kiln/height_field.h"
-#include "kiln/image.h"
+#include "kiln/image_format.h"
 #include "kiln/match.h"
 #include "kiln/material.h"
 #include "kiln/mesh.h"

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "kiln/export.h"
-#include "kiln/image.h"
+#include "kiln/image_data.h"
 #include "kiln/mesh.h"
 #include "kiln/types.h"
 
@@ -293,22 +293,13 @@ struct BakedMap {
   bool stored = false;
 };
 
+enum class ImageFormat;
+
 /// Converts a map and its mip-maps, in place, to the values that a format stores: colours are sRGB-encoded, and channels
 /// with a range are scaled from BakedMap::ranges to [0, 1]. Formats of floats (exr_half, exr_float, tiff_float) store
 /// values as they are. Sets BakedMap::stored, and has no effect on a map that has it set. Several threads may call it
 /// for different maps.
 void to_stored(BakedMap& map, ImageFormat format);
-
-/// Writes a map with its mip-maps as `kiln bake` does: values of to_stored(), with origin, ranges and unit as texts.
-/// Mip-maps go into the same file with EXR, KTX 2 and DDS, else into NAME.mip01.png and so on beside it.
-/// \param options  `origin` is replaced by the map's, and texts are added to `texts`. If `use` is `values`, `color` is
-///                 used for colours and `normal` for unit vectors; give `tangent_normal` for normals in tangent space
-/// \returns the files
-/// \throws as save_image() and save_mipmapped(); Error(usage) in builds without file formats
-/// Thread safety: may be called from several threads.
-std::vector<std::filesystem::path> save_image(const BakedMap& map,
-                                              const std::filesystem::path& path,
-                                              const SaveImageOptions& options = {});
 
 /// All maps, in the order in which users see them. Constant, with static lifetime: any thread may read
 /// them.

@@ -9,7 +9,7 @@
 
 #include "kiln/bake.h"
 #include "kiln/export.h"
-#include "kiln/image.h"
+#include "kiln/image_data.h"
 #include "kiln/mesh.h"
 #include "kiln/render.h"
 

@@ -10,7 +10,7 @@
 #include "kiln/device.h"
 #include "kiln/error.h"
 #include "kiln/export.h"
-#include "kiln/image.h"
+#include "kiln/image_data.h"
 #include "kiln/map.h"
 #include "kiln/mesh.h"
 

@@ -9,9 +9,10 @@
 #include <vector>
 
 #include "kiln/export.h"
-#include "kiln/image.h"
 
 namespace KILN_PUBLIC kiln {
+
+struct Image;
 
 /// Meaning of a texture's values, which decides how they are filtered.
 enum class TextureKind {

@@ -19,6 +19,7 @@
 
 #include "kiln/asset.h"
 #include "kiln/bake.h"
+#include "kiln/image.h"
 #include "kiln/kiln_c.h"
 #include "kiln/mesh_view.h"
 #include "support/environment.h"

@@ -12,6 +12,7 @@
 
 #include "io/image/image_samples.h"
 #include "io/image/picture.h"
+#include "kiln/image.h"
 #include "kiln/mesh.h"
 #include "support/environment.h"
 

@@ -14,6 +14,7 @@
 #include "asset/gltf_files.h"
 #include "asset/mesh_files.h"
 #include "kiln/asset.h"
+#include "kiln/image.h"
 #include "kiln/mesh.h"
 #include "support/environment.h"
 

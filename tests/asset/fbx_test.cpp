@@ -15,6 +15,7 @@
 #include "asset/fbx_scene.h"
 #include "io/image/image_samples.h"
 #include "io/image/picture.h"
+#include "kiln/image.h"
 #include "kiln/limits.h"
 #include "kiln/mesh.h"
 #include "support/environment.h"

@@ -7,7 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "kiln/asset.h"
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
+#include "kiln/image.h"
 #include "kiln/texture_sets.h"
 #include "support/environment.h"
 #include "support/shapes.h"

@@ -18,6 +18,7 @@
 #include "io/file/byte_source.h"
 #include "kiln/asset.h"
 #include "kiln/image.h"
+#include "kiln/limits.h"
 #include "support/environment.h"
 
 namespace kiln::test {

@@ -12,7 +12,8 @@
 #include "io/image/picture.h"
 #include "kiln/asset.h"
 #include "kiln/files.h"
-#include "kiln/kiln.h"
+#include "kiln/image.h"
+#include "kiln/map.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 

@@ -11,7 +11,6 @@
 #include "asset/gltf_files.h"
 #include "asset/mesh_files.h"
 #include "kiln/asset.h"
-#include "kiln/image.h"
 #include "support/environment.h"
 
 namespace kiln::test {

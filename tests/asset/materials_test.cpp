@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "kiln/asset.h"
-#include "kiln/kiln.h"
+#include "kiln/image.h"
 #include "kiln/material.h"
 #include "support/environment.h"
 

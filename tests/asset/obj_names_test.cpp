@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "kiln/kiln.h"
 #include "kiln/simplify.h"
 #include "kiln/unwrap.h"
 #include "support/environment.h"

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "asset/gltf.h"
-#include "kiln/kiln.h"
+#include "kiln/image.h"
 #include "kiln/material.h"
 #include "support/environment.h"
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "kiln/bake.h"
-#include "kiln/kiln.h"
+#include "kiln/image.h"
 #include "mesh/low_surface.h"
 #include "mesh/vector.h"
 #include "support/environment.h"

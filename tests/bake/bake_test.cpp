@@ -7,7 +7,7 @@
 #include <cmath>
 #include <random>
 
-#include "kiln/kiln.h"
+#include "kiln/image.h"
 #include "mesh/vector.h"
 #include "support/environment.h"
 #include "support/shapes.h"

@@ -16,7 +16,7 @@
 
 #include "detail/occlusion_scene.h"
 #include "image/gutter.h"
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "kiln/texture_sets.h"
 #include "support/environment.h"
 #include "support/shapes.h"

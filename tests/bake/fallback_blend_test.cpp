@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 

@@ -6,7 +6,6 @@
 #include "bake/golden_scene.h"
 #include "bake/golden_table.h"
 #include "kiln/cage.h"
-#include "kiln/kiln.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 

@@ -8,7 +8,6 @@
 
 #include "bake/golden_scene.h"
 #include "bake/golden_table.h"
-#include "kiln/kiln.h"
 #include "kiln/session.h"
 #include "support/environment.h"
 

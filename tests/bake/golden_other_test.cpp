@@ -8,8 +8,6 @@
 #include "kiln/assess.h"
 #include "kiln/contour.h"
 #include "kiln/height_field.h"
-#include "kiln/kiln.h"
-#include "kiln/measure.h"
 #include "kiln/plan.h"
 #include "kiln/render.h"
 #include "kiln/simplify.h"

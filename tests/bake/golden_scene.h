@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 
-#include "kiln/image.h"
+#include "kiln/image_data.h"
 #include "kiln/mesh.h"
 #include "kiln/volume.h"
 

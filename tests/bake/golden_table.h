@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "kiln/bake.h"
-#include "kiln/image.h"
+#include "kiln/image_data.h"
 #include "kiln/mesh.h"
 #include "support/environment.h"
 

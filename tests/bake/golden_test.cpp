@@ -16,7 +16,7 @@
 
 #include "bake/golden_scene.h"
 #include "bake/golden_table.h"
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "support/environment.h"
 
 namespace kiln {

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "hard_scenes.h"
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "mesh/vector.h"
 #include "support/environment.h"
 #include "support/hard_scene.h"

@@ -9,7 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
+#include "kiln/image.h"
 #include "kiln/mesh_view.h"
 #include "support/environment.h"
 #include "support/shapes.h"

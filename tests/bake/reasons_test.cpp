@@ -7,7 +7,6 @@
 #include <cmath>
 #include <vector>
 
-#include "kiln/kiln.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 

@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "accel/bvh.h"
-#include "kiln/kiln.h"
 #include "kiln/progress.h"
 #include "support/environment.h"
 #include "support/shapes.h"

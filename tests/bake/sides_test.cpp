@@ -6,7 +6,6 @@
 #include <string>
 
 #include "kiln/bake.h"
-#include "kiln/kiln.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 

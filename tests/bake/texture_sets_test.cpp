@@ -5,7 +5,6 @@
 
 #include <cmath>
 
-#include "kiln/kiln.h"
 #include "kiln/plan.h"
 #include "kiln/session.h"
 #include "match/match_array.h"

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "bake/golden_scene.h"
-#include "kiln/kiln.h"
 #include "kiln/session.h"
 #include "support/environment.h"
 

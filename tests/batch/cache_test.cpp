@@ -16,6 +16,7 @@
 #include "batch/batch_scene.h"
 #include "batch/cache_store.h"
 #include "cli/call.h"
+#include "kiln/image.h"
 
 namespace kiln::test {
 namespace {

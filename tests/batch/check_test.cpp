@@ -14,6 +14,7 @@
 #include "batch/batch_scene.h"
 #include "batch/checks.h"
 #include "cli/call.h"
+#include "kiln/image.h"
 
 namespace kiln::test {
 namespace {

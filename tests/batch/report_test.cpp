@@ -13,6 +13,7 @@
 #include "batch/checks.h"
 #include "batch/schema_check.h"
 #include "cli/call.h"
+#include "kiln/image.h"
 #include "picture/asset_pictures.h"
 #include "report/console.h"
 #include "support/process.h"

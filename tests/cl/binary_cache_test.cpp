@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "cl/context.h"
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 

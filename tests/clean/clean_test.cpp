@@ -14,8 +14,9 @@
 
 #include "clean/outside_views.h"
 #include "clean/triangle_list.h"
-#include "kiln/kiln.h"
+#include "kiln/limits.h"
 #include "kiln/simplify.h"
+#include "kiln/validate.h"
 #include "mesh/vertex_lists.h"
 #include "mesh/weld.h"
 #include "support/shapes.h"

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "clean/triangle_list.h"
-#include "kiln/kiln.h"
+#include "kiln/mesh.h"
 #include "support/shapes.h"
 
 namespace kiln {

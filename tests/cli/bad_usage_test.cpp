@@ -9,7 +9,7 @@
 
 #include "cli/call.h"
 #include "cli/command_scene.h"
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "support/environment.h"
 #include "support/process.h"
 #include "support/shapes.h"

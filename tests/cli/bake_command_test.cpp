@@ -10,9 +10,10 @@
 
 #include "cli/call.h"
 #include "cli/command_scene.h"
-#include "kiln/kiln.h"
+#include "kiln/mesh.h"
 #include "support/environment.h"
 #include "support/json_file.h"
+#include "support/pictures.h"
 #include "support/process.h"
 #include "support/shapes.h"
 
@@ -37,7 +38,7 @@ TEST(Command, BakesTheContractsFilesAndReport) {
                  "--max-distance", "10%", "--json", scene / "report.json"});
   ASSERT_EQ(result.exit_code, 0) << result.errors;
   EXPECT_EQ(names(out), std::vector<std::string>{"low_normal.png"});
-  const Image map = load_image(out / "low_normal.png");
+  const Image map = test::read_picture(out / "low_normal.png");
   EXPECT_EQ(map.width, 256U);
   EXPECT_EQ(map.height, 128U);
 
@@ -91,7 +92,7 @@ TEST(Command, WritesMipMapsInEveryFormat) {
       const auto& levels = report["mips"]["normal"];
       ASSERT_EQ(levels.size(), 7U);
       for (std::size_t level = 0; level < levels.size(); ++level) {
-        const Image image = load_image(levels[level]["file"].get<std::string>());
+        const Image image = test::read_picture(levels[level]["file"].get<std::string>());
         EXPECT_EQ(levels[level]["width"], std::max(70 >> level, 1));
         EXPECT_EQ(levels[level]["height"], std::max(33 >> level, 1));
         EXPECT_EQ(image.width, png ? std::max(70U >> level, 1U) : 70U);
@@ -150,7 +151,7 @@ TEST(Command, WritesAMapForEachClusterOfDirections) {
   EXPECT_EQ(names(scene / "clusters"),
             (std::vector<std::string>{"low_clusters.exr", "low_normal.png", "low_normal_1.png"}));
   // The first layer that has X Y Z.
-  const Image directions = load_image(scene / "clusters/low_clusters.exr");
+  const Image directions = test::read_picture(scene / "clusters/low_clusters.exr");
   EXPECT_EQ(directions.width, 64U);
   EXPECT_EQ(directions.channels, 3U);
   std::size_t unit = 0;

@@ -12,7 +12,8 @@
 #include <vector>
 
 #include "cli/call.h"
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
+#include "kiln/image.h"
 #include "support/environment.h"
 #include "support/json_file.h"
 #include "support/process.h"

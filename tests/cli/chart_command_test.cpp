@@ -12,9 +12,10 @@
 #include "cli/chart_files.h"
 #include "cli/interrupted.h"
 #include "cli/lab_scene.h"
-#include "kiln/kiln.h"
+#include "kiln/mesh.h"
 #include "lab/chart.h"
 #include "support/environment.h"
+#include "support/pictures.h"
 #include "support/process.h"
 #include "support/shapes.h"
 #include "support/volumes.h"
@@ -350,7 +351,7 @@ TEST(ChartCommand, TakesSeveralPairsAndNeedsNoPython) {
            "'; IFS=:; for f in $PATH; do \"$f/python3\" kiln_plot.py chart_plot.json chart.png "
            "2>/dev/null && exit 0; done; exit 1"});
   EXPECT_EQ(by_hand.exit_code, 0);
-  EXPECT_EQ(load_image(out / "chart.png").height, 176U + 2 * (106 + 2 * 632));
+  EXPECT_EQ(test::read_picture(out / "chart.png").height, 176U + 2 * (106 + 2 * 632));
 }
 
 TEST(ChartCommand, RefusesBadUsage) {

@@ -12,9 +12,9 @@
 #include <utility>
 #include <vector>
 
-#include "kiln/kiln.h"
 #include "support/environment.h"
 #include "support/json_file.h"
+#include "support/pictures.h"
 #include "support/process.h"
 
 namespace kiln::test::chart_files {
@@ -34,7 +34,7 @@ inline void expect_picture(const fs::path& out, std::uint32_t groups,
                            std::uint32_t lines_of_panels) {
   EXPECT_EQ(fs::exists(out / "kiln_plot.py"), !test::has_matplotlib());
   if (!test::has_matplotlib()) return;
-  const Image picture = load_image(out / "chart.png");
+  const Image picture = read_picture(out / "chart.png");
   EXPECT_EQ(picture.width, 1900U);
   EXPECT_EQ(picture.height, 176 + groups * (106 + lines_of_panels * 632));
 }

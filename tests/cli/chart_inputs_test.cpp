@@ -13,7 +13,7 @@
 #include "cli/chart_files.h"
 #include "cli/lab_scene.h"
 #include "kiln/height_field.h"
-#include "kiln/kiln.h"
+#include "kiln/image.h"
 #include "kiln/volume.h"
 #include "support/environment.h"
 #include "support/process.h"

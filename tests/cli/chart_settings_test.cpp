@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "kiln/kiln.h"
+#include "kiln/match.h"
 #include "lab/chart.h"
 
 namespace kiln::cli {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "cli/call.h"
-#include "kiln/kiln.h"
+#include "kiln/mesh.h"
 #include "support/environment.h"
 #include "support/process.h"
 #include "support/shapes.h"

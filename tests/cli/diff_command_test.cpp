@@ -6,7 +6,8 @@
 
 #include "cli/call.h"
 #include "cli/command_scene.h"
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
+#include "kiln/image.h"
 #include "support/environment.h"
 #include "support/json_file.h"
 #include "support/process.h"

@@ -14,6 +14,8 @@
 
 #include "cli/call.h"
 #include "cli/command_scene.h"
+#include "kiln/bake.h"
+#include "support/pictures.h"
 
 namespace kiln {
 namespace {
@@ -29,7 +31,7 @@ struct Baked {
   json report;
   fs::path out;
 
-  Image map(const std::string& file) const { return load_image(out / file); }
+  Image map(const std::string& file) const { return test::read_picture(out / file); }
 };
 
 Baked bake_files(const std::string& high, const std::string& low, const Words& more) {

@@ -10,11 +10,12 @@
 #include <vector>
 
 #include "cli/call.h"
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "kiln/material.h"
 #include "kiln/normals.h"
 #include "support/environment.h"
 #include "support/json_file.h"
+#include "support/pictures.h"
 #include "support/process.h"
 #include "support/shapes.h"
 
@@ -82,15 +83,15 @@ TEST(FilesCommand, MatchesPartsOfSeveralFilesByTheirNames) {
   EXPECT_EQ(report["inputs"]["low"]["quads"], 2);
   EXPECT_EQ(report["ids"][1]["name"], "upper_high");
   // The upper plate's high poly lies between the lower plate and its own.
-  const Image image = load_image(plates.folder / "out" / "lower_low_distance.exr");
+  const Image image = test::read_picture(plates.folder / "out" / "lower_low_distance.exr");
   EXPECT_NEAR(*image.at(8, 16), 0.012, 1e-5);
   EXPECT_NEAR(*image.at(14, 16), 0.012, 1e-5);
   EXPECT_NEAR(*image.at(24, 16), 0.015, 1e-5);
   const ProcessResult all = plates.bake(
       "upper_low.obj", "all", {"--maps", "distance", "--format", "exr32", "--ray", "nearest"});
   ASSERT_EQ(all.exit_code, 0) << all.errors;
-  EXPECT_NEAR(*load_image(plates.folder / "all" / "lower_low_distance.exr").at(14, 16), 0.005,
-              1e-5);
+  EXPECT_NEAR(*test::read_picture(plates.folder / "all" / "lower_low_distance.exr").at(14, 16),
+              0.005, 1e-5);
 }
 
 TEST(FilesCommand, OwnPartsAloneDarkenWhereThatIsAsked) {
@@ -101,7 +102,7 @@ TEST(FilesCommand, OwnPartsAloneDarkenWhereThatIsAsked) {
     flags.insert(flags.end(), more.begin(), more.end());
     const ProcessResult result = plates.bake("upper_low.obj", out, flags);
     EXPECT_EQ(result.exit_code, 0) << result.errors;
-    return load_image(plates.folder / out / "lower_low_ao.exr");
+    return test::read_picture(plates.folder / out / "lower_low_ao.exr");
   };
   EXPECT_LT(*ao("all", {}).at(19, 16), 0.2F);
   EXPECT_EQ(*ao("own", {"--part-occlusion", "own"}).at(19, 16), 1.0F);
@@ -175,7 +176,7 @@ TEST(FilesCommand, CutsHighAndCagesByTheSameRule) {
     const ProcessResult result = call_kiln(line);
     EXPECT_EQ(result.exit_code, 0) << result.errors;
     EXPECT_EQ(result.errors, "") << out;
-    return load_image(folder / out / "low_height.exr").pixels[8 * 16 + 8] / 0.1F;
+    return test::read_picture(folder / out / "low_height.exr").pixels[8 * 16 + 8] / 0.1F;
   };
   for (const std::string cage : {"", "cage"}) {
     std::vector<std::string> with;
@@ -318,7 +319,7 @@ TEST(FilesCommand, MeasureTakesTheMatchOfABake) {
   EXPECT_EQ(caged["methods"][0]["rendered_normals"], loaded["methods"][0]["rendered_normals"]);
   EXPECT_NE(caged["methods"][0]["object_space"], plain["methods"][0]["object_space"]);
   // The error as a texture: its mean is near that of the pictures.
-  const Image error = load_image(folder / "pictures" / "low_loaded_normal_error.exr");
+  const Image error = test::read_picture(folder / "pictures" / "low_loaded_normal_error.exr");
   double sum = 0, count = 0;
   for (const float value : error.pixels) {
     if (value >= 0) sum += value, ++count;
@@ -464,8 +465,8 @@ TEST(FilesCommand, NormalsThatOpposeTheirFacesAreTurned) {
     const std::string stem = fs::path(low).stem().string();
     // The same surface, whose normals are its own: straight up, and open to all sides.
     for (const std::uint32_t row : {16U, 32U, 48U}) {
-      EXPECT_NEAR(load_image(maps / (stem + "_normal.exr")).at(20, row)[2], 1.0F, 1e-3F);
-      EXPECT_NEAR(*load_image(maps / (stem + "_ao.exr")).at(20, row), 1.0F, 1e-2F);
+      EXPECT_NEAR(test::read_picture(maps / (stem + "_normal.exr")).at(20, row)[2], 1.0F, 1e-3F);
+      EXPECT_NEAR(*test::read_picture(maps / (stem + "_ao.exr")).at(20, row), 1.0F, 1e-2F);
     }
   };
   ASSERT_EQ(bake("high11.obj", "low11.obj").exit_code, 0);

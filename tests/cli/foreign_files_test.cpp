@@ -14,7 +14,9 @@
 #include "cli/call.h"
 #include "cli/command_scene.h"
 #include "kiln/asset.h"
+#include "kiln/bake.h"
 #include "kiln/files.h"
+#include "kiln/image.h"
 #include "support/json_file.h"
 
 namespace kiln {

@@ -15,6 +15,8 @@
 
 #include "cli/call.h"
 #include "cli/command_scene.h"
+#include "kiln/bake.h"
+#include "support/pictures.h"
 
 namespace kiln {
 namespace {
@@ -380,7 +382,7 @@ TEST(Friction, MissesNameTheFileAndAPlace) {
   double squared = 0;
   for (std::size_t k = 5; k < 8; ++k) squared += std::stod(place[k]) * std::stod(place[k]);
   EXPECT_NEAR(squared, 1, 0.05);
-  const Image mask = load_image(scene / "out" / "low_mask.png");
+  const Image mask = test::read_picture(scene / "out" / "low_mask.png");
   ASSERT_EQ(mask.width, 64U);
   EXPECT_EQ(mask.at(column, row)[0], 0.0F);
 

@@ -8,6 +8,7 @@
 
 #include "cli/call.h"
 #include "cli/command_scene.h"
+#include "kiln/image.h"
 #include "support/json_file.h"
 
 namespace kiln {

@@ -10,9 +10,10 @@
 #include <vector>
 
 #include "cli/call.h"
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "support/environment.h"
 #include "support/json_file.h"
+#include "support/pictures.h"
 #include "support/process.h"
 #include "support/shapes.h"
 
@@ -122,7 +123,7 @@ TEST(HardCommand, SaysWhyTexelsAreMissed) {
   EXPECT_EQ(reasons[1]["reason"], "far");
   EXPECT_NE(reasons[1]["words"].get<std::string>().find("raise --max-distance"), std::string::npos);
   EXPECT_EQ(reasons[0]["samples"].get<int>() + reasons[1]["samples"].get<int>(), 256);
-  const Image picture = load_image(folder / "out" / "low_reasons.png");
+  const Image picture = test::read_picture(folder / "out" / "low_reasons.png");
   const std::size_t texel =
       reasons[1]["texel"][1].get<std::size_t>() * 16 + reasons[1]["texel"][0].get<std::size_t>();
   for (std::size_t k = 0; k < 3; ++k) {

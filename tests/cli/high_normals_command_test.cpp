@@ -13,9 +13,10 @@
 
 #include "cli/call.h"
 #include "cli/command_scene.h"
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "support/environment.h"
 #include "support/json_file.h"
+#include "support/pictures.h"
 #include "support/process.h"
 #include "support/shapes.h"
 
@@ -60,7 +61,7 @@ ProcessResult bake(const fs::path& scene, const Words& more) {
 
 /// The greatest angle of a map's normals to +Z, degrees.
 double most_tilt(const fs::path& map) {
-  const Image image = load_image(map.string());
+  const Image image = test::read_picture(map.string());
   double most = 0;
   for (std::size_t i = 0; i + 2 < image.pixels.size(); i += image.channels) {
     const double x = 2 * double{image.pixels[i]} - 1, y = 2 * double{image.pixels[i + 1]} - 1,
@@ -208,7 +209,7 @@ TEST(HighNormals, OfADrilledPart) {
     expect_exit(call_kiln({"bake", data / (std::string(stem) + ending), folder / "low.obj", "--out",
                            folder / stem, "--size", "256", "--format", "exr32"}),
                 0, {});
-    return load_image((folder / stem / "low_normal.exr").string());
+    return test::read_picture((folder / stem / "low_normal.exr").string());
   };
   const Image made = map_of("part", ".stl"), right = map_of("part_right", ".obj");
   double sum = 0;

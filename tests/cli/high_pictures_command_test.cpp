@@ -11,6 +11,7 @@
 
 #include "cli/call.h"
 #include "cli/command_scene.h"
+#include "kiln/image.h"
 
 namespace kiln {
 namespace {

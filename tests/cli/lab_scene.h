@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 
-#include "kiln/kiln.h"
+#include "kiln/mesh.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 

@@ -12,10 +12,11 @@
 #include "cli/call.h"
 #include "job/stages.h"
 #include "kiln/asset.h"
+#include "kiln/bake.h"
 #include "kiln/files.h"
-#include "kiln/kiln.h"
 #include "support/environment.h"
 #include "support/json_file.h"
+#include "support/pictures.h"
 #include "support/process.h"
 #include "support/shapes.h"
 
@@ -77,7 +78,7 @@ TEST(LowPolyCommand, PlansFacesAndTexelsTogether) {
   EXPECT_FALSE(plan["trade"].empty());
   const Mesh low = load_mesh(dense.folder / "near" / "high_low.obj");
   EXPECT_EQ(low.triangles.size(), plan["chosen"]["faces"].get<std::size_t>());
-  const Image map = load_image(dense.folder / "near" / "high_low_normal.png");
+  const Image map = test::read_picture(dense.folder / "near" / "high_low_normal.png");
   EXPECT_EQ(map.width, plan["chosen"]["size"].get<std::uint32_t>());
   EXPECT_TRUE(fs::exists(dense.folder / "near" / "high_low_plan_plot.json"));
   EXPECT_EQ(fs::exists(dense.folder / "near" / "high_low_plan.png"), test::has_matplotlib());
@@ -198,7 +199,7 @@ TEST(LowPolyCommand, WritesALevelForEachSizeOnScreen) {
     EXPECT_EQ(level["mesh"], "high_lod" + std::to_string(k) + ".obj");
     if (level["size"] == 0) continue;
     EXPECT_EQ(level["maps_of_level"], k);
-    const Image map = load_image(folder / level["maps"][0].get<std::string>());
+    const Image map = test::read_picture(folder / level["maps"][0].get<std::string>());
     EXPECT_EQ(map.width, level["size"].get<std::uint32_t>());
     for (const auto& file : level["maps"]) EXPECT_TRUE(fs::exists(folder / file));
   }

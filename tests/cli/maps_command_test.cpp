@@ -19,6 +19,8 @@
 
 #include "cli/call.h"
 #include "cli/command_scene.h"
+#include "kiln/bake.h"
+#include "kiln/image.h"
 
 namespace kiln {
 namespace {

@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "kiln/kiln.h"
 #include "support/environment.h"
 #include "support/json_file.h"
+#include "support/pictures.h"
 #include "support/process.h"
 
 namespace kiln::test::measure_files {
@@ -45,7 +45,7 @@ inline void expect_files(const fs::path& out, const std::string& name, std::size
   ASSERT_EQ(plot["panels"].size(), panels);
   EXPECT_EQ(fs::exists(out / (name + ".png")), drawn);
   if (!drawn) return;
-  EXPECT_EQ(load_image(out / (name + ".png")).width, 930 * panels);
+  EXPECT_EQ(read_picture(out / (name + ".png")).width, 930 * panels);
 }
 
 /// The settings of a curve.

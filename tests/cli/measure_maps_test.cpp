@@ -8,7 +8,7 @@
 
 #include "cli/call.h"
 #include "cli/lab_scene.h"
-#include "kiln/kiln.h"
+#include "kiln/image.h"
 #include "support/environment.h"
 #include "support/json_file.h"
 #include "support/process.h"

@@ -11,7 +11,7 @@
 #include "cli/interrupted.h"
 #include "cli/lab_scene.h"
 #include "cli/measure_files.h"
-#include "kiln/kiln.h"
+#include "kiln/mesh.h"
 #include "support/environment.h"
 #include "support/process.h"
 #include "support/shapes.h"

@@ -11,7 +11,8 @@
 #include "cli/call.h"
 #include "cli/command_scene.h"
 #include "cli/interrupted.h"
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
+#include "kiln/image.h"
 #include "support/environment.h"
 #include "support/process.h"
 

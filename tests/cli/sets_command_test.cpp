@@ -9,6 +9,7 @@
 #include "cli/command_scene.h"
 #include "kiln/asset.h"
 #include "support/json_file.h"
+#include "support/pictures.h"
 
 namespace kiln {
 namespace {
@@ -47,8 +48,8 @@ TEST(SetsCommand, MaterialsThatOverlapGetMapsOfTheirOwn) {
   expect_exit(result, 0, {});
   EXPECT_EQ(names(scene / "o"),
             (std::vector<std::string>{"low_Glass_pane_1_normal.png", "low_body_normal.png"}));
-  EXPECT_EQ(load_image(scene / "o/low_body_normal.png").width, 32U);
-  EXPECT_EQ(load_image(scene / "o/low_Glass_pane_1_normal.png").width, 64U);
+  EXPECT_EQ(test::read_picture(scene / "o/low_body_normal.png").width, 32U);
+  EXPECT_EQ(test::read_picture(scene / "o/low_Glass_pane_1_normal.png").width, 64U);
   const auto report = read_json(scene / "r.json");
   EXPECT_EQ(report["options"]["sets"], "material");
   ASSERT_EQ(report["sets"].size(), 2U);
@@ -124,7 +125,7 @@ TEST(SetsCommand, MaterialsSpanTiles) {
   EXPECT_EQ(names(scene / "o"),
             (std::vector<std::string>{"low_a_normal.1001.png", "low_a_normal.1002.png",
                                       "low_b_normal.1001.png", "low_b_normal.1002.png"}));
-  EXPECT_EQ(load_image(scene / "o/low_b_normal.1002.png").width, 32U);
+  EXPECT_EQ(test::read_picture(scene / "o/low_b_normal.1002.png").width, 32U);
   EXPECT_EQ(read_json(scene / "r.json")["sets"][1]["tile"], "1002");
   std::vector<std::string> glb = by_material;
   glb[4] = scene / "low.glb";
@@ -212,7 +213,8 @@ TEST(SetsCommand, MatchesAndReasonsAreOfASet) {
     again[4] = scene / "again";
     expect_exit(call_kiln(with(again, {"--load-match", scene / "m/m.exr"})), 0, {});
     for (const std::string& name : names(scene / "again")) {
-      EXPECT_EQ(load_image(scene / "o" / name).pixels, load_image(scene / "again" / name).pixels)
+      EXPECT_EQ(test::read_picture(scene / "o" / name).pixels,
+                test::read_picture(scene / "again" / name).pixels)
           << name;
     }
     EXPECT_EQ(names(scene / "again").size(), 2U);
@@ -237,7 +239,7 @@ TEST(SetsCommand, ArePlannedOneByOne) {
     EXPECT_TRUE(set["auto"]["reached"]);
     EXPECT_LE(set["auto"]["chosen"]["mean_angle_degrees"], 8);
     EXPECT_LT(set["width"], 512);
-    EXPECT_EQ(load_image(set["files"][0].get<std::string>()).width, set["width"]);
+    EXPECT_EQ(test::read_picture(set["files"][0].get<std::string>()).width, set["width"]);
   }
 }
 

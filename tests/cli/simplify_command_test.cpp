@@ -13,7 +13,6 @@
 #include "cli/call.h"
 #include "cli/chart_files.h"
 #include "cli/command_scene.h"
-#include "kiln/kiln.h"
 #include "kiln/plan.h"
 #include "mesh/fans.h"
 #include "source/streamed_files.h"

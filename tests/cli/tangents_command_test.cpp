@@ -11,8 +11,9 @@
 #include <vector>
 
 #include "cli/call.h"
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "support/environment.h"
+#include "support/pictures.h"
 #include "support/process.h"
 
 namespace kiln {
@@ -70,7 +71,7 @@ TEST(TangentsCommand, ThoseOfTheFileAreTaken) {
     if (says != nullptr) {
       says->assign(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
     }
-    return load_image(folder / "maps" / (low + "_normal.exr"));
+    return test::read_picture(folder / "maps" / (low + "_normal.exr"));
   };
   std::string report;
   const Image mikk = bake("plain", {}), own = bake("turned", {}, &report);

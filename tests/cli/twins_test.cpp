@@ -6,6 +6,7 @@
 
 #include "cli/call.h"
 #include "cli/command_scene.h"
+#include "support/pictures.h"
 
 namespace kiln {
 namespace {
@@ -21,7 +22,7 @@ struct Apart {
 };
 
 Apart compare(const fs::path& a, const fs::path& b) {
-  const Image one = load_image(a), other = load_image(b);
+  const Image one = test::read_picture(a), other = test::read_picture(b);
   Apart apart;
   if (one.pixels.size() != other.pixels.size()) throw std::runtime_error("maps of two sizes");
   for (std::size_t i = 0; i < one.pixels.size(); ++i) {

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/call.h"
-#include "kiln/kiln.h"
+#include "kiln/image.h"
 #include "support/environment.h"
 #include "support/json_file.h"
 #include "support/process.h"

@@ -6,10 +6,11 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/call.h"
-#include "kiln/kiln.h"
+#include "kiln/mesh.h"
 #include "kiln/volume.h"
 #include "support/environment.h"
 #include "support/json_file.h"
+#include "support/pictures.h"
 #include "support/process.h"
 #include "support/volumes.h"
 
@@ -55,7 +56,7 @@ TEST(VolumeCommand, WritesMeshAndMap) {
   EXPECT_EQ(report["low"]["faces"], low.triangles.size());
   EXPECT_EQ(report["low"]["non_manifold_edges"], 0);
   EXPECT_EQ(low.uv_triangles.size(), low.triangles.size());
-  EXPECT_EQ(load_image(scene / "out" / "ball_low_normal.png").width, 256U);
+  EXPECT_EQ(test::read_picture(scene / "out" / "ball_low_normal.png").width, 256U);
   // Edges without length are taken out, of which there are few.
   const auto quads = report["contour"]["quads"].get<std::size_t>();
   EXPECT_LE(load_mesh(scene / "full.obj").triangles.size(), 2 * quads);
@@ -97,7 +98,7 @@ TEST(VolumeCommand, MakesSeveralLevels) {
     EXPECT_EQ(levels[k]["faces"], mesh.triangles.size());
     EXPECT_LE(mesh.triangles.size(), most);
     most = mesh.triangles.size() / 4;
-    EXPECT_EQ(load_image(scene / "out" / (stem + "_normal.png")).width, 256U >> k);
+    EXPECT_EQ(test::read_picture(scene / "out" / (stem + "_normal.png")).width, 256U >> k);
     EXPECT_EQ(test::topology(mesh).parts, 1U);
   }
   // Each level is what the command makes with the same faces and map.
@@ -180,7 +181,8 @@ TEST(VolumeCommand, ChoosesWhatNoFlagSays) {
   json report = read_json(scene / "r.json");
   EXPECT_LE(report["low"]["faces"], report["contour"]["quads"].get<int>() / 10 + 1);
   EXPECT_EQ(report["used"]["topology"], "keep");
-  EXPECT_EQ(report["used"]["size"], load_image(scene / "out" / "ball_low_normal.png").width);
+  EXPECT_EQ(report["used"]["size"],
+            test::read_picture(scene / "out" / "ball_low_normal.png").width);
   EXPECT_NEAR(report["map"]["texels_per_cell"].get<double>(), 1, 0.2);
   EXPECT_EQ(report["options"]["size"], "auto");
   EXPECT_EQ(report["options"]["error"], "auto");

@@ -12,6 +12,7 @@
 
 #include "cl/context.h"
 #include "detail/occlusion_scene.h"
+#include "kiln/limits.h"
 #include "kiln/unwrap.h"
 #include "support/shapes.h"
 

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "detail/curvature_check.h"
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "mesh/vector.h"
 #include "support/environment.h"
 #include "support/shapes.h"

@@ -8,7 +8,7 @@
 
 #include "image/gutter.h"
 #include "image/value_range.h"
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "kiln/material.h"
 #include "mesh/vector.h"
 #include "support/environment.h"

@@ -9,7 +9,7 @@
 
 #include "base/srgb.h"
 #include "image/gutter.h"
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "kiln/material.h"
 #include "support/environment.h"
 #include "support/shapes.h"

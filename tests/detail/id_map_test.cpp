@@ -10,7 +10,7 @@
 
 #include "detail/id_colors.h"
 #include "image/gutter.h"
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "image/gutter.h"
-#include "kiln/kiln.h"
 #include "kiln/session.h"
+#include "kiln/validate.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "image/gutter.h"
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "detail/occlusion_scene.h"
+#include "kiln/validate.h"
 #include "support/environment.h"
 
 namespace kiln {

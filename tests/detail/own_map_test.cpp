@@ -8,7 +8,7 @@
 #include <string>
 
 #include "image/gutter.h"
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 

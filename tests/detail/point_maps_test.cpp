@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "image/gutter.h"
-#include "kiln/kiln.h"
 #include "kiln/session.h"
 #include "mesh/curvature.h"
 #include "mesh/kernels_shared.h"

@@ -12,7 +12,7 @@
 #include "base/memory.h"
 #include "base/srgb.h"
 #include "image/gutter.h"
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "kiln/limits.h"
 #include "kiln/material.h"
 #include "support/environment.h"

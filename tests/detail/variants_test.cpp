@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "kiln/kiln.h"
 #include "kiln/session.h"
 #include "support/environment.h"
 #include "support/shapes.h"

@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include "kiln/kiln.h"
 #include "kiln/session.h"
 #include "match/visibility.h"
 #include "mesh/frame.h"

@@ -2,7 +2,8 @@
 
 #include <fstream>
 
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
+#include "kiln/image.h"
 #include "kiln/render.h"
 #include "kiln/simplify.h"
 #include "support/environment.h"

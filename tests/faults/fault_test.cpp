@@ -26,7 +26,6 @@
 #include <vector>
 
 #include "faults/commands.h"
-#include "kiln/kiln.h"
 #include "support/environment.h"
 #include "support/process.h"
 

@@ -13,7 +13,9 @@
 
 #include "base/memory.h"
 #include "cl/context.h"
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
+#include "kiln/image.h"
+#include "kiln/limits.h"
 #include "kiln/unwrap.h"
 #include "support/environment.h"
 #include "support/process.h"

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "kiln/files.h"
-#include "kiln/kiln.h"
+#include "kiln/limits.h"
 #include "kiln/reasons.h"
 #include "program.h"
 

@@ -41,7 +41,7 @@ void take_image(const std::uint8_t* data, std::size_t size) {
   image.channels = 4;
   image.pixels.resize(std::size_t{image.width} * image.height * image.channels);
   std::memcpy(image.pixels.data(), data + 1, std::min(size - 1, 4 * image.pixels.size()));
-  check(low, kiln::cage_of(image, "input", low), true);
+  check(low, kiln::cage_from_image(image, "input", low), true);
 }
 
 void take_text(std::string_view text) {

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "io/image/image_reader.h"
+#include "kiln/error.h"
 
 namespace kiln::test {
 

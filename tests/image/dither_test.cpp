@@ -6,7 +6,7 @@
 #include <numbers>
 #include <vector>
 
-#include "kiln/kiln.h"
+#include "kiln/image.h"
 
 namespace kiln {
 namespace {

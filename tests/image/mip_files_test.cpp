@@ -11,7 +11,7 @@
 #include <fstream>
 #include <random>
 
-#include "kiln/kiln.h"
+#include "kiln/image.h"
 #include "support/environment.h"
 
 namespace kiln {

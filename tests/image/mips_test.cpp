@@ -10,7 +10,6 @@
 
 #include "image/gutter.h"
 #include "image/two_quads.h"
-#include "kiln/kiln.h"
 #include "kiln/render.h"
 #include "kiln/unwrap.h"
 #include "mesh/charts.h"

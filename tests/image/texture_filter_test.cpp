@@ -13,6 +13,7 @@
 #include "base/parallel.h"
 #include "base/srgb.h"
 #include "kiln/error.h"
+#include "kiln/image.h"
 
 namespace kiln {
 namespace {

@@ -1,7 +1,7 @@
 // The least mesh of two charts.
 #pragma once
 
-#include "kiln/kiln.h"
+#include "kiln/mesh.h"
 
 namespace kiln::test {
 

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "job/job_scene.h"
+#include "kiln/image.h"
 
 namespace kiln::test {
 namespace {

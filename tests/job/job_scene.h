@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "job/run.h"
-#include "kiln/asset.h"
 #include "kiln/job.h"
 #include "support/environment.h"
 #include "support/shapes.h"

@@ -7,7 +7,8 @@
 #include <vector>
 
 #include "job/stages.h"
-#include "kiln/kiln.h"
+#include "kiln/image_data.h"
+#include "kiln/match.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 

@@ -1,6 +1,6 @@
 # Fails where an #include of host/ climbs: a room includes from rooms on lower floors and from itself. So do the folders
 # of tools/kiln. Headers of POSIX and of Windows are for base and cl alone; in the command, for what replaces functions of
-# glibc.
+# glibc. No file but examples includes all of the public API's core at once.
 #
 # Run as: cmake -DROOT=<folder that has host/> -P layers.cmake
 cmake_policy(VERSION 3.25)
@@ -78,6 +78,16 @@ foreach(file IN LISTS files)
     string(APPEND found "${file}: ${line} is for base\n")
   endforeach()
 endforeach()
+# <kiln/kiln.h> is for programs that use Kiln: in here, each change of one of its headers would compile all files anew.
+file(GLOB_RECURSE files RELATIVE ${ROOT} ${ROOT}/host/*.h ${ROOT}/host/*.cpp ${ROOT}/tests/*.h ${ROOT}/tests/*.cpp
+  ${ROOT}/tools/*.h ${ROOT}/tools/*.cpp)
+list(FILTER files EXCLUDE REGEX "^(tests/(package|lint)|tools/examples)/")
+foreach(file IN LISTS files)
+  file(STRINGS ${ROOT}/${file} lines REGEX "^[ \t]*#[ \t]*include[ \t]+[<\"]kiln/kiln[.]h")
+  if(lines)
+    string(APPEND found "${file} includes kiln/kiln.h: include the headers it uses\n")
+  endif()
+endforeach()
 if(found)
-  message(FATAL_ERROR "Includes of host/ and tools/kiln go down the floors only (host/README.md), but:\n${found}")
+  message(FATAL_ERROR "Includes of host/ and tools/kiln go down the floors only (host/README.md), and name single headers, but:\n${found}")
 endif()

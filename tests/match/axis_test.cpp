@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 

@@ -10,7 +10,6 @@
 
 #include "hard.h"
 #include "hard_scenes.h"
-#include "kiln/kiln.h"
 #include "support/environment.h"
 #include "support/hard_scene.h"
 #include "support/shapes.h"

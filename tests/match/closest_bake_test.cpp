@@ -4,7 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
+#include "kiln/image.h"
 #include "shared/common.h"
 #include "shared/match.h"
 #include "support/environment.h"

@@ -8,7 +8,6 @@
 
 #include "hard.h"
 #include "hard_scenes.h"
-#include "kiln/kiln.h"
 #include "kiln/session.h"
 #include "mesh/hard_edges.h"
 #include "reference/ray.h"

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "shared/match.h"
 #include "support/environment.h"
 #include "support/shapes.h"

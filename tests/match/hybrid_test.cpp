@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "match/visibility.h"
 #include "mesh/frame.h"
 #include "mesh/kernels_shared.h"

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "hard_scenes.h"
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "reference/ray.h"
 #include "shared/match.h"
 #include "support/environment.h"

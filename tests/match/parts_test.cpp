@@ -10,7 +10,7 @@
 
 #include "cl/context.h"
 #include "hard_scenes.h"
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "support/environment.h"
 #include "support/hard_scene.h"
 #include "support/shapes.h"

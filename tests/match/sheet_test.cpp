@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "hard_scenes.h"
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "mesh/open_sheets.h"
 #include "support/environment.h"
 #include "support/hard_scene.h"

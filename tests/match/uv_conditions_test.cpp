@@ -1,7 +1,7 @@
 // Matching by UVs: the two conditions, and samples that have no point.
 #include <gtest/gtest.h>
 
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "match/uv_scene.h"
 #include "mesh/kernels_shared.h"
 #include "support/environment.h"

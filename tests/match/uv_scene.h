@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "support/shapes.h"
 
 namespace kiln::test {

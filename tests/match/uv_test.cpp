@@ -11,7 +11,7 @@
 #include <random>
 #include <set>
 
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "match/uv_points.h"
 #include "match/uv_scene.h"
 #include "mesh/kernels_shared.h"

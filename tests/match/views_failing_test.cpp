@@ -6,7 +6,8 @@
 #include <cstdio>
 #include <random>
 
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
+#include "kiln/image.h"
 #include "match/views_scene.h"
 #include "mesh/vector.h"
 #include "shared/match.h"

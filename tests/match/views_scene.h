@@ -8,7 +8,8 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
+#include "kiln/image.h"
 #include "shared/common.h"
 #include "shared/match.h"
 #include "support/environment.h"

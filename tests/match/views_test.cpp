@@ -11,7 +11,7 @@
 #include "accel/depth_views.h"
 #include "accel/raster.h"
 #include "cl/context.h"
-#include "kiln/kiln.h"
+#include "kiln/image.h"
 #include "kiln/session.h"
 #include "match/views_scene.h"
 #include "shared/match.h"

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "match/visibility.h"
 #include "match/visibility_scene.h"
 #include "mesh/frame.h"

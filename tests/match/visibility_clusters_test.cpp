@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <numbers>
 
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 

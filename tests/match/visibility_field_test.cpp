@@ -6,7 +6,7 @@
 #include <map>
 #include <numbers>
 
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "match/visibility.h"
 #include "match/visibility_scene.h"
 #include "mesh/frame.h"

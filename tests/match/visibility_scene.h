@@ -6,7 +6,7 @@
 #include <numbers>
 #include <utility>
 
-#include "kiln/kiln.h"
+#include "kiln/mesh.h"
 
 namespace kiln::test {
 

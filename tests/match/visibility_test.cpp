@@ -9,7 +9,7 @@
 #include <numbers>
 #include <random>
 
-#include "kiln/kiln.h"
+#include "kiln/match.h"
 #include "kiln/render.h"
 #include "mesh/frame.h"
 #include "mesh/kernels_shared.h"

@@ -7,7 +7,6 @@
 #include <functional>
 #include <numbers>
 
-#include "kiln/kiln.h"
 #include "kiln/measure.h"
 #include "shared/common.h"
 #include "shared/match.h"

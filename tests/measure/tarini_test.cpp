@@ -7,7 +7,6 @@
 #include <numbers>
 
 #include "kiln/assess.h"
-#include "kiln/kiln.h"
 #include "kiln/measure.h"
 #include "mesh/charts.h"
 #include "mesh/vector.h"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "kiln/kiln.h"
+#include "kiln/validate.h"
 #include "support/shapes.h"
 
 namespace kiln {

@@ -6,7 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "kiln/kiln.h"
 #include "kiln/normals.h"
 #include "support/shapes.h"
 

@@ -11,7 +11,6 @@
 #include <string>
 #include <vector>
 
-#include "kiln/kiln.h"
 #include "kiln/normals.h"
 #include "kiln/simplify.h"
 #include "mesh/crease_rule.h"

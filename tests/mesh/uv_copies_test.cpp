@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "mesh/low_surface.h"
 #include "support/environment.h"
 #include "support/shapes.h"

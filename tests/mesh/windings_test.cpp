@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "kiln/kiln.h"
+#include "kiln/mesh.h"
 #include "support/shapes.h"
 
 namespace kiln {

@@ -9,7 +9,6 @@
 #include "bake/map_units.h"
 #include "detail/occlusion_scene.h"
 #include "detail/registry.h"
-#include "kiln/kiln.h"
 #include "kiln/plan.h"
 #include "support/environment.h"
 #include "support/shapes.h"

@@ -9,7 +9,6 @@
 #include <span>
 #include <vector>
 
-#include "kiln/kiln.h"
 #include "kiln/plan.h"
 #include "support/environment.h"
 #include "support/shapes.h"

@@ -6,7 +6,6 @@
 #include <cstdint>
 
 #include "hard_scenes.h"
-#include "kiln/kiln.h"
 #include "kiln/measure.h"
 #include "kiln/normals.h"
 #include "kiln/plan.h"

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <vector>
 
-#include "kiln/kiln.h"
 #include "kiln/measure.h"
 #include "kiln/plan.h"
 #include "kiln/render.h"

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "kiln/height_field.h"
-#include "kiln/kiln.h"
+#include "kiln/limits.h"
 #include "kiln/measure.h"
 #include "kiln/plan.h"
 #include "kiln/render.h"

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "kiln/kiln.h"
 #include "kiln/plan.h"
 #include "measure/normal_probe.h"
 #include "plan/plan_scene.h"

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "kiln/bake.h"
+#include "kiln/match.h"
 #include "kiln/mesh.h"
 
 namespace kiln::reference {

@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "kiln/render.h"
+#include "kiln/map.h"
 #include "mesh/low_surface.h"
 
 namespace kiln::test {

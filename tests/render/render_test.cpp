@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "kiln/bake.h"
+#include "kiln/image.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 

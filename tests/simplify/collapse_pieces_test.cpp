@@ -14,7 +14,6 @@
 #include <utility>
 #include <vector>
 
-#include "kiln/contour.h"
 #include "kiln/limits.h"
 #include "mesh/vertex_lists.h"
 #include "simplify/collapse_queue.h"

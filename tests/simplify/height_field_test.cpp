@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "kiln/limits.h"
 #include "kiln/simplify.h"
 #include "simplify/height_layout.h"

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "kiln/kiln.h"
 #include "kiln/simplify.h"
 #include "support/shapes.h"
 

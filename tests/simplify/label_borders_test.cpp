@@ -10,7 +10,6 @@
 #include <utility>
 #include <vector>
 
-#include "kiln/kiln.h"
 #include "kiln/simplify.h"
 #include "simplify/presimplify.h"
 #include "simplify/simplify_levels.h"

@@ -10,7 +10,6 @@
 #include <tuple>
 #include <vector>
 
-#include "kiln/kiln.h"
 #include "kiln/limits.h"
 #include "kiln/normals.h"
 #include "kiln/plan.h"

@@ -10,7 +10,6 @@
 #include <set>
 #include <vector>
 
-#include "kiln/contour.h"
 #include "kiln/simplify.h"
 #include "mesh/fans.h"
 #include "mesh/surface_distance.h"

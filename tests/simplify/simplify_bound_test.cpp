@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "kiln/contour.h"
 #include "kiln/simplify.h"
 #include "mesh/surface_distance.h"
 #include "mesh/vector.h"

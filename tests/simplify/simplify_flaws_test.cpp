@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "kiln/contour.h"
 #include "kiln/height_field.h"
+#include "kiln/map.h"
 #include "kiln/simplify.h"
 #include "mesh/weld.h"
 #include "simplify/collapse.h"

@@ -5,7 +5,6 @@
 
 #include <vector>
 
-#include "kiln/kiln.h"
 #include "kiln/simplify.h"
 #include "support/shapes.h"
 

@@ -9,7 +9,8 @@
 #include <vector>
 
 #include "base/srgb.h"
-#include "kiln/kiln.h"
+#include "kiln/image.h"
+#include "kiln/limits.h"
 #include "kiln/plan.h"
 #include "kiln/simplify.h"
 #include "kiln/unwrap.h"

@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "kiln/kiln.h"
 #include "kiln/simplify.h"
 #include "kiln/unwrap.h"
 #include "mesh/surface_distance.h"

@@ -13,7 +13,6 @@
 #include <string>
 #include <vector>
 
-#include "kiln/kiln.h"
 #include "kiln/limits.h"
 #include "kiln/normals.h"
 #include "kiln/simplify.h"

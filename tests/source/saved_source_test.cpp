@@ -17,7 +17,6 @@
 #include "base/byte_hash.h"
 #include "kiln/files.h"
 #include "kiln/job.h"
-#include "kiln/kiln.h"
 #include "shared/bvh.h"
 #include "source/saved_tree.h"
 #include "support/environment.h"

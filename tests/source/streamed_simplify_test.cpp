@@ -16,7 +16,7 @@
 
 #include "asset/ply_stream.h"
 #include "kiln/job.h"
-#include "kiln/kiln.h"
+#include "kiln/limits.h"
 #include "kiln/simplify.h"
 #include "mesh/surface_distance.h"
 #include "mesh/vector.h"

@@ -18,7 +18,6 @@
 #include "base/memory.h"
 #include "base/progress_guard.h"
 #include "kiln/job.h"
-#include "kiln/kiln.h"
 #include "kiln/limits.h"
 #include "mesh/vector.h"
 #include "source/chunked_mesh.h"

@@ -1,7 +1,7 @@
 // stability_survey: prints the tables of tests/stability/README.md.
 #include <cstdio>
 
-#include "kiln/kiln.h"
+#include "kiln/device.h"
 #include "stability/survey.h"
 
 int main() {

@@ -9,7 +9,6 @@
 #include <random>
 
 #include "kiln/assess.h"
-#include "kiln/kiln.h"
 #include "shared/match.h"
 #include "support/shapes.h"
 

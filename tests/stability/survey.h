@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "kiln/device.h"
 #include "stability/scenes.h"
 
 namespace kiln::test {

@@ -5,7 +5,9 @@
 #include <optional>
 #include <string>
 
-#include "kiln/device.h"
+namespace kiln {
+class Device;
+}
 
 namespace kiln::test {
 

@@ -5,7 +5,7 @@
 #include <map>
 #include <vector>
 
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "measure/assess_samples.h"
 
 namespace kiln::test {

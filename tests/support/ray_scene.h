@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "accel/ray.h"
-#include "kiln/device.h"
 #include "kiln/render.h"
 #include "support/environment.h"
 

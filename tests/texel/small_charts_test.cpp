@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "image/gutter.h"
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 #include "texel/texel_samples.h"

@@ -6,7 +6,6 @@
 #include <random>
 
 #include "kiln/contour.h"
-#include "kiln/kiln.h"
 #include "kiln/volume.h"
 #include "support/environment.h"
 #include "support/volumes.h"

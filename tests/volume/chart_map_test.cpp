@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "kiln/contour.h"
-#include "kiln/kiln.h"
 #include "kiln/measure.h"
 #include "kiln/plan.h"
 #include "kiln/render.h"

@@ -10,7 +10,6 @@
 
 #include "kiln/contour.h"
 #include "kiln/gradient.h"
-#include "kiln/kiln.h"
 #include "kiln/measure.h"
 #include "kiln/render.h"
 #include "kiln/volume.h"

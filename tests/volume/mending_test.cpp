@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "kiln/contour.h"
-#include "kiln/kiln.h"
 #include "kiln/unwrap.h"
 #include "kiln/volume.h"
 #include "mesh/vector.h"

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "kiln/contour.h"
-#include "kiln/kiln.h"
 #include "kiln/volume.h"
 #include "support/environment.h"
 #include "support/volumes.h"

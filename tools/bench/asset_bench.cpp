@@ -14,7 +14,7 @@
 
 #include "kiln/asset.h"
 #include "kiln/files.h"
-#include "kiln/kiln.h"
+#include "kiln/image.h"
 #include "support.h"
 
 namespace kiln::bench {

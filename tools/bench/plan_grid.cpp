@@ -28,7 +28,6 @@
 #include <utility>
 #include <vector>
 
-#include "kiln/kiln.h"
 #include "kiln/measure.h"
 #include "kiln/normals.h"
 #include "kiln/plan.h"

@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
 
 namespace kiln {
 namespace {

@@ -17,7 +17,6 @@
 #include <string>
 #include <vector>
 
-#include "kiln/kiln.h"
 #include "kiln/render.h"
 #include "kiln/session.h"
 

@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "detail/normal.h"
-#include "kiln/kiln.h"
 #include "kiln/session.h"
 #include "match/uv.h"
 #include "mesh/kernels_shared.h"

@@ -13,8 +13,8 @@
 #include "base/terminal.h"
 #include "cl/driver_state.h"
 #include "commands.h"
+#include "kiln/error.h"
 #include "kiln/files.h"
-#include "kiln/kiln.h"
 
 namespace kiln::cli {
 namespace {

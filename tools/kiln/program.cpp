@@ -8,8 +8,10 @@
 #include <stdexcept>
 
 #include "arguments/unknown_flags.h"
-#include "kiln/kiln.h"
+#include "kiln/image_format.h"
+#include "kiln/limits.h"
 #include "kiln/reasons.h"
+#include "kiln/version.h"
 #include "options/near_words.h"
 #include "options/parse.h"
 

@@ -17,7 +17,6 @@
 #include "crash.h"
 #include "interrupt.h"
 #include "kiln/files.h"
-#include "kiln/kiln.h"
 #include "kiln/option_error.h"
 #include "kiln/reasons.h"
 #include "program.h"

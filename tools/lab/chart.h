@@ -12,8 +12,6 @@
 #include "arguments/surface_arguments.h"
 #include "job/describe.h"
 #include "job/job_options.h"
-#include "kiln/cage.h"
-#include "kiln/kiln.h"
 #include "lab/lab_arguments.h"
 #include "lab/lab_run.h"
 #include "lab/table.h"

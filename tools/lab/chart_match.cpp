@@ -7,6 +7,8 @@
 #include "job/files.h"
 #include "job/job_options.h"
 #include "kiln/assess.h"
+#include "kiln/cage.h"
+#include "kiln/image.h"
 #include "kiln/measure.h"
 #include "kiln/render.h"
 #include "lab/chart.h"

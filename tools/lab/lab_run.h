@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "job/describe.h"
-#include "kiln/kiln.h"
+#include "kiln/error.h"
+#include "kiln/types.h"
+#include "kiln/version.h"
 #include "lab/lab_arguments.h"
 #include "report/console.h"
 

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "job/job_options.h"
-#include "kiln/kiln.h"
 #include "lab/lab_arguments.h"
 
 namespace kiln::cli {

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "job/describe.h"
-#include "kiln/kiln.h"
 #include "kiln/measure.h"
 #include "kiln/render.h"
 #include "lab/lab_arguments.h"

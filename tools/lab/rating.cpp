@@ -13,6 +13,7 @@
 #include "job/transfers.h"
 #include "kiln/assess.h"
 #include "kiln/files.h"
+#include "kiln/image.h"
 #include "kiln/measure.h"
 #include "kiln/render.h"
 #include "lab/lab_run.h"

@@ -9,7 +9,7 @@
 #include <memory>
 #include <vector>
 
-#include "kiln/kiln.h"
+#include "kiln/image_data.h"
 
 namespace kiln::python {
 

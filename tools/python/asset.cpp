@@ -9,6 +9,7 @@
 #include "job/open_shell_sides.h"
 #include "kiln/asset.h"
 #include "kiln/attribute.h"
+#include "kiln/version.h"
 #include "options/words.h"
 
 namespace kiln::python {

@@ -21,6 +21,7 @@
 #include "job/transfers.h"
 #include "kiln/asset.h"
 #include "kiln/collision_hulls.h"
+#include "kiln/image.h"
 #include "kiln/options.h"
 #include "match.h"
 #include "options/parse.h"

@@ -11,6 +11,7 @@
 #include <mutex>
 #include <string_view>
 
+#include "kiln/device.h"
 #include "kiln/option_error.h"
 
 namespace kiln::python {

@@ -10,7 +10,12 @@
 #include <utility>
 #include <vector>
 
-#include "kiln/kiln.h"
+#include "kiln/error.h"
+#include "kiln/progress.h"
+
+namespace kiln {
+class Device;
+}
 
 namespace kiln::python {
 

@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "kiln/match.h"
 #include "source.h"
 
 namespace kiln::python {

@@ -14,6 +14,8 @@
 #include "asset/axes.h"
 #include "base/option.h"
 #include "job/mesh_files.h"
+#include "kiln/validate.h"
+#include "kiln/version.h"
 #include "options/words.h"
 
 namespace kiln::python {

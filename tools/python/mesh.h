@@ -6,9 +6,13 @@
 #include <vector>
 
 #include "call.h"
-#include "kiln/asset.h"
-#include "kiln/material.h"
-#include "kiln/simplify.h"
+#include "kiln/mesh.h"
+
+namespace kiln {
+struct Asset;
+struct Material;
+struct SimplifyReport;
+}  // namespace kiln
 
 namespace kiln::python {
 

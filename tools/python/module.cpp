@@ -4,6 +4,7 @@
 #include "call.h"
 #include "job.h"
 #include "kiln/limits.h"
+#include "kiln/version.h"
 #include "match.h"
 #include "measure.h"
 #include "mesh.h"

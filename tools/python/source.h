@@ -6,6 +6,7 @@
 #include <string>
 
 #include "kiln/normals.h"
+#include "kiln/source.h"
 #include "mesh.h"
 
 namespace kiln::python {

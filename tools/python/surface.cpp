@@ -9,7 +9,6 @@
 #include "job/high_poly_input.h"
 #include "kiln/clean.h"
 #include "kiln/height_field.h"
-#include "kiln/image.h"
 #include "kiln/normals.h"
 #include "kiln/simplify.h"
 #include "kiln/texture_sets.h"

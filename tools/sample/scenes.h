@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "kiln/image.h"
+#include "kiln/image_data.h"
 #include "kiln/mesh.h"
 #include "sweep.h"
 

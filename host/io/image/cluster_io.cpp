@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "io/image/exr.h"
-#include "kiln/bake.h"
+#include "kiln/match.h"
 
 namespace kiln {
 

@@ -20,7 +20,9 @@
 #include "io/file/byte_source.h"
 #include "io/image/exr_header.h"
 #include "io/image/image_rows.h"
-#include "kiln/image.h"
+#include "kiln/error.h"
+#include "kiln/image_data.h"
+#include "kiln/image_format.h"
 
 namespace kiln {
 

@@ -7,7 +7,8 @@
 #include <span>
 #include <vector>
 
-#include "kiln/image.h"
+#include "kiln/image_data.h"
+#include "kiln/image_format.h"
 
 namespace kiln {
 

@@ -6,7 +6,8 @@
 
 #include "io/file/bounds.h"
 #include "io/file/byte_source.h"
-#include "kiln/image.h"
+#include "kiln/image_data.h"
+#include "kiln/image_format.h"
 
 namespace kiln {
 

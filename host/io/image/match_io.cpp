@@ -19,7 +19,6 @@
 #include "io/image/exr_header.h"
 #include "io/image/image_reader.h"
 #include "io/image/match_reader.h"
-#include "kiln/bake.h"
 #include "kiln/validate.h"
 #include "shared/match.h"
 

@@ -5,7 +5,7 @@
 
 #include "io/file/bounds.h"
 #include "io/file/byte_source.h"
-#include "kiln/bake.h"
+#include "kiln/match.h"
 
 namespace kiln {
 

@@ -10,7 +10,7 @@
 
 #include "io/image/image_rows.h"
 #include "kiln/asset.h"
-#include "kiln/image.h"
+#include "kiln/image_format.h"
 
 namespace kiln {
 

@@ -10,6 +10,7 @@
 #include "io/image/gpu_texture.h"
 #include "io/image/picture.h"
 #include "io/image/png.h"
+#include "kiln/image.h"
 
 namespace kiln {
 namespace {

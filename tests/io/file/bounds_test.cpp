@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "kiln/error.h"
+#include "kiln/limits.h"
 
 namespace kiln {
 namespace {

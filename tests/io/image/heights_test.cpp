@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "kiln/height_field.h"
+#include "kiln/image.h"
 #include "support/environment.h"
 #include "support/tiff_file.h"
 

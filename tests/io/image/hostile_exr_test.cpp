@@ -12,7 +12,7 @@
 #include "hostile.h"
 #include "io/image/image_reader.h"
 #include "io/image/match_reader.h"
-#include "kiln/bake.h"
+#include "kiln/image.h"
 #include "support/environment.h"
 
 namespace kiln {

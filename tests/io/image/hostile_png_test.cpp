@@ -9,6 +9,7 @@
 
 #include "hostile.h"
 #include "io/image/image_reader.h"
+#include "kiln/image.h"
 #include "support/environment.h"
 
 namespace kiln {

@@ -10,7 +10,8 @@
 #include <sstream>
 #include <string>
 
-#include "kiln/image.h"
+#include "kiln/image_data.h"
+#include "kiln/image_format.h"
 
 namespace kiln::test {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "kiln/kiln.h"
+#include "kiln/image.h"
 #include "support/environment.h"
 
 namespace kiln {

@@ -17,7 +17,8 @@
 #include <tuple>
 #include <vector>
 
-#include "kiln/bake.h"
+#include "kiln/image.h"
+#include "kiln/match.h"
 #include "shared/match.h"
 #include "support/environment.h"
 

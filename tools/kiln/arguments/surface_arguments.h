@@ -7,7 +7,6 @@
 
 #include "job/describe.h"
 #include "kiln/contour.h"
-#include "kiln/kiln.h"
 #include "kiln/volume.h"
 #include "options/option_table.h"
 

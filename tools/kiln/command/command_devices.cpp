@@ -13,7 +13,6 @@
 #include "commands.h"
 #include "job/describe.h"
 #include "kiln/job.h"
-#include "kiln/kiln.h"
 #include "kiln/options.h"
 #include "options/json.h"
 #include "options/option_table.h"

@@ -14,7 +14,6 @@
 #include "job/match_inputs.h"
 #include "job/mesh_files.h"
 #include "kiln/files.h"
-#include "kiln/kiln.h"
 #include "kiln/render.h"
 #include "kiln/simplify.h"
 #include "options/option_table.h"

@@ -11,6 +11,7 @@
 #include "job/job_options.h"
 #include "job/match_inputs.h"
 #include "kiln/cage.h"
+#include "kiln/limits.h"
 #include "kiln/measure.h"
 #include "kiln/render.h"
 #include "options/parse.h"

@@ -9,7 +9,6 @@
 #include "job/describe.h"
 #include "job/high_poly_input.h"
 #include "job/job_options.h"
-#include "kiln/kiln.h"
 #include "kiln/render.h"
 #include "picture/mapped_mesh.h"
 #include "picture/sheet.h"

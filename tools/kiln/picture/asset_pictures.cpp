@@ -14,7 +14,7 @@
 #include "job/mesh_files.h"
 #include "job/run.h"
 #include "kiln/asset.h"
-#include "kiln/kiln.h"
+#include "kiln/image.h"
 #include "kiln/render.h"
 #include "kiln/texture_sets.h"
 #include "picture/mapped_mesh.h"

@@ -7,9 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "kiln/device.h"
-#include "kiln/image.h"
-#include "kiln/job.h"
+#include "kiln/image_data.h"
+
+namespace kiln {
+class Device;
+struct Job;
+}  // namespace kiln
 
 namespace kiln::cli {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "kiln/image.h"
+#include "kiln/image_data.h"
 
 namespace kiln::cli {
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "job/map_file.h"
+#include "kiln/image.h"
 #include "kiln/render.h"
 #include "picture/sheet.h"
 

@@ -4,8 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "kiln/asset.h"
-#include "kiln/kiln.h"
+#include "kiln/material.h"
 #include "kiln/render.h"
 
 namespace kiln::cli {

@@ -9,6 +9,7 @@
 #include "base/srgb.h"
 #include "image/wrap.h"
 #include "job/mesh_files.h"
+#include "kiln/image.h"
 #include "kiln/texture_sets.h"
 #include "picture/mapped_mesh.h"
 

@@ -7,8 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "kiln/kiln.h"
-#include "kiln/measure.h"
 #include "kiln/render.h"
 #include "picture/canvas.h"
 

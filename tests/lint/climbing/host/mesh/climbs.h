@@ -2,3 +2,4 @@
 #include <unistd.h>
 
 #include "bake/bake.h"
+#include "kiln/kiln.h"
