@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -115,6 +116,53 @@ TEST_F(KeptAsset, HasPicturesOfItsFiles) {
   EXPECT_FALSE(cache_.get_derived_data(second));
 }
 
+/// Each of these could change a file that a bake writes.
+TEST_F(KeptAsset, EachOptionOfTheBakeIsPartOfTheKey) {
+  const auto key = [&](const BatchAsset& asset) {
+    return cache_.derived_data_key(asset, {}, "page");
+  };
+  const std::vector<std::pair<const char*, std::function<void(Job&)>>> changes = {
+      {"", [](Job&) {}},
+      {"width", [](Job& job) { job.bake.width += 16; }},
+      {"height", [](Job& job) { job.bake.height += 16; }},
+      {"samples", [](Job& job) { job.bake.samples += 1; }},
+      {"padding", [](Job& job) { job.bake.encoding.gutter += 1; }},
+      {"flip-y", [](Job& job) { job.bake.encoding.flip_y = true; }},
+      {"space", [](Job& job) { job.bake.encoding.space = NormalMapSpace::object; }},
+      {"distance",
+       [](Job& job) {
+         job.bake.match.max_distance = {0.5, false};
+       }},
+      {"relative distance",
+       [](Job& job) {
+         job.bake.match.max_distance = {0.5, true};
+       }},
+      {"high", [](Job& job) { job.high = {"/another.obj"}; }},
+      {"two of high", [](Job& job) { job.high.push_back(job.high[0]); }},
+      {"low", [](Job& job) { job.low = JobLow("/other.obj"); }},
+      {"out", [](Job& job) { job.out += "/x"; }},
+      {"cage", [](Job& job) { job.cage_auto = true; }},
+      {"cage mesh", [](Job& job) { job.cage_mesh = "cage.obj"; }}};
+  std::map<std::string, std::string> first;
+  for (const auto& [name, change] : changes) {
+    BatchAsset other = asset_;
+    change(other.job);
+    const auto [entry, is_new] = first.emplace(key(other), name);
+    EXPECT_TRUE(is_new) << name << " has the key of '" << entry->second << "'";
+  }
+  const std::string plain = key(asset_);
+  BatchAsset hooked = asset_;
+  hooked.after = "true";
+  EXPECT_NE(key(hooked), plain);
+  // None of these changes a file of the bake.
+  BatchAsset alike = asset_;
+  alike.job.quiet = true;
+  alike.job.device = "another";
+  alike.before = "true";
+  alike.retries = 3;
+  EXPECT_EQ(key(alike), plain);
+}
+
 TEST(BakeCacheParts, AnotherBuildOfKilnBakesAnew) {
   const fs::path folder = make_studio({"a"});
   write(folder / "job.toml", kStudioJob);
@@ -199,6 +247,9 @@ TEST(SourceCache, TellsMeshesApartByAllThatABakeReads) {
   mesh.normals.assign(mesh.positions.size(), Vec3{0, 0, 1});
   mesh.normal_triangles = mesh.triangles;
   mesh.colors.assign(mesh.positions.size(), {1, 2, 3, 4});
+  mesh.uvs.assign(mesh.positions.size(), Vec2{0.25F, 0.5F});
+  mesh.uv_triangles = mesh.triangles;
+  mesh.tangents.assign(3 * mesh.triangles.size(), Tangent{{1, 0, 0}, 1});
   SourceCache cache(100);
   cache.get(*device(), mesh, RayTraversal::automatic);
   cache.get(*device(), mesh, RayTraversal::automatic);
@@ -217,6 +268,32 @@ TEST(SourceCache, TellsMeshesApartByAllThatABakeReads) {
       [](Mesh& m) {
         m.material_names = {"skin"};
         m.materials.assign(m.triangles.size(), 0);
+      },
+      [](Mesh& m) {
+        m.material_names = {"leaf"};
+        m.materials.assign(m.triangles.size(), 0);
+      },
+      [](Mesh& m) {
+        m.group_names = {"skin"};
+        m.groups.assign(m.triangles.size(), 0);
+      },
+      [](Mesh& m) {
+        m.object_names = {"skin"};
+        m.objects.assign(m.triangles.size(), 0);
+      },
+      [](Mesh& m) { m.material_files = {"skin.mtl"}; },
+      [](Mesh& m) { m.name = "other"; },
+      [](Mesh& m) { m.uvs[7].x = 0.75F; },
+      [](Mesh& m) { std::swap(m.uv_triangles[0], m.uv_triangles[1]); },
+      [](Mesh& m) { m.tangents[4].sign = -1; },
+      [](Mesh& m) {
+        m.polygons.resize(m.triangles.size());
+        std::iota(m.polygons.begin(), m.polygons.end(), 0U);
+      },
+      [](Mesh& m) { m.metres = 1; },
+      [](Mesh& m) { m.uv_set = 1; },
+      [](Mesh& m) {
+        m.other_uvs = {{1, m.uvs}};
       }};
   std::size_t made = 1;
   for (const auto& change : changes) {
@@ -227,6 +304,20 @@ TEST(SourceCache, TellsMeshesApartByAllThatABakeReads) {
   }
   cache.get(*device(), mesh, RayTraversal::automatic);
   EXPECT_EQ(cache.built_count(), made);
+  cache.get(*device(), mesh, RayTraversal::cpu);
+  EXPECT_EQ(cache.built_count(), made + 1);
+}
+
+TEST(SourceCache, KeepsWhatWasUsedLast) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh a = cube(1), b = cube(2), c = cube(3);
+  SourceCache cache(2);
+  std::vector<std::size_t> made;
+  for (const Mesh* mesh : {&a, &b, &a, &c, &a, &c, &b}) {
+    cache.get(*device(), *mesh, RayTraversal::automatic);
+    made.push_back(cache.built_count());
+  }
+  EXPECT_EQ(made, (std::vector<std::size_t>{1, 2, 2, 3, 3, 3, 4}));
 }
 
 }  // namespace

@@ -87,6 +87,17 @@ TEST(SmallFile, TextAlone) {
   EXPECT_NE(message.find("contains null bytes"), std::string::npos) << message;
 }
 
+/// Files of /proc state 0 bytes: the limit holds for what they hold.
+TEST(SmallFile, LongOnesThatStateNoSizeAreRefused) {
+  const fs::path path = "/proc/version";
+  if (!is_readable_file(path)) GTEST_SKIP() << "no /proc";
+  const std::string text = read_small_file(path, 1 << 20, "It");
+  ASSERT_GT(text.size(), 1U);
+  EXPECT_EQ(read_small_file(path, text.size(), "It"), text);
+  EXPECT_NE(refusal([&] { read_small_file(path, text.size() - 1, "It"); }).find("longer"),
+            std::string::npos);
+}
+
 TEST(SmallFile, LongOnesAreRefusedUnread) {
   const fs::path path = test::scratch_folder() / "long.txt";
   std::ofstream(path) << "# Kiln made it\n";

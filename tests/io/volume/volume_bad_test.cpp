@@ -201,6 +201,21 @@ TEST(BadVolume, NrrdDetachedData) {
   bad(header + "data file: slice%03d.raw 1 2 1\n", {"slice001.raw", "no such file"});
   bad(header + "data file: slice%03d.raw 1 2\n", {"line 6", "range of file numbers"});
   bad(header + "data file: slice%03d.raw 1 9999999999 1\n", {"line 6", "range of file numbers"});
+  bad(header + "data file: slice%03d.raw 1 2 1 2 3\n", {"line 6", "range of file numbers"});
+  bad(header + "data file: slice%03d.raw 1 2 0\n", {"line 6", "range of file numbers"});
+  bad(header + "data file: slice%03d.raw 2 1 1\n", {"line 6", "range of file numbers"});
+  bad(header + "data file: slice%03d.raw 1 2 -1\n", {"line 6", "range of file numbers"});
+  bad(header + "data file: slice%03d.raw 1 two 1\n", {"line 6", "range of file numbers"});
+  // 2^20 files are too many; numbers from 2^40 on are none, whatever their count.
+  bad(header + "data file: slice%03d.raw 1 1048577 1\n", {"line 6", "range of file numbers"});
+  bad(header + "data file: slice%03d.raw 1099511627776 1099511627776 1\n",
+      {"line 6", "range of file numbers"});
+  bad(header + "data file: slice%d.raw 1099511627775 1099511627775 1\n",
+      {"slice1099511627775.raw", "no such file"});
+  bad(header + "data file: slice%20d.raw 1 1 1\n", {"slice                   1.raw"});
+  bad(header + "data file: slice%21d.raw 1 1 1\n", {"line 6", "no number"});
+  bad(header + "data file: slice%-3d.raw 1 1 1\n", {"line 6", "no number"});
+  bad(header + "data file: slice%04d.raw -7 -7 1\n", {"slice-007.raw", "no such file"});
   bad(header + "data file: slice%s.raw 1 2 1\n", {"line 6", "no number"});
   bad(header + "data file: slice%999999999d.raw 1 2 1\n", {"line 6", "no number"});
   bad(header + "data file: short.raw\nline skip: 3\n", {"fewer lines"});
