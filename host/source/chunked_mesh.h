@@ -23,9 +23,12 @@ struct ChunkOptions {
   /// Maximum number of triangles in a chunk. With the default, a chunk takes about 200 MB with its BVH, which two
   /// processors build in about a second.
   std::size_t triangles = std::size_t{1} << 20;
-  /// Folder of the file; if empty, the folder `chunks` beside that of Kiln's compiled kernels
+  /// Folder of the file; if empty, chunk_folder()
   std::filesystem::path folder;
 };
+
+/// The folder of chunks and joined vertices: `chunks`, beside that of Kiln's compiled kernels.
+std::filesystem::path chunk_folder();
 
 /// Triangles of a chunk, or those that some samples matched. Ids ascend.
 struct ChunkTriangles {
