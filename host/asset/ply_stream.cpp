@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
+#include "asset/file_identity.h"
 #include "asset/mesh_builder.h"
 #include "asset/mesh_ply.h"
-#include "base/file.h"
 #include "io/file/byte_source.h"
 
 namespace kiln {
@@ -121,15 +121,7 @@ class PlyStream : public MeshStream {
       input_.fail("header", "it promises more elements than the file can hold (truncated)",
                   "Copy or export it again.");
     }
-    std::error_code error;
-    const std::filesystem::path whole = std::filesystem::absolute(path, error);
-    const std::optional<os::FileStatus> facts = os::query_file(path);
-    identity_ = (error ? path : whole).string() + "\n" + std::to_string(source_->size());
-    if (facts) {
-      identity_ += "\n" +
-                   std::to_string(facts->modified_ns != 0 ? facts->modified_ns : facts->modified) +
-                   "\n" + std::to_string(facts->id.file);
-    }
+    identity_ = file_identity(path, source_->size());
   }
 
   std::uint32_t vertex_count() const override {
@@ -235,10 +227,12 @@ PlyLayout ply_layout(const std::filesystem::path& path) {
   }
   const MeshInput start{path.string(), head};
   StreamLayout layout;
-  result.obstacle = find_stream_layout(parse_header(start), layout);
+  const Header header = parse_header(start);
+  result.obstacle = find_stream_layout(header, layout);
   result.triangles = layout.triangles;
   result.has_uvs = layout.has_uvs;
   result.has_normals = layout.has_normals;
+  result.has_pictures = layout.has_uvs && !header.texture_files.empty();
   return result;
 }
 

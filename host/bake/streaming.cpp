@@ -54,6 +54,7 @@ Message streaming_obstacle(const BakeOptions& options) {
   const auto needs = [](const Message& what) {
     return what + " needs the whole high poly in memory: leave it out.";
   };
+  if (options.color || options.opacity) return needs("a picture of the high poly");
   if (options.match.saved != nullptr) return needs(option("match.saved"));
   if (options.match.parts != nullptr) return needs(option("match.parts"));
   if (options.match.fallback_blend > 0) return needs(option("match.fallback_blend"));

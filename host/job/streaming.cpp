@@ -2,14 +2,20 @@
 #include "bake/streaming.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <optional>
+#include <string>
+#include <system_error>
 #include <utility>
 
 #include "asset/ply_stream.h"
+#include "asset/stl_stream.h"
 #include "base/memory.h"
 #include "base/progress_guard.h"
+#include "detail/registry.h"
 #include "job/stages.h"
 #include "job/streaming.h"
+#include "job/transfers.h"
 #include "options/parse.h"
 #include "simplify/streamed_simplify.h"
 #include "source/chunked_mesh.h"
@@ -21,16 +27,49 @@ namespace {
 constexpr std::uint64_t kBytesOfDeviceBuffers = std::uint64_t{256} << 20;
 constexpr std::uint64_t kBytesPerTexel = 32;
 
+/// A mesh file as its first bytes and its size describe it.
+struct LargeFile {
+  std::uint64_t triangles = 0;  ///< 0: unknown
+  bool has_normals = false, has_pictures = false;
+  std::string obstacle;  ///< As PlyLayout::obstacle
+};
+
+LargeFile examine(const std::string& path) {
+  const std::string extension = lower_extension(path);
+  if (extension == ".ply") {
+    PlyLayout layout = ply_layout(path);
+    return {layout.triangles, layout.has_normals, layout.has_pictures, std::move(layout.obstacle)};
+  }
+  if (extension == ".stl") {
+    StlLayout layout = stl_layout(path);
+    return {layout.triangles, false, false, std::move(layout.obstacle)};
+  }
+  if (extension == ".obj") {
+    // Bytes of a triangle with its part of the vertices, UVs and normals. Most files have fewer
+    constexpr std::uint64_t kObjBytesPerTriangle = 150;
+    std::error_code error;
+    const std::uint64_t bytes = std::filesystem::file_size(path, error);
+    if (!error) return {bytes / kObjBytesPerTriangle, false, false, "is an OBJ"};
+  }
+  return {};
+}
+
+/// True if the job leaves the maps of its asset to Kiln.
+bool chooses_asset_maps(const Job& job) {
+  return !asset_file(job).empty() && !job.given.contains("--maps");
+}
+
 /// Explains which option of the job needs the whole high poly in memory; empty if none does.
 Message find_streaming_obstacle(const Job& job, const BakeOptions& options, const RunHooks& hooks) {
   if (job.low.given.empty() && (plans_low_poly(job) || !deviation_bound(job).empty())) {
     return explain_error_bound_need("give LOW, or " + option("faces"));
   }
-  if (!asset_file(job).empty()) {
-    return Message(
-               "the materials of an asset need the whole high poly in memory: name a folder for ") +
+  if (!asset_file(job).empty() && examine(job.high.front().name).has_pictures) {
+    return Message("its pictures need the whole high poly in memory: name a folder for ") +
            option("out") + ".";
   }
+  if (job.max_bytes != 0) return explain_whole_mesh_need(option("max_bytes"));
+  if (!job.transfers.empty()) return explain_whole_mesh_need(option("transfer"));
   if (job.match_auto) return explain_whole_mesh_need(option("match", kAutomatic));
   if (job.cage_auto) return explain_whole_mesh_need(option("cage", kAutomatic));
   if (job.parts_by) return explain_whole_mesh_need(option("match_by"));
@@ -45,13 +84,16 @@ Message find_streaming_obstacle(const Job& job, const BakeOptions& options, cons
         option("clean", job.clean == CleanHigh::all ? "all" : kAutomatic));
   }
   // A streamed mesh uses the normals of its file, so smooth normals cannot replace them.
-  if (job.frame.shading.rule == ShadingRule::smooth &&
-      ply_layout(job.high.front().name).has_normals) {
+  if (job.frame.shading.rule == ShadingRule::smooth && examine(job.high.front().name).has_normals) {
     return explain_whole_mesh_need(option("high_normals", "smooth"));
   }
   if (const Message obstacle = find_reading_obstacle(job.frame, job.fill_holes); !obstacle.empty())
     return obstacle;
-  return streaming_obstacle(options);
+  BakeOptions streamed = options;
+  if (chooses_asset_maps(job)) {
+    std::erase_if(streamed.maps, [](MapKind map) { return !map_row(map).streams; });
+  }
+  return streaming_obstacle(streamed);
 }
 
 }  // namespace
@@ -78,15 +120,15 @@ Message find_reading_obstacle(const MeshFrameArguments& frame, double fill_holes
 std::shared_ptr<const MeshStream> open_larger_than_memory(
     const std::string& path, const MemoryNeed& need,
     const std::function<Message()>& find_obstacle) {
-  if (lower_extension(path) != ".ply") return nullptr;
-  const PlyLayout layout = ply_layout(path);
+  const LargeFile layout = examine(path);
   if (layout.triangles == 0 ||
       memory_fits(layout.triangles * need.bytes_per_triangle + need.other_bytes)) {
     return nullptr;
   }
   Message obstacle = find_obstacle();
   if (!layout.obstacle.empty()) {
-    obstacle = "it " + layout.obstacle + ": write it as a binary, little-endian PLY of triangles.";
+    obstacle = "it " + layout.obstacle +
+               ": write it as a binary, little-endian PLY of triangles, or as a binary STL.";
   }
   if (!obstacle.empty()) {
     if (memory_fits(layout.triangles * need.min_bytes_per_triangle)) return nullptr;
@@ -94,7 +136,7 @@ std::shared_ptr<const MeshStream> open_larger_than_memory(
                           " Or raise the " + option("memory_limit") + ".",
                       ErrorCode::usage, "larger-than-memory");
   }
-  return stream_ply(path);
+  return lower_extension(path) == ".stl" ? stream_stl(path, chunk_folder()) : stream_ply(path);
 }
 
 std::shared_ptr<const MeshStream> open_streamed_high(const Job& job, const BakeOptions& options,
@@ -104,10 +146,31 @@ std::shared_ptr<const MeshStream> open_streamed_high(const Job& job, const BakeO
   const std::uint64_t texels = std::uint64_t{options.width} * options.height;
   MemoryNeed need = job.low.given.empty() ? kMemoryToSimplify : kMemoryToBake;
   need.other_bytes = kBytesOfDeviceBuffers + texels * kBytesPerTexel;
+  ProgressGuard progress_guard(
+      [&](double, std::string_view stage) { return log.report_progress(0, stage); });
   std::shared_ptr<const MeshStream> streamed = open_larger_than_memory(
       path, need, [&] { return find_streaming_obstacle(job, options, hooks); });
   if (streamed != nullptr) log.progress(0, "reading " + path);
   return streamed;
+}
+
+bool choose_streamed_asset_maps(Job& job, const MeshStream& high, RunLog& log) {
+  if (!chooses_asset_maps(job)) return false;
+  std::string left_out;
+  std::erase_if(job.bake.maps, [&](MapKind map) {
+    if (map_row(map).streams) return false;
+    left_out += (left_out.empty() ? "" : ", ") + std::string(map.name);
+    return true;
+  });
+  if (high.has_colors())
+    job.bake.maps.emplace_back(name_of(Words(kMaterialSlots), MaterialSlot::color));
+  if (left_out.empty()) return true;
+  log.warnings.push_back({"maps-left-out",
+                          "HIGH is larger than memory: the asset was made without the map " +
+                              left_out + ", which needs the whole high poly in memory. Raise the " +
+                              option("memory_limit") + " for it.",
+                          1});
+  return true;
 }
 
 std::string streaming_line(const std::string& normals) {

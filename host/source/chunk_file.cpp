@@ -1,10 +1,7 @@
 #include "source/chunk_file.h"
 
 #include <algorithm>
-#include <cerrno>
-#include <chrono>
 #include <cstring>
-#include <system_error>
 #include <utility>
 
 #include "base/file.h"
@@ -19,10 +16,6 @@ namespace fs = std::filesystem;
 
 constexpr char kMagic[8] = {'k', 'i', 'l', 'n', 'c', 'h', 'k', '1'};
 constexpr const char* kFileSuffix = ".chunks";
-// Files that no run has used for longer than this are removed.
-constexpr std::chrono::hours kMaxUnusedFileAge(24 * 30);
-// Temporary files that are older than this are removed, since the process that wrote them must have been killed.
-constexpr std::chrono::hours kMaxTemporaryFileAge(24);
 // Bytes of memory for records of all chunks that are not written yet
 constexpr std::size_t kMaxWaitingRecordBytes = std::size_t{64} << 20;
 constexpr std::size_t kMinRecordsAtOnce = 16, kMaxRecordsAtOnce = std::size_t{1} << 16;
@@ -55,53 +48,16 @@ bool read_all(int file, std::uint64_t offset, void* to, std::size_t bytes) {
   return os::read_fully(file, offset, to, bytes) == bytes;
 }
 
-/// Removes files that no run has used for a long time, and abandoned temporary files.
-void remove_unused_files(const fs::path& folder) {
-  std::error_code error;
-  const auto now = fs::file_time_type::clock::now();
-  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
-    const bool complete = at->path().extension() == kFileSuffix;
-    const bool temporary = at->path().extension() == ".tmp";
-    if (!complete && !temporary) continue;
-    std::error_code file_error;
-    const auto age = now - at->last_write_time(file_error);
-    if (!file_error && age > (complete ? kMaxUnusedFileAge : kMaxTemporaryFileAge))
-      fs::remove(at->path(), file_error);
-  }
-}
-
 }  // namespace
 
 ChunkFile::Writer::Writer(fs::path folder, std::string key, std::size_t chunks)
-    : folder_(std::move(folder)),
-      key_(std::move(key)),
+    : key_(std::move(key)),
+      file_(std::move(folder), file_name(key_)),
       waiting_records_(chunks),
       record_ranges_(chunks) {
-  os::create_private_folders(folder_);
-  remove_unused_files(folder_);
   records_at_once_ =
       std::clamp(kMaxWaitingRecordBytes / sizeof(ChunkRecord) / std::max<std::size_t>(chunks, 1),
                  kMinRecordsAtOnce, kMaxRecordsAtOnce);
-  file_ = os::create_unnamed(folder_);
-  if (file_ >= 0) return;
-  // Some file systems do not support unnamed temporary files (O_TMPFILE).
-  temporary_ = folder_ / (file_name(key_) + "-" + os::process_namespace_id() + "-" +
-                          std::to_string(os::process_id()) + ".tmp");
-  os::remove_file(temporary_.c_str());
-  file_ = os::create_file(temporary_, 0600);
-  if (file_ < 0) fail(errno);
-}
-
-ChunkFile::Writer::~Writer() {
-  if (file_ >= 0) os::close(file_);
-  if (!temporary_.empty()) os::remove_file(temporary_.c_str());
-}
-
-void ChunkFile::Writer::fail(int error) const {
-  throw Error(ErrorCode::output, "A high poly larger than memory is sorted into a file in '" +
-                                     folder_.string() +
-                                     "', which cannot be written: " + std::strerror(error) +
-                                     ". Make room there, or set XDG_CACHE_HOME to another folder.");
 }
 
 void ChunkFile::Writer::add(std::size_t chunk, const ChunkRecord& record) {
@@ -114,21 +70,9 @@ void ChunkFile::Writer::add(std::size_t chunk, const ChunkRecord& record) {
 void ChunkFile::Writer::flush(std::size_t chunk) {
   std::vector<ChunkRecord>& records = waiting_records_[chunk];
   if (records.empty()) return;
-  record_ranges_[chunk].push_back({written_records_, records.size()});
-  write(records.data(), records.size() * sizeof(ChunkRecord));
+  record_ranges_[chunk].push_back({file_.size(), records.size()});
+  file_.write(records.data(), records.size() * sizeof(ChunkRecord));
   records.clear();
-}
-
-void ChunkFile::Writer::write(const void* data, std::size_t bytes) {
-  std::size_t done = 0;
-  while (done < bytes) {
-    const std::ptrdiff_t now =
-        os::write_some(file_, static_cast<const char*>(data) + done, bytes - done);
-    if (now < 0 && errno == EINTR) continue;
-    if (now <= 0) fail(now == 0 ? ENOSPC : errno);
-    done += static_cast<std::size_t>(now);
-  }
-  written_records_ += bytes;
 }
 
 ChunkFile ChunkFile::Writer::finish(
@@ -137,17 +81,15 @@ ChunkFile ChunkFile::Writer::finish(
   for (std::size_t chunk = 0; chunk < waiting_records_.size(); ++chunk) flush(chunk);
   waiting_records_ = {};
   ChunkFile file;
-  file.path_ = folder_ / file_name(key_);
+  file.path_ = file_.path();
   file.record_ranges_ = record_ranges_;
   file.summary_ = summary;
-  file.file_ =
-      os::open_to_read(temporary_.empty() ? fs::path(os::path_of_open_file(file_)) : temporary_);
-  if (file.file_ < 0) fail(errno);
+  file.file_ = file_.open_to_read();
   file.boxes_ = find_boxes(file);
 
   std::vector<char> tables;
   Tail tail;
-  tail.tables = written_records_;
+  tail.tables = file_.size();
   tail.chunks = record_ranges_.size();
   tail.key_bytes = key_.size();
   append_bytes(tables, std::span<const Box<Vec3>>(file.boxes_));
@@ -161,20 +103,9 @@ ChunkFile ChunkFile::Writer::finish(
   append_bytes(tables, std::span<const char>(key_));
   tail.hash = hash_of(tables);
   std::memcpy(tail.magic, kMagic, sizeof kMagic);
-  write(tables.data(), tables.size());
-  write(&tail, sizeof tail);
-  // The file first gets a temporary, unique name, since another run may be writing a file of the same key at the same
-  // time.
-  const fs::path own = folder_ / (file_name(key_) + "-" + os::process_namespace_id() + "-" +
-                                  std::to_string(os::process_id()) + ".tmp");
-  if (temporary_.empty()) {
-    os::remove_file(own.c_str());
-    if (!os::name_file(file_, own)) fail(errno);
-    temporary_ = own;
-  }
-  if (!os::replace(temporary_, file.path_)) fail(errno);
-  temporary_.clear();
-  os::close(std::exchange(file_, -1));
+  file_.write(tables.data(), tables.size());
+  file_.write(&tail, sizeof tail);
+  file_.commit();
   return file;
 }
 
@@ -205,17 +136,15 @@ void ChunkFile::close() noexcept {
 bool ChunkFile::open(const fs::path& folder, const std::string& key) {
   close();
   path_ = folder / file_name(key);
-  file_ = os::open_to_read(path_);
+  std::uint64_t bytes = 0;
+  file_ = open_cache_file(path_, bytes);
   if (file_ < 0) return false;
-  const auto facts = os::query_file(file_);
   Tail tail;
-  if (!facts || !facts->is_owned_by_user || facts->bytes < sizeof tail ||
-      !read_all(file_, facts->bytes - sizeof tail, &tail, sizeof tail) ||
-      std::memcmp(tail.magic, kMagic, sizeof kMagic) != 0 ||
-      tail.tables > facts->bytes - sizeof tail) {
+  if (bytes < sizeof tail || !read_all(file_, bytes - sizeof tail, &tail, sizeof tail) ||
+      std::memcmp(tail.magic, kMagic, sizeof kMagic) != 0 || tail.tables > bytes - sizeof tail) {
     return false;
   }
-  std::vector<char> tables(static_cast<std::size_t>(facts->bytes - sizeof tail - tail.tables));
+  std::vector<char> tables(static_cast<std::size_t>(bytes - sizeof tail - tail.tables));
   if (!read_all(file_, tail.tables, tables.data(), tables.size()) || hash_of(tables) != tail.hash ||
       tail.key_bytes != key.size()) {
     return false;
@@ -240,8 +169,7 @@ bool ChunkFile::open(const fs::path& folder, const std::string& key) {
   }
   std::string found(key.size(), '\0');
   if (!take(found.data(), found.size()) || found != key || at != tables.size()) return false;
-  std::error_code error;
-  fs::last_write_time(path_, fs::file_time_type::clock::now(), error);
+  touch_cache_file(path_);
   return true;
 }
 

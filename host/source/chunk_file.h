@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "io/file/cache_file.h"
 #include "kiln/types.h"
 #include "mesh/box.h"
 
@@ -33,8 +34,7 @@ struct ChunkSummary {
 
 /// A file of chunks. Within a chunk, records have the order in which they were added.
 ///
-/// The file gets its name when it is complete, so an interrupted run leaves no file. Files that no run has used for 30
-/// days are removed when another one is written.
+/// It is a file of a cache (CacheFileWriter): whole or absent, and removed by age.
 class ChunkFile {
  public:
   /// Collects the records of all chunks, and writes them to the file.
@@ -42,9 +42,6 @@ class ChunkFile {
    public:
     /// \param folder created if it does not exist \throws Error(output) if it cannot be written to
     Writer(std::filesystem::path folder, std::string key, std::size_t chunks);
-    ~Writer();
-    Writer(const Writer&) = delete;
-    Writer& operator=(const Writer&) = delete;
 
     void add(std::size_t chunk, const ChunkRecord& record);
     /// Completes the file and gives it its name. \param boxes  box of each chunk
@@ -53,13 +50,9 @@ class ChunkFile {
 
    private:
     void flush(std::size_t chunk);
-    void write(const void* data, std::size_t bytes);
-    [[noreturn]] void fail(int error) const;
 
-    std::filesystem::path folder_, temporary_;
     std::string key_;
-    int file_ = -1;
-    std::uint64_t written_records_ = 0;
+    CacheFileWriter file_;
     std::size_t records_at_once_ = 0;
     std::vector<std::vector<ChunkRecord>> waiting_records_;
     std::vector<std::vector<std::array<std::uint64_t, 2>>> record_ranges_;

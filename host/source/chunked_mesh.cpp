@@ -143,10 +143,11 @@ class PositionTable {
 
 }  // namespace
 
+std::filesystem::path chunk_folder() { return ocl::kernel_folder().kiln / "chunks"; }
+
 ChunkedMesh::ChunkedMesh(std::shared_ptr<const MeshStream> mesh, const ChunkOptions& options)
     : mesh_(std::move(mesh)) {
-  const std::filesystem::path folder =
-      options.folder.empty() ? ocl::kernel_folder().kiln / "chunks" : options.folder;
+  const std::filesystem::path folder = options.folder.empty() ? chunk_folder() : options.folder;
   const std::string key = mesh_->identity() + "\n" + std::to_string(options.triangles);
   positions_ = read_all_positions(*mesh_);
   sample_ = sample_of(*mesh_, kSampledTriangles);

@@ -24,9 +24,12 @@ struct ChunkOptions {
   /// Maximum number of triangles in a chunk. With the default, a chunk takes about 200 MB with its BVH, which two
   /// processors build in about a second.
   std::size_t triangles = std::size_t{1} << 20;
-  /// Folder of the file; empty: the folder `chunks` beside the cache of Kiln's compiled kernels
+  /// Folder of the file; empty: chunk_folder()
   std::filesystem::path folder;
 };
+
+/// The folder of chunks and joined vertices: `chunks`, beside that of Kiln's compiled kernels.
+std::filesystem::path chunk_folder();
 
 /// Triangles of a chunk, or the triangles that samples have matched, by ascending id.
 struct ChunkTriangles {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
@@ -18,7 +19,9 @@
 #include "kiln/files.h"
 #include "kiln/job.h"
 #include "shared/bvh.h"
+#include "source/high_poly.h"
 #include "source/saved_tree.h"
+#include "support/crowded.h"
 #include "support/environment.h"
 #include "support/mesh_check.h"
 #include "support/shapes.h"
@@ -245,6 +248,93 @@ TEST(SavedTreeCheck, IndicesOfMadeUpTreesAreChecked) {
   EXPECT_EQ(tree_problem(chain, blocks, true, 10), "");
   EXPECT_NE(tree_problem({}, blocks, true, 10), "");
   EXPECT_NE(tree_problem(nodes, {}, true, 10), "");
+}
+
+/// A mesh with triangles that searches leave out: without area, and equal to others. \param crowded  true: its boxes
+/// overlap, so that its tree has prisms
+Mesh mesh_with_left_out(bool crowded) {
+  Mesh mesh = test::BumpySphere::dense(3000);
+  if (crowded) {
+    const auto slivers = test::slivers<test::Soup>(3000);
+    mesh = Mesh();
+    mesh.positions = slivers.positions;
+    mesh.triangles = slivers.triangles;
+  }
+  mesh.triangles.push_back({4, 4, 5});
+  for (std::size_t t = 0; t < 3; ++t) mesh.triangles.push_back(mesh.triangles[7 * t]);
+  return mesh;
+}
+
+/// A tree in a file has all values of the tree that was built, and it is found for its own triangles alone.
+TEST(SavedTreeFile, TreesComeBackWhole) {
+  KILN_REQUIRE_DEVICE();
+  bool had_prisms = false;
+  for (const bool crowded : {false, true}) {
+    const Source source(*test::device(), mesh_with_left_out(crowded));
+    const Source::Impl& impl = impl_of(source);
+    const fs::path path = test::scratch_folder() / "tree";
+    {
+      AtomicFile file(path);
+      impl.save_tree([&](const void* data, std::size_t bytes) { file.write(data, bytes); });
+      file.commit();
+    }
+    const SavedTree saved(path, 0);
+    EXPECT_TRUE(saved.fits(impl.positions, impl.triangles));
+    auto triangles = impl.triangles;
+    std::swap(triangles[3][0], triangles[3][1]);
+    EXPECT_FALSE(saved.fits(impl.positions, triangles));
+    auto positions = impl.positions;
+    positions.back().z = std::nextafter(positions.back().z, 2.0F);
+    EXPECT_FALSE(saved.fits(positions, impl.triangles));
+    cl::Context& context = context_of(*test::device());
+    const std::shared_ptr<Tree> back = saved.read(context, impl.triangles.size());
+    const Tree tree(context, impl.positions, impl.triangles, false);
+    EXPECT_EQ(tree.stats.skipped, 1U);
+    EXPECT_EQ(tree.stats.duplicates, 3U);
+    EXPECT_EQ(back->stats.triangles, tree.stats.triangles);
+    EXPECT_EQ(back->stats.skipped, tree.stats.skipped);
+    EXPECT_EQ(back->stats.duplicates, tree.stats.duplicates);
+    EXPECT_EQ(back->stats.nodes, tree.stats.nodes);
+    EXPECT_EQ(back->stats.bytes, tree.stats.bytes);
+    EXPECT_EQ(back->stats.leaves_per_line, tree.stats.leaves_per_line);
+    EXPECT_GT(tree.stats.leaves_per_line, 0);
+    EXPECT_EQ(back->has_prisms(), tree.has_prisms());
+    had_prisms = had_prisms || tree.has_prisms();
+    const auto same = [](const auto& a, const auto& b) {
+      return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(a[0])) == 0;
+    };
+    EXPECT_TRUE(same(back->nodes.download(context), tree.nodes.download(context)));
+    EXPECT_TRUE(same(back->blocks.download(context), tree.blocks.download(context)));
+  }
+  EXPECT_TRUE(had_prisms);
+}
+
+/// A session moves the mesh, and its tree is built for that: a saved one is not used.
+TEST(SavedTreeFile, IsNotUsedForAMeshThatMoves) {
+  KILN_REQUIRE_DEVICE();
+  const Mesh mesh = mesh_with_left_out(false);
+  const Source whole(*test::device(), mesh);
+  const fs::path path = test::scratch_folder() / "tree";
+  {
+    AtomicFile file(path);
+    impl_of(whole).save_tree([&](const void* data, std::size_t bytes) { file.write(data, bytes); });
+    file.commit();
+  }
+  std::string bytes = bytes_of(path);
+  bytes.back() =
+      static_cast<char>(bytes.back() ^ 1);  // A damaged tree is an error where it is read
+  write_bytes(path, bytes);
+  for (const bool moves : {false, true}) {
+    Source::Impl impl(*test::device(), mesh, Traversal::automatic);
+    impl.will_move = moves;
+    impl.offer_tree(std::make_shared<SavedTree>(path, 0));
+    if (moves) {
+      impl.rays();
+      EXPECT_EQ(impl.duplicates(), 0U) << "triangles that are equal may part";
+    } else {
+      EXPECT_THROW(impl.rays(), Error);
+    }
+  }
 }
 
 TEST_F(SavedSource, IsWholeOrAbsent) {

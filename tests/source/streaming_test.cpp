@@ -317,6 +317,12 @@ TEST(Streaming, WhatNeedsTheWholeMeshIsRefusedByName) {
   options = options_for(64, false);
   options.report.keep_match = true;
   EXPECT_FALSE(streaming_obstacle(options).empty());
+  options = options_for(64, true);
+  options.maps.push_back(find_map("color").kind);
+  EXPECT_TRUE(streaming_obstacle(options).empty());
+  options.color.emplace();
+  EXPECT_NE(streaming_obstacle(options).text().find("a picture of the high poly needs"),
+            std::string::npos);
 }
 
 TEST(Streaming, ColoursWithoutAlphaAreOpaque) {
@@ -457,6 +463,101 @@ TEST(Streaming, AJobStreamsWhereTheMemoryLimitAsksForIt) {
   EXPECT_NE(error.find("larger than memory, and the map ao needs the whole high poly"),
             std::string::npos)
       << error;
+}
+
+/// Assets need the whole mesh for pictures alone.
+TEST(Streaming, AnAssetStreamsWithColoursAndNormals) {
+  KILN_REQUIRE_DEVICE();
+  const fs::path folder = test::scratch_folder();
+  Mesh high = test::BumpySphere::dense(1500000);
+  paint(high);
+  Job job;
+  job.high = {save_ply(high, folder)};
+  job.low = test::BumpySphere::light();
+  job.bake.width = job.bake.height = 128;
+  job.bake.maps = {MapKind::normal, find_map("color").kind};
+  job.given = {"--maps"};
+  job.out = "game.glb";
+  job.in_memory = true;
+  job.clean = CleanHigh::none;
+  job.frame.shading.rule = ShadingRule::smooth;
+  const JobResult whole = run(*test::device(), job);
+  const auto streamed = [&](std::uint64_t bytes = std::uint64_t{440} << 20) {
+    leave_memory(bytes);
+    const JobResult result = run(*test::device(), job);
+    set_memory_limit(0);
+    EXPECT_NE(result.report.find("\"streamed\""), std::string::npos);
+    return result;
+  };
+  // The JSON of a GLB, and its meshes and pictures
+  const auto head = [](const JobResult& result) {
+    std::uint32_t length = 0;
+    std::memcpy(&length, &result.glb.at(12), sizeof length);
+    return std::string(reinterpret_cast<const char*>(&result.glb.at(20)), length);
+  };
+  const auto body = [&](const JobResult& result) {
+    return std::vector<std::byte>(
+        result.glb.begin() + 20 + static_cast<std::ptrdiff_t>(head(result).size()),
+        result.glb.end());
+  };
+  const auto pictures = [&](const JobResult& result) {
+    const std::string json = head(result);
+    std::size_t count = 0;
+    for (auto at = json.find("mimeType"); at != json.npos; at = json.find("mimeType", at + 1))
+      ++count;
+    return count;
+  };
+  EXPECT_EQ(pictures(whole), 2U);
+  EXPECT_EQ(body(streamed()), body(whole));
+  // The maps that Kiln chooses, and a low poly that it makes
+  job.given.clear();
+  job.bake.maps = {};
+  job.low = JobLow();
+  job.low.make.faces = 500;
+  const JobResult made = streamed(std::uint64_t{540} << 20);
+  EXPECT_EQ(pictures(made), 2U);
+  EXPECT_TRUE(std::any_of(made.warnings.begin(), made.warnings.end(), [](const Warning& warning) {
+    return warning.code == "maps-left-out" &&
+           warning.message.text().find("without the map ao") != std::string::npos;
+  }));
+  // What needs all of the mesh
+  const auto refused = [&](const Job& with) {
+    const std::string error = error_of([&] {
+      leave_memory(std::uint64_t{100} << 20);
+      run(*test::device(), with);
+    });
+    set_memory_limit(0);
+    return error;
+  };
+  Job other = job;
+  other.bake.maps = {find_map("ao").kind};
+  other.given = {"--maps"};
+  EXPECT_NE(refused(other).find("the map ao needs the whole"), std::string::npos);
+  other = job;
+  other.low = test::BumpySphere::light();
+  other.max_bytes = 100000;
+  EXPECT_NE(refused(other).find("needs the whole high poly"), std::string::npos) << refused(other);
+  other.max_bytes = 0;
+  save_image(Image{2, 2, 1, {0, 0, 1, 1}}, folder / "picture.png", {ImageFormat::png8});
+  other.transfers = {(folder / "picture.png").string() + ":relief"};
+  EXPECT_NE(refused(other).find("needs the whole high poly"), std::string::npos) << refused(other);
+}
+
+TEST(Streaming, PicturesOfAPlyAreSeen) {
+  const fs::path folder = test::scratch_folder();
+  std::string text = ply_of(test::tetrahedron());
+  const auto write = [&] {
+    std::ofstream(folder / "high.ply", std::ios::binary) << text;
+    return ply_layout(folder / "high.ply");
+  };
+  EXPECT_FALSE(write().has_pictures);
+  const std::string line = "comment TextureFile a.png\n";
+  text.insert(text.find("element vertex"), line);
+  EXPECT_FALSE(write().has_pictures);  // without UVs
+  text.insert(text.find("property float y"), "property float s\nproperty float t\n");
+  EXPECT_TRUE(write().has_pictures);
+  text.erase(text.find(line), line.size());
+  EXPECT_FALSE(write().has_pictures);
 }
 
 }  // namespace

@@ -109,11 +109,16 @@ int run_simplify(const SimplifyArguments& arguments) {
   Mesh high;
   CleanReport cleaned;
   ShadingReport shading;
-  const std::shared_ptr<const MeshStream> streamed = open_larger_than_memory(
-      arguments.high, kMemoryToSimplify, [&] { return find_streaming_obstacle(arguments); });
+  const Progress reading = [&](double, std::string_view stage) {
+    return console.progress(0.0, stage);
+  };
+  const std::shared_ptr<const MeshStream> streamed = [&] {
+    ProgressGuard progress_guard(reading);
+    return open_larger_than_memory(arguments.high, kMemoryToSimplify,
+                                   [&] { return find_streaming_obstacle(arguments); });
+  }();
   if (streamed != nullptr) {
-    ProgressGuard progress_guard(
-        [&](double, std::string_view stage) { return console.progress(0.0, stage); });
+    ProgressGuard progress_guard(reading);
     high = reduce(ChunkedMesh(streamed), arguments.faces);
     // The reduced mesh has no normals of its own.
     shading.chosen = ShadingRule::smooth;

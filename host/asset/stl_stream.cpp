@@ -1,0 +1,326 @@
+#include "asset/stl_stream.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstring>
+#include <optional>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "asset/file_identity.h"
+#include "asset/mesh_reader.h"
+#include "base/file.h"
+#include "base/fnv.h"
+#include "base/formatted.h"
+#include "base/lower_case.h"
+#include "base/memory.h"
+#include "base/parallel.h"
+#include "base/progress_guard.h"
+#include "io/file/bounds.h"
+#include "io/file/byte_source.h"
+#include "io/file/cache_file.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kStlHeadBytes = 84, kStlTriangleBytes = 50, kStlNormalBytes = 12;
+constexpr std::size_t kStlTrianglesPerPiece = std::size_t{1} << 18;
+// Bytes of a triangle in a text, of which few are shorter
+constexpr std::uint64_t kTextBytesPerTriangle = 300;
+constexpr std::uint32_t kNoVertex = 0xFFFFFFFFU;
+constexpr char kJoinedMagic[8] = {'k', 'i', 'l', 'n', 'm', 's', 'h', '1'};
+
+/// The last bytes of a file of joined vertices. Before them: the triangles, the vertices' positions, and the key.
+struct JoinedTail {
+  std::uint64_t triangles = 0, vertices = 0, key_bytes = 0;
+  std::uint64_t hash = 0;  ///< Of the positions and the key
+  char magic[8] = {};
+};
+
+std::uint64_t joined_bytes(const JoinedTail& tail) {
+  return (tail.triangles + tail.vertices) * 12 + tail.key_bytes + sizeof(JoinedTail);
+}
+
+FailWith stl_failure(const MeshInput& input) {
+  return [&input](const std::string& place, const std::string& problem, const Message& remedy) {
+    input.fail(place, problem, remedy);
+  };
+}
+
+std::uint32_t stl_word_at(const char* bytes) {
+  std::uint32_t value = 0;
+  std::memcpy(&value, bytes, sizeof value);
+  if constexpr (std::endian::native == std::endian::big) value = __builtin_bswap32(value);
+  return value;
+}
+
+/// Joins equal positions to one vertex, in the order of first appearance: a hash table with linear probing, at most half
+/// full.
+class PositionJoiner {
+ public:
+  PositionJoiner(std::size_t expected, const MeshInput& input) : input_(input) {
+    const std::size_t slots = std::bit_ceil(2 * expected + 16);
+    require_memory("Joining its vertices", expected * sizeof(Vec3) + slots * sizeof(std::uint32_t),
+                   memory_failure(stl_failure(input_), ""));
+    positions_.reserve(expected);
+    slots_.assign(slots, kNoVertex);
+  }
+
+  /// Prefetches the slot that add() will read.
+  void expect(const Vec3& p) const { __builtin_prefetch(&slots_[slot_of(p)]); }
+
+  /// \param p  with no negative zeros
+  std::uint32_t add(const Vec3& p) {
+    if (2 * positions_.size() >= slots_.size()) grow();
+    std::size_t slot = slot_of(p);
+    while (slots_[slot] != kNoVertex) {
+      if (std::memcmp(&positions_[slots_[slot]], &p, sizeof p) == 0) return slots_[slot];
+      slot = (slot + 1) & (slots_.size() - 1);
+    }
+    slots_[slot] = static_cast<std::uint32_t>(positions_.size());
+    positions_.push_back(p);
+    return slots_[slot];
+  }
+
+  const std::vector<Vec3>& positions() const { return positions_; }
+
+ private:
+  std::size_t slot_of(const Vec3& p) const {
+    std::uint64_t hash =
+        std::bit_cast<std::uint32_t>(p.x) | std::uint64_t{std::bit_cast<std::uint32_t>(p.y)} << 32U;
+    hash = (hash ^ hash >> 29U) * 0x9E3779B97F4A7C15U;
+    hash = (hash ^ std::bit_cast<std::uint32_t>(p.z) ^ hash >> 32U) * 0xBF58476D1CE4E5B9U;
+    return (hash ^ hash >> 31U) & (slots_.size() - 1);
+  }
+
+  void grow() {
+    const std::size_t slots = 2 * slots_.size();
+    require_memory("Joining its vertices",
+                   slots * sizeof(std::uint32_t) + 2 * positions_.size() * sizeof(Vec3),
+                   memory_failure(stl_failure(input_), ""));
+    slots_ = {};
+    slots_.assign(slots, kNoVertex);
+    for (std::size_t v = 0; v < positions_.size(); ++v) {
+      std::size_t slot = slot_of(positions_[v]);
+      while (slots_[slot] != kNoVertex) slot = (slot + 1) & (slots_.size() - 1);
+      slots_[slot] = static_cast<std::uint32_t>(v);
+    }
+  }
+
+  const MeshInput& input_;
+  std::vector<Vec3> positions_;
+  std::vector<std::uint32_t> slots_;
+};
+
+/// A descriptor that is closed at its end, also where a constructor throws.
+struct JoinedFile {
+  JoinedFile() = default;
+  JoinedFile(const JoinedFile&) = delete;
+  JoinedFile& operator=(const JoinedFile&) = delete;
+  ~JoinedFile() { close(); }
+  void close() {
+    if (descriptor >= 0) os::close(std::exchange(descriptor, -1));
+  }
+
+  int descriptor = -1;
+};
+
+class StlStream : public MeshStream {
+ public:
+  StlStream(const fs::path& path, const fs::path& folder)
+      : input_{path.string(), {}}, name_(path.stem().string()), path_(path.string()) {
+    const std::unique_ptr<ByteSource> source = open_file(path, stl_failure(input_));
+    identity_ = file_identity(path, source->size());
+    const std::string file_name =
+        formatted("%016llx", static_cast<unsigned long long>(fnv1a(identity_))) + ".mesh";
+    cache_path_ = folder / file_name;
+    if (open_joined()) return;
+    file_.close();
+    join_vertices(*source, folder, file_name);
+  }
+
+  std::uint32_t vertex_count() const override { return static_cast<std::uint32_t>(tail_.vertices); }
+  std::uint32_t triangle_count() const override {
+    return static_cast<std::uint32_t>(tail_.triangles);
+  }
+  bool has_normals() const override { return false; }
+  bool has_colors() const override { return false; }
+  void read_positions(std::size_t first, std::span<Vec3> to) const override {
+    read((tail_.triangles + first) * sizeof(Vec3), to.data(), to.size_bytes());
+  }
+  void read_triangles(std::size_t first, std::span<Triangle> to) const override {
+    read(first * sizeof(Triangle), to.data(), to.size_bytes());
+  }
+  void read_normals(std::size_t /*first*/, std::span<Vec3> /*to*/) const override {}
+  void read_colors(std::size_t /*first*/, std::span<Color> /*to*/) const override {}
+  const std::string& name() const override { return name_; }
+  const std::string& path() const override { return path_; }
+  std::string identity() const override { return identity_; }
+
+ private:
+  /// Opens the file of an earlier run. \returns false if there is none, or if it is damaged
+  bool open_joined() {
+    std::uint64_t bytes = 0;
+    file_.descriptor = open_cache_file(cache_path_, bytes);
+    if (file_.descriptor < 0 || bytes < sizeof(JoinedTail) ||
+        !read_all(bytes - sizeof(JoinedTail), &tail_, sizeof tail_) ||
+        std::memcmp(tail_.magic, kJoinedMagic, sizeof kJoinedMagic) != 0 ||
+        tail_.key_bytes != identity_.size() || tail_.triangles > bytes / sizeof(Triangle) ||
+        tail_.vertices > bytes / sizeof(Vec3) || joined_bytes(tail_) != bytes) {
+      return false;
+    }
+    std::string key(identity_.size(), '\0');
+    if (!read_all(bytes - sizeof(JoinedTail) - key.size(), key.data(), key.size()) ||
+        key != identity_ || tail_.hash != hash_of_positions()) {
+      return false;
+    }
+    touch_cache_file(cache_path_);
+    return true;
+  }
+
+  /// A hash of the key and of 64 of each 16,384 vertices: it finds files that another run of Kiln did not complete.
+  std::uint64_t hash_of_positions() const {
+    constexpr std::size_t kHashedVertices = 64, kVerticesPerHash = std::size_t{1} << 14;
+    std::uint64_t hash = fnv1a(identity_);
+    std::vector<Vec3> positions(kHashedVertices);
+    for (std::uint64_t v = 0; v < tail_.vertices; v += kVerticesPerHash) {
+      const auto count =
+          static_cast<std::size_t>(std::min<std::uint64_t>(kHashedVertices, tail_.vertices - v));
+      if (!read_all((tail_.triangles + v) * sizeof(Vec3), positions.data(), count * sizeof(Vec3))) {
+        return ~hash;
+      }
+      hash = hash * 0x9E3779B97F4A7C15U ^
+             fnv1a({reinterpret_cast<const char*>(positions.data()), count * sizeof(Vec3)});
+    }
+    return hash;
+  }
+
+  void join_vertices(const ByteSource& source, const fs::path& folder,
+                     const std::string& file_name) {
+    const std::string head = source.head(kStlHeadBytes);
+    const std::uint64_t count = (source.size() - kStlHeadBytes) / kStlTriangleBytes;
+    const std::string_view header = std::string_view(head).substr(0, kStlHeadBytes - 4);
+    if (header.find("COLOR=") != std::string_view::npos) refuse_colors("header");
+    CacheFileWriter writer(folder, file_name);
+    PositionJoiner joiner(static_cast<std::size_t>(count / 2 + count / 32), input_);
+    std::vector<char> bytes;
+    std::vector<Vec3> corners;
+    std::vector<Triangle> triangles;
+    const std::uint64_t pieces = (count + kStlTrianglesPerPiece - 1) / kStlTrianglesPerPiece;
+    for (std::uint64_t piece = 0; piece < pieces; ++piece) {
+      ProgressGuard::poll_within_stage("joining the high poly's vertices, piece " +
+                             std::to_string(piece + 1) + " of " + std::to_string(pieces));
+      const std::uint64_t first = piece * kStlTrianglesPerPiece;
+      const auto now =
+          static_cast<std::size_t>(std::min<std::uint64_t>(kStlTrianglesPerPiece, count - first));
+      bytes.resize(now * kStlTriangleBytes);
+      const std::size_t got =
+          source.read_at(kStlHeadBytes + first * kStlTriangleBytes, bytes.data(), bytes.size());
+      if (got != bytes.size() || source.was_written()) {
+        input_.fail("", "it changed while it was read", "Wait until it is written, and try again.");
+      }
+      read_corners(first, bytes, corners);
+      triangles.resize(now);
+      constexpr std::size_t kPrefetchedCorners = 24;
+      for (std::size_t i = 0; i < corners.size(); ++i) {
+        if (i + kPrefetchedCorners < corners.size()) joiner.expect(corners[i + kPrefetchedCorners]);
+        triangles[i / 3][i % 3] = joiner.add(corners[i]);
+      }
+      writer.write(triangles.data(), triangles.size() * sizeof(Triangle));
+    }
+    finish(joiner.positions(), count, writer);
+  }
+
+  /// Reads the corners of some triangles. \throws Error(input) if one has a colour
+  void read_corners(std::uint64_t first, const std::vector<char>& bytes,
+                    std::vector<Vec3>& corners) const {
+    const std::size_t count = bytes.size() / kStlTriangleBytes;
+    corners.resize(3 * count);
+    parallel_for(count, kStreamedElementsPerRead, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t t = begin; t < end; ++t) {
+        const char* at = &bytes[t * kStlTriangleBytes];
+        constexpr unsigned kColorBit = 0x80;  // of the second byte after the corners
+        if ((static_cast<unsigned char>(at[kStlTriangleBytes - 1]) & kColorBit) != 0) {
+          refuse_colors("triangle " + std::to_string(first + t));
+        }
+        at += kStlNormalBytes;
+        for (std::size_t k = 0; k < 3; ++k) {
+          std::array<float, 3> p{};
+          for (float& value : p) {
+            value = std::bit_cast<float>(stl_word_at(at)) + 0.0F;  // -0 becomes 0
+            at += sizeof(float);
+          }
+          corners[3 * t + k] = {p[0], p[1], p[2]};
+        }
+      }
+    });
+  }
+
+  [[noreturn]] void refuse_colors(const std::string& place) const {
+    input_.fail(place, "it has a colour, and colours of an STL larger than memory are not read",
+                "Write it as a binary, little-endian PLY of triangles, or without colours.");
+  }
+
+  /// Completes the file of joined vertices, and opens it.
+  void finish(const std::vector<Vec3>& positions, std::uint64_t triangles,
+              CacheFileWriter& writer) {
+    writer.write(positions.data(), positions.size() * sizeof(Vec3));
+    tail_ = {triangles, positions.size(), identity_.size(), 0, {}};
+    std::memcpy(tail_.magic, kJoinedMagic, sizeof kJoinedMagic);
+    file_.descriptor = writer.open_to_read();
+    tail_.hash = hash_of_positions();
+    writer.write(identity_.data(), identity_.size());
+    writer.write(&tail_, sizeof tail_);
+    writer.commit();
+  }
+
+  bool read_all(std::uint64_t offset, void* to, std::size_t bytes) const {
+    return os::read_fully(file_.descriptor, offset, to, bytes) == bytes;
+  }
+  void read(std::uint64_t offset, void* to, std::size_t bytes) const {
+    if (read_all(offset, to, bytes)) return;
+    throw Error(ErrorCode::input, "'" + cache_path_.string() +
+                                      "', the high poly with joined vertices, cannot be read: "
+                                      "remove it, and bake again.");
+  }
+
+  MeshInput input_;
+  std::string name_, path_, identity_;
+  fs::path cache_path_;
+  JoinedFile file_;
+  JoinedTail tail_;
+};
+
+}  // namespace
+
+StlLayout stl_layout(const fs::path& path) {
+  const MeshInput input{path.string(), {}};
+  const std::unique_ptr<ByteSource> source = open_file(path, stl_failure(input));
+  const std::string head = source->head(kStlHeadBytes);
+  StlLayout layout;
+  if (head.size() < kStlHeadBytes) return layout;
+  const std::uint64_t count = stl_word_at(head.data() + kStlHeadBytes - 4);
+  const std::uint64_t needed = kStlHeadBytes + count * kStlTriangleBytes;
+  if (needed == source->size()) {
+    layout.triangles = count;
+    return layout;
+  }
+  if (lower_case(head).starts_with("solid")) {
+    layout.triangles = source->size() / kTextBytesPerTriangle;
+    layout.obstacle = "is an STL in text";
+  } else if (needed < source->size()) {
+    layout.triangles = count;
+    layout.obstacle = "has bytes after its last triangle";
+  }
+  return layout;
+}
+
+std::shared_ptr<const MeshStream> stream_stl(const fs::path& path, const fs::path& folder) {
+  return std::make_shared<StlStream>(path, folder);
+}
+
+}  // namespace kiln
