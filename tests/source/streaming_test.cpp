@@ -17,6 +17,7 @@
 #include "asset/ply_stream.h"
 #include "base/memory.h"
 #include "base/progress_guard.h"
+#include "kiln/image.h"
 #include "kiln/job.h"
 #include "kiln/limits.h"
 #include "mesh/vector.h"
