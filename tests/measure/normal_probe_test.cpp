@@ -102,6 +102,20 @@ TEST(NormalProbe, MapsAreReadBetweenTexels) {
       EXPECT_NEAR(error.max_degrees, 40, 0.01) << across << turned;
     }
   }
+  // Of eight texels, between the fourth and the fifth.
+  sum = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    const double right = std::clamp(8 * (i + 0.5) / kSteps - 3.5, 0.0, 1.0);
+    sum += std::atan2(right * std::sin(40 * kDegree), 1 - right + right * std::cos(40 * kDegree));
+  }
+  for (const bool across : {true, false}) {
+    const Image map = map_of(across ? 8 : 1, across ? 1 : 8, [&](auto x, auto y) {
+      return x + y >= 4 ? tilted(across ? 40 : 0, across ? 0 : 40) : Vec3{0, 0, 1};
+    });
+    const NormalError error = probe.with_map(map, in_space(NormalMapSpace::tangent));
+    EXPECT_NEAR(error.mean_degrees, sum / kSteps / kDegree, 0.3) << across;
+    EXPECT_NEAR(error.max_degrees, 40, 0.01) << across;
+  }
 }
 
 TEST(NormalProbe, MapsLieAsTheirUvsDo) {
