@@ -167,6 +167,25 @@ TEST(MeshView, WhatDoesNotFitIsNamed) {
   EXPECT_EQ(with([](MeshView& v) { v.uvs = {v.uvs.data(), 1, sizeof(Vertex)}; }), "mesh-size");
   EXPECT_EQ(with([](MeshView& v) { v.indices = v.indices.first(35); }), "mesh-size");
   EXPECT_EQ(with([&](MeshView& v) { v.indices_16 = buffers.narrow; }), "mesh-size");
+  // Corners are counted where they are: in the narrow list, or in that of positions.
+  EXPECT_EQ(with([&](MeshView& v) {
+              v.indices = {};
+              v.indices_16 = std::span(buffers.narrow).first(33);
+            }),
+            "");
+  EXPECT_EQ(with([&](MeshView& v) {
+              v.indices = {};
+              v.indices_16 = std::span(buffers.narrow).first(35);
+            }),
+            "mesh-size");
+  for (const std::size_t count : {33U, 34U}) {
+    EXPECT_EQ(with([&](MeshView& v) {
+                v.indices = {};
+                v.positions = {v.positions.data(), count, sizeof(Vertex)};
+                v.normals = {}, v.uvs = {}, v.tangents = {};
+              }),
+              count == 33 ? "" : "mesh-size");
+  }
   EXPECT_EQ(with([](MeshView& v) {
               v.positions = {v.positions.data(), 35, sizeof(Vertex)};
               v.normals = {}, v.uvs = {}, v.tangents = {};
@@ -261,12 +280,27 @@ TEST(Convert, WhatDoesNotFitIsNamed) {
   };
   EXPECT_EQ(id(PixelFormat::rgba8, {}), "");
   EXPECT_EQ(id(PixelFormat::rgba16, {}), "pixel-size");
+  // The last row needs no padding: 12 bytes follow a first row of any length.
+  EXPECT_EQ(id(PixelFormat::rgba8, {.row_bytes = 12}), "");
+  EXPECT_EQ(id_of([&] { convert(image, PixelFormat::rgba8, std::span(bytes).first(23)); }),
+            "pixel-size");
+  bytes.resize(28);
+  EXPECT_EQ(id(PixelFormat::rgba8, {.row_bytes = 16}), "");
+  EXPECT_EQ(id(PixelFormat::rgba8, {.row_bytes = 17}), "pixel-size");
+  bytes.resize(24);
   EXPECT_EQ(id(PixelFormat::rgba8, {.row_bytes = 11}), "pixel-size");
   EXPECT_EQ(id(PixelFormat::rgba8, {.row_bytes = 13}), "pixel-size");
   const std::vector<std::uint8_t> coverage(5);
   EXPECT_EQ(id(PixelFormat::rgba8, {.coverage = coverage}), "pixel-size");
   EXPECT_EQ(id(static_cast<PixelFormat>(9), {}), "pixel-format");
   EXPECT_EQ(id_of([&] { convert({3, 2, 3, {}}, PixelFormat::rgba8, bytes); }), "image-size");
+  for (const std::uint32_t channels : {0U, 1U, 2U, 3U, 4U, 5U}) {
+    const Image other{3, 2, channels, std::vector<float>(6 * channels)};
+    EXPECT_EQ(id_of([&] { convert(other, PixelFormat::rgba8, bytes); }),
+              channels >= 1 && channels <= 4 ? "" : "image-size")
+        << channels;
+  }
+  EXPECT_EQ(id_of([&] { convert({0, 2, 3, {}}, PixelFormat::rgba8, bytes); }), "image-size");
 }
 
 std::vector<std::byte> bytes_of(const std::filesystem::path& path) {

@@ -116,11 +116,12 @@ TEST(Validate, AMeshThatHoldsTogetherPasses) {
 
 TEST(Validate, EveryFieldOfAMeshIsChecked) {
   const bool passed = rc::check([] {
-    Mesh mesh = whole_mesh();
-    const std::vector<Corruption> all = corruptions(mesh);
-    const Corruption& one = all[*rc::gen::inRange<std::size_t>(0, all.size())];
-    one.apply(mesh);
-    RC_ASSERT(id_of([&] { validate(mesh); }) == one.id);
+    const Mesh whole = whole_mesh();
+    for (const Corruption& one : corruptions(whole)) {
+      Mesh mesh = whole;
+      one.apply(mesh);
+      RC_ASSERT(id_of([&] { validate(mesh); }) == one.id);
+    }
   });
   EXPECT_TRUE(passed);
 }
@@ -237,16 +238,153 @@ TEST(Validate, EveryOptionIsChecked) {
   };
   validate(BakeOptions{});
   const bool passed = rc::check([&] {
-    const Case& one = cases[*rc::gen::inRange<std::size_t>(0, cases.size())];
-    BakeOptions options{.width = 8, .height = 8};
-    one.apply(options);
-    const std::string id = id_of([&] { validate(options); });
-    if (id != one.id) {
-      RC_FAIL("case " + std::to_string(&one - cases.data()) + ": '" + id + "' instead of " +
-              one.id);
+    for (const Case& one : cases) {
+      BakeOptions options{.width = 8, .height = 8};
+      one.apply(options);
+      const std::string id = id_of([&] { validate(options); });
+      if (id != one.id) {
+        RC_FAIL("case " + std::to_string(&one - cases.data()) + ": '" + id + "' instead of " +
+                one.id);
+      }
     }
   });
   EXPECT_TRUE(passed);
+}
+
+/// Each end of a documented range is legal, and the next value beyond it is not.
+TEST(Validate, RangesIncludeTheirEnds) {
+  using Options = BakeOptions;
+  struct Range {
+    const char* name;
+    std::function<void(Options&, double)> set;
+    std::vector<double> legal, illegal;
+  };
+  constexpr double kTiny = 1e-9;
+  const auto unsigned_of = [](double value) { return static_cast<std::uint32_t>(value); };
+  const std::vector<Range> ranges = {
+      {"width", [&](Options& o, double v) { o.width = unsigned_of(v); }, {1, 16384}, {0, 16385}},
+      {"height", [&](Options& o, double v) { o.height = unsigned_of(v); }, {1, 16384}, {0, 16385}},
+      {"samples", [&](Options& o, double v) { o.samples = unsigned_of(v); }, {1, 16}, {0, 17}},
+      {"gutter",
+       [](Options& o, double v) { o.encoding.gutter = static_cast<std::int32_t>(v); },
+       {-1, 0, 4096},
+       {-2, 4097}},
+      {"recall",
+       [&](Options& o, double v) { o.report.recall = unsigned_of(v); },
+       {0, 1 << 20},
+       {(1 << 20) + 1}},
+      {"own_map_seconds",
+       [](Options& o, double v) { o.own_map_seconds = v; },
+       {1, 86400},
+       {1 - kTiny, 86400.001, kNan}},
+      {"rays",
+       [&](Options& o, double v) { o.occlusion.rays = unsigned_of(v); },
+       {1, 4096},
+       {0, 4097}},
+      {"views of occlusion",
+       [&](Options& o, double v) { o.occlusion.views = unsigned_of(v); },
+       {16, 4096},
+       {15, 4097}},
+      {"error of occlusion",
+       [](Options& o, double v) { o.occlusion.max_error = v; },
+       {0, 1},
+       {-kTiny, 1 + kTiny, kNan}},
+      {"angle of light",
+       [](Options& o, double v) { o.light.angle_degrees = v; },
+       {0, 90},
+       {-kTiny, 90 + kTiny, kNan}},
+      {"blend",
+       [&](Options& o, double v) {
+         o.match.fallback = {MatchMethod::closest};
+         o.match.fallback_blend = unsigned_of(v);
+       },
+       {0, 256},
+       {257}},
+      {"views",
+       [&](Options& o, double v) { o.match.views.count = unsigned_of(v); },
+       {1, 512},
+       {0, 513}},
+      {"size of views",
+       [&](Options& o, double v) { o.match.views.size = unsigned_of(v); },
+       {1, 8192},
+       {8193}},
+      {"max_distance",
+       [](Options& o, double v) { o.match.max_distance = Length::absolute(v); },
+       {kTiny, 1e30},
+       {0, -kTiny, kInfinity, kNan}},
+      {"near_distance",
+       [](Options& o, double v) { o.match.near_distance = Length::absolute(v); },
+       {kTiny, 1e30},
+       {0, -kTiny, kInfinity, kNan}},
+      {"cage",
+       [](Options& o, double v) { o.match.cage = Length::absolute(v); },
+       {0, 1e30},
+       {-kTiny, kInfinity, kNan}},
+      {"edge_width",
+       [](Options& o, double v) { o.match.ray.edge_width = Length::absolute(v); },
+       {kTiny, 1e30},
+       {0, -kTiny, kInfinity, kNan}},
+      {"curvature_radius",
+       [](Options& o, double v) { o.curvature_radius = Length::absolute(v); },
+       {kTiny, 1e30},
+       {0, -kTiny, kInfinity, kNan}},
+      {"distance of occlusion",
+       [](Options& o, double v) { o.occlusion.distance = Length::absolute(v); },
+       {kTiny, 1e30},
+       {0, -kTiny, kInfinity, kNan}},
+      {"x of light",
+       [](Options& o, double v) {
+         o.light.direction = {static_cast<float>(v), 0, 0};
+       },
+       {-1, 1e-3},
+       {0, kInfinity, kNan}},
+      {"origin",
+       [](Options& o, double v) {
+         o.encoding.origin = {{0, v, 0}};
+       },
+       {-1e30, 0},
+       {kInfinity, kNan}},
+      {"range of a map",
+       [](Options& o, double v) {
+         o.maps = {MapKind{"curvature"}};
+         o.encoding.ranges = {{MapKind{"curvature"}, {0, static_cast<float>(v)}}};
+       },
+       {1e-6},
+       {0, -1, kInfinity, kNan}}};
+  for (const Range& range : ranges) {
+    for (const bool legal : {true, false}) {
+      for (const double value : legal ? range.legal : range.illegal) {
+        Options options{.width = 8, .height = 8};
+        range.set(options, value);
+        EXPECT_EQ(id_of([&] { validate(options); }), legal ? "" : "option-range")
+            << range.name << " " << value;
+      }
+    }
+  }
+}
+
+/// Depth views hold the nearest front faces: whatever else occlusion may be asked for contradicts them.
+TEST(Validate, OcclusionByViewsTakesNothingElse) {
+  const auto id = [](const std::function<void(OcclusionOptions&)>& change) {
+    BakeOptions options{.width = 8, .height = 8};
+    options.occlusion.by = OcclusionBy::views;
+    change(options.occlusion);
+    return id_of([&] { validate(options); });
+  };
+  EXPECT_EQ(id([](OcclusionOptions&) {}), "");
+  const std::function<void(OcclusionOptions&)> changes[] = {
+      [](OcclusionOptions& o) { o.distance = Length::share(0.5); },
+      [](OcclusionOptions& o) { o.falloff = OcclusionFalloff::linear; },
+      [](OcclusionOptions& o) { o.back_faces = false; },
+      [](OcclusionOptions& o) { o.max_error = 0.1; }};
+  for (const auto& change : changes) {
+    EXPECT_EQ(id(change), "option-contradiction");
+    EXPECT_EQ(id([&](OcclusionOptions& o) {
+                change(o);
+                o.by = OcclusionBy::rays;
+              }),
+              "");
+  }
 }
 
 /// A cube's correspondence with itself.

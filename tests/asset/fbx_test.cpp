@@ -974,6 +974,32 @@ TEST(Fbx, IndicesOutOfRange) {
   EXPECT_EQ(warnings[0].code, "missing-uvs");
 }
 
+/// Text that is not UTF-8 harms no mesh, so that it is no news.
+TEST(Fbx, WhatTheReaderRepairsIsCounted) {
+  const auto read = [](int materials, const std::string& name) {
+    FbxScene scene;
+    scene.model(100, name, 0);
+    scene.square(10, 100);
+    // Ids are to be unique.
+    for (int i = 0; i < materials; ++i) scene.add("Material", 50, "Material::skin", "");
+    scene.connect(50, 100);
+    const std::string bytes = scene.text();
+    std::vector<Warning> warnings;
+    EXPECT_EQ(read_fbx({"a.fbx", bytes, &warnings}).mesh.triangles.size(), 2U);
+    std::uint64_t count = 0;
+    for (const Warning& warning : warnings) {
+      if (warning.code != "damaged-file") continue;
+      EXPECT_NE(warning.message.text().find("does not conform to FBX"), std::string::npos);
+      count += warning.count;
+    }
+    return count;
+  };
+  EXPECT_EQ(read(1, "n"), 0U);
+  EXPECT_EQ(read(2, "n"), 1U);
+  EXPECT_EQ(read(4, "n"), 3U);
+  EXPECT_EQ(read(1, "n\xff"), 0U);
+}
+
 /// One mesh, placed by ever more nodes, is more than memory can hold: refused before it is taken.
 TEST(Fbx, InstancesAreCountedBeforeMemoryIsTaken) {
   FbxScene scene;

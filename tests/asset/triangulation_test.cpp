@@ -92,6 +92,20 @@ TEST(Triangulation, TakesTheShortestCutFirst) {
   }
 }
 
+/// Readers warn of polygons that no rule could cut by ears.
+TEST(Triangulation, SaysWhetherEarsWereEnough) {
+  const Corners hexagon = {{0, 0, 0}, {4, 0, 0}, {5, 1, 0}, {4, 2, 0}, {0, 2, 0}, {-1, 1, 0}};
+  const Corners line = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}, {4, 0, 0}};
+  for (const Triangulation rule :
+       {Triangulation::automatic, Triangulation::shortest, Triangulation::fan}) {
+    std::vector<std::array<std::uint32_t, 3>> triangles;
+    EXPECT_TRUE(triangulate(hexagon, rule, triangles));
+    EXPECT_EQ(triangles.size(), 4U);
+    EXPECT_EQ(triangulate(line, rule, triangles), rule == Triangulation::fan);
+    EXPECT_EQ(triangles.size(), 3U);
+  }
+}
+
 TEST(Triangulation, IsTakenByTheReader) {
   const std::filesystem::path file = test::scratch_folder() / "kite.obj";
   std::ofstream(file) << "v 0 0 0\nv 2 -1 0\nv 6 0 0\nv 2 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"

@@ -712,13 +712,18 @@ TEST(Curvature, OfAThinCupGoesRoundItsRim) {
       },
       31);
   const MeanCurvature curvature(mesh.positions, mesh.triangles, kBall);
+  const CurvatureCheck check(mesh.positions, mesh.triangles, kBall);
   MeanCurvature::Scratch scratch;
+  CurvatureCheck::Scratch other;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); t += 17) {
     const Triangle& c = mesh.triangles[t];
     if (mesh.positions[c[0]].z < -0.02F * kBall || mesh.positions[c[2]].z < -0.02F * kBall)
       continue;
     // Half a turn along a chord of two radii, over two half discs: 1 / radius.
     EXPECT_NEAR(curvature.on(t, 0.3, 0.3, scratch), 1 / kBall, 0.15 / kBall) << t;
+    const Vec3d at = to_double(mesh.positions[c[0]]) * 0.4 + to_double(mesh.positions[c[1]]) * 0.3 +
+                     to_double(mesh.positions[c[2]]) * 0.3;
+    EXPECT_NEAR(check.at(at, t, other), 1 / kBall, 0.15 / kBall) << t;
   }
 }
 

@@ -263,6 +263,14 @@ TEST(CutOut, RefusesWhatItCannotCut) {
   EXPECT_THROW(cut_out(card, clear, 0.5), Error);
   clear.image_of = {0, 0};
   EXPECT_THROW(cut_out(card, clear, 0.5), Error);
+  // Tiles name pictures that are there.
+  Texture tiled = leaf();
+  tiled.tiles = {{0, 1001, 0}};
+  EXPECT_NO_THROW(cut_out(card, tiled, 0.5));
+  tiled.tiles = {{1, 1001, 0}};
+  EXPECT_THROW(cut_out(card, tiled, 0.5), Error);
+  tiled.tiles = {{0, 1001, 0}, {0, 1002, 1}};
+  EXPECT_THROW(cut_out(card, tiled, 0.5), Error);
 }
 
 TEST(BoundedChannel, BoundsWhatIsReadAnywhere) {

@@ -83,6 +83,46 @@ TEST(HighPictures, TilesShowOnTheirOwnSquares) {
       0.25F);
 }
 
+/// Two materials with a picture each: of an atlas the dark half is background, of the other picture it is not.
+TEST(HighPictures, EachPictureHasItsOwnBackground) {
+  KILN_REQUIRE_DEVICE();
+  Mesh high = test::plane(2, 1);
+  high.material_names = {"left", "right"};
+  high.materials = {0, 0, 1, 1};
+  for (const std::uint32_t atlas : {0U, 1U}) {
+    // Its material uses the left half of its picture, the other one all of it.
+    Mesh mesh = high;
+    mesh.uvs.clear();
+    for (std::size_t t = 0; t < 4; ++t) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vec2& uv = high.uvs[high.uv_triangles[t][k]];
+        const float u = 2 * uv.x - (t < 2 ? 0.0F : 1.0F);
+        mesh.uvs.push_back({high.materials[t] == atlas ? u / 2 : u, uv.y});
+        mesh.uv_triangles[t][k] = static_cast<std::uint32_t>(mesh.uvs.size() - 1);
+      }
+    }
+    Image image{64, 64, 3, std::vector<float>(std::size_t{64} * 64 * 3)};
+    for (std::uint32_t y = 0; y < 64; ++y) {
+      for (std::uint32_t x = 0; x < 32; ++x) std::fill_n(image.at(x, y), 3, 0.8F);
+    }
+    Texture texture;
+    texture.kind = TextureKind::linear;
+    // Equal pictures, but not the same.
+    texture.images = {std::make_shared<const Image>(image), std::make_shared<const Image>(image)};
+    texture.image_of = {0, 1};
+    BakeOptions options = options_of(32, {MapKind{"color"}});
+    options.color = texture;
+    const BakeResult baked = bake(Source(*test::device(), mesh), test::plane(1, 1), options);
+    const Image& map = image_of(baked, "color");
+    for (std::uint32_t x = 0; x < 32; ++x) {
+      const bool is_atlas = (x < 16) == (atlas == 0);
+      const std::uint32_t column = x % 16;
+      if (!is_atlas && (column < 1 || column > 14 || (column > 6 && column < 9))) continue;
+      EXPECT_NEAR(map.at(x, 9)[0], is_atlas || column < 8 ? 0.8F : 0, 1e-4) << atlas << " " << x;
+    }
+  }
+}
+
 TEST(HighPictures, TilesThatAreMissingAreNamed) {
   KILN_REQUIRE_DEVICE();
   Mesh high = two_tiles();

@@ -5,7 +5,9 @@
 #include <array>
 #include <cmath>
 #include <set>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "detail/id_colors.h"
@@ -49,6 +51,44 @@ TEST(IdColors, ManyAreAllDifferent) {
   for (int i = 0; i < 3000; ++i) names.push_back("material " + std::to_string(i));
   const std::vector<Color> colors = name_colors(names);
   EXPECT_EQ(std::set<Color>(colors.begin(), colors.end()).size(), names.size());
+  // None is dark as the background: the brightest channel is 96 of 255 at least.
+  for (const Color& color : colors) {
+    EXPECT_GE(*std::max_element(color.begin(), color.end()), 96 / 255.0F);
+  }
+}
+
+/// Hundreds are apart by less than a few are, but by what an eye can tell.
+TEST(IdColors, FewerAreFartherApart) {
+  std::vector<std::string> names;
+  for (int i = 0; i < 200; ++i) names.push_back("part " + std::to_string(i));
+  for (const auto& [count, least] :
+       {std::pair(std::size_t{16}, 80.0), std::pair(std::size_t{40}, 40.0),
+        std::pair(std::size_t{200}, 20.0)}) {
+    const std::vector<Color> colors = name_colors(std::span(names).first(count));
+    double nearest = 1000;
+    for (std::size_t i = 0; i < count; ++i) {
+      EXPECT_GE(*std::max_element(colors[i].begin(), colors[i].end()), 96 / 255.0F);
+      for (std::size_t j = 0; j < i; ++j) nearest = std::min(nearest, apart(colors[i], colors[j]));
+    }
+    EXPECT_GE(nearest, least - 1e-3) << count;
+  }
+}
+
+/// Turns of the golden angle at three brightnesses.
+TEST(IdColors, OfNumberedPartsAreFarApart) {
+  std::vector<Color> colors;
+  for (std::uint32_t part = 0; part < 24; ++part) {
+    colors.push_back(part_color(part));
+    const auto [low, high] = std::minmax_element(colors[part].begin(), colors[part].end());
+    const float brightness = 1 - 0.25F * static_cast<float>(part % 3);
+    EXPECT_NEAR(*high, brightness, 1e-6) << part;
+    EXPECT_NEAR(*low, 0.15F * brightness, 1e-6) << part;
+    for (std::uint32_t other = part < 4 ? 0 : part - 4; other < part; ++other) {
+      EXPECT_GT(apart(colors[part], colors[other]), 60) << part << " " << other;
+    }
+  }
+  EXPECT_NEAR(colors[0][0], 1, 1e-6);  // red is the first
+  EXPECT_NEAR(colors[0][1], 0.15F, 1e-6);
 }
 
 /// Columns of squares; materials change between them, groups between its halves.

@@ -154,6 +154,39 @@ TEST(TextureMaps, ATextureMayHaveAPictureForEachMaterial) {
   EXPECT_THROW(bake(source, test::plane(1, 1), options), Error);
 }
 
+/// One picture, dark on the left, over the square beside the picture's own.
+TEST(TextureMaps, EachMaterialWrapsByItself) {
+  KILN_REQUIRE_DEVICE();
+  Mesh high = test::plane(2, 1);
+  for (Vec2& uv : high.uvs) uv.x = 2 * uv.x + 1;
+  high.material_names = {"left", "right"};
+  high.materials = {0, 0, 1, 1};
+  Image halves{32, 32, 3, std::vector<float>(std::size_t{32} * 32 * 3)};
+  for (std::uint32_t y = 0; y < 32; ++y) {
+    for (std::uint32_t x = 16; x < 32; ++x) std::fill_n(halves.at(x, y), 3, 1.0F);
+  }
+  Texture texture = texture_of(std::move(halves), TextureKind::linear);
+  texture.image_of = {0, 0};
+  using Wraps = std::array<TextureWrap, 2>;
+  const Wraps wraps[] = {{TextureWrap::repeat, TextureWrap::repeat},
+                         {TextureWrap::clamp, TextureWrap::repeat},
+                         {TextureWrap::mirror, TextureWrap::repeat}};
+  // What the three show at the quarter and at three quarters of the first square beside, and of the second.
+  const float shown[3][4] = {{0, 1, 0, 1}, {1, 1, 1, 1}, {1, 0, 0, 1}};
+  for (std::size_t left = 0; left < 3; ++left) {
+    const std::size_t right = (left + 1) % 3;
+    texture.wraps = {wraps[left], wraps[right]};
+    BakeOptions options = options_of(16, 16, {MapKind{"color"}});
+    options.color = texture;
+    const Image map =
+        image_of(bake(Source(*test::device(), high), test::plane(1, 1), options), "color");
+    for (std::uint32_t i = 0; i < 4; ++i) {
+      EXPECT_NEAR(map.at(4 * i + 1, 8)[0], shown[i < 2 ? left : right][i], 1e-3) << left << i;
+      EXPECT_NEAR(map.at(4 * i + 2, 8)[0], shown[i < 2 ? left : right][i], 1e-3) << left << i;
+    }
+  }
+}
+
 /// Plain materials need no layout, and where a part has none, its material's number stands for the picture.
 TEST(TextureMaps, PlainMaterialsNeedNoUvs) {
   KILN_REQUIRE_DEVICE();

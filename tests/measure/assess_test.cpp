@@ -73,6 +73,7 @@ TEST(Assess, APlaneOverAPlaneHasTheDistancesOfGeometry) {
   EXPECT_EQ(a.never_visible, 0);
   EXPECT_NEAR(a.mean_stretch, 0, 1e-4);
   EXPECT_NEAR(a.stretch.max, 0, 1e-3);
+  EXPECT_NEAR(a.stretch.area, (kSize - 1.0) * (kSize - 1.0) / (kSize * kSize), 1e-6);
   EXPECT_EQ(a.folded, 0);
   EXPECT_NEAR(a.largest_jump, 1.0 / kSize, 1e-6);
   EXPECT_NEAR(a.largest_step, 1.0 / kSize, 1e-6);
@@ -180,9 +181,65 @@ TEST(Assess, WhatIsHiddenDoesNotCount) {
   ASSERT_EQ(baked.report.missed, 0U);
   AssessOptions options;
   options.directions = 64;
+  options.fields = true;
   const MatchAssessment a = assess(source, inside, *baked.match, options);
   EXPECT_NEAR(a.never_visible, 1, 0.02);
   EXPECT_GT(a.match_distance.mean, 0);
+  // What no direction sees has no place in a picture: of the rest alone there are distances.
+  EXPECT_NEAR(a.image_space_by_place.area, (1 - a.never_visible) * a.match_distance.area, 1e-6);
+  EXPECT_TRUE(std::isfinite(a.image_space_by_place.mean));
+  EXPECT_TRUE(std::isfinite(a.image_space_by_place.max));
+  EXPECT_TRUE(std::isfinite(a.image_space.mean));
+  std::size_t seen = 0;
+  for (const float value : a.fields.image_space.pixels) {
+    ASSERT_TRUE(std::isfinite(value));
+    seen += value >= 0 ? 1 : 0;
+  }
+  EXPECT_LT(seen, a.samples / 20);
+}
+
+/// Shifts of 0.1, 0.2, 0.3 and 0.4 in 33, 27, 3 and 1 of 64 rows.
+TEST(Assess, QuantilesAreOfAllPlaces) {
+  KILN_REQUIRE_DEVICE();
+  const MatchAssessment a = assess_plane(
+      0,
+      [](double x, double y) {
+        const double row = (0.5 - y) * kSize;
+        return point(x + (row < 33 ? 0.1 : row < 60 ? 0.2 : row < 63 ? 0.3 : 0.4), y);
+      },
+      12);
+  constexpr double kRows = kSize;
+  EXPECT_NEAR(a.match_distance.mean, (33 * 0.1 + 27 * 0.2 + 3 * 0.3 + 0.4) / kRows, 1e-6);
+  EXPECT_NEAR(a.match_distance.rms, std::sqrt((33 * 0.01 + 27 * 0.04 + 3 * 0.09 + 0.16) / kRows),
+              1e-6);
+  EXPECT_NEAR(a.match_distance.median, 0.1, 1e-6);
+  EXPECT_NEAR(a.match_distance.p95, 0.3, 1e-6);
+  EXPECT_NEAR(a.match_distance.p99, 0.4, 1e-6);
+  EXPECT_NEAR(a.match_distance.max, 0.4, 1e-6);
+}
+
+/// The right half of the texels lies on three quarters of the surface.
+TEST(Assess, PlacesCountByTheirArea) {
+  KILN_REQUIRE_DEVICE();
+  Mesh low = test::plane(2, 1);
+  for (Vec3& p : low.positions) {
+    if (p.x > 0.1F) p.x = 1.5F;
+  }
+  const Source source(*test::device(), big_triangle(0));
+  AssessOptions options;
+  options.directions = 12;
+  options.fields = true;
+  const MatchAssessment a = assess(source, low, made_match([](double x, double y) {
+                                     return x < 0 ? point(x + 0.1, y) : point(3 * x + 0.2, y);
+                                   }),
+                                   options);
+  EXPECT_NEAR(a.match_distance.area, 2, 1e-5);
+  EXPECT_NEAR(a.match_distance.mean, (0.5 * 0.1 + 1.5 * 0.2) / 2, 1e-5);
+  EXPECT_NEAR(a.match_distance.rms, std::sqrt((0.5 * 0.01 + 1.5 * 0.04) / 2), 1e-5);
+  EXPECT_NEAR(a.match_distance.median, 0.2, 1e-5);
+  for (std::size_t i = 0; i < kSize * kSize; ++i) {
+    ASSERT_NEAR(a.fields.match_distance.pixels[i], i % kSize < kSize / 2 ? 0.1 : 0.2, 1e-5) << i;
+  }
 }
 
 // ---- by brute force -----------------------------------------------------------------------------

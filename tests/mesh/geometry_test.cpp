@@ -211,6 +211,23 @@ TEST(SurfaceDistance, OfNeedlesIsThatOfTheNearest) {
 
 /// Slivers near an axis, where coordinates tell less than rounding of a normal does: they are as far as their sides, so
 /// that what is known of the distance never leads to another triangle.
+/// Corners at heights 1, 2 and 6 over a plane, so that the centroid is at 3.
+TEST(SurfaceDistance, StatisticsAreThoseOfAllSamples) {
+  const std::vector<Vec3> plane{{-9, -9, 0}, {9, -9, 0}, {9, 9, 0}, {-9, 9, 0}};
+  const SurfaceDistance low(plane, std::vector<Triangle>{{0, 1, 2}, {0, 2, 3}});
+  const std::vector<Vec3> corners{{0, 0, 1}, {1, 0, 2}, {0, 1, -6}, {2, 2, 0}};
+  const DistanceReport one =
+      one_sided_distance(corners, std::vector<Triangle>{{0, 1, 2}}, low, 100);
+  EXPECT_NEAR(one.largest, 6, 1e-6);
+  EXPECT_NEAR(one.mean, (1 + 2 + 6 + 1) / 4.0, 1e-6);
+  EXPECT_NEAR(one.root_mean_square, std::sqrt((1 + 4 + 36 + 1) / 4.0), 1e-6);
+  // Of two triangles every other sample: corners 0 and 2 of each.
+  const DistanceReport half =
+      one_sided_distance(corners, std::vector<Triangle>{{0, 1, 2}, {0, 3, 1}}, low, 4);
+  EXPECT_NEAR(half.largest, 6, 1e-6);
+  EXPECT_NEAR(half.mean, (1 + 6 + 1 + 2) / 4.0, 1e-6);
+}
+
 TEST(SurfaceDistance, OfSliversIsThatOfTheirSides) {
   std::mt19937 random(1);
   std::uniform_real_distribution<float> place(-1, 1);

@@ -73,6 +73,24 @@ TEST(LowSurface, KeepsHardNormalsAndJoinsDirections) {
   }
 }
 
+/// The red of a vertex's own colour says how straight its rays are.
+TEST(LowSurface, ColoursStraightenEachCornerByItself) {
+  Mesh mesh = cube();
+  for (const auto& corners : LowSurface::of(mesh, Frame::of(mesh)).triangles) {
+    for (const LowSurface::Corner& corner : corners) EXPECT_EQ(corner.straight, 0);
+  }
+  for (std::size_t v = 0; v < 8; ++v) {
+    mesh.colors.push_back({static_cast<std::uint8_t>(36 * v), 255, 7, 255});
+  }
+  const LowSurface surface = LowSurface::of(mesh, Frame::of(mesh));
+  for (std::size_t t = 0; t < 12; ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      EXPECT_EQ(surface.triangles[t][k].straight,
+                36.0F * static_cast<float>(mesh.triangles[t][k]) / 255.0F);
+    }
+  }
+}
+
 TEST(LowSurface, ACageGivesOffsets) {
   const Mesh mesh = cube();
   Mesh cage = mesh;

@@ -1000,6 +1000,62 @@ TEST(ShadeHigh, PolygonsAreOneFaceEach) {
   EXPECT_LT(off(mesh, shape.exact).second, 0.1);
 }
 
+TEST(ShadeHigh, FlatFacesNeedNoNormalsOfTheFile) {
+  const Shape shape = box(1, 2, 3);
+  Mesh mesh = shape.mesh;
+  ASSERT_TRUE(mesh.normal_triangles.empty());
+  EXPECT_EQ(shade_high(mesh, {.rule = ShadingRule::flat}).chosen, ShadingRule::flat);
+  ASSERT_EQ(mesh.normal_triangles.size(), mesh.triangles.size());
+  EXPECT_LT(off(mesh, shape.exact).second, 1e-3);
+}
+
+/// A roof along z, of faces (0, 1, 2) and (1, 0, 3), and a third one beyond.
+TEST(ShadeHigh, FaceEdgesAreDescribed) {
+  Mesh roof;
+  roof.positions = {{0, 0, 0}, {0, 0, 1}, {-1, -1, 0}, {1, -1, 0}};
+  roof.triangles = {{1, 0, 2}, {0, 1, 3}};
+  const auto only = [](const Mesh& mesh) {
+    const FaceEdges faces = FaceEdges::of(mesh);
+    EXPECT_EQ(faces.edges.size(), 1U);
+    EXPECT_FALSE(faces.left_out);
+    return faces.edges.empty() ? FaceEdge{} : faces.edges[0];
+  };
+  const FaceEdge ridge = only(roof);
+  EXPECT_NEAR(ridge.turn, 90, 1e-4);
+  EXPECT_TRUE(ridge.convex);
+  EXPECT_FALSE(ridge.split);
+  EXPECT_FALSE(ridge.inner);
+  for (const std::uint32_t side : ridge.sides) EXPECT_EQ(side % 3, 0U);
+  EXPECT_NE(ridge.sides[0] / 3, ridge.sides[1] / 3);
+  // Open all around but for the ridge, whose ends are ends of open edges, too.
+  const FaceEdges faces = FaceEdges::of(roof);
+  EXPECT_EQ(faces.borders, std::vector<bool>(4, true));
+  EXPECT_NEAR(faces.areas[0], std::sqrt(2) / 2, 1e-6);
+  Mesh valley = roof;
+  for (Vec3& p : valley.positions) p.y = -p.y;
+  for (Triangle& t : valley.triangles) std::swap(t[0], t[1]);
+  // Turned round as well, it looks down again: a ridge from below is a valley from above.
+  EXPECT_TRUE(only(valley).convex);
+  for (Triangle& t : valley.triangles) std::swap(t[0], t[1]);
+  EXPECT_FALSE(only(valley).convex);
+  Mesh split = roof;
+  split.positions.push_back(split.positions[1]);
+  split.triangles[1] = {0, 4, 3};
+  EXPECT_TRUE(only(split).split);
+  split.triangles[1] = {0, 1, 3};
+  EXPECT_FALSE(only(split).split);
+  Mesh bent = roof;
+  bent.polygons = {0, 0};
+  EXPECT_TRUE(only(bent).inner);
+  EXPECT_EQ(only(bent).turn, 0);
+  bent.polygons = {0, 1};
+  EXPECT_FALSE(only(bent).inner);
+  // Faces of opposite orientation have no edge in common.
+  Mesh turned = roof;
+  std::swap(turned.triangles[1][0], turned.triangles[1][1]);
+  EXPECT_TRUE(FaceEdges::of(turned).edges.empty());
+}
+
 TEST(ShadeHigh, PolygonsDoNotPartWithin) {
   Mesh folded;
   folded.positions = {{0, 0, 0}, {1, 0.5F, 0}, {1, 0, 1}, {0, 0.5F, 1}};
