@@ -5,9 +5,12 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <random>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -29,104 +32,36 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Options of a job beside its output, with their values. "high" and "low" have their files' names in the scene.
+/// Options of a job beside its output, with their values.
 using Options = std::vector<std::pair<std::string, std::vector<std::string>>>;
 
+/// A row of data/jobs.json, which tests/python/test_doors.py reads, too. "{scene}" stands for the scene's folder.
 struct DoorCase {
-  const char* name;
-  const char* out;  ///< Empty: a folder
+  std::string name;
+  std::string out;  ///< Empty: a folder
   Options options;
   int exit_code = 0;
 };
 
-const DoorCase kCases[] = {
-    {"Maps",
-     "",
-     {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"maps", {"normal", "height", "curvature"}}}},
-    {"Colours",
-     "",
-     {{"high", {"two.glb"}},
-      {"faces", {"300"}},
-      {"maps", {"color", "opacity"}},
-      {"format", {"png8"}}}},
-    {"Ranges",
-     "",
-     {{"high", {"high.obj"}},
-      {"low", {"low.obj"}},
-      {"maps", {"height"}},
-      {"range", {"height=-0.5,0.5"}}}},
-    {"Exr",
-     "",
-     {{"high", {"high.obj"}},
-      {"low", {"low.obj"}},
-      {"format", {"exr"}},
-      {"mips", {"true"}},
-      {"samples", {"2"}}}},
-    {"Packs",
-     "",
-     {{"high", {"high.obj"}},
-      {"low", {"low.obj"}},
-      {"maps", {"ao", "height"}},
-      {"pack", {"both=ao,height"}},
-      {"ao_rays", {"16"}}}},
-    {"Views",
-     "",
-     {{"high", {"high.obj"}},
-      {"low", {"low.obj"}},
-      {"match", {"views"}},
-      {"views", {"12"}},
-      {"fallback", {"closest", "fill"}}}},
-    {"Cage", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"cage", {"5%"}}}},
-    {"CageMesh", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"cage_mesh", {"cage.obj"}}}},
-    {"Auto",
-     "",
-     {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"match", {"auto"}}, {"max_angle", {"8"}}}},
-    {"PartsWithoutNames",
-     "",
-     {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"match_by", {"object"}}},
-     3},
-    {"Parts", "", {{"high", {"two.glb"}}, {"low", {"two_low.glb"}}, {"match_by", {"object"}}}},
-    {"SavedMatch",
-     "",
-     {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"load_match", {"match.exr"}}}},
-    {"Occluders",
-     "",
-     {{"high", {"high.obj"}},
-      {"low", {"low.obj"}},
-      {"maps", {"ao"}},
-      {"ao_rays", {"16"}},
-      {"ao_occluders", {"high", "cage.obj"}}}},
-    {"Variants",
-     "",
-     {{"high", {"high.obj"}},
-      {"low", {"low.obj"}},
-      {"maps", {"ao", "near=ao:ao-distance=5%"}},
-      {"ao_rays", {"16"}}}},
-    {"OwnMap", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"maps", {"steep=steep.cl"}}}},
-    {"Sets", "", {{"high", {"high.obj"}}, {"low", {"halves.obj"}}, {"size", {"64", "glass=32"}}}},
-    {"Udim", "", {{"high", {"high.obj"}}, {"low", {"tiles.obj"}}, {"sets", {"udim"}}}},
-    {"Unwrap", "", {{"high", {"high.obj"}}, {"low", {"low.obj"}}, {"unwrap", {"true"}}}},
-    {"Made", "", {{"high", {"high.obj"}}, {"faces", {"200"}}, {"max_missed", {"50"}}}},
-    {"Planned", "", {{"high", {"high.obj"}}, {"max_error", {"normal=8"}}}},
-    {"Lods",
-     "",
-     {{"high", {"high.obj"}}, {"max_error", {"normal=8"}}, {"lod", {"2"}}, {"screen", {"200px"}}}},
-    {"Heights",
-     "",
-     {{"high", {"hills.png"}},
-      {"height", {"0.2"}},
-      {"extent",
-       {
-           "2",
-       }}}},
-    {"Glb", "game.glb", {{"high", {"two.glb"}}, {"faces", {"300"}}, {"ao_rays", {"16"}}}},
-    {"GlbOfObj", "game.glb", {{"high", {"high.obj"}}, {"low", {"low.obj"}}}},
-    {"Gltf", "game.gltf", {{"high", {"two.glb"}}, {"faces", {"300"}}, {"sets", {"one"}}}},
-    {"Obj", "game.obj", {{"high", {"two.glb"}}, {"faces", {"300"}}}},
-};
+std::vector<DoorCase> read_jobs() {
+  std::vector<DoorCase> cases;
+  std::ifstream in(test_data("jobs.json"));
+  for (const auto& row : nlohmann::ordered_json::parse(in)) {
+    DoorCase c{row.at("name"), row.value("out", ""), {}, row.value("exit", 0)};
+    for (const auto& [option, values] : row.at("options").items()) {
+      c.options.emplace_back(option, values.get<std::vector<std::string>>());
+    }
+    if (!row.at("options").contains("size")) {
+      c.options.emplace_back("size", std::vector<std::string>{"64"});
+    }
+    cases.push_back(std::move(c));
+  }
+  return cases;
+}
 
 /// Two balls of two materials, one half transparent, one beside the other in nodes of their own.
-void save_two_balls(const Mesh& ball, const fs::path& path) {
+void save_two_balls(const Mesh& ball, const fs::path& path,
+                    const std::shared_ptr<const AssetPictures>& pictures = {}) {
   Mesh parts[] = {ball, ball};
   for (Vec3& p : parts[1].positions) p.x += 3;
   parts[0].name = "left";
@@ -140,9 +75,21 @@ void save_two_balls(const Mesh& ball, const fs::path& path) {
   std::vector<AssetMaterial> materials(2);
   materials[0].name = "left";
   materials[1].name = "right";
+  for (AssetMaterial& material : materials) material.pictures = pictures;
   materials[1].double_sided = true;
   materials[1].alpha_mode = AlphaMode::blend;
   save_asset(both, materials, path);
+}
+
+/// Two copies of a mesh beside each other, each an object.
+Mesh two_objects(const Mesh& part) {
+  Mesh parts[] = {part, part};
+  for (Vec3& p : parts[1].positions) p.x += 3;
+  for (int i = 0; i < 2; ++i) {
+    parts[i].object_names = {i == 0 ? "left" : "right"};
+    parts[i].objects.assign(part.triangles.size(), 0);
+  }
+  return join_meshes(parts);
 }
 
 fs::path make_doors_scene() {
@@ -154,6 +101,19 @@ fs::path make_doors_scene() {
   save_obj(cage, folder / "cage.obj");
   save_two_balls(BumpySphere::dense(2000), folder / "two.glb");
   save_two_balls(BumpySphere::light(), folder / "two_low.glb");
+  const Image rough{2, 1, 1, {0.25F, 0.75F}};
+  const AssetMaps maps{.roughness = &rough};
+  save_two_balls(BumpySphere::light(), folder / "rough.glb",
+                 std::make_shared<AssetPictures>(encode_maps(maps)));
+  for (const auto& [file, part] : {std::pair{"parts.obj", BumpySphere::dense(2000)},
+                                   std::pair{"parts_low.obj", BumpySphere::light()}}) {
+    save_obj(two_objects(part), folder / file);
+  }
+  save_obj(BumpySphere::dense(2000), folder / "ball.obj");
+  save_obj(BumpySphere::light(64, 32), folder / "laid_out.obj");
+  Mesh roof = plane(1, 1);
+  for (Vec3& p : roof.positions) p.z += 1.2F;
+  save_obj(roof, folder / "roof.obj");
   Job saved{.high = {(folder / "high.obj").string()},
             .low = (folder / "low.obj").string(),
             .out = (folder / "saved").string()};
@@ -167,27 +127,23 @@ fs::path make_doors_scene() {
   hills.channels = 1;
   for (int i = 0; i < 256; ++i) hills.pixels.push_back(static_cast<float>((i * 37) % 97) / 96);
   save_image(hills, folder / "hills.png", {ImageFormat::png16});
+  save_image(hills, folder / "plain.png", {ImageFormat::png8});
   return folder;
 }
 
-bool names_files(const std::string& option) {
-  return option == "high" || option == "low" || option == "cage_mesh" || option == "load_match";
-}
-
-/// Values with the scene's folder before names of files.
-std::vector<std::string> placed(const std::string& option, std::vector<std::string> values,
-                                const fs::path& scene) {
+/// Values with the folder of the scene in place of "{scene}".
+std::vector<std::string> placed(std::vector<std::string> values, const fs::path& scene) {
+  constexpr std::string_view kScene = "{scene}";
   for (std::string& value : values) {
-    const bool own = option == "maps" && value.ends_with(".cl");
-    const bool occluder = option == "ao_occluders" && value.ends_with(".obj");
-    if (names_files(option) || occluder) value = (scene / value).string();
-    if (own) value = "steep=" + (scene / "steep.cl").string();
+    if (const std::size_t at = value.find(kScene); at != std::string::npos) {
+      value.replace(at, kScene.size(), scene.string());
+    }
   }
   return values;
 }
 
 fs::path output(const DoorCase& c, const fs::path& folder) {
-  return *c.out == 0 ? folder : folder / c.out;
+  return c.out.empty() ? folder : folder / c.out;
 }
 
 std::map<std::string, std::string> files_in(const fs::path& folder) {
@@ -208,14 +164,14 @@ int by_command(const DoorCase& c, const fs::path& scene, const fs::path& out) {
   std::vector<std::string> words = {"bake"};
   for (const char* side : {"high", "low"}) {
     for (const auto& [option, values] : c.options) {
-      if (option == side) words.push_back(placed(option, values, scene)[0]);
+      if (option == side) words.push_back(placed(values, scene)[0]);
     }
   }
   for (const auto& [option, values] : c.options) {
     if (option == "high" || option == "low") continue;
     std::string flag = "--" + option;
     std::replace(flag.begin(), flag.end(), '_', '-');
-    for (const std::string& value : placed(option, values, scene)) {
+    for (const std::string& value : placed(values, scene)) {
       if (value == "true") {
         words.push_back(flag);
       } else {
@@ -224,8 +180,6 @@ int by_command(const DoorCase& c, const fs::path& scene, const fs::path& out) {
     }
   }
   words.push_back("--out=" + out.string());
-  words.push_back("--size=64");
-  if (c.name == std::string("Sets")) words.pop_back();
   const ProcessResult result = call_kiln(words);
   EXPECT_EQ(result.exit_code, c.exit_code) << result.errors;
   return result.exit_code;
@@ -233,10 +187,8 @@ int by_command(const DoorCase& c, const fs::path& scene, const fs::path& out) {
 
 Job job_of(const DoorCase& c, const fs::path& scene, const fs::path& out) {
   Job job;
-  for (const auto& [option, values] : c.options)
-    set_option(job, option, placed(option, values, scene));
+  for (const auto& [option, values] : c.options) set_option(job, option, placed(values, scene));
   set_option(job, "out", out.string());
-  if (c.name != std::string("Sets")) set_option(job, "size", "64");
   return job;
 }
 
@@ -250,12 +202,11 @@ void by_c(const DoorCase& c, const fs::path& scene, const fs::path& out) {
   kiln_job* job = nullptr;
   ASSERT_EQ(kiln_job_new(&job), KILN_OK);
   for (const auto& [option, values] : c.options) {
-    for (const std::string& value : placed(option, values, scene)) {
+    for (const std::string& value : placed(values, scene)) {
       ASSERT_EQ(kiln_job_add(job, option.c_str(), value.c_str()), KILN_OK) << kiln_error_message();
     }
   }
   ASSERT_EQ(kiln_job_set(job, "out", out.string().c_str()), KILN_OK);
-  if (c.name != std::string("Sets")) ASSERT_EQ(kiln_job_set(job, "size", "64"), KILN_OK);
   kiln_job_result* result = nullptr;
   EXPECT_EQ(kiln_job_run(job, nullptr, nullptr, nullptr, &result), KILN_OK) << kiln_error_message();
   EXPECT_NE(kiln_job_file(result, 0), nullptr);
@@ -269,9 +220,10 @@ class Doors : public testing::TestWithParam<DoorCase> {};
 TEST_P(Doors, WriteTheSameBytes) {
   KILN_REQUIRE_DEVICE();
   const DoorCase& c = GetParam();
-  const fs::path scene = make_doors_scene();
+  static const fs::path scene = make_doors_scene();
+  const fs::path folder = scratch_folder();
   fs::path outs[4];
-  for (int i = 0; i < 4; ++i) outs[i] = scene / ("door" + std::to_string(i));
+  for (int i = 0; i < 4; ++i) outs[i] = folder / ("door" + std::to_string(i));
   if (by_command(c, scene, output(c, outs[0])) != 0) {
     EXPECT_THROW(by_run(job_of(c, scene, output(c, outs[1]))), Error);
     return;
@@ -296,8 +248,8 @@ TEST_P(Doors, WriteTheSameBytes) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Jobs, Doors, testing::ValuesIn(kCases),
-                         [](const auto& tested) { return std::string(tested.param.name); });
+INSTANTIATE_TEST_SUITE_P(Jobs, Doors, testing::ValuesIn(read_jobs()),
+                         [](const auto& tested) { return tested.param.name; });
 
 TEST(Job, InMemoryHasTheBytesOfTheFiles) {
   const fs::path scene = make_doors_scene();

@@ -63,11 +63,11 @@ TEST(MaxBytes, IsNeverExceeded) {
       {"--faces", "300", "--maps", "normal"},
       {"--max-error", "normal=60", "--maps", "normal"}};
   double before = HUGE_VAL;
-  for (const std::string bound : {"14K", "25K", "97KiB"}) {
-    const std::uint64_t most = bound == "97KiB" ? 99328 : std::stoull(bound) * 1000;
+  for (const std::string bound : {"8K", "14K", "24KiB"}) {
+    const std::uint64_t most = bound == "24KiB" ? 24576 : std::stoull(bound) * 1000;
     for (std::size_t i = 0; i < kinds.size(); ++i) {
-      if (i > 0 && bound != "25K") continue;
-      std::vector<std::string> more = {"--max-bytes", bound};
+      if (i > 0 && bound != "24KiB") continue;
+      std::vector<std::string> more = {"--max-bytes", bound, "--size", "64"};
       more.insert(more.end(), kinds[i].begin(), kinds[i].end());
       expect_exit(scene.bake("a.glb", more), 0, {});
       const std::uint64_t size = fs::file_size(scene.folder / "a.glb");
@@ -135,7 +135,7 @@ TEST(MaxBytes, HardEdgesAreLeftWhereSmoothNormalsAreNearer) {
 TEST(MaxBytes, GivesTheSameBytes) {
   KILN_REQUIRE_DEVICE();
   const Scene scene;
-  const std::vector<std::string> bound = {"--max-bytes", "30K"};
+  const std::vector<std::string> bound = {"--max-bytes", "20K", "--size", "64"};
   expect_exit(scene.bake("a.glb", bound), 0, {});
   fs::copy_file(scene.folder / "a.glb", scene.folder / "before.glb");
   expect_exit(scene.bake("a.glb", bound, {{"KILN_THREADS", "1"}}), 0, {});
@@ -206,9 +206,11 @@ TEST(MaxBytes, RefusesWhatIsNoBound) {
 TEST(MaxBytes, KeepsBothBoundsOrSaysSo) {
   KILN_REQUIRE_DEVICE();
   const Scene scene;
-  expect_exit(scene.bake("both.glb", {"--max-bytes", "80K", "--max-error", "normal=20"}), 0, {});
+  expect_exit(
+      scene.bake("both.glb", {"--max-bytes", "80K", "--max-error", "normal=20", "--size", "64"}), 0,
+      {});
   const ProcessResult missed =
-      scene.bake("missed.glb", {"--max-bytes", "20K", "--max-error", "normal=0.3"});
+      scene.bake("missed.glb", {"--max-bytes", "20K", "--max-error", "normal=0.3", "--size", "64"});
   EXPECT_EQ(missed.exit_code, 1);
   EXPECT_NE(missed.errors.find("--max-bytes"), std::string::npos) << missed.errors;
   EXPECT_LE(fs::file_size(scene.folder / "missed.glb"), 20000U);

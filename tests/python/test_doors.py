@@ -1,7 +1,8 @@
-"""to_glb(), bake(), match() and plan() write the bytes of the command: a table of jobs."""
+"""to_glb(), bake(), match() and plan() write the bytes of the command: the jobs of tests/data/jobs.json."""
 
 from __future__ import annotations
 
+import json
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -30,60 +31,56 @@ def halves(n: int, height: Callable[..., np.ndarray]) -> kiln.Mesh:
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory: pytest.TempPathFactory, pbr: bytes) -> Path:  # noqa: F811
     folder = tmp_path_factory.mktemp("doors")
-    halves(48, waves).save(folder / "high.obj")
+    for name in ("high.obj", "laid_out.obj", "parts.obj"):
+        halves(48, waves).save(folder / name)
     halves(2, lambda x, y: 0 * x).save(folder / "low.obj")
+    halves(2, lambda x, y: 0 * x).save(folder / "parts_low.obj")
     halves(2, lambda x, y: 0 * x + 0.1).save(folder / "cage.obj")
     kiln.Mesh(CARD[0] * 0.4 + [0.3, 0.3, 0.1], CARD[1]).save(folder / "roof.obj")
-    (folder / "two.glb").write_bytes(with_materials(pbr, LOOKS))
+    for name in ("two.glb", "rough.glb"):
+        (folder / name).write_bytes(with_materials(pbr, LOOKS))
     kiln.Mesh(*ball(20)).save(folder / "ball.obj")
     own = "float4 kiln_map(const kiln_point* p) {\n  return (float4)(p->normal.x * 0.5f + 0.5f, 0, 0, 0);\n}\n"
     (folder / "steep.cl").write_text(own)
     return folder
 
 
-def loaded(scene: Path, name: str) -> kiln.Mesh:
-    return kiln.load(scene / name)
-
-
-def match_of(scene: Path) -> kiln.Match:
-    found = kiln.match(scene / "high.obj", scene / "low.obj", size=64)
-    found.save(scene / "match.exr")
-    return found
-
-
-#: Keywords of bake(), by the scene's folder, and the flags of the command.
-BAKES: dict[str, tuple[Callable[[Path], dict[str, Any]], str]] = {
-    "maps": (
-        lambda s: {"maps": ["normal", "height", "position", "curvature"], "origin": (0, 0, 1)},
-        "--maps normal,height,position,curvature --origin 0,0,1",
-    ),
-    "ranges": (lambda s: {"maps": "height", "range": {"height": (-0.1, 0.1)}}, "--maps height --range height=-0.1,0.1"),
-    "mips": (lambda s: {"mips": True, "samples": np.int64(2), "flip_y": True}, "--mips --samples 2 --flip-y"),
-    "views": (
-        lambda s: {"match": "views", "views": 12, "fallback": ["closest", "fill"]},
-        "--match views --views 12 --fallback closest,fill",
-    ),
-    "axis": (lambda s: {"match": "axis", "view": [(0, 0, 1)]}, "--match axis --view 0,0,1"),
-    "cage": (lambda s: {"cage": "5%"}, "--cage 5%"),
-    "cage found": (lambda s: {"cage": "auto"}, "--cage auto"),
-    "cage mesh": (lambda s: {"cage_mesh": loaded(s, "cage.obj")}, "--cage-mesh {0}/cage.obj"),
-    "parts": (lambda s: {"match_by": "object"}, "--match-by object"),
-    "occluders": (
-        lambda s: {"maps": "ao", "ao_rays": 16, "ao_occluders": ["high", loaded(s, "roof.obj")]},
-        "--maps ao --ao-rays 16 --ao-occluders high,{0}/roof.obj",
-    ),
-    "variants": (
-        lambda s: {"maps": ["ao", "near=ao:ao-distance=5%"], "ao_rays": 16},
-        "--maps ao,near=ao:ao-distance=5% --ao-rays 16",
-    ),
-    "own map": (lambda s: {"maps": f"steep={s}/steep.cl"}, "--maps steep={0}/steep.cl"),
-    "chosen match": (lambda s: {"max_error": 8}, "--match auto --max-error normal=8"),
-    "saved match": (
-        lambda s: {"match": match_of(s), "maps": ["normal", "height"]},
-        "--maps normal,height --load-match {0}/match.exr",
-    ),
-    "textures": (lambda s: {"transfer": f"{s}/plain.png:dust"}, "--transfer {0}/plain.png:dust"),
+#: Jobs, which cli/doors_test.cpp reads, too.
+JOBS: dict[str, dict[str, Any]] = {
+    job["name"]: job for job in json.loads((Path(__file__).parent.parent / "data/jobs.json").read_text())
 }
+
+
+def keyword(value: Any, scene: Path) -> Any:
+    """A keyword's value: meshes and matches in memory where the table names their files."""
+    if isinstance(value, dict):
+        if "mesh" in value:
+            return kiln.load(scene / value["mesh"])
+        if "match" in value:
+            found = kiln.match(scene / "high.obj", scene / "low.obj", size=64)
+            found.save(scene / value["match"])
+            return found
+        return {key: keyword(entry, scene) for key, entry in value.items()}
+    if isinstance(value, list):
+        entries = [keyword(entry, scene) for entry in value]
+        return tuple(entries) if all(isinstance(entry, (int, float)) for entry in entries) else entries
+    if isinstance(value, str):
+        return value.replace("{scene}", str(scene))
+    return np.int64(value) if type(value) is int else value
+
+
+def keywords_of(job: dict[str, Any], function: str, scene: Path) -> dict[str, Any]:
+    return {name: keyword(value, scene) for name, value in job[function].items()}
+
+
+def words_of_command(job: dict[str, Any], scene: Path) -> list[str]:
+    """The command line of a job beside its size and output."""
+    options = {name: [value.replace("{scene}", str(scene)) for value in values] for name, values in job["options"].items()}
+    words = ["bake", *options.pop("high"), *options.pop("low", [])]
+    for name, values in options.items():
+        flag = "--" + name.replace("_", "-")
+        words += [flag if value == "true" else f"{flag}={value}" for value in values]
+    return words
 
 
 def saved(scene: Path) -> Path:
@@ -100,58 +97,38 @@ def files_in(folder: Path) -> dict[str, bytes]:
     return {file.name: file.read_bytes() for file in folder.iterdir() if file.suffix in (".png", ".exr")}
 
 
-@pytest.mark.parametrize("name", BAKES)
+@pytest.mark.parametrize("name", [name for name, job in JOBS.items() if "bake" in job])
 @pytest.mark.parametrize("memory", [False, True], ids=["files", "memory"])
 @pytest.mark.filterwarnings("ignore::kiln.KilnWarning")
 def test_bake(name: str, memory: bool, scene: Path, tmp_path: Path, command: Any) -> None:
-    keywords, flags = BAKES[name]
+    job = JOBS[name]
     saved(scene)
-    sides = [scene / "high.obj", scene / "low.obj"]
-    ours = kiln.bake(*(map(kiln.load, sides) if memory else sides), size=64, **keywords(scene))
-    ours.save(tmp_path / "ours", name="low")
-    words = flags.format(scene).split()
-    command("bake", *sides, "--sets", "none", "--size", 64, *words, "--out", tmp_path / "its", "--quiet")
+    words = words_of_command(job, scene)
+    sides = [Path(side) for side in words[1:3]]
+    keywords = keywords_of(job, "bake", scene)
+    ours = kiln.bake(*(map(kiln.load, sides) if memory else sides), size=64, **keywords)
+    ours.save(tmp_path / "ours", name=sides[1].stem)
+    command(*words, "--sets", "none", "--size", 64, "--out", tmp_path / "its", "--quiet")
     its = files_in(tmp_path / "its")
     assert its and files_in(tmp_path / "ours") == its
 
 
-#: Keywords of to_glb(), and the flags of the command.
-GLBS: dict[str, tuple[str, dict[str, Any], str]] = {
-    "two materials and alpha": ("two.glb", {"faces_target": 300, "ao_rays": 16}, "--faces 300 --ao-rays 16"),
-    "maps": (
-        "two.glb",
-        {"faces_target": 300, "maps": ["normal", "color", "opacity"]},
-        "--faces 300 --maps normal,color,opacity",
-    ),
-    "looks": (
-        "two.glb",
-        {"faces_target": 300, "maps": ["color", "opacity"], "alpha": "blend", "double_sided": True},
-        "--faces 300 --maps color,opacity --alpha blend --double-sided yes",
-    ),
-    "of materials": (
-        "two.glb",
-        {"faces_target": 300, "maps": ["normal", "roughness"]},
-        "--faces 300 --maps normal --transfer mtl:roughness",
-    ),
-    "planned": ("ball.obj", {"max_error": 8, "screen": 300}, "--max-error normal=8 --screen 300px"),
-    "no colours": ("ball.obj", {"faces_target": 200}, "--faces 200"),
-    "normals": ("ball.obj", {"faces_target": 200, "high_normals": "flat"}, "--faces 200 --high-normals flat"),
-}
-
-
-@pytest.mark.parametrize("name", GLBS)
+@pytest.mark.parametrize("name", [name for name, job in JOBS.items() if "to_glb" in job])
 @pytest.mark.filterwarnings("ignore::kiln.KilnWarning")
 def test_to_glb(name: str, scene: Path, tmp_path: Path, command: Any) -> None:
-    file, keywords, flags = GLBS[name]
+    job = JOBS[name]
+    words = words_of_command(job, scene)
+    file = Path(words[1])
+    keywords = keywords_of(job, "to_glb", scene)
     (tmp_path / "its").mkdir()
-    command("bake", scene / file, "--sets", "one", "--size", 64, *flags.split(), "--out", tmp_path / "its/game.glb", "--quiet")
+    command(*words, "--sets", "one", "--size", 64, "--out", tmp_path / "its/game.glb", "--quiet")
     its = (tmp_path / "its/game.glb").read_bytes()
-    ours = kiln.to_glb(scene / file, texture_size=64, path=tmp_path / "game.glb", **keywords)
+    ours = kiln.to_glb(file, texture_size=64, path=tmp_path / "game.glb", **keywords)
     assert ours.data == (tmp_path / "game.glb").read_bytes() == its
-    if file == "two.glb":
+    if file.suffix == ".glb":
         return  # a kiln.Mesh has no nodes, in whose spaces objects lie
     # Of a mesh in memory the document names no file.
-    assert binary_of(kiln.to_glb(kiln.load(scene / file), texture_size=64, **keywords).data) == binary_of(its)
+    assert binary_of(kiln.to_glb(kiln.load(file), texture_size=64, **keywords).data) == binary_of(its)
 
 
 @pytest.mark.filterwarnings("ignore::kiln.KilnWarning")
