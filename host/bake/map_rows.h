@@ -28,7 +28,7 @@ using OpenMapRows = std::function<MapRows&(const BakedMap& map)>;
 
 /// Bakes like bake(), but passes the rows of maps on as soon as the rows around them are baked; `pixels` of their images
 /// stay empty in the result. Maps and options that need whole images keep them: mip chains, padding without a limit,
-/// blended fallbacks, measured errors, filled misses, ids, two-component normals and several clusters.
+/// blended fallbacks, measured errors, filled or marked misses, ids, two-component normals and several clusters.
 /// \throws as bake(), and what a receiver throws
 BakeResult bake_rows(const Source& source, const Mesh& low, const BakeOptions& options,
                      const OpenMapRows& open);

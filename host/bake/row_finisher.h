@@ -14,8 +14,7 @@ namespace kiln {
 /// Finishes maps row by row. A row is final once all rows within the padding's width are computed. So each map is a
 /// window of rows: from the padding's width above the first row that is not final, to the last computed row.
 ///
-/// Padding copies raw values, of which some are encoded differently than their copies (marked misses). So rows are
-/// encoded in a copy.
+/// Padding copies raw values from rows that are final already. So rows are encoded in a copy.
 class RowFinisher {
  public:
   /// The images have the size and the padding of the options, whose padding must have a finite width.

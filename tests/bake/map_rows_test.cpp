@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <deque>
 #include <functional>
@@ -43,6 +44,10 @@ Mesh open_sphere() {
   Mesh mesh = test::BumpySphere::dense(20000, true);
   mesh.triangles.resize(mesh.triangles.size() * 9 / 10);
   mesh.normal_triangles.resize(std::min(mesh.normal_triangles.size(), mesh.triangles.size()));
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    mesh.colors.push_back(
+        {static_cast<std::uint8_t>(v), static_cast<std::uint8_t>(v / 7), 99, 255});
+  }
   return mesh;
 }
 
@@ -86,7 +91,12 @@ std::map<std::string, int> expect_same(const BakeOptions& options, const std::st
     EXPECT_TRUE(rows.maps[i].image.pixels.empty()) << name;
     EXPECT_EQ(rows.maps[i].image.height, whole.maps[i].image.height) << name;
     EXPECT_EQ(by_rows->map.image.pixels, whole.maps[i].image.pixels) << name;
-    EXPECT_EQ(by_rows->coverage, whole.coverage) << name;
+    // Padding is that of this map; where it fills misses, another map's is wider
+    EXPECT_EQ(by_rows->coverage.size(), whole.coverage.size()) << name;
+    std::size_t other_states = 0;
+    for (std::size_t t = 0; t < std::min(by_rows->coverage.size(), whole.coverage.size()); ++t)
+      other_states += (by_rows->coverage[t] == 1) != (whole.coverage[t] == 1) ? 1 : 0;
+    EXPECT_EQ(other_states, 0U) << name;
     EXPECT_EQ(by_rows->map.origin, whole.maps[i].origin) << name;
     EXPECT_EQ(by_rows->map.unit, whole.maps[i].unit) << name;
     EXPECT_EQ(by_rows->map.ranges.size(), whole.maps[i].ranges.size()) << name;
@@ -108,12 +118,14 @@ TEST(MapRows, AreThoseOfWholeImages) {
       options.encoding.miss = miss;
       const std::map<std::string, int> pieces =
           expect_same(options, std::to_string(padding) + (miss == MissPolicy::mark ? " mark" : ""));
+      if (miss == MissPolicy::mark) {
+        EXPECT_TRUE(pieces.empty()) << "marked misses are filled first, from whole images";
+        continue;
+      }
       // A piece for each band whose rows are final before the last band is computed.
-      const int expected = padding < 80 ? 2 : 1;
       for (const char* name : {"normal", "position", "height"}) {
-        if (miss == MissPolicy::mark && std::string(name) != "normal") continue;
         ASSERT_TRUE(pieces.contains(name)) << name;
-        EXPECT_EQ(pieces.at(name), expected) << name << ' ' << padding;
+        EXPECT_EQ(pieces.at(name), padding < 80 ? 2 : 1) << name << ' ' << padding;
       }
     }
   }

@@ -22,7 +22,8 @@ std::string bytes_of(const fs::path& path) {
 /// A leaning, coloured square over another one.
 Job job_of(const fs::path& folder) {
   Mesh high = square_at(0, 0.02F, "h", 0.8F);
-  for (Vec3& p : high.positions) p.z += 0.1F * p.x * p.x;
+  for (Vec3& p : high.positions)
+    p.z += 0.06F + 0.1F * p.x * p.x - 0.1F * p.y;  // highest in late rows
   high.normals.clear();
   high.normal_triangles.clear();
   for (std::size_t i = 0; i < high.positions.size(); ++i) {
@@ -34,7 +35,7 @@ Job job_of(const fs::path& folder) {
   job.out = folder.string();
   job.bake.width = 96;
   job.bake.height = 80;
-  job.bake.samples = 2;
+  job.bake.samples = 16;  // Two bands
   job.bake.maps = {MapKind::normal, MapKind{"position"}, MapKind{"height"}, MapKind{"vertex_color"},
                    MapKind::mask};
   job.bake.match.max_distance = Length::absolute(0.5);

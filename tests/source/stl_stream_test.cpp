@@ -94,7 +94,10 @@ Mesh odd_mesh() {
     mesh.positions.push_back({0.001F * static_cast<float>(i % 97), 0.002F * static_cast<float>(i),
                               static_cast<float>(i % 3)});
   }
-  for (std::uint32_t i = 0; i < 9000; i += 3) {
+  // Vertices that differ in z alone
+  for (int i = 0; i < 6000; ++i)
+    mesh.positions.push_back({0.25F, 0.25F, 0.0005F * static_cast<float>(i)});
+  for (std::uint32_t i = 0; i < 15000; i += 3) {
     mesh.triangles.push_back({first + i, first + i + 1, first + i + 2});
   }
   return mesh;
