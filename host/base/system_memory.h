@@ -30,8 +30,5 @@ void discard_pages(void* first, std::size_t bytes) noexcept;
 /// Gives memory to the pages within a range that is allocated but not yet written, so that threads can share the
 /// system's clearing of these pages. Contents stay. Where the system cannot do that, the first writes do it.
 void populate_pages(void* first, std::size_t bytes) noexcept;
-/// Asks for huge pages where a range is allocated but not yet written, for large arrays that are read in random order:
-/// each access to another small page may miss the processor's table of page addresses. Only a hint.
-void prefer_huge_pages(void* first, std::size_t bytes) noexcept;
 
 }  // namespace kiln::os
