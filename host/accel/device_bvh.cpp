@@ -25,20 +25,6 @@ constexpr std::size_t kMinTrianglesToTrim = std::size_t{1} << 21;
 // build thousands of small trees.
 constexpr std::size_t kMinTrianglesToJoinOnDevice = 4096;
 
-/// Calls `fill` with the arrays of nodes and leaves, mapped into the host's memory: in the device's own memory if it
-/// shares the host's. Rays that have little in common read such an array in random order.
-template <typename Fill>
-void fill_arrays(cl::Context& context, cl::Array<kiln_bvh_node>& nodes,
-                 cl::Array<kiln_bvh_block>& blocks, const Fill& fill) {
-  nodes.write_by(context, nodes.size(), [&](std::span<kiln_bvh_node> to) {
-    os::prefer_huge_pages(to.data(), to.size_bytes());
-    blocks.write_by(context, blocks.size(), [&](std::span<kiln_bvh_block> leaves) {
-      os::prefer_huge_pages(leaves.data(), leaves.size_bytes());
-      fill(to, leaves);
-    });
-  });
-}
-
 }  // namespace
 
 Traversal choose_traversal(const cl::Context& context, Traversal requested) {
@@ -70,10 +56,10 @@ Tree::Tree(cl::Context& context, std::span<const Vec3> positions,
     // If the device shares the host's memory, the tree is joined in place, in the device's arrays.
     nodes = cl::Array<kiln_bvh_node>(context, parts.node_count());
     blocks = cl::Array<kiln_bvh_block>(context, parts.block_count());
-    fill_arrays(context, nodes, blocks,
-                [&](std::span<kiln_bvh_node> to, std::span<kiln_bvh_block> leaves) {
-                  parts.join(to, leaves);
-                });
+    nodes.write_by(context, nodes.size(), [&](std::span<kiln_bvh_node> to) {
+      blocks.write_by(context, blocks.size(),
+                      [&](std::span<kiln_bvh_block> leaves) { parts.join(to, leaves); });
+    });
   }
   stats.nodes = nodes.size();
   stats.bytes = nodes.buffer().bytes() + blocks.buffer().bytes();
@@ -88,7 +74,10 @@ Tree::Tree(cl::Context& context, const Stats& given, bool has_prisms, std::size_
       blocks(context, block_count),
       has_prisms_(has_prisms) {
   const auto start = Clock::now();
-  fill_arrays(context, nodes, blocks, fill);
+  nodes.write_by(context, nodes.size(), [&](std::span<kiln_bvh_node> to) {
+    blocks.write_by(context, blocks.size(),
+                    [&](std::span<kiln_bvh_block> leaves) { fill(to, leaves); });
+  });
   stats.nodes = nodes.size();
   stats.bytes = nodes.buffer().bytes() + blocks.buffer().bytes();
   stats.upload_seconds = seconds_since(start);

@@ -31,8 +31,5 @@ void discard_pages(void* first, std::size_t bytes) noexcept;
 /// several threads can share the clearing of these pages. Contents do not change. If the system does not support this,
 /// pages are provided at the first writes.
 void populate_pages(void* first, std::size_t bytes) noexcept;
-/// Asks for huge pages where a range is allocated but not yet written, for large arrays that are read in random order:
-/// each access to another small page may miss the processor's table of page addresses. Only a hint.
-void prefer_huge_pages(void* first, std::size_t bytes) noexcept;
 
 }  // namespace kiln::os

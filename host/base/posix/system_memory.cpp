@@ -97,11 +97,4 @@ void populate_pages([[maybe_unused]] void* first, [[maybe_unused]] std::size_t b
 #endif
 }
 
-void prefer_huge_pages([[maybe_unused]] void* first, [[maybe_unused]] std::size_t bytes) noexcept {
-#ifdef MADV_HUGEPAGE
-  for_whole_pages(first, bytes,
-                  [](void* begin, std::size_t size) { madvise(begin, size, MADV_HUGEPAGE); });
-#endif
-}
-
 }  // namespace kiln::os

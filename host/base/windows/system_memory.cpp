@@ -52,6 +52,5 @@ void discard_pages(void* first, std::size_t bytes) noexcept {
 }
 
 void populate_pages(void* /*first*/, std::size_t /*bytes*/) noexcept {}
-void prefer_huge_pages(void* /*first*/, std::size_t /*bytes*/) noexcept {}
 
 }  // namespace kiln::os
