@@ -37,7 +37,7 @@ TEST(MapRows, StateWhatValuesAre) {
   EXPECT_EQ(names_of([](const MapRow& row) { return row.shades; }), "normal");
   EXPECT_EQ(names_of([](const MapRow& row) { return row.weights; }), "opacity");
   EXPECT_EQ(names_of([](const MapRow& row) { return row.weighted; }), "color");
-  EXPECT_EQ(names_of([](const MapRow& row) { return row.of_texels; }), "wireframe");
+  EXPECT_EQ(names_of([](const MapRow& row) { return row.depends_on_texel_size; }), "wireframe");
   EXPECT_EQ(names_of([](const MapRow& row) { return row.compared_channels != 0; }), "convexity");
   EXPECT_EQ(map_row(MapKind{"convexity"}).compared_channels, 2U);
   EXPECT_EQ(names_of([](const MapRow& row) { return row.range != nullptr; }),

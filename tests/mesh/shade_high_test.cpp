@@ -1021,7 +1021,7 @@ TEST(ShadeHigh, FaceEdgesAreDescribed) {
     return faces.edges.empty() ? FaceEdge{} : faces.edges[0];
   };
   const FaceEdge ridge = only(roof);
-  EXPECT_NEAR(ridge.turn, 90, 1e-4);
+  EXPECT_NEAR(ridge.degrees, 90, 1e-4);
   EXPECT_TRUE(ridge.convex);
   EXPECT_FALSE(ridge.split);
   EXPECT_FALSE(ridge.inner);
@@ -1047,7 +1047,7 @@ TEST(ShadeHigh, FaceEdgesAreDescribed) {
   Mesh bent = roof;
   bent.polygons = {0, 0};
   EXPECT_TRUE(only(bent).inner);
-  EXPECT_EQ(only(bent).turn, 0);
+  EXPECT_EQ(only(bent).degrees, 0);
   bent.polygons = {0, 1};
   EXPECT_FALSE(only(bent).inner);
   // Faces of opposite orientation have no edge in common.
