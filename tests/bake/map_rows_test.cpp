@@ -11,7 +11,11 @@
 #include <string>
 #include <vector>
 
-#include "kiln/kiln.h"
+#include "kiln/bake.h"
+#include "kiln/device.h"
+#include "kiln/image.h"
+#include "kiln/map.h"
+#include "kiln/source.h"
 #include "support/environment.h"
 #include "support/shapes.h"
 

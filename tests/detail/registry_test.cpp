@@ -23,7 +23,7 @@ std::string names_of(const Has& has) {
 TEST(MapRows, StateWhatAMapReads) {
   EXPECT_EQ(names_of([](const MapRow& row) { return row.streams; }),
             "normal mask height displacement distance provenance wireframe position slope "
-            "vertex_color normal_object normal_face");
+            "color vertex_color normal_object normal_face");
   EXPECT_EQ(names_of([](const MapRow& row) { return row.reads_around; }),
             "ao bent_normal thickness shadow");
   // A session bakes all others only where normals, colours or UVs change.

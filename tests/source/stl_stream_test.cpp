@@ -14,8 +14,13 @@
 #include <vector>
 
 #include "base/progress_guard.h"
+#include "kiln/bake.h"
+#include "kiln/image.h"
 #include "kiln/job.h"
-#include "kiln/kiln.h"
+#include "kiln/limits.h"
+#include "kiln/map.h"
+#include "kiln/mesh.h"
+#include "kiln/source.h"
 #include "source/chunked_mesh.h"
 #include "source/high_poly.h"
 #include "source/streamed_files.h"
