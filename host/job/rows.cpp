@@ -43,7 +43,7 @@ std::vector<std::string> all_match_names() {
   return names;
 }
 
-/// The value of the positional HIGH or LOW: the first file of a side, whose name decides the names of outputs.
+/// The value of the positional HIGH or LOW: the first of its files, whose name decides the names of outputs.
 template <typename Inputs>
 OptionValue first_input_value(const char* member, Inputs inputs) {
   return value_of<Job>(
@@ -52,7 +52,7 @@ OptionValue first_input_value(const char* member, Inputs inputs) {
       [=](Job& job) { return inputs(job).empty() ? Json() : Json(inputs(job).front().name); });
 }
 
-/// The value of --high or --low: further files of a side.
+/// The value of --high or --low: further files of HIGH or LOW.
 template <typename Inputs>
 OptionValue further_inputs_value(const char* member, Inputs inputs) {
   OptionValue value = value_of<Job>(

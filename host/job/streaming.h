@@ -40,7 +40,7 @@ Message find_reading_obstacle(const MeshFrameArguments& frame, double fill_holes
 
 /// Opens a high poly that is larger than memory. Null if it fits into memory, or if it may fit and the whole mesh is
 /// needed.
-/// \param find_obstacle returns why the whole mesh is needed, as explain_whole_mesh_need() does; empty: it is not
+/// \param find_obstacle  returns why the whole mesh is needed, as explain_whole_mesh_need() does; empty if it is not
 ///                       needed. Called only for a high poly that does not fit
 /// \throws OptionError if the whole mesh is needed and cannot fit
 std::shared_ptr<const MeshStream> open_larger_than_memory(

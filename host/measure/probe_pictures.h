@@ -42,7 +42,7 @@ struct PictureGrid {
   /// Number of sampled pixels along a picture's side; a multiple of kPictureTile
   std::uint32_t pixels = kPictureTile;
   /// Side in pixels of the picture as shown on screen. A sampled pixel then has the size of a pixel on screen, and its
-  /// points cover it. 0: each sampled pixel is a single point.
+  /// points cover it. If 0, each sampled pixel is a single point.
   std::uint32_t pixels_on_screen = 0;
   static constexpr std::uint32_t kPictureTile = 8;
 };

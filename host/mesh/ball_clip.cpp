@@ -35,11 +35,11 @@ KILN_INLINE double greater(double a, double b) { return a < b ? b : a; }
 /// Angle of a complex number in [-pi, pi], to 1.5 units in the last place, without branches. The bits are the same with
 /// any math library.
 KILN_INLINE double angle_of(double imaginary, double real) {
-  constexpr double kTanOfEighth = 0.41421356237309503;  // tan(pi / 8)
+  constexpr double kTanPiOver8 = 0.41421356237309503;  // tan(pi / 8)
   const double x = std::abs(real), y = std::abs(imaginary);
   const double high = greater(x, y), low = lesser(x, y);
-  // Computes atan(low / high). Above pi / 8, as pi / 4 + atan((low - high) / (low + high)).
-  const double least = kTanOfEighth * high;
+  // Computes atan(low / high). If the result exceeds pi / 8, computes it as pi / 4 + atan((low - high) / (low + high)).
+  const double least = kTanPiOver8 * high;
   const double above = low > least ? low - high : low, below = low > least ? low + high : high;
   const double z = above / (below > 0 ? below : 1), s = z * z;
   // (atan(z) / z - 1) / z^2 as a polynomial in z^2, interpolated at the Chebyshev nodes between z = 0 and tan(pi / 8).

@@ -302,9 +302,9 @@ std::vector<Vec3> corners_of(const Mesh& low, std::span<const Vec3> low_position
     if (auto near = pair_by_distance(low_pieces, cage_pieces); has_all_partners(near))
       piece_partners = std::move(near);
   }
-  const bool some = std::any_of(piece_partners.begin(), piece_partners.end(),
-                                [](auto pair) { return pair != kNoPartner; });
-  for (std::size_t i = 0; i < piece_partners.size() && some && low_pieces.size() > 1; ++i) {
+  const bool any_partner = std::any_of(piece_partners.begin(), piece_partners.end(),
+                                       [](auto pair) { return pair != kNoPartner; });
+  for (std::size_t i = 0; i < piece_partners.size() && any_partner && low_pieces.size() > 1; ++i) {
     if (piece_partners[i] == kNoPartner) {
       mismatch =
           "none of its parts has the name of the low poly's " + in_quotes(low_pieces[i].name);

@@ -14,9 +14,10 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kPiecesPerLeaf = 4;  // Pieces in a leaf of the tree
-// Boxes with at most this half diagonal are counted without opening them. As a multiple of the radius.
+// Largest half diagonal, as a multiple of the radius, of boxes that are counted without opening them.
 constexpr double kMaxUnopenedShare = 1.0 / 16;
-// A box with a larger diagonal fits into no ball. As a multiple of the radius: 2, plus rounding.
+// A box whose diagonal exceeds this multiple of the radius fits into no ball: the ball's diameter and a margin for
+// rounding.
 constexpr double kMinOutsideDiagonal = 2.001;
 constexpr float kCutAngle = 0;
 // If a ball's boundary crosses more pieces than this, sums are not exact
@@ -364,8 +365,8 @@ BendSums EdgeTree::within(const Vec3d& centre, const Sheet& sheet, Scratch& scra
     sums += counted;
     scratch.steps += kPiecesPerLeaf;
   }
-  // If all pieces belong to the sheet, the result must be bit-identical to the other within(), which sums in another
-  // order.
+  // If all pieces belong to the sheet, the result must be bit-identical to that of within() without a sheet, which sums
+  // in another order.
   return has_left_out ? sums : within(centre, scratch);
 }
 

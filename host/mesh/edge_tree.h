@@ -126,7 +126,7 @@ class EdgeTree {
     Vec3d centre{};
     /// The sphere lies outside of a ball whose centre is at this squared distance or farther
     double squared_reach = 0;
-    /// The sphere lies inside of a ball whose centre is nearer than this squared distance; 0: never inside
+    /// The sphere lies inside of a ball whose centre is nearer than this squared distance; 0 if no ball can contain it
     double squared_inside_distance = 0;
   };
   /// Space is divided into cubes whose sides are one radius long. A cell is one cube, with the candidates for balls

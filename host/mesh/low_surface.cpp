@@ -63,7 +63,7 @@ bool has_area(const Vec3& a, const Vec3& b, const Vec3& c) {
   return size > 0 && std::isfinite(size);
 }
 
-/// Uses a tangent that the caller has given. Returns false if it has no direction.
+/// Uses a tangent that the caller has given. Returns false if the tangent has length 0 or is not finite.
 bool use_given_tangent(const Tangent& given, Vec3& direction, float& sign) {
   const double size = length(to_double(given.direction));
   if (!(size > 0 && std::isfinite(size))) return false;

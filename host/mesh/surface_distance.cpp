@@ -19,8 +19,9 @@ constexpr std::uint32_t kLeafSize = 4;
 /// Number of subtrees that are built in parallel, and minimum number of triangles in a range that is split for this
 /// purpose.
 constexpr std::size_t kMaxSubtrees = 32, kMinSubtreeTriangles = 4096;
-/// A triangle is certainly farther away than the best one if its plane is; kFartherFactor is the margin for rounding.
-/// Triangles whose squared sine is below kMinSquaredSine are tested by their sides, because their plane is inaccurate.
+/// If the plane of a triangle is farther away than the best triangle so far, the triangle is, too; kFartherFactor is
+/// the margin for rounding. Triangles whose squared sine is below kMinSquaredSine are tested by their sides, because
+/// their plane is inaccurate.
 constexpr double kFartherFactor = 1.0001, kMinSquaredSine = 1e-12;
 
 /// Long diagonal triangles (hair, stems) have boxes that overlap and are mostly empty, so a search would visit a

@@ -217,8 +217,8 @@ bool EdgeCollapser::collapse_with_twins(const Entry& entry, Step& step) {
           end = into->second;
         }
       }
-      // The collapses so far may have made this copy's collapse impossible. Then its triangles are no longer copies,
-      // and the rest of the copies remain.
+      // The collapses of other copies may have made the collapse of this copy impossible. The copies that are left then
+      // keep their triangles, which are no longer copies of the collapsed ones.
       const std::optional<Step> own = twin_step(entry_of(last));
       if (!own) break;
       collapse(last[0], last[1], *own);
@@ -322,7 +322,7 @@ void EdgeCollapser::run(std::size_t faces) {
   std::size_t unproductive_rounds = 0, tested = 0;
   while (true) {
     std::size_t collapse_count = 0;
-    while (mesh_.face_count_with_backs() > faces && queue_.front(vertex_stamps_) != nullptr) {
+    while (mesh_.face_count_with_back_faces() > faces && queue_.front(vertex_stamps_) != nullptr) {
       if (++tested % kPollInterval == 0) ProgressGuard::poll();
       if (rebuild_when_due()) continue;
       const Entry entry = *queue_.front(vertex_stamps_);
@@ -330,7 +330,7 @@ void EdgeCollapser::run(std::size_t faces) {
       prefetch_next_entries();
       if (is_current(entry)) collapse_count += collapse_if_allowed(entry);
     }
-    if (mesh_.face_count_with_backs() <= faces || collapse_count == 0) return;
+    if (mesh_.face_count_with_back_faces() <= faces || collapse_count == 0) return;
     if (collapse_count * kTrianglesPerCollapse < mesh_.faces &&
         ++unproductive_rounds > kMaxUnproductiveRounds)
       return;

@@ -102,8 +102,8 @@ bool CollapseShape::add(CollapseMesh& mesh, std::uint32_t moved, std::uint32_t o
     if (had_area && !(turn > kMinTurnCosines[leniency] * length_before * length_after))
       return false;
     const Vec3d normal = normal_after * (1 / length_after);
-    const Vec3d was = had_area ? normal_before * (1 / length_before) : Vec3d{};
-    const bool turns_far = !had_area || !(dot(was, normal) > kSafeTurnCosine);
+    const Vec3d unit_normal_before = had_area ? normal_before * (1 / length_before) : Vec3d{};
+    const bool turns_far = !had_area || !(dot(unit_normal_before, normal) > kSafeTurnCosine);
     if (sharpening_ || turns_far) {
       MeanOrientation replaced_surface = orientation;
       replaced_surface += orientation_of_vertex_[first];
@@ -111,7 +111,8 @@ bool CollapseShape::add(CollapseMesh& mesh, std::uint32_t moved, std::uint32_t o
       if (const double cosine = replaced_surface.cosine_to_mean(normal);
           cosine < kMinFacingCosines[leniency]) {
         // A triangle that faces away is only allowed if it faced away even more before.
-        if (!had_area || !(cosine > replaced_surface.cosine_to_mean(was))) return false;
+        if (!had_area || !(cosine > replaced_surface.cosine_to_mean(unit_normal_before)))
+          return false;
       }
     }
     if (leniency == 0) {
@@ -120,7 +121,7 @@ bool CollapseShape::add(CollapseMesh& mesh, std::uint32_t moved, std::uint32_t o
         return false;
     }
     any_turns_far_ = any_turns_far_ || sharpening_ || turns_far;
-    new_triangles_.push_back({first, second, turns_far, was, normal});
+    new_triangles_.push_back({first, second, turns_far, unit_normal_before, normal});
   }
   return true;
 }

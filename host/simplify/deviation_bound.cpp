@@ -124,8 +124,8 @@ void DeviationBound::tighten_limits(std::span<const Ball> places) {
   for (std::size_t i = 0; i < squared_limits_.size(); ++i) {
     const Vec3d p = to_double(samples_.points[i]);
     const bool inside = std::any_of(places.begin(), places.end(), [&](const Ball& place) {
-      const Vec3d way = p - place.center;
-      return dot(way, way) < place.radius * place.radius;
+      const Vec3d offset_from_center = p - place.center;
+      return dot(offset_from_center, offset_from_center) < place.radius * place.radius;
     });
     if (inside) squared_limits_[i] *= 1.0 / 16;
   }

@@ -45,7 +45,8 @@ constexpr double kMinNormalCosine = 0.2;
 /// roughest surfaces. On rough surfaces, a lower weight would fit normals better for shading without a map, but normals
 /// would vary more between faces, which a normal map has to cancel.
 constexpr double kMinFaceNormalWeight = 0.001, kMaxFaceNormalWeight = 0.6;
-/// Mean squared residual at which that weight is in the middle of its range: the square of 1.6 degrees in radians.
+/// Mean squared residual at which the face normals' weight is in the middle of its range: the square of 1.6 degrees in
+/// radians.
 constexpr double kMidRoughness = 0.0008;
 
 /// Smallest angle between the two fitted normals of a crease, in degrees. Smaller angles are not worth the extra
@@ -372,7 +373,8 @@ class NormalFit::Solver {
   /// are few, the mean of all triangles is blended in.
   void estimate_roughness(const Normals& normals,
                           const std::vector<std::uint32_t>& normal_of_corner) {
-    constexpr double kPriorSamples = 4;  // Weight of that mean, as a number of samples
+    constexpr double kPriorSamples =
+        4;  // Weight of the mean of all triangles, as a number of samples
     std::vector<double> number(residuals_.size(), 0.0);
     residuals_.assign(residuals_.size(), 0.0);
     double residual_sum = 0, count = 0;

@@ -130,7 +130,7 @@ std::vector<std::size_t> count_along_borders(const std::vector<std::vector<std::
 }
 
 /// Simplifies the pieces on all threads, then the whole mesh if needed.
-/// \param is_kept      for each triangle, 1 if it must be kept; empty: none must
+/// \param is_kept      for each triangle, 1 if it must be kept; if empty, none must
 /// \param other_work  unrelated work that one of the threads does meanwhile
 /// \param known      as for presimplify()
 std::vector<Triangle> simplify_by_pieces(const PositionsAndTriangles& mesh,
@@ -155,11 +155,11 @@ std::vector<Triangle> simplify_by_pieces(const PositionsAndTriangles& mesh,
   std::vector<std::uint8_t> is_known(pieces.size(), 0);
   if (!is_kept.empty()) {
     for (std::size_t i = 0; i < pieces.size(); ++i) {
-      const std::size_t stay = std::erase_if(pieces[i], [&](std::uint32_t t) {
+      const std::size_t kept_count = std::erase_if(pieces[i], [&](std::uint32_t t) {
         if (is_kept[t] != 0) result.push_back(mesh.triangles[t]);
         return is_kept[t] != 0;
       });
-      if (stay > 0 || i >= known.size()) continue;
+      if (kept_count > 0 || i >= known.size()) continue;
       parts[i] = known[i];
       is_known[i] = 1;
     }
@@ -375,7 +375,8 @@ void drop_small_components(std::vector<Triangle>& triangles, const std::vector<T
     }
   }
   if (!any) return;
-  // A small component whose vertices all belong to one dense component was cut off from it.
+  // If all vertices of a small component come from a single component of the dense mesh, a cut has separated them from
+  // the rest of that component.
   const std::vector<std::uint32_t> dense_part = dense_component_of_vertices(dense, dense_sides);
   // For each dense component, 1 if triangles of it remain that are not in small components.
   std::vector<std::uint8_t> is_remaining(dense.size(), 0);

@@ -42,10 +42,10 @@ std::optional<Grid> grid_of(const Work& work) {
       work.triangles.size() != 2 * (columns - 1) * (rows - 1)) {
     return std::nullopt;
   }
-  struct At {
+  struct GridCell {
     std::uint32_t column, row;
   };
-  std::vector<At> at(work.points.size());
+  std::vector<GridCell> at(work.points.size());
   const auto index = [](const std::vector<double>& values, double value) {
     return static_cast<std::uint32_t>(std::lower_bound(values.begin(), values.end(), value) -
                                       values.begin());

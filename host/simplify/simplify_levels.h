@@ -23,8 +23,8 @@ enum class LevelRule {
 
 /// How normals of a mesh under a map behave along hard edges of the high poly.
 enum class EdgesUnderMap {
-  hard,   ///< Split along these edges, so that small maps need not store the step
-  smooth  ///< Only split at seams, which saves vertices
+  hard,  ///< Normals are split along these edges, so small maps need not store the jump of the normal
+  smooth  ///< Normals are only split at UV seams, which saves vertices
 };
 
 /// The intermediate meshes of one simplification. If the high poly needs no presimplification, each level equals the

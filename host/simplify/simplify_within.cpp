@@ -17,8 +17,8 @@ constexpr int kRelaxRounds = 2;
 constexpr int kFinalRelaxRounds = 2;
 /// Tolerance of distances. They are compared in double precision, but the final ones are measured in single precision.
 constexpr double kDistanceRounding = 1e-6;
-/// How far the cosine at sharp edges may decrease. Allowed everywhere in the first run, and only away from folds in
-/// later ones. Without it, a blade simplified within 0.1% of its diagonal has 10% more faces.
+/// How far the cosine at sharp edges may decrease in a run. If the first run causes flaws, later runs do not allow a
+/// decrease. Without this tolerance, a blade simplified within 0.1% of its diagonal has 10% more faces.
 constexpr double kMaxSharpening = 0.05;
 /// Maximum number of runs. The first run is repeated without sharpening, then with a tighter bound around flaws.
 constexpr int kMaxRuns = 4;

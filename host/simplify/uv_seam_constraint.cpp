@@ -465,7 +465,7 @@ struct UvSeamConstraint::TwinGroup {
 };
 
 /// The copy of pair.kept that shares a triangle with `gone`, which is a copy of pair.gone; kNoVertex if there is none.
-/// If there are several, the one that LayoutCopies::all_of(pair.kept) visits last.
+/// If there are several, returns the one that LayoutCopies::all_of(pair.kept) visits last.
 /// \param is_unique  set to false if there are several
 std::uint32_t UvSeamConstraint::find_twin_corner(const CollapseMesh& mesh, std::uint32_t gone,
                                                  const Pair& pair, bool& is_unique) const {
@@ -537,20 +537,20 @@ bool UvSeamConstraint::find_twins(const CollapseMesh& mesh, std::uint32_t a, std
                                   std::vector<std::array<std::uint32_t, 2>>& twins) {
   moved_uvs_.clear();
   if (!uv_copies_.any()) return true;
-  const Plan lead = plan(mesh, a, b, anchor);
-  for (std::size_t i = 0; i < lead.count; ++i) {
-    const Pair& pair = lead.pairs[i];
+  const Plan first_plan = plan(mesh, a, b, anchor);
+  for (std::size_t i = 0; i < first_plan.count; ++i) {
+    const Pair& pair = first_plan.pairs[i];
     // The collapse would move a corner off a fold, or away from its copies.
     if (rank(pair.gone) > rank(pair.kept)) return false;
   }
-  if (!has_copies(lead)) return true;
+  if (!has_copies(first_plan)) return true;
   if (anchor != Anchor::none) return false;
   TwinGroup group;
-  group.add(lead);
+  group.add(first_plan);
   for (std::size_t i = 0; i < group.planned_collapses.size(); ++i) {
     if (!add_twins(mesh, group, i)) return false;
   }
-  const Vec2 from = layout_.uvs[lead.pairs[0].kept], to = uv_at(lead, target);
+  const Vec2 from = layout_.uvs[first_plan.pairs[0].kept], to = uv_at(first_plan, target);
   for (std::size_t i = 1; i < group.planned_collapses.size(); ++i) {
     const Plan& twin = group.planned_collapses[i];
     twins.push_back({twin.kept, twin.gone});  // plan() removes the second vertex of an edge

@@ -47,7 +47,7 @@ constexpr std::size_t kMaxChartsToCut = 150;
 /// Number of vertices that seams may add at the low price kAllowancePrice, as a multiple of the square root of the
 /// number of positions.
 constexpr double kAllowanceFactor = 9.3;
-/// Cost of a vertex within the allowance, as a fraction of kVertexPrice.
+/// Price of a vertex within the number that kAllowanceFactor allows, as a fraction of kVertexPrice.
 constexpr double kAllowancePrice = 0.1;
 
 /// Charts of a surface with more triangles than kMaxDirectTriangles are chosen on a proxy of kProxyTriangles.
@@ -162,11 +162,11 @@ ChartCandidate grow_and_cut(const ChartSurface& surface, const UnwrapOptions& op
   }
   std::vector<ChartCandidate> tried = cut(surface, options, all_penalties, grown, threads);
   if (grown.charts.size() > kMaxChartsToCut) return std::move(tried[0]);
-  const std::vector<std::size_t> which = distinct_candidates(tried);
+  const std::vector<std::size_t> distinct = distinct_candidates(tried);
   const auto pack_one = [&](std::size_t begin, std::size_t end) {
-    for (std::size_t n = begin; n < end; ++n) pack(surface, options, tried[which[n]]);
+    for (std::size_t n = begin; n < end; ++n) pack(surface, options, tried[distinct[n]]);
   };
-  parallel_for(which.size(), 1, pack_one, threads);
+  parallel_for(distinct.size(), 1, pack_one, threads);
   return std::move(best_candidate(tried));
 }
 

@@ -114,12 +114,12 @@ class DensityCut {
   }
 
  private:
-  struct Cost {
+  struct CostAndScale {
     double cost = 0, scale = 1;
   };
 
-  /// Cost at the optimal scale: the error plus the price of the texels.
-  Cost cost(const TexelNeed& need) const {
+  /// CostAndScale at the optimal scale: the error plus the price of the texels.
+  CostAndScale cost(const TexelNeed& need) const {
     const PowerLaw law = fit_power_law(need, whole_);
     const double s =
         law.best_scale(texel_price_, 1 / std::sqrt(kMaxDensityRatio), std::sqrt(kMaxDensityRatio));
@@ -131,7 +131,7 @@ class DensityCut {
     rest.area -= part.area;
     for (std::size_t k = 0; k < rest.errors.size(); ++k) rest.errors[k] -= part.errors[k];
     if (std::min(part.area, rest.area) < price_.min_part_area) return 0;
-    const Cost a = cost(part), b = cost(rest);
+    const CostAndScale a = cost(part), b = cost(rest);
     return uncut_cost_.cost - a.cost - b.cost -
            length * (price_.seam + price_.margin * (a.scale + b.scale));
   }
@@ -237,7 +237,7 @@ class DensityCut {
   const std::vector<std::uint32_t>* index_in_chart_ = nullptr;
   std::vector<TexelNeed> needs_;  ///< Texel needs of the chart's triangles
   TexelNeed chart_sum_;
-  Cost uncut_cost_;
+  CostAndScale uncut_cost_;
 };
 
 }  // namespace

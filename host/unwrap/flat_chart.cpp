@@ -23,7 +23,7 @@ constexpr double kMinHeightRatio = 2e-3;
 constexpr double kRoughnessEnergyFactor = 3.5;
 /// Relative increase of the limit on single triangles' distortion, for each unit of FlatChart::roughness_energy.
 constexpr double kRoughnessStretchFactor = 6;
-/// Minimum distance between border sides, as a share of the square root of the surface's area. It corresponds to a few
+/// Minimum distance between border edges, as a share of the square root of the surface's area. It corresponds to a few
 /// UV steps (kUvSteps).
 constexpr double kMinBorderDistance = 1e-6;
 

@@ -29,7 +29,7 @@ struct BoxedSide {
   }
 };
 
-/// Calls `found(a, b)` for each pair of touching sides. Stops when `found` returns false.
+/// Calls `found(a, b)` for each pair of sides of the polygon that touch. Stops when `found` returns false.
 template <typename Found>
 void for_each_touching_pair(std::span<const Vec2d> polygon, double min_distance,
                             const Found& found) {

@@ -37,8 +37,8 @@ static int volume_is_inside(const kiln_volume_grid* grid, float value) {
                           : (value >= grid->iso && value <= FLT_MAX);
 }
 
-/// One bit per padded voxel of a slab. voxels: the slab. inside: [padded slab, row, word], the slab's
-/// first voxel plane first, without padding along z.
+/// Sets one bit per voxel of a slab. voxels: the slab. inside: [plane, row, word], padded along x and y, but not
+/// along z, so that its first plane is that of the slab.
 kernel void kiln_volume_signs(const kiln_volume_grid grid, global const KILN_VOXEL* restrict voxels,
                               global ulong* restrict inside) {
 #pragma OPENCL FP_CONTRACT OFF

@@ -176,11 +176,11 @@ class MatchChart : public ChartKind {
   /// Selects the settings that suit the pair. \returns all other settings, with reasons
   Json select_suitable_settings() {
     const UvOptions uv = uv_options(high_);
-    std::vector<LeftOut> left_out;
+    std::vector<OmittedSetting> left_out;
     settings_.clear();
     marks_.clear();
     for (const ChartSetting& setting : candidate_settings_) {
-      if (const std::optional<LeftOut> unsuitable =
+      if (const std::optional<OmittedSetting> unsuitable =
               explain_unsuitable(setting.bake.match.method, "The setting " + setting.name, *source_,
                                  high_.mesh, *low_, uv, !a_.settings.empty())) {
         left_out.push_back({setting.name, unsuitable->reason});
@@ -321,7 +321,7 @@ class MatchChart : public ChartKind {
       }
       const Scene scene(*device_, *low_, {&map});
       const NormalError picture = pictures.compare(scene);
-      check_seen(picture, high_.mesh, *low_);
+      check_meshes_are_visible(picture, high_.mesh, *low_);
       if (i == 0) report["normal_error_without_map"] = describe(pictures.compare(scene, true));
       const MatchAssessment assessed = assess_setting(settings_[i], used_views);
       if (assessed.cancelled) return false;
