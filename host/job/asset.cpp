@@ -72,7 +72,7 @@ std::optional<AlphaMode> common_alpha_mode(const BakeScene& scene, const AssetPa
   return blends ? AlphaMode::blend : AlphaMode::mask;
 }
 
-/// Copies the alpha mode, sidedness and extras from the material of HIGH, or from LOW's own if the former is null.
+/// Copies the alpha mode, sidedness and extras from HIGH's material, or from LOW's own material if HIGH's is null.
 /// \param common  common_alpha_mode()
 void copy_surface_properties(const BakeScene& scene, const AssetParts& asset,
                              std::optional<AlphaMode> common, const Material* of_high,

@@ -209,11 +209,11 @@ std::string quote_files(const std::vector<std::string>& files) {
   constexpr std::size_t kMaxListedFiles = 3;
   std::string text;
   for (std::size_t i = 0; i < files.size(); ++i) {
-    const bool last = i + 1 == files.size();
+    const bool is_last = i + 1 == files.size();
     if (i + 1 == kMaxListedFiles && files.size() > kMaxListedFiles) {
       return text + " and " + std::to_string(files.size() - i) + " more";
     }
-    text += (i == 0 ? "'" : last ? " and '" : ", '") + files[i] + "'";
+    text += (i == 0 ? "'" : is_last ? " and '" : ", '") + files[i] + "'";
   }
   return text;
 }

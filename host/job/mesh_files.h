@@ -66,7 +66,7 @@ std::string shading_rule_name(const ShadingOptions& options);
 /// Option rows for jobs with a member `frame`. \param low  true if the command reads LOW as well as HIGH
 template <typename Job>
 std::vector<OptionRow> mesh_frame_rows(const char* group, bool low) {
-  const std::string sides = low ? "; high=VALUE and low=VALUE override the files of that side"
+  const std::string sides = low ? "; high=VALUE and low=VALUE override the files of that mesh"
                                 : "; high=VALUE overrides what the files state";
   return {
       {.flag = "--up",
@@ -87,7 +87,7 @@ std::vector<OptionRow> mesh_frame_rows(const char* group, bool low) {
        .group = group,
        .value = texts(KILN_MEMBER(Job, frame.uv_set)),
        .help = std::string("UV set to read: a number from 0 on, or a name (FBX)") +
-               (low ? "; high= and low= select it for one side" : "")},
+               (low ? "; high= and low= select it for one mesh" : "")},
       {.flag = "--allow-outside",
        .group = group,
        .value = toggle(KILN_MEMBER(Job, frame.allow_outside)),

@@ -75,7 +75,7 @@ OptionValue size_value() {
       "bake.width, bake.height, set_sizes", "size", "N|WxH|NAME=N|NAME=WxH",
       [](Job& job, OptionName flag, ValueWords words) {
         job.set_sizes.clear();
-        bool given = false;
+        bool is_given = false;
         for (const std::string& word : words) {
           const std::size_t equals = word.rfind('=');
           if (equals != std::string::npos) {
@@ -87,9 +87,9 @@ OptionValue size_value() {
             job.set_sizes.push_back(std::move(size));
             continue;
           }
-          refuse_if(given,
+          refuse_if(is_given,
                     flag + " is given twice for all sets: leave one out, or write NAME=SIZE.");
-          given = true;
+          is_given = true;
           std::tie(job.bake.width, job.bake.height) = parse_size(word);
         }
       },

@@ -87,14 +87,14 @@ void assign_sizes(const Job& job, const BakeOptions& options, std::vector<BakedS
     set.height = options.height;
   }
   for (const SetSize& size : job.set_sizes) {
-    bool found = false;
+    bool is_found = false;
     for (BakedSet& set : sets) {
       if (set.set.name != size.set) continue;
       set.width = size.width;
       set.height = size.height;
-      found = true;
+      is_found = true;
     }
-    if (found) continue;
+    if (is_found) continue;
     std::string names;
     for (const BakedSet& set : sets) {
       names += (names.empty() ? "'" : ", '") + truncate_name(set.set.name) + "'";

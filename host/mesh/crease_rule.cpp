@@ -23,7 +23,7 @@ struct GapRule {
   static constexpr std::size_t kRightAngle = 90;
   /// Edges within a gap may have at most this share of the weight above the gap
   static constexpr double kMaxGapWeight = 0.1;
-  /// Smallest ratio of a gap's upper end to its lower end
+  /// The angle at a gap's upper end must be at least this many times that at its lower end
   static constexpr double kMinGapRatio = 1.5;
   /// Edges above a gap must have at least this share of the part's weight. For a cube of ten million triangles, they
   /// have 1e-3
@@ -67,23 +67,24 @@ struct SplitRule {
 /// Parameters for surfaces of labelled voxels.
 struct LatticeRule {
   static constexpr std::size_t kMinEdges = 200;
-  /// Largest length of an edge along an axis, in steps of the lattice
+  /// Edges may extend over at most this many steps of the lattice along each axis
   static constexpr double kMaxEdgeSteps = 2;
   static constexpr double kStepTolerance = 2e-3;  ///< Tolerance in steps of the lattice
   static constexpr double kMinSlantedShare =
-      0.05;  ///< Smallest share (by weight) of edges with angles of 30 to 65 degrees
+      0.05;  ///< Edges with angles of 30 to 65 degrees must have at least this share of the weight
 };
 
 /// Parameters for single edges between planes.
 struct PlanarRegionRule {
-  static constexpr float kMaxPlaneAngle = 0.1F;  ///< Largest edge angle within a plane, degrees
-  /// Largest angle between a triangle's normal and the mean normal of its plane, degrees
+  static constexpr float kMaxPlaneAngle =
+      0.1F;  ///< Edges within a plane have at most this angle, in degrees
+  /// Triangles of a plane have normals within this angle of the plane's mean normal, in degrees
   static constexpr double kMaxPlaneDeviation = 0.5;
   static constexpr double kMinSingleAngle = 5;
   static constexpr double kMinSimilarRatio = 0.4,
                           /// Angles are similar if their ratio is in this range
       kMaxSimilarRatio = 2.5;
-  /// Largest edge angle of a round shape, such as a tube, degrees
+  /// Edges of a round shape, such as a tube, have at most this angle, in degrees
   static constexpr double kMaxRoundShapeAngle = 46;
   static constexpr double kAngleTolerance = 2;   ///< Tolerance of equal angles, degrees
   static constexpr double kAreaTolerance = 0.1;  ///< Relative tolerance of equal areas

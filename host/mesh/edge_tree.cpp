@@ -474,7 +474,8 @@ BendSums EdgeTree::sum_by_pieces(const Cell& cell, const Vec3d& centre, Scratch&
   return sums;
 }
 
-/// \param coarse  true: a small box on the boundary is not opened; the share of it that lies in the ball is estimated
+/// \param coarse  true: a small box on the boundary is not opened; instead, the share of the box that lies in the ball
+///   is estimated
 /// \returns false if this would take too long
 bool EdgeTree::sum_by_boxes(const Cell& cell, const Vec3d& centre, bool coarse, Scratch& scratch,
                             BendSums& sums) const {
@@ -554,8 +555,8 @@ bool EdgeTree::try_add_unopened(const Node& node, const Vec3d& centre, bool coar
   if (!coarse) return false;
   const double half = length(high - low) / 2;
   if (half >= radius_ * kMaxUnopenedShare) return false;
-  const double away = length(low + high) / 2;
-  const double inside_share = std::clamp((radius_ + half - away) / (2 * half), 0.0, 1.0);
+  const double centre_distance = length(low + high) / 2;
+  const double inside_share = std::clamp((radius_ + half - centre_distance) / (2 * half), 0.0, 1.0);
   sums += {node.sums.area * inside_share, node.sums.bend * inside_share};
   return true;
 }

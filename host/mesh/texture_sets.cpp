@@ -20,7 +20,7 @@ namespace {
 constexpr std::uint32_t kTilesAcross = 10, kTilesUp = 900;
 // Number of cells along a side of the grid that finds overlap
 constexpr std::uint32_t kOverlapGrid = 512;
-constexpr double kMaxOverlapShare = 0.01;  // Largest overlap, as a share of the unit square
+constexpr double kMaxOverlapShare = 0.01;  // Allowed overlap, as a share of the unit square
 
 using UvCorners = std::array<Vec2, 3>;
 
@@ -129,7 +129,7 @@ bool clearly_overlap(const Mesh& low, const SetOf& set_of, bool in_tile) {
     if (!has_uvs(uvs)) continue;
     const auto [u, v] = in_tile ? tile_of(uvs) : std::pair<std::int64_t, std::int64_t>(0, 0);
     if (in_tile && is_copy_in_tile(uvs))
-      continue;  // All cells of this triangle belong to its copy, too
+      continue;  // The copy of this triangle covers the same cells
     over_uv_cells(uvs, static_cast<double>(u), static_cast<double>(v), [&](std::size_t cell) {
       if (owner[cell] == kNoTriangle) owner[cell] = t;
       if (is_cell_shared[cell] != 0 || set_of(owner[cell]) == set_of(t)) return;

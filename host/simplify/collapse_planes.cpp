@@ -17,8 +17,8 @@ namespace {
 /// With a constraint: weight of the planes through open borders, which stand perpendicular to the surface, relative to
 /// a triangle's own plane.
 constexpr double kBorderWeight = 10;
-/// Weight of a vertex's previous quadric in its rebuilt one. Without it, each rebuild would discard the error at thin
-/// rims, and the errors of all rebuilds would add up.
+/// Weight with which a vertex's previous quadric is added to its rebuilt quadric. Without it, each rebuild would
+/// discard the error at thin rims, and the errors of all rebuilds would add up.
 constexpr double kPreviousQuadricWeight = 0.1;
 /// Weight of the perpendicular planes through lines between labels, relative to those through open borders. Planes are
 /// weighted per mean edge length, so that a line counts like a strip as wide as a face. Otherwise areas with many lines

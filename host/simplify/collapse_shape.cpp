@@ -131,17 +131,17 @@ bool CollapseShape::creates_folds(CollapseMesh& mesh, std::uint32_t a, std::uint
                                   std::uint32_t leniency) {
   if (!any_turns_far_) return false;
   double cosine_before = 1, cosine_after = 1;
-  const bool many = new_triangles_.size() > kMinValenceToSort;
+  const bool is_sorted = new_triangles_.size() > kMinValenceToSort;
   const auto is_less = [](const Star& x, std::uint32_t v) { return x.first < v; };
-  if (many) {
+  if (is_sorted) {
     std::sort(new_triangles_.begin(), new_triangles_.end(),
               [](const Star& x, const Star& y) { return x.first < y.first; });
   }
   for (const Star& s : new_triangles_) {
     if (!sharpening_ && !s.turns_far) continue;
     auto next = new_triangles_.begin();
-    if (many) next = std::lower_bound(next, new_triangles_.end(), s.second, is_less);
-    for (; next != new_triangles_.end() && !(many && next->first != s.second); ++next) {
+    if (is_sorted) next = std::lower_bound(next, new_triangles_.end(), s.second, is_less);
+    for (; next != new_triangles_.end() && !(is_sorted && next->first != s.second); ++next) {
       if (next->first != s.second) continue;
       cosine_before = std::min(cosine_before, dot(s.before, next->before));
       cosine_after = std::min(cosine_after, dot(s.after, next->after));

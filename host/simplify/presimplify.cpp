@@ -180,9 +180,9 @@ std::vector<Triangle> simplify_by_pieces(const PositionsAndTriangles& mesh,
     result.insert(result.end(), part.begin(), part.end());
   }
   if (is_kept.empty()) known = std::move(parts);
-  const bool near =
+  const bool is_near_goal =
       static_cast<double>(result.size() - untouched) <= kMaxGoalExcess * static_cast<double>(faces);
-  if (near || !is_kept.empty()) return result;
+  if (is_near_goal || !is_kept.empty()) return result;
   return simplify_triangles({mesh.positions, result}, faces, error, 0);
 }
 
@@ -330,13 +330,13 @@ void relax_folds(const std::vector<Triangle>& triangles, const std::vector<std::
   std::vector<Vec3d> sums(positions.size());
   std::vector<double> counts(positions.size(), 0);
   for (int round = 0; round < kRounds; ++round) {
-    bool any = false;
+    bool any_moved = false;
     for (const Triangle& t : triangles) {
       if (dot(normal_of(positions, t), facing[t[0]] + facing[t[1]] + facing[t[2]]) > 0) continue;
       for (const std::uint32_t v : t) moves[v] = static_cast<std::uint8_t>(1 - is_fixed[v]);
-      any = true;
+      any_moved = true;
     }
-    if (!any) return;
+    if (!any_moved) return;
     for (const Triangle& t : triangles) {
       for (std::size_t k = 0; k < 3; ++k) {
         if (moves[t[k]] == 0) continue;
@@ -366,15 +366,15 @@ void drop_small_components(std::vector<Triangle>& triangles, const std::vector<T
   for (const Triangle& t : triangles) ++size[parts.find(t[0])];
   // For the first vertex of each component, 1 if the component is small and lies beside a cut.
   std::vector<std::uint8_t> is_torn(origin.size(), 0);
-  bool any = false;
+  bool any_torn = false;
   for (auto v = static_cast<std::uint32_t>(dense_sides.vertices()); v < origin.size(); ++v) {
     for (const std::uint32_t end : {v, origin[v]}) {
       const std::uint32_t part = parts.find(end);
       is_torn[part] = size[part] > 0 && size[part] <= kMaxSmallComponent;
-      any = any || is_torn[part] != 0;
+      any_torn = any_torn || is_torn[part] != 0;
     }
   }
-  if (!any) return;
+  if (!any_torn) return;
   // If all vertices of a small component come from a single component of the dense mesh, a cut has separated them from
   // the rest of that component.
   const std::vector<std::uint32_t> dense_part = dense_component_of_vertices(dense, dense_sides);

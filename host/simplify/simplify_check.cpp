@@ -136,10 +136,10 @@ void SimplifyCheck::load_near(const std::vector<Vec3d>& points,
                     });
     }
   }
-  const bool known = std::equal(
+  const bool is_known = std::equal(
       needed_cells.begin(), needed_cells.end(), marked_cells_.begin(), marked_cells_.end(),
       [](std::uint8_t wanted, std::uint8_t had) { return wanted <= had; });
-  if (known) return;
+  if (is_known) return;
   std::vector<std::uint8_t> is_in_marked_cell(triangles_.size(), 0);
   parallel_for(triangles_.size(), kTrianglesOfPiece, [&](std::size_t begin, std::size_t end) {
     Vec3d from{}, to{};
@@ -168,7 +168,7 @@ void SimplifyCheck::load_near(const std::vector<Vec3d>& points,
 bool SimplifyCheck::faces_away(const TriangleCorners& p, bool shell) const {
   const Vec3d normal = unit_or_zero(normal_of(p));
   const double longest = std::max({length(p[1] - p[0]), length(p[2] - p[1]), length(p[0] - p[2])});
-  const double between = shell ? std::min(kShellReach * longest, kSearchRadius) : 0;
+  const double shell_reach = shell ? std::min(kShellReach * longest, kSearchRadius) : 0;
   std::size_t faces_away_at = 0;
   for (std::size_t i = 0; i < 4; ++i) {
     Vec3d at{};
@@ -187,8 +187,8 @@ bool SimplifyCheck::faces_away(const TriangleCorners& p, bool shell) const {
       surface_->each_within(point, radius * radius,
                             [&](const Vec3* c) { best = std::max(best, agreement(c)); });
     }
-    if (best < kMaxAwayCosine && between > radius) {
-      surface_->each_within(point, between * between, [&](const Vec3* c) {
+    if (best < kMaxAwayCosine && shell_reach > radius) {
+      surface_->each_within(point, shell_reach * shell_reach, [&](const Vec3* c) {
         if (agreement(c) > kShellCosine) best = 1;
       });
     }

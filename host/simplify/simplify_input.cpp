@@ -134,7 +134,7 @@ std::vector<Triangle> clean(const Mesh& mesh, std::vector<SourceTriangle>& sourc
   sources.resize(result.size());
   std::atomic<bool> all_usable = true;
   parallel_for(result.size(), kTrianglesPerTask, [&](std::size_t begin, std::size_t end) {
-    bool all = true;
+    bool are_all_usable = true;
     for (std::size_t t = begin; t < end; ++t) {
       const Triangle v = welded_corners(mesh, welded, t);
       const Vec3 &a = mesh.positions[v[0]], &b = mesh.positions[v[1]], &c = mesh.positions[v[2]];
@@ -142,12 +142,12 @@ std::vector<Triangle> clean(const Mesh& mesh, std::vector<SourceTriangle>& sourc
                                ? TriangleState::not_finite
                            : triangle_shape(a, b, c).area > 0 ? TriangleState::usable
                                                               : TriangleState::degenerate;
-      all = all && triangle_states[t] == TriangleState::usable;
+      are_all_usable = are_all_usable && triangle_states[t] == TriangleState::usable;
       const std::size_t lowest = v[0] <= v[1] ? (v[0] <= v[2] ? 0 : 2) : (v[1] <= v[2] ? 1 : 2);
       result[t] = {v[lowest], v[(lowest + 1) % 3], v[(lowest + 2) % 3]};
       sources[t] = {static_cast<std::uint32_t>(t), static_cast<std::uint32_t>(lowest)};
     }
-    if (!all) all_usable = false;
+    if (!are_all_usable) all_usable = false;
   });
   /// Removes the triangles for which a predicate is false.
   const auto keep_if = [&](const auto& is_kept) {

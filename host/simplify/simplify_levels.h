@@ -60,8 +60,8 @@ class SimplifyLevels {
   std::array<Mesh, 2> draft_meshes(std::size_t level,
                                    EdgesUnderMap edges = EdgesUnderMap::hard) const;
 
-  /// Does what kiln::fit_normals() does, for any low poly, such as a level with UVs. Hard edges are chosen as for
-  /// levels.
+  /// Fits the normals of any low poly, such as a level with UVs, in the way of kiln::fit_normals(). Hard edges are
+  /// chosen as for levels.
   void fit_normals(Mesh& low, EdgesUnderMap edges = EdgesUnderMap::hard) const;
 
   /// True if mesh() has flaws that solve() may repair.

@@ -249,12 +249,12 @@ UvSeamConstraint::Plan UvSeamConstraint::plan(const CollapseMesh& mesh, std::uin
     }
     return plan;
   }
-  const bool along = vertex_class_[a] != kInsideVertex && vertex_class_[b] != kInsideVertex;
-  if (along && !is_line(mesh, a, b)) return plan;
+  const bool is_along_line = vertex_class_[a] != kInsideVertex && vertex_class_[b] != kInsideVertex;
+  if (is_along_line && !is_line(mesh, a, b)) return plan;
   const bool a_may_go =
-      vertex_class_[a] == kInsideVertex || (along && vertex_class_[a] == kLineVertex);
+      vertex_class_[a] == kInsideVertex || (is_along_line && vertex_class_[a] == kLineVertex);
   const bool b_may_go =
-      vertex_class_[b] == kInsideVertex || (along && vertex_class_[b] == kLineVertex);
+      vertex_class_[b] == kInsideVertex || (is_along_line && vertex_class_[b] == kLineVertex);
   if (a_may_go && anchor != Anchor::first) onto(a, b);
   if (!b_may_go || anchor == Anchor::second) return plan;
   const Plan reverse_plan = plan;
@@ -374,26 +374,26 @@ bool UvSeamConstraint::keeps_uvs(const CollapseMesh& mesh, std::uint32_t vertex,
 /// True if the seam or border stays valid when it skips the removed vertex.
 bool UvSeamConstraint::keeps_line(const CollapseMesh& mesh, const Plan& plan) const {
   std::uint32_t before = kNoVertex;
-  bool free = true;
+  bool is_free = true;
   mesh.each_triangle_around(plan.gone, [&](std::uint32_t t) {
     for (const std::uint32_t v : mesh.triangles[t]) {
       if (v == plan.gone || v == plan.kept || !is_line(mesh, plan.gone, v)) continue;
       before = v;
       // A triangle whose three sides are all seams or borders is a chart or a group by itself.
-      if (mesh.contains(t, plan.kept) && is_line(mesh, v, plan.kept)) free = false;
+      if (mesh.contains(t, plan.kept) && is_line(mesh, v, plan.kept)) is_free = false;
     }
   });
-  if (!free || before == kNoVertex) return false;
+  if (!is_free || before == kNoVertex) return false;
   if (!is_uv_border(mesh, plan.gone, plan.kept)) return true;
   mesh.each_triangle_on_edge(plan.gone, before, [&](std::uint32_t t) {
     const std::uint32_t corner = corner_at(mesh, t, plan.gone);
     for (std::size_t i = 0; i < plan.count; ++i) {
       if (plan.pairs[i].gone != corner) continue;
-      free = free && chart_borders_.may_remove(layout_.uvs, corner_at(mesh, t, before), corner,
-                                               plan.pairs[i].kept);
+      is_free = is_free && chart_borders_.may_remove(layout_.uvs, corner_at(mesh, t, before),
+                                                     corner, plan.pairs[i].kept);
     }
   });
-  return free;
+  return is_free;
 }
 
 bool UvSeamConstraint::keeps(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,

@@ -41,8 +41,8 @@ constexpr double kMaxFlatEnergy = 1e-3;
 constexpr double kTargetCoverage = 0.77;
 /// Number of orders in which each candidate's charts are packed. The best packing counts.
 constexpr std::uint32_t kPackingOrders = 20;
-/// For more charts than this, only the first pair of penalties is tried. None is tried if the vertices that the seams
-/// add have a price above 0 already.
+/// If there are more charts than this, only the first pair of penalties is tried, or none if the vertices that the
+/// seams add have a price above 0 already.
 constexpr std::size_t kMaxChartsToCut = 150;
 /// Number of vertices that seams may add at the low price kAllowancePrice, as a multiple of the square root of the
 /// number of positions.
@@ -108,8 +108,8 @@ std::vector<ChartCandidate> cut(const ChartSurface& surface, const UnwrapOptions
 double vertex_price(const ChartSurface& surface, const std::vector<FlatChart>& charts) {
   double added = -static_cast<double>(surface.positions.size());
   for (const FlatChart& chart : charts) added += static_cast<double>(chart.points.size());
-  // A seam has more vertices on the finer surface that this proxy represents: their number grows with the square root
-  // of the number of triangles.
+  // If `surface` is a proxy, a seam has more vertices on the finer surface that the proxy represents. Their number is
+  // proportional to the square root of the number of triangles.
   added *= std::sqrt(surface.finer_per_triangle);
   const double positions =
       static_cast<double>(surface.positions.size()) * surface.finer_per_triangle;
@@ -130,10 +130,10 @@ std::vector<CutPenalties> penalties_for(const ChartSurface& surface,
 std::vector<std::size_t> distinct_candidates(const std::vector<ChartCandidate>& tried) {
   std::vector<std::size_t> result;
   for (std::size_t i = 0; i < tried.size(); ++i) {
-    const bool known = std::any_of(result.begin(), result.end(), [&](std::size_t other) {
+    const bool is_known = std::any_of(result.begin(), result.end(), [&](std::size_t other) {
       return tried[other].chosen.borders.glued() == tried[i].chosen.borders.glued();
     });
-    if (!known) result.push_back(i);
+    if (!is_known) result.push_back(i);
   }
   return result;
 }

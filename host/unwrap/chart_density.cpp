@@ -315,15 +315,15 @@ void cut_by_density(const ChartSurface& surface, ChartBorders& borders, const De
   for (std::size_t i = 0; i < charts.size();) {
     for (std::uint32_t t = 0; t < charts[i].source.size(); ++t)
       index_in_chart[charts[i].source[t]] = t;
-    bool cut = false;
+    bool is_cut = false;
     for (const auto& cuts : search.run(charts[i], needs, index_in_chart)) {
       FlatChart apart;
-      cut = cut_apart(surface, borders, cuts.apart, index_in_chart, charts[i], apart);
-      if (!cut) continue;
+      is_cut = cut_apart(surface, borders, cuts.apart, index_in_chart, charts[i], apart);
+      if (!is_cut) continue;
       charts.push_back(std::move(apart));
       break;
     }
-    if (!cut) ++i;
+    if (!is_cut) ++i;
   }
 }
 

@@ -118,8 +118,9 @@ class TriangleMatching {
       queue.assign(1, root);
       from.assign(1, kNoIndex);
       visited_from[root] = root;
-      bool found = false;
-      for (std::size_t head = 0; head < queue.size() && head < kMaxVisited && !found; ++head) {
+      bool is_path_found = false;
+      for (std::size_t head = 0; head < queue.size() && head < kMaxVisited && !is_path_found;
+           ++head) {
         for (const std::uint32_t pair : pairs_of_triangle_[queue[head]]) {
           if (pair == kNoIndex) break;
           const std::uint32_t other = across(pair, queue[head]);
@@ -127,7 +128,7 @@ class TriangleMatching {
           visited_from[other] = root;
           if (mate_[other] == kNoIndex) {
             augment(pair, head, from);
-            found = true;
+            is_path_found = true;
             break;
           }
           const std::uint32_t next = across(mate_[other], other);

@@ -133,8 +133,8 @@ DensityPrice density_price(const ChartSurface& surface, const UnwrapOptions& opt
           kMinPartShare * surface.total_area};
 }
 
-/// Scales charts by their detail. Compares layouts with and without additional cuts, and keeps the one with the lowest
-/// expected error, if that improves on uniform density.
+/// Scales charts by their detail. Compares layouts with and without additional cuts, and keeps the layout with the
+/// lowest expected error if this error is below that of uniform density.
 /// \param mesh    mesh of the surface
 /// \param layout  [in, out] on entry the packed charts at uniform density, on return those of the chosen layout
 void scale_by_detail(const ChartSurface& surface, const Mesh& mesh, const TexelDetail& detail,
@@ -144,10 +144,10 @@ void scale_by_detail(const ChartSurface& surface, const Mesh& mesh, const TexelD
       flat_triangles(surface, chosen_charts.borders, chosen_charts.charts, mesh.triangles.size());
   const std::vector<TexelNeed> needs =
       texel_needs(surface, detail.errors(mesh, flat, options.size, threads));
-  const double even = std::sqrt(kExpectedCoverage / surface.total_area) * options.size;
+  const double uniform_scale = std::sqrt(kExpectedCoverage / surface.total_area) * options.size;
   const auto error_of = [&](const std::vector<FlatChart>& charts, std::vector<double> scales,
                             const PackedLayout& packed) {
-    for (double& s : scales) s *= packed.packing.scale / even;
+    for (double& s : scales) s *= packed.packing.scale / uniform_scale;
     return expected_error(chart_needs(charts, needs), scales);
   };
   double min_error =

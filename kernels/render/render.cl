@@ -188,7 +188,7 @@ kernel void kiln_render_map(const kiln_render_map_params params,
   const float v = hit_barycentric[i + capacity];
   const float w = 1.0f - u - v;
 
-  // Bilinear between texel centres, clamped to the edge; row 0 is at v = 1.
+  // Interpolates the map bilinearly between texel centres, clamped to its edge. Row 0 is at v = 1.
   global const float* corner_uv = uvs + 6 * (size_t)triangle;
   const float2 uv = vload2(0, corner_uv) * w + vload2(1, corner_uv) * u + vload2(2, corner_uv) * v;
   const float x = uv.x * (float)params.width - 0.5f;

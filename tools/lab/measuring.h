@@ -18,8 +18,8 @@ constexpr std::uint32_t kHeldOutViews = 30;
 /// minimum angle in degrees between a view for matching and a view for measuring
 constexpr double kMinHeldOutAngle = 2;
 
-/// Throws an error if one of these flags was given, which have no effect. The message is "FLAG is for WHY". \throws
-/// Error(usage)
+/// Throws an error if one of the flags was given: they have no effect with these arguments. The message is "FLAG is for
+/// WHY". \throws Error(usage)
 void refuse(const LabArguments& arguments, const std::set<std::string>& flags,
             const std::string& why);
 
