@@ -34,7 +34,8 @@ struct Picture {
 /// The nearest triangle at every point of all pictures.
 struct PictureHits {
   std::vector<std::uint32_t> triangle;
-  std::vector<float> barycentric;  ///< Two planes of coordinates; empty if the mesh was rasterized
+  std::vector<float>
+      barycentric;  ///< Two arrays, one per coordinate; empty if the mesh was rasterized
 };
 
 /// Grid of points in pictures.

@@ -336,7 +336,7 @@ void raise_smallest_angles(const FlatPolygon& flat, CornerTriangles& triangles) 
     }
   }
   std::sort(triangle_sides.begin(), triangle_sides.end());
-  // For each side, the side of the triangle on the other side of the same edge
+  // For each side of a triangle, the side of the adjacent triangle at the same edge
   std::vector<std::uint32_t> side_across(3 * triangles.size(), kNoCorner);
   for (std::size_t i = 1; i < triangle_sides.size(); ++i) {
     const auto& [a, b, one] = triangle_sides[i - 1];

@@ -147,7 +147,7 @@ EdgeTree::EdgeTree(std::span<const Vec3> positions, std::span<const Triangle> tr
   }
   pieces = cut_long(std::move(pieces), radius);
   count_ = pieces.size();
-  std::vector<Item> item_order(count_);
+  std::vector<PieceCentre> item_order(count_);
   for (std::uint32_t i = 0; i < count_; ++i) {
     Vec3d sum{};
     for (const Vec3& corner : pieces[i].corner) sum += to_double(corner);
@@ -166,7 +166,8 @@ EdgeTree::EdgeTree(std::span<const Vec3> positions, std::span<const Triangle> tr
     const auto end =
         item_order.begin() + static_cast<std::ptrdiff_t>(first_piece_of(levels_, leaf + 1));
     // Sorts the pieces of the leaf again, since the order of sums must not depend on nth_element().
-    std::sort(begin, end, [](const Item& a, const Item& b) { return a.piece < b.piece; });
+    std::sort(begin, end,
+              [](const PieceCentre& a, const PieceCentre& b) { return a.piece < b.piece; });
     for (auto item = begin; item != end; ++item) {
       pieces_[static_cast<std::size_t>(item - item_order.begin())] = pieces[item->piece];
     }
@@ -571,7 +572,8 @@ void EdgeTree::for_each_of(std::uint32_t level, const Body& body) const {
 }
 
 /// Splits the pieces of a node into halves along the longest side of the bounding box of their centres.
-void EdgeTree::split_node(std::vector<Item>& order, std::uint32_t level, std::size_t i) const {
+void EdgeTree::split_node(std::vector<PieceCentre>& order, std::uint32_t level,
+                          std::size_t i) const {
   const auto at = [&](std::size_t item) {
     return order.begin() + static_cast<std::ptrdiff_t>(item);
   };
@@ -588,7 +590,7 @@ void EdgeTree::split_node(std::vector<Item>& order, std::uint32_t level, std::si
   for (std::size_t k = 1; k < 3; ++k) {
     if (high[k] - low[k] > high[axis] - low[axis]) axis = k;
   }
-  std::nth_element(begin, middle, end, [axis](const Item& a, const Item& b) {
+  std::nth_element(begin, middle, end, [axis](const PieceCentre& a, const PieceCentre& b) {
     return std::tie(a.centre[axis], a.piece) < std::tie(b.centre[axis], b.piece);
   });
 }

@@ -177,7 +177,7 @@ class EdgeTree {
     BendSums sums;
     NormalBox normals;  ///< Bounding box of the pieces' normals
   };
-  struct Item {
+  struct PieceCentre {
     std::array<float, 3> centre;
     std::uint32_t piece;
   };
@@ -194,7 +194,7 @@ class EdgeTree {
   }
   template <typename Body>
   void for_each_of(std::uint32_t level, const Body& body) const;
-  void split_node(std::vector<Item>& order, std::uint32_t level, std::size_t i) const;
+  void split_node(std::vector<PieceCentre>& order, std::uint32_t level, std::size_t i) const;
   void fill_leaf(std::size_t leaf);
   void join(std::size_t at);
   const Cell& cell_of(const Vec3d& centre, Scratch& scratch) const;

@@ -16,8 +16,8 @@ namespace {
 
 /// Number of lines that are tried perpendicular to each direction.
 constexpr int kLinesPerDirection = 13;
-/// Assumed ratio of the area of a part's bounding box to the area of the part. Charts that would gain nothing by parts
-/// with boxes this tight are skipped.
+/// Assumed ratio of the area of a part's bounding box to the area of the part. A chart is skipped if even parts with
+/// such tight boxes would save nothing.
 constexpr double kMinBoxRatio = 1.1;
 /// Minimum area of a part, as a share of its chart's area.
 constexpr double kMinCutShare = 0.01;

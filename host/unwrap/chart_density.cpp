@@ -17,7 +17,7 @@ namespace {
 /// Constant added to each error. An error is the length of the difference of two unit normals; this constant
 /// corresponds to a sixteenth of a degree, which no map resolves.
 constexpr double kErrorFloor = 0.001;
-/// Largest exponent of the error's power law: at most, the error is proportional to the square of a texel's side.
+/// Largest exponent of the error's power law. With it, the error is proportional to the square of a texel's side.
 constexpr double kMaxErrorExponent = 2;
 /// Weight of the mesh's mean error in each chart's error, as a share of the mesh's area. The mean regularizes charts
 /// with few samples.

@@ -292,9 +292,9 @@ ChosenCharts transfer_charts(const ChartSurface& surface, const VertexFans& fans
       continue;
     }
     regrown += charts[c].source.size();
-    std::vector<FlatChart> some =
+    std::vector<FlatChart> new_charts =
         grow_again(surface, charts[c], limits, glued, index_in_chart, threads);
-    std::move(some.begin(), some.end(), std::back_inserter(all_charts));
+    std::move(new_charts.begin(), new_charts.end(), std::back_inserter(all_charts));
   }
   charts = std::move(all_charts);
   made.borders.restore(std::move(glued));

@@ -18,8 +18,8 @@ namespace {
 /// Minimum ratio of a triangle's height to its longest side. Flatter triangles (needles) are treated as if they had
 /// this height.
 constexpr double kMinHeightRatio = 2e-3;
-/// Ratio of FlatChart::roughness_energy to the variance of the chart's bends. Measured on rough balls, as the energy of
-/// their best layouts.
+/// Ratio of FlatChart::roughness_energy to the variance of the chart's bends. It was measured on rough balls, with the
+/// energy of their best layouts.
 constexpr double kRoughnessEnergyFactor = 3.5;
 /// Relative increase of the limit on single triangles' distortion, for each unit of FlatChart::roughness_energy.
 constexpr double kRoughnessStretchFactor = 6;
