@@ -93,7 +93,7 @@ std::array<PlanePoint, kSideCandidates> sides_of(const Corners& corners,
     }
     return sum;
   };
-  // Cholesky decomposition of the spread: l lᵀ. A direction d of the shape scaled to equal spread corresponds
+  // Cholesky factor l of the covariance matrix l lᵀ. A direction d of the shape scaled to unit covariance corresponds
   // to l⁻ᵀ d.
   constexpr double kMinSpread = kPrismMargin * kPrismMargin;
   const double l00 = std::sqrt(std::max(spread(e, e), 0.0) + kMinSpread);

@@ -74,7 +74,7 @@ class Builder {
     }
     if (const double area{root.box.half_area()}; area > 0)
       tree_parts.leaves_per_line = leaf_area / area;
-    tree_parts.crowded =
+    tree_parts.has_crowded_nodes =
         prisms_ && (has_crowded_leaves || tree_parts.leaves_per_line > kMinCrowdedLeaves);
     tree_parts.duplicates = duplicates_;
     tree_parts.triangles = root.size() - duplicates_;

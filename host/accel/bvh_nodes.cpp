@@ -65,7 +65,7 @@ Bvh join_parts(TreeParts parts) {
   bvh.block_data = std::make_unique_for_overwrite<kiln_bvh_block[]>(bvh.block_count);
   bvh.depth =
       parts.join({bvh.node_data.get(), bvh.node_count}, {bvh.block_data.get(), bvh.block_count});
-  if (parts.crowded) add_prisms(bvh);
+  if (parts.has_crowded_nodes) add_prisms(bvh);
   return bvh;
 }
 

@@ -57,7 +57,7 @@ struct TreeParts {
   std::vector<Subtree> subtrees;
   std::uint64_t triangles = 0, skipped = 0, duplicates = 0;  ///< Numbers of triangles, as in Bvh
   double leaves_per_line = 0;
-  bool crowded = false;  ///< True if bounding prisms may be worthwhile
+  bool has_crowded_nodes = false;  ///< True if bounding prisms may be worthwhile
 
   std::size_t node_count() const;
   std::size_t block_count() const;

@@ -46,7 +46,7 @@ Tree::Tree(cl::Context& context, std::span<const Vec3> positions,
   stats.skipped = parts.skipped;
   stats.duplicates = parts.duplicates;
   stats.leaves_per_line = parts.leaves_per_line;
-  if (keep || parts.crowded || parts.triangles < kMinTrianglesToJoinOnDevice) {
+  if (keep || parts.has_crowded_nodes || parts.triangles < kMinTrianglesToJoinOnDevice) {
     Bvh bvh = bvh::join_parts(std::move(parts));
     has_prisms_ = bvh.prisms != 0;
     nodes = cl::Array<kiln_bvh_node>(context, bvh.nodes());

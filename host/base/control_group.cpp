@@ -31,7 +31,7 @@ namespace {
 /// Names that differ between the versions of control groups: the files with the limit and with the usage, and the keys
 /// in memory.stat for cached files and for files of tmpfs.
 struct GroupNames {
-  const char *limit, *used, *cached, *shared;
+  const char *limit_file, *usage_file, *cached_key, *shared_key;
 };
 constexpr GroupNames kNamesOfVersion2 = {"memory.max", "memory.current", "file", "shmem"};
 constexpr GroupNames kNamesOfVersion1 = {"memory.limit_in_bytes", "memory.usage_in_bytes",
@@ -43,16 +43,17 @@ constexpr std::uint64_t kMaxRealLimit = std::uint64_t{1} << 62;
 std::uint64_t bytes_left_in_group(const std::string& folder, const GroupNames& names) {
   const std::string stat = folder + "/memory.stat";
   // Version 1 reports the limits of enclosing groups in memory.stat.
-  const std::uint64_t limit = std::min(read_first_number(folder + "/" + names.limit),
+  const std::uint64_t limit = std::min(read_first_number(folder + "/" + names.limit_file),
                                        read_number_after(stat, "hierarchical_memory_limit"));
   if (limit >= kMaxRealLimit) return kNoNumber;
   const auto bytes = [&](const char* key) {
     const std::uint64_t number = read_number_after(stat, key);
     return number == kNoNumber ? 0 : number;
   };
-  const std::uint64_t reclaimable = remaining_bytes(bytes(names.cached), bytes(names.shared));
+  const std::uint64_t reclaimable =
+      remaining_bytes(bytes(names.cached_key), bytes(names.shared_key));
   return remaining_bytes(
-      limit, remaining_bytes(read_first_number(folder + "/" + names.used), reclaimable));
+      limit, remaining_bytes(read_first_number(folder + "/" + names.usage_file), reclaimable));
 }
 
 }  // namespace

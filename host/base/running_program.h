@@ -22,7 +22,7 @@ struct ProgramResult {
 class RunningProgram {
  public:
   /// False if the system is not supported (Windows).
-  static bool supported() noexcept;
+  static bool is_supported() noexcept;
   /// \param command name and arguments; the name is searched in PATH
   /// \param folder its working folder
   /// \returns nullopt if there is no such program, or if the system is not supported
@@ -38,9 +38,9 @@ class RunningProgram {
   /// \param limit_seconds time limit from this call on, after which the program is killed
   /// \param interrupted polled on another thread; the program is killed when it returns true
   void begin(std::string input, double limit_seconds, std::function<bool()> interrupted);
-  /// True if begin() was called; began_with_input(): true if it was called with this input.
+  /// True if begin() was called; has_begun_with_input(): true if it was called with this input.
   bool began() const;
-  bool began_with_input(std::string_view input) const;
+  bool has_begun_with_input(std::string_view input) const;
 
   /// Waits until the program ends. Must be called once, after begin().
   ProgramResult finish();

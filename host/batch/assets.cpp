@@ -523,8 +523,8 @@ class Expander {
       const bool has_own_maps =
           key == "maps" && !asset.job.own_maps.empty() && !setting.origin.file.empty();
       if (has_own_maps && !options_.allow_own_maps) {
-        fail_in(setting, "the file contains an own map ('" + asset.job.own_maps[0] +
-                             "'), which is code that would run with your rights: read it, and add "
+        fail_in(setting, "the file defines a map of its own ('" + asset.job.own_maps[0] +
+                             "') by code that would run with your rights: read the code, and add "
                              "--allow-own-maps.");
       }
       if (path_access(*row) == PathAccess::output && !setting.origin.file.empty() &&

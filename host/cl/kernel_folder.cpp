@@ -103,7 +103,7 @@ void copy_missing_files(const fs::path& from, const fs::path& to) {
 /// Handles a folder of kernels that this process may not write to, such as one in a container image. PoCL writes to
 /// its cache even if it contains all kernels, and ends the process if writing fails. So the kernels are copied to the
 /// user's folder, which takes milliseconds.
-KernelFolder use_copied_folder(const fs::path& given) {
+KernelFolder copy_to_user_folder(const fs::path& given) {
   const fs::path level = find_unsafe_level(given, given / "kiln"), folder = use_user_folder();
   if (level.empty()) {
     copy_missing_files(given, folder);
@@ -126,7 +126,7 @@ KernelFolder kernel_folder() {
     if (given == chosen_folder) return {kiln, warnings_of_choice};
     os::create_private_folders(given);
     if (!os::may_write_in(given)) {
-      KernelFolder copy = use_copied_folder(given);
+      KernelFolder copy = copy_to_user_folder(given);
       chosen_folder = copy.kiln.parent_path().string();
       warnings_of_choice = copy.warnings;
       return copy;

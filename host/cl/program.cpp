@@ -147,7 +147,8 @@ std::shared_ptr<Context::Program> Context::build(std::string_view source,
   auto built_program = std::make_shared<Program>();
   CompileResult compile_result;
   // Users' sources may call any function, so they are compiled with the whole header. If one of Kiln's programs fails
-  // without it, further programs are compiled with it, since PoCL prints errors.
+  // without the whole header, later ones are compiled with it at once, since PoCL would print the errors of each
+  // further failure.
   const bool tries = code != ErrorCode::input && !info_.is_gpu && is_pocl(info_);
   if (tries && whole_header_count == 0) {
     compile_result = compile(*this, std::string(embedded_source("builtins")) + std::string(source),

@@ -33,7 +33,7 @@ struct Context::Program {
 
 struct Context::Build {
   std::shared_future<std::shared_ptr<Program>> program;
-  std::jthread thread;  ///< Builds the program while waiting threads poll
+  std::jthread thread;  ///< Builds the program; threads that wait for it poll the progress callback
 };
 
 }  // namespace kiln::ocl

@@ -61,7 +61,8 @@ bool is_finite_triangle(const Mesh& mesh, const Triangle& t) {
          is_finite(mesh.positions[t[2]]);
 }
 
-/// Finds bodies: clusters of parts with gaps below the size of a grid cell. One of its parts identifies each body.
+/// Finds bodies: clusters of parts with gaps below the size of a grid cell. Each body is identified by the index of one
+/// of its parts.
 class BodyFinder {
  public:
   BodyFinder(const Mesh& mesh, const SharedParts& parts, const Vec3d& low, double cell)

@@ -31,15 +31,15 @@ std::vector<std::uint8_t> find_fins(const Mesh& mesh, double size, Cleaned& fins
       });
   if (!any) return {};
   const FacingParts parts(corners, mesh.positions.size());
-  struct Sums {
+  struct PartExtent {
     Box<Vec3d> box;
     double area = 0;
     bool open = false, is_attached = false, is_crowded = false;
   };
-  std::vector<Sums> sums(parts.parts.size());
+  std::vector<PartExtent> sums(parts.parts.size());
   double whole = 0, area = 0;
   for (std::size_t t = 0; t < corners.size(); ++t) {
-    Sums& of = sums[parts.of[t]];
+    PartExtent& of = sums[parts.of[t]];
     add_triangle(of.box, mesh, corners[t]);
     const double own = area_of(mesh, corners[t]);
     of.area += own;
@@ -48,7 +48,7 @@ std::vector<std::uint8_t> find_fins(const Mesh& mesh, double size, Cleaned& fins
     of.is_attached = of.is_attached || is_attached[t] != 0;
     of.is_crowded = of.is_crowded || is_crowded[t] != 0;
   }
-  const auto is_fin = [&](const Sums& of) {
+  const auto is_fin = [&](const PartExtent& of) {
     return of.open && of.is_attached && !of.is_crowded && of.box.diagonal() < size;
   };
   Cleaned found;

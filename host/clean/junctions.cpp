@@ -33,15 +33,15 @@ class OpenEdges {
 
   /// The vertices that lie on a side, in order. They form a chain of other open edges from the side's first to its last
   /// vertex. Empty if there is no such chain.
-  std::vector<OnEdge> along(std::uint32_t side, double distance) const {
+  std::vector<VertexOnEdge> along(std::uint32_t side, double distance) const {
     const std::uint32_t a = vertex_of_side(side, 0), b = vertex_of_side(side, 1);
     const Vec3d from = point_of(mesh_, a), way = point_of(mesh_, b) - from;
     const double squared = dot(way, way);
     const double off = std::min(distance, kMinPieceShare * std::sqrt(squared));
-    std::vector<OnEdge> found;
+    std::vector<VertexOnEdge> found;
     std::uint32_t at = a;
     for (double share = 0;;) {
-      OnEdge next{b, 2};
+      VertexOnEdge next{b, 2};
       if (sides_at_vertex_.of(at).size() > kMaxOpenEdgesAtVertex) return {};
       for (const VertexLists::Item& item : sides_at_vertex_.of(at)) {
         const std::uint32_t other = open_sides_[item.index / 2];
@@ -91,7 +91,7 @@ Cleaned cut_at_junctions(Mesh& mesh, double distance) {
     for (const std::uint32_t side : open.sides()) {
       const std::uint32_t t = side / 3;
       if (was_split[t] != 0) continue;
-      const std::vector<OnEdge> points = open.along(side, distance);
+      const std::vector<VertexOnEdge> points = open.along(side, distance);
       if (points.empty()) continue;
       was_split[t] = 1;
       if (cut.count++ == 0) cut.example = mesh.positions[points[0].vertex];

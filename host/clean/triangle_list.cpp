@@ -84,9 +84,10 @@ void add_triangle(Mesh& mesh, const std::array<CornerOf, 3>& corners) {
   if (!mesh.polygons.empty()) mesh.polygons.push_back(mesh.polygons.back() + 1);
 }
 
-void cut_triangle(Mesh& mesh, std::uint32_t t, std::uint32_t k, std::span<const OnEdge> points) {
+void cut_triangle(Mesh& mesh, std::uint32_t t, std::uint32_t k,
+                  std::span<const VertexOnEdge> points) {
   double done = 0;
-  for (const OnEdge& point : points) {
+  for (const VertexOnEdge& point : points) {
     const std::uint32_t b = (k + 1) % 3, c = (k + 2) % 3;
     const auto rest = static_cast<std::uint32_t>(mesh.triangles.size());
     add_triangle(mesh, {CornerOf{t, k}, CornerOf{t, b}, CornerOf{t, c}});

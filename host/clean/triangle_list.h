@@ -21,7 +21,7 @@ struct CornerOf {
 
 /// A vertex that lies on an edge.
 /// \param share  position along the edge, from 0 to 1
-struct OnEdge {
+struct VertexOnEdge {
   std::uint32_t vertex;
   double share;
 };
@@ -36,7 +36,8 @@ void add_triangle(Mesh& mesh, const std::array<CornerOf, 3>& corners);
 
 /// Splits a triangle along lines from points on its edge k to the opposite corner. UVs and normals are interpolated.
 /// The first piece replaces the triangle; the others are appended.
-void cut_triangle(Mesh& mesh, std::uint32_t t, std::uint32_t k, std::span<const OnEdge> points);
+void cut_triangle(Mesh& mesh, std::uint32_t t, std::uint32_t k,
+                  std::span<const VertexOnEdge> points);
 
 /// The sides (3 t + k) at edges that have a single triangle.
 /// \param corners  triangles whose corners have equal indices for equal positions

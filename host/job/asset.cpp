@@ -72,7 +72,7 @@ std::optional<AlphaMode> common_alpha_mode(const BakeScene& scene, const AssetPa
   return blends ? AlphaMode::blend : AlphaMode::mask;
 }
 
-/// Copies the alpha mode, sidedness and extras from the material of HIGH, or from LOW's own if the former is null.
+/// Copies the alpha mode, sidedness and extras from HIGH's material, or from LOW's own material if HIGH's is null.
 /// \param common  common_alpha_mode()
 void copy_surface_properties(const BakeScene& scene, const AssetParts& asset,
                              std::optional<AlphaMode> common, const Material* of_high,
@@ -120,12 +120,12 @@ AssetMesh make_asset_mesh(const BakeScene& scene, const Mesh& low_poly, const As
         },
         mesh);  // moves the UVs of each UDIM tile to the unit square
   }
-  struct Key {
+  struct MaterialKey {
     std::size_t set;
     std::uint32_t own, hit;
-    auto operator<=>(const Key&) const = default;
+    auto operator<=>(const MaterialKey&) const = default;
   };
-  std::map<Key, std::uint32_t> material_of_key;
+  std::map<MaterialKey, std::uint32_t> material_of_key;
   const std::vector<std::string> names = std::move(mesh.material_names);
   std::vector<std::uint32_t> material_of = std::move(mesh.materials);
   if (material_of.empty()) material_of.assign(mesh.triangles.size(), 0);
@@ -134,7 +134,7 @@ AssetMesh make_asset_mesh(const BakeScene& scene, const Mesh& low_poly, const As
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const std::string& own_name = names.empty() ? default_name : names[material_of[t]];
     const Material* of_high = high_names.find(own_name);
-    Key key{set_of_triangle[t], material_of[t], AssetParts::kNoMaterial};
+    MaterialKey key{set_of_triangle[t], material_of[t], AssetParts::kNoMaterial};
     if (of_high == nullptr && !asset.materials_hit.empty()) key.hit = asset.materials_hit[t];
     const auto [entry, added] =
         material_of_key.emplace(key, static_cast<std::uint32_t>(mesh.material_names.size()));

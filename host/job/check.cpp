@@ -46,7 +46,7 @@ void resolve_asset_output(Job& a) {
   const bool is_folder = std::filesystem::is_directory(out, ignored_error);
   if (ending != ".glb" && ending != ".gltf" && ending != ".obj") {
     if (is_folder) return;
-    // A name with the extension of another file format is taken for a mistake, since hardly any folder has such a name.
+    // A name with the extension of another file format counts as a mistake, since hardly any folder has such a name.
     constexpr std::string_view kOtherExtensions[] = {
         ".3ds",  ".abc",  ".blend", ".bmp",  ".dae",  ".dds",  ".exr",  ".fbx", ".hdr",
         ".jpeg", ".jpg",  ".ktx",   ".ktx2", ".off",  ".ply",  ".png",  ".stl", ".tga",
@@ -318,17 +318,17 @@ void check_bytes(const Job& a) {
 
 /// Checks --density, which only affects UV charts that Kiln makes.
 void check_texels(const Job& a) {
-  const bool given = a.given.contains("--density");
-  refuse_if(given && !a.low.given.empty() && !a.unwrap,
+  const bool is_density_given = a.given.contains("--density");
+  refuse_if(is_density_given && !a.low.given.empty() && !a.unwrap,
             option("density") + " applies to UV charts that Kiln makes, but LOW '" + low_name(a) +
                 "' has its own: add " + option("unwrap") + ", or leave it out.");
-  refuse_if(given && a.low.given.empty() && has_heights(a),
+  refuse_if(is_density_given && a.low.given.empty() && has_heights(a),
             option("density") +
                 " is not for a low poly of a height field, which lies over the image as it is.");
-  refuse_if(given && a.low.given.empty() && match_uses_option(a, "match.uv"),
+  refuse_if(is_density_given && a.low.given.empty() && match_uses_option(a, "match.uv"),
             option("density") + " applies to new UV charts, but " + option("match", match_name(a)) +
                 " keeps the charts of HIGH: leave one out.");
-  check_density(given, a.unwrap_method);
+  check_density(is_density_given, a.unwrap_method);
 }
 
 /// Checks options that make a low poly, and options of a given one.
@@ -498,13 +498,13 @@ void check_occlusion(const Job& a) {
         "views.");
   }
   const std::vector<MapKind> kinds = requested_map_kinds(a);
-  const bool other = std::any_of(kinds.begin(), kinds.end(), [](MapKind map) {
+  const bool bakes_other_map = std::any_of(kinds.begin(), kinds.end(), [](MapKind map) {
     return obeys(find_map(map.name), "occlusion.rays") &&
            !obeys(find_map(map.name), "occlusion.views");
   });
-  refuse_if(given("--ao-rays") && !other, option("ao_rays") + " is for rays, but " +
-                                              option("ao_by", "views") +
-                                              " casts none: leave one of them out.");
+  refuse_if(given("--ao-rays") && !bakes_other_map, option("ao_rays") + " is for rays, but " +
+                                                        option("ao_by", "views") +
+                                                        " casts none: leave one of them out.");
 }
 
 /// Checks options of the map files.

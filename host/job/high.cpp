@@ -10,8 +10,8 @@
 namespace kiln {
 namespace {
 
-/// HIGH's materials if they were read with its file. Empty: load_textures() must read them, which also reports missing
-/// entries of MTL files.
+/// HIGH's materials if they were read with its file. If the result is empty, load_textures() must read them; it also
+/// reports missing entries of MTL files.
 std::span<const Material> known_materials(const Job& job, const LoadedHigh& high) {
   if (high.prepared != nullptr) return high.prepared->materials;
   const JobInput& first = job.high.front();

@@ -57,12 +57,12 @@ HeightFieldOptions prepare_heights(const std::string& path, Heights& read,
                                    const HeightFieldOptions& options,
                                    std::vector<Warning>& warnings);
 
-/// Options of the repairs that --clean chooses; nullopt: no repairs.
+/// Options of the repairs that --clean chooses; nullopt if it chooses none.
 /// \param repair_all  true if CleanHigh::automatic repairs everything, false for windings alone
 /// \param all_parts  true to keep parts of any size
 std::optional<CleanOptions> clean_options(CleanHigh choice, bool repair_all, bool keep_inner,
                                           double fill_holes, bool all_parts);
-/// Repairs a high poly, and warns of each kind of repair. \param options  nullopt: no repairs
+/// Repairs a high poly, and warns of each kind of repair. \param options  nullopt: nothing is repaired
 CleanReport clean_high(Mesh& high, const std::optional<CleanOptions>& options,
                        std::vector<Warning>& warnings);
 

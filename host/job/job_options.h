@@ -62,19 +62,19 @@ std::string low_stem(const Job& job);
 std::string lod_stem(const Job& job, std::size_t level);
 /// The file that the low poly is read from, or made from.
 const std::string& low_source(const Job& job);
-/// The name of the first input of a side: a file's path, or the name of a mesh in memory. Empty if there is none.
+/// The name of the first input of HIGH or LOW: a file's path, or the name of a mesh in memory. Empty if there is none.
 const std::string& high_name(const Job& job);
 const std::string& low_name(const Job& job);
-/// Sets the first input of a side; further inputs stay.
+/// Sets the first input of HIGH or LOW; further inputs stay.
 void set_first_input(std::vector<JobInput>& inputs, const std::string& name);
-/// Names of all inputs of a side except the first.
+/// Names of all inputs of HIGH or LOW except the first.
 std::vector<std::string> further_input_names(const std::vector<JobInput>& inputs);
 /// True if the high poly is a height field, that is, an image.
 bool has_heights(const Job& job);
-/// Names of all inputs of a side, the positional one first; empty for a LOW that Kiln makes.
+/// Names of all inputs of HIGH or LOW, the positional one first; empty for a LOW that Kiln makes.
 std::vector<std::string> high_files(const Job& job);
 std::vector<std::string> low_files(const Job& job);
-/// True if a side has several files. Then a file without groups becomes one group with the file's name.
+/// True if HIGH or LOW consists of several files. Then a file without groups becomes one group with the file's name.
 bool has_more_files(const Job& job);
 
 /// True if the match is a saved one, from a file or from memory.
@@ -142,7 +142,7 @@ void enable_occlusion_smoothing(Job& job);
 bool writes_lods_into_one_file(const Job& job);
 /// True if all levels of detail share the first one's layout and maps.
 bool shares_uvs(const Job& job);
-/// Options of HIGH's repairs; nullopt: no repairs.
+/// Options of HIGH's repairs; nullopt if HIGH is not repaired.
 std::optional<CleanOptions> clean_options(const Job& job);
 /// True if the low poly is a plane that Kiln makes under a height field.
 bool bakes_onto_plane(const Job& job);

@@ -73,7 +73,8 @@ PartNames part_names(const Job& job) {
 
 namespace {
 
-// A limit on time: each of up to 4096 visibility directions searches all entries for the nearest one.
+// Maximum number of entries. It limits the time of a run, since each of up to 4096 visibility directions is compared
+// with all entries.
 constexpr std::size_t kMaxDirections = 65536;
 constexpr const char* kWordSeparators = " \t\v\f";
 

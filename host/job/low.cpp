@@ -21,8 +21,8 @@ namespace kiln {
 
 namespace {
 
-// Minimum angle in degrees between faces at a soft seam. Smooth cylinders of twelve sides turn by 30 degrees per side,
-// which is intended.
+// Minimum angle in degrees between faces at a soft seam. The limit excludes cylinders of twelve sides with smooth
+// normals, whose faces meet at 30 degrees.
 constexpr double kMinSoftSeamDegrees = 40;
 
 PolygonCounts count_polygons(const Mesh& mesh) {

@@ -54,7 +54,7 @@ Json bounds_json(const std::vector<MapReached>& bounds);
 
 /// One channel of a packed image: the channel of a map, or a constant.
 struct PackChannel {
-  std::string map;            ///< Name of the map; empty: the channel is the constant `value`
+  std::string map;            ///< Name of the map; if empty, the channel is the constant `value`
   std::uint32_t channel = 0;  ///< Index of the map's channel
   float value = 0;
 };

@@ -209,11 +209,11 @@ std::string quote_files(const std::vector<std::string>& files) {
   constexpr std::size_t kMaxListedFiles = 3;
   std::string text;
   for (std::size_t i = 0; i < files.size(); ++i) {
-    const bool last = i + 1 == files.size();
+    const bool is_last = i + 1 == files.size();
     if (i + 1 == kMaxListedFiles && files.size() > kMaxListedFiles) {
       return text + " and " + std::to_string(files.size() - i) + " more";
     }
-    text += (i == 0 ? "'" : last ? " and '" : ", '") + files[i] + "'";
+    text += (i == 0 ? "'" : is_last ? " and '" : ", '") + files[i] + "'";
   }
   return text;
 }
@@ -223,7 +223,7 @@ void warn_of_shared_texels(const MeshFiles& low, std::vector<Warning>& warnings)
   std::vector<std::uint32_t> first_triangle_in(std::size_t{kGridCells} * kGridCells, kNoTriangle);
   std::vector<const std::string*> last_overlapping_file(
       first_triangle_in.size(),
-      nullptr);  // per cell: the last file of which a triangle overlaps another file's
+      nullptr);  // for each cell, the last file with a triangle that overlaps one of another file
   std::map<std::pair<std::string, std::string>, UvOverlap> overlaps;
   for (std::uint32_t t = 0; t < low.mesh.triangles.size(); ++t) {
     for_each_cell_inside(uvs_of(low.mesh, t), [&](std::uint32_t x, std::uint32_t y) {
@@ -285,11 +285,11 @@ double parse_unit(const std::string& text) {
              "': write mm, cm, m, in, ft, or a number of metres from 1e-9 to 1e9, such as 0.01.");
 }
 
-/// Values of an option for both sides, for HIGH, or for LOW.
+/// Values of an option for both meshes, for HIGH, or for LOW.
 struct SideValues {
   std::optional<std::string> both, high, low;
 
-  /// Parses texts such as "y", "high=y" and "low=y". \throws Error(usage) if a side is given twice
+  /// Parses texts such as "y", "high=y" and "low=y". \throws Error(usage) if HIGH or LOW gets two values
   SideValues(const char* flag, const std::vector<std::string>& texts) {
     for (const std::string& text : texts) {
       std::optional<std::string>* side_value = &both;
@@ -315,16 +315,17 @@ bool has_extension(const std::string& file, const std::vector<std::string>& exte
 
 void check_mesh_frame(const MeshFrameArguments& arguments, const std::vector<std::string>& high,
                       const std::vector<std::string>& low, const std::vector<std::string>& others) {
-  struct Flag {
+  struct FrameOption {
     const char* name;
     const std::vector<std::string>* texts;
     std::vector<std::string>
         stating_formats;  // extensions of file formats that state the option's value themselves
   };
-  const Flag flags[] = {{"--up", &arguments.up, {".gltf", ".glb", ".fbx", ".dae", ".3ds", ".x"}},
-                        {"--unit", &arguments.unit, {".gltf", ".glb", ".fbx", ".dae"}},
-                        {"--uv-set", &arguments.uv_set, {}}};
-  for (const Flag& flag : flags) {
+  const FrameOption flags[] = {
+      {"--up", &arguments.up, {".gltf", ".glb", ".fbx", ".dae", ".3ds", ".x"}},
+      {"--unit", &arguments.unit, {".gltf", ".glb", ".fbx", ".dae"}},
+      {"--uv-set", &arguments.uv_set, {}}};
+  for (const FrameOption& flag : flags) {
     const SideValues values(flag.name, *flag.texts);
     refuse_if(
         values.low && low.empty(),

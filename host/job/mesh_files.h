@@ -30,7 +30,8 @@ struct MeshFiles {
 };
 
 /// Reads the files, or uses meshes in memory, and joins them. MTL files are searched for from the first file's folder.
-/// A single mesh is unchanged, unless the other side of the bake has several files: then its parts get names.
+/// A single mesh is unchanged, unless the other mesh of the bake has several files: then the parts of this mesh get
+/// names.
 /// \param named   true: a file without groups or objects becomes one group with the file's name
 /// \param with_materials  true: also reads MeshFiles::nodes_and_materials, and warns if an MTL cannot be read
 ///                         ("materials-unread")
@@ -45,7 +46,7 @@ void keep_named_materials(MeshFiles& files);
 void move_uvs(const std::vector<std::size_t>& group_of,
               const std::function<Vec2(std::size_t group, const Vec2& uv)>& move, Mesh& mesh);
 
-/// Rewrites the paths of material files relative to the folder `to`; empty: the current folder.
+/// Rewrites the paths of material files relative to the folder `to`, or to the current folder if `to` is empty.
 void move_material_files(Mesh& mesh, const std::filesystem::path& from,
                          const std::filesystem::path& to);
 
@@ -65,7 +66,7 @@ std::string shading_rule_name(const ShadingOptions& options);
 /// Option rows for jobs with a member `frame`. \param low  true if the command reads LOW as well as HIGH
 template <typename Job>
 std::vector<OptionRow> mesh_frame_rows(const char* group, bool low) {
-  const std::string sides = low ? "; high=VALUE and low=VALUE override the files of that side"
+  const std::string sides = low ? "; high=VALUE and low=VALUE override the files of that mesh"
                                 : "; high=VALUE overrides what the files state";
   return {
       {.flag = "--up",
@@ -86,7 +87,7 @@ std::vector<OptionRow> mesh_frame_rows(const char* group, bool low) {
        .group = group,
        .value = texts(KILN_MEMBER(Job, frame.uv_set)),
        .help = std::string("UV set to read: a number from 0 on, or a name (FBX)") +
-               (low ? "; high= and low= select it for one side" : "")},
+               (low ? "; high= and low= select it for one mesh" : "")},
       {.flag = "--allow-outside",
        .group = group,
        .value = toggle(KILN_MEMBER(Job, frame.allow_outside)),
@@ -108,16 +109,16 @@ std::vector<OptionRow> mesh_frame_rows(const char* group, bool low) {
 }
 
 /// Checks the options of `arguments` against the files that they apply to.
-/// \throws Error(usage) for an invalid value, for a value of a side without files, and for a value of both sides that
-/// applies to no file
+/// \throws Error(usage) for an invalid value, for a value of HIGH or LOW if that has no files, and for a value of both
+///   that applies to no file
 void check_mesh_frame(const MeshFrameArguments& arguments, const std::vector<std::string>& high,
                       const std::vector<std::string>& low, const std::vector<std::string>& others);
 
 /// Parses a value of --up. \throws OptionError for words other than x, y, z, -x, -y and -z
 UpAxis parse_up(const std::string& text);
 
-/// Options for reading the files of one side. A value of that side overrides its files; a value of both sides only
-/// applies to files that do not state one.
+/// Options for reading the files of HIGH or of LOW. A value for this mesh alone overrides its files; a value for both
+/// meshes only applies to files that do not state one.
 /// \throws Error(usage)
 LoadMeshOptions load_options(const MeshFrameArguments& arguments, MeshSide side);
 

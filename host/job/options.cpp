@@ -21,7 +21,7 @@ std::string option_key(const OptionRow& row) {
 }
 
 bool is_positional(const OptionRow& row) { return !row.flag.starts_with('-'); }
-/// True for the rows of --high and --low. JSON lists their files together with the first input of the side.
+/// True for the rows of --high and --low. JSON lists their files together with the first input of HIGH or LOW.
 bool adds_further_files(const OptionRow& row) {
   return row.flag == "--high" || row.flag == "--low";
 }

@@ -290,7 +290,7 @@ void check_outputs(const Job& job, std::span<const BakedSet> sets, const RunHook
     for (const std::string& file : hooks.plan_files(stem)) outputs.push_back(folder / file);
   }
   check_paths(inputs, outputs);
-  // Before the bake, which may take hours.
+  // Checks this before the bake, which may take hours.
   for (const fs::path& output : outputs) {
     if (!is_write_protected(output)) continue;
     fail_to_write(output, "the file there is write-protected", EACCES);

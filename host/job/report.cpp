@@ -152,7 +152,7 @@ void add_optional_keys(const RunOutcome& outcome, Json& json) {
   json["low"]["density_spread"] = low.unwrapped->density_spread;
 }
 
-/// Adds facts about the files of a given LOW, and the paths if a side has several files.
+/// Adds facts about the files of a given LOW, and the paths of HIGH's or LOW's files if there are several.
 void add_input_files(const BakeScene& scene, Json& json) {
   const Job& job = scene.run.job;
   if (job.high.size() > 1) json["inputs"]["high"]["files"] = high_files(job);

@@ -7,43 +7,43 @@
 namespace kiln {
 namespace {
 
-struct CausedBy {
+struct WarningCause {
   std::string_view code;
   std::string_view causing_code;
-  bool of_high_file = false;  // true: the causing warning is about the high poly's file
+  bool of_high_file = false;  // true if the causing warning is about the high poly's file
 };
 
 constexpr std::array kCauses = {
     // warnings about the high poly whose cause is another warning about its file
-    CausedBy{"source-skipped", "degenerate-triangles", true},
-    CausedBy{"source-skipped", "non-finite-vertices", true},
-    CausedBy{"source-rounded", "rounded-triangles", true},
-    CausedBy{"coarse-source", "coarse-coordinates", true},
+    WarningCause{"source-skipped", "degenerate-triangles", true},
+    WarningCause{"source-skipped", "non-finite-vertices", true},
+    WarningCause{"source-rounded", "rounded-triangles", true},
+    WarningCause{"coarse-source", "coarse-coordinates", true},
     // warnings of the low poly and its UVs
-    CausedBy{"low-degenerate", "rounded-triangles"},
-    CausedBy{"coarse-low", "coarse-coordinates"},
+    WarningCause{"low-degenerate", "rounded-triangles"},
+    WarningCause{"coarse-low", "coarse-coordinates"},
     // The low poly is stored relative to the high poly's origin.
-    CausedBy{"coarse-low", "coarse-coordinates", true},
-    CausedBy{"low-degenerate", "degenerate-triangles"},
-    CausedBy{"low-degenerate", "non-finite-vertices"},
-    CausedBy{"uv-degenerate", "missing-uvs"},
-    CausedBy{"uv-degenerate", "non-finite-uvs"},
-    CausedBy{"uv-missing", "missing-uvs"},
-    CausedBy{"uv-missing", "non-finite-uvs"},
-    CausedBy{"uv-outside", "missing-uvs"},
-    CausedBy{"uv-outside", "non-finite-uvs"},
-    CausedBy{"no-texels", "missing-uvs"},
-    CausedBy{"no-texels", "non-finite-uvs"},
-    CausedBy{"no-texels", "uv-degenerate"},
-    CausedBy{"no-texels", "uv-missing"},
-    CausedBy{"no-texels", "uv-outside"},
+    WarningCause{"coarse-low", "coarse-coordinates", true},
+    WarningCause{"low-degenerate", "degenerate-triangles"},
+    WarningCause{"low-degenerate", "non-finite-vertices"},
+    WarningCause{"uv-degenerate", "missing-uvs"},
+    WarningCause{"uv-degenerate", "non-finite-uvs"},
+    WarningCause{"uv-missing", "missing-uvs"},
+    WarningCause{"uv-missing", "non-finite-uvs"},
+    WarningCause{"uv-outside", "missing-uvs"},
+    WarningCause{"uv-outside", "non-finite-uvs"},
+    WarningCause{"no-texels", "missing-uvs"},
+    WarningCause{"no-texels", "non-finite-uvs"},
+    WarningCause{"no-texels", "uv-degenerate"},
+    WarningCause{"no-texels", "uv-missing"},
+    WarningCause{"no-texels", "uv-outside"},
     // Warnings of the bake about misses. The warning about a missed error bound is always printed, since it decides the
     // exit code.
-    CausedBy{"many-misses", "high-inside-out"},
-    CausedBy{"many-misses", "coarse-views"},
-    CausedBy{"many-misses", "short-rays"},
-    CausedBy{"many-misses", "uv-source-degenerate"},
-    CausedBy{"many-misses", "uv-source-outside"},
+    WarningCause{"many-misses", "high-inside-out"},
+    WarningCause{"many-misses", "coarse-views"},
+    WarningCause{"many-misses", "short-rays"},
+    WarningCause{"many-misses", "uv-source-degenerate"},
+    WarningCause{"many-misses", "uv-source-outside"},
 };
 
 }  // namespace
@@ -57,9 +57,10 @@ std::vector<Warning> root_causes(const std::vector<Warning>& warnings, std::size
   };
   std::vector<Warning> warnings_without_cause;
   for (const Warning& warning : warnings) {
-    const bool has_cause = std::any_of(kCauses.begin(), kCauses.end(), [&](const CausedBy& row) {
-      return warning.code == row.code && has_warning(row.causing_code, row.of_high_file);
-    });
+    const bool has_cause =
+        std::any_of(kCauses.begin(), kCauses.end(), [&](const WarningCause& row) {
+          return warning.code == row.code && has_warning(row.causing_code, row.of_high_file);
+        });
     if (!has_cause) warnings_without_cause.push_back(warning);
   }
   return warnings_without_cause;

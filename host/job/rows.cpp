@@ -43,7 +43,7 @@ std::vector<std::string> all_match_names() {
   return names;
 }
 
-/// The value of the positional HIGH or LOW: the first file of a side, whose name decides the names of outputs.
+/// The value of the positional HIGH or LOW: the first of its files, whose name decides the names of outputs.
 template <typename Inputs>
 OptionValue first_input_value(const char* member, Inputs inputs) {
   return value_of<Job>(
@@ -52,7 +52,7 @@ OptionValue first_input_value(const char* member, Inputs inputs) {
       [=](Job& job) { return inputs(job).empty() ? Json() : Json(inputs(job).front().name); });
 }
 
-/// The value of --high or --low: further files of a side.
+/// The value of --high or --low: further files of HIGH or LOW.
 template <typename Inputs>
 OptionValue further_inputs_value(const char* member, Inputs inputs) {
   OptionValue value = value_of<Job>(
@@ -75,7 +75,7 @@ OptionValue size_value() {
       "bake.width, bake.height, set_sizes", "size", "N|WxH|NAME=N|NAME=WxH",
       [](Job& job, OptionName flag, ValueWords words) {
         job.set_sizes.clear();
-        bool given = false;
+        bool is_given = false;
         for (const std::string& word : words) {
           const std::size_t equals = word.rfind('=');
           if (equals != std::string::npos) {
@@ -87,9 +87,9 @@ OptionValue size_value() {
             job.set_sizes.push_back(std::move(size));
             continue;
           }
-          refuse_if(given,
+          refuse_if(is_given,
                     flag + " is given twice for all sets: leave one out, or write NAME=SIZE.");
-          given = true;
+          is_given = true;
           std::tie(job.bake.width, job.bake.height) = parse_size(word);
         }
       },

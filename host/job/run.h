@@ -54,7 +54,7 @@ struct PreparedHigh {
   const Source& source;
   const Mesh& mesh;
   std::span<const Material> materials =
-      {};  ///< Materials of the mesh; empty: they are read from the file that Job::high names
+      {};  ///< Materials of the mesh; if empty, they are read from the file that Job::high names
   bool height_field = false;   ///< True if the mesh is that of a height field
   bool faces_inwards = false;  ///< True if inward_parts() found parts that face inwards
 };
@@ -80,7 +80,8 @@ struct RunHooks {
                      std::vector<std::string>& outputs, std::vector<Warning>& warnings)>
       draw_plan;
   std::function<void(const Message&)> line;  ///< Receives each line of the summary at once
-  /// Makes the source of a high poly, or returns one of the same mesh from another run. Empty: run_job() makes it.
+  /// Makes the source of a high poly, or returns one of the same mesh from another run. If this function is empty,
+  /// run_job() makes the source.
   std::function<Source(const Device&, const Mesh&, RayTraversal)> make_source;
 
   const PreparedHigh* high = nullptr;  ///< Replaces Job::high, which is then used only for its name

@@ -31,7 +31,7 @@ std::string truncate_name(const std::string& text) {
 }
 
 /// Names a texture set in messages, such as "Texture set 'glass'".
-std::string set_label(const TextureSet& set) {
+std::string texture_set_label(const TextureSet& set) {
   std::string name = truncate_name(set.name);
   std::replace(name.begin(), name.end(), '\n', ' ');
   return "Texture set '" + name + (name.size() < set.name.size() ? "...'" : "'") +
@@ -87,14 +87,14 @@ void assign_sizes(const Job& job, const BakeOptions& options, std::vector<BakedS
     set.height = options.height;
   }
   for (const SetSize& size : job.set_sizes) {
-    bool found = false;
+    bool is_found = false;
     for (BakedSet& set : sets) {
       if (set.set.name != size.set) continue;
       set.width = size.width;
       set.height = size.height;
-      found = true;
+      is_found = true;
     }
-    if (found) continue;
+    if (is_found) continue;
     std::string names;
     for (const BakedSet& set : sets) {
       names += (names.empty() ? "'" : ", '") + truncate_name(set.set.name) + "'";
@@ -137,7 +137,7 @@ class SetWarnings {
         std::pair(warning.code, warning.message.text()), set_warnings_.size());
     if (is_new) {
       set_warnings_.push_back({set, warning, 0});
-    } else if (Entry& entry = set_warnings_[same->second]; entry.set != set) {
+    } else if (SetWarning& entry = set_warnings_[same->second]; entry.set != set) {
       ++entry.further_sets;
     }
   }
@@ -153,12 +153,12 @@ class SetWarnings {
   }
 
  private:
-  struct Entry {
+  struct SetWarning {
     std::string set;  ///< The first set with the warning
     Warning warning;
     std::size_t further_sets = 0;  ///< Number of further sets with the warning
   };
-  std::vector<Entry> set_warnings_;
+  std::vector<SetWarning> set_warnings_;
   std::map<std::pair<std::string, std::string>, std::size_t>
       index_by_text_;  ///< Index in set_warnings_, by code and message
 };
@@ -184,7 +184,7 @@ void accumulate(std::optional<HighCoverageReport>& sum,
 
 /// Adds the report of a set to the sum of all sets.
 void accumulate(BakeReport& sum, const BakeReport& report) {
-  sum.mean_abs_distance +=  // a sum over samples; bake_sets() divides it by their number
+  sum.mean_abs_distance +=  // a sum over matched samples; bake_sets() divides it by the number of these samples
       report.mean_abs_distance * static_cast<double>(report.samples - report.missed);
   for (std::uint64_t BakeReport::*count :
        {&BakeReport::texels, &BakeReport::samples, &BakeReport::outward, &BakeReport::inward,
@@ -380,7 +380,7 @@ namespace {
 
 /// Bakes one set by bake_layout(); errors name the set.
 BakedLayout bake_set(const BakeScene& scene, const Source& source, const BakeOptions& options) {
-  const std::string name = set_label(scene.set->set);
+  const std::string name = texture_set_label(scene.set->set);
   try {
     return bake_layout(scene, source, options);
   } catch (const Cancelled&) {
@@ -437,7 +437,7 @@ BakedLayout bake_sets(const RunContext& run, const LoadedHigh& high, const LowMe
     run.log.warnings.erase(first, run.log.warnings.end());
     for (const Warning& warning : set_warnings) {
       // triangles without UVs belong to other sets
-      if (warning.code != "uv-missing") warnings.add(set_label(set.set), warning);
+      if (warning.code != "uv-missing") warnings.add(texture_set_label(set.set), warning);
     }
     accumulate(sum, baked.result.report);
     sums.stored.copy_shared_properties(baked.stored);

@@ -52,7 +52,7 @@ struct LoadedHigh {
   /// HIGH if it is larger than memory, otherwise null. If it is set, input.mesh is a sample of its triangles, for
   /// messages
   std::shared_ptr<const MeshStream> streamed;
-  /// The chunks of `streamed`, if LOW was made from them. Otherwise null: the bake then sorts the high poly into chunks
+  /// The chunks of `streamed`, if LOW was made from them; otherwise null, and the bake sorts the high poly into chunks
   /// itself
   std::shared_ptr<const ChunkedMesh> chunks;
 
@@ -165,7 +165,7 @@ struct PlannedLow {
   LowPolyPlan plan;  ///< The plan, whose mesh and maps move_plan_result() moves out
   /// Trials of a plan within Job::max_bytes; `plan` is its result
   std::optional<BytePlan> byte_plan_result;
-  std::optional<LodChain> lods;  ///< All levels of detail; `plan` is that of the first one
+  std::optional<LodChain> lods;  ///< All levels of detail; `plan` is the first level's plan
   Json lod_descriptions =
       Json::array();  ///< Descriptions of the written levels of detail, for the report
 };
@@ -190,7 +190,7 @@ struct FittedPictures {
 struct AssetParts {
   std::vector<std::shared_ptr<const AssetPictures>> pictures;  ///< Encoded pictures of each set
   /// Per triangle of LOW: the transparent or double-sided material of HIGH that its texels match, else kNoMaterial.
-  /// Empty: unknown.
+  /// Empty if the materials are unknown.
   std::vector<std::uint32_t> materials_hit;
   static constexpr std::uint32_t kNoMaterial = 0xFFFFFFFFU;
   bool has_opacity = false;         ///< True if the pictures have opacity

@@ -27,9 +27,9 @@ namespace {
 constexpr std::uint64_t kBytesOfDeviceBuffers = std::uint64_t{256} << 20;
 constexpr std::uint64_t kBytesPerTexel = 32;
 
-/// A mesh file as its first bytes and its size describe it.
+/// Facts about a mesh file that follow from its first bytes and its size.
 struct LargeFile {
-  std::uint64_t triangles = 0;  ///< 0: unknown
+  std::uint64_t triangles = 0;  ///< 0 if the number is unknown
   bool has_normals = false, has_pictures = false;
   std::string obstacle;  ///< As PlyLayout::obstacle
 };

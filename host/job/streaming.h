@@ -25,8 +25,8 @@ struct MemoryNeed {
 /// In a bake of 10 million triangles a triangle took 130 bytes. No bake needs less than 100: 62 for the BVH, 18 for a
 /// triangle and half a vertex, and another 18 for their copy relative to the bake's origin.
 inline constexpr MemoryNeed kMemoryToBake{140, 100};
-/// Simplification of 10 million triangles to 5,000 took 240 bytes per triangle. The data of the simplification itself
-/// is 160 of them, the mesh 18.
+/// Simplification of 10 million triangles to 5,000 took 240 bytes per triangle: 160 for the data of the simplification
+/// itself, 18 for the mesh.
 inline constexpr MemoryNeed kMemoryToSimplify{240, 178};
 
 /// Ends a sentence about the high poly: states that an option needs the whole mesh in memory, with a remedy.
@@ -40,7 +40,7 @@ Message find_reading_obstacle(const MeshFrameArguments& frame, double fill_holes
 
 /// Opens a high poly that is larger than memory. Null if it fits into memory, or if it may fit and the whole mesh is
 /// needed.
-/// \param find_obstacle returns why the whole mesh is needed, as explain_whole_mesh_need() does; empty: it is not
+/// \param find_obstacle  returns why the whole mesh is needed, as explain_whole_mesh_need() does; empty if it is not
 ///                       needed. Called only for a high poly that does not fit
 /// \throws OptionError if the whole mesh is needed and cannot fit
 std::shared_ptr<const MeshStream> open_larger_than_memory(

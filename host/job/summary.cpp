@@ -157,8 +157,9 @@ std::string texels_line(const BakeReport& report, std::uint64_t map_texels,
   const std::uint64_t found = report.samples - report.missed;
   std::string search_text;
   if (report.max_distance > 0) {
-    search_text = formatted(", search distance %.3g (%s)", report.max_distance,
-                            of_diagonal(report.max_distance / source.diagonal).c_str());
+    search_text =
+        formatted(", search distance %.3g (%s)", report.max_distance,
+                  format_share_of_diagonal(report.max_distance / source.diagonal).c_str());
   }
   return formatted(
       "%s of %s texels covered, %s matched (%s), %s samples missed (%s); mean distance "
@@ -166,7 +167,8 @@ std::string texels_line(const BakeReport& report, std::uint64_t map_texels,
       with_commas(report.texels).c_str(), with_commas(map_texels).c_str(),
       percent(found, report.samples).c_str(), describe_match_shares(report).c_str(),
       with_commas(report.missed).c_str(), percent(report.missed, report.samples).c_str(),
-      report.mean_abs_distance, of_diagonal(report.mean_abs_distance / source.diagonal).c_str(),
+      report.mean_abs_distance,
+      format_share_of_diagonal(report.mean_abs_distance / source.diagonal).c_str(),
       search_text.c_str());
 }
 

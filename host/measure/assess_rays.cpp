@@ -81,7 +81,7 @@ class ViewingRays {
         is_matched_(std::move(found)),
         low_rays_(context_, source.frame.to_frame(low), low.triangles, source.traversal),
         dense_rays_(source.rays()),
-        // Seven arrays, one a component, as in TexelBand::points; the last one is unused.
+        // Seven arrays, one per component, as in TexelBand::points; the last one is unused.
         points_(upload(7, [&](std::size_t i) { return samples.position[i]; })),
         normals_(upload(3, [&](std::size_t i) { return samples.normal[i]; })),
         offsets_(upload(3,
@@ -122,7 +122,7 @@ class ViewingRays {
 
   void wait_for_kernels() const { context_.finish(); }
 
-  /// Downloads the sums: KILN_ASSESS_SUMS arrays, one a quantity.
+  /// Downloads the sums: KILN_ASSESS_SUMS arrays, one per quantity.
   std::vector<float> sums() const { return sample_sums_.download(context_); }
   const std::vector<std::size_t>& found() const { return is_matched_; }
 

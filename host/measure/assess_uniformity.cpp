@@ -35,8 +35,8 @@ class SampleDistances {
   double low_distance(std::size_t a, std::size_t b) const {
     return length(to_double(samples_.position[a]) - to_double(samples_.position[b]));
   }
-  /// For pairs of samples: the relative difference, in %, between the distance of their matched points and their own
-  /// distance.
+  /// For a pair of samples: how much the distance between their matched points differs from the distance between the
+  /// samples, in % of the latter.
   double difference_percent(std::size_t a, std::size_t b) const {
     return 100 * std::abs(length(samples_.match[a] - samples_.match[b]) / low_distance(a, b) - 1);
   }

@@ -18,8 +18,9 @@ void check_bounds(const BakeOptions& bake, std::span<const MapBound> bounds);
 /// set that noise.
 void reserve_bound_for_rays(std::span<const MapBound> bounds, BakeOptions& bake);
 
-/// Measures the errors of a bake's maps, in the order of the bounds. Maps are sampled as renderers do, at the centres
-/// of a grid with an odd number of texels, and compared with a reference bake of these points.
+/// Measures the errors of a bake's maps, in the order of the bounds. Maps are filtered as in renderers, at the centres
+/// of the cells of a grid, and compared with a reference bake of these points. The number of cells along a side is odd,
+/// so that their centres do not coincide with those of the texels.
 /// \param bake  options of `result`
 /// \throws Cancelled
 std::vector<MapReached> reached_bounds(const Source::Impl& high, const Mesh& low,

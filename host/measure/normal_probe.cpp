@@ -68,7 +68,7 @@ NormalError NormalProbe::compare(const Image& shown_normals) const {
   if (point_count > 0)
     error.one_sided_share =
         static_cast<double>(points_on_one_mesh_) / static_cast<double>(point_count);
-  if (has_max_error_without_places_ && places_.empty()) error.mean_degrees = kMaxAngle;
+  if (is_error_max_if_no_places_ && places_.empty()) error.mean_degrees = kMaxAngle;
   return error;
 }
 

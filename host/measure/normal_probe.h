@@ -26,7 +26,7 @@ struct HighPolyView {
 std::vector<Vec3> plan_directions();
 
 /// Pictures of the high poly from some directions.
-/// \param screen  size of the high poly on screen in pixels, the larger of width and height; 0: unlimited resolution
+/// \param screen  size of the high poly on screen in pixels, the larger of width and height; 0 for unlimited resolution
 /// \param coarse  true: two thirds of the pixels along each side, which suffices to compare low polys, but not to
 /// report errors
 HighPolyView shown_from(const Source::Impl& source, std::uint32_t screen,
@@ -120,8 +120,8 @@ class NormalProbe {
   std::vector<std::uint32_t>
       /// Index of each picture's first place; the extra last entry is the number of places
       picture_begins_;
-  /// True if a low poly without places has the largest possible error; false: it has no error
-  bool has_max_error_without_places_ = false;
+  /// True if a low poly without places counts as having the largest possible error; false if it counts as having none
+  bool is_error_max_if_no_places_ = false;
   Image high_poly_normals_;  ///< The high poly's normals, as an image of one row
   std::uint64_t pixels_on_one_mesh_only_ =
       0;  ///< Number of pixels that only one of the meshes covers

@@ -34,7 +34,8 @@ struct Picture {
 /// The nearest triangle at every point of all pictures.
 struct PictureHits {
   std::vector<std::uint32_t> triangle;
-  std::vector<float> barycentric;  ///< Two planes of coordinates; empty if the mesh was rasterized
+  std::vector<float>
+      barycentric;  ///< Two arrays, one per coordinate; empty if the mesh was rasterized
 };
 
 /// Grid of points in pictures.
@@ -42,7 +43,7 @@ struct PictureGrid {
   /// Number of sampled pixels along a picture's side; a multiple of kPictureTile
   std::uint32_t pixels = kPictureTile;
   /// Side in pixels of the picture as shown on screen. A sampled pixel then has the size of a pixel on screen, and its
-  /// points cover it. 0: each sampled pixel is a single point.
+  /// points cover it. If 0, each sampled pixel is a single point.
   std::uint32_t pixels_on_screen = 0;
   static constexpr std::uint32_t kPictureTile = 8;
 };

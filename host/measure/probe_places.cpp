@@ -11,7 +11,8 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kPlacePointsPerTask = 1 << 12;
-/// Stands for the triangle at points where the low poly is seen from behind, if the high poly is rasterized.
+/// Replaces the triangle index at points that show a back face of the low poly. Only used if the pictures of the high
+/// poly are rasterized, since rasterization draws front faces only.
 constexpr std::uint32_t kBackFaceTriangle = KILN_NO_TRIANGLE - 1;
 
 }  // namespace
@@ -63,7 +64,7 @@ NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const Mesh
 
 NormalProbe::NormalProbe(const Source::Impl& source, const Mesh& low, const HighPolyView& dense)
     : NormalProbe(source, low, nullptr) {
-  has_max_error_without_places_ = true;
+  is_error_max_if_no_places_ = true;
   select_places(
       dense.pictures,
       cast_hits(context_of(source.device), low_poly_rays_, dense.pictures, ray_start_distance_),
@@ -83,19 +84,19 @@ std::vector<std::uint32_t> NormalProbe::find_points_on_both(const PictureHits& s
                                                             const PictureHits& dense) {
   std::vector<std::uint32_t> points_on_both_meshes;
   for (std::size_t first = 0; first < shown.triangle.size(); first += points_per_pixel_) {
-    std::uint32_t points_of_both = 0, points_of_one = 0;
+    std::uint32_t points_on_both = 0, points_on_one_mesh = 0;
     for (std::size_t i = first; i < first + points_per_pixel_; ++i) {
       if (shown.triangle[i] == kBackFaceTriangle) continue;
       const bool low_poly_hit = shown.triangle[i] != KILN_NO_TRIANGLE;
       if (low_poly_hit && !std::isfinite(surface_.triangles[shown.triangle[i]][0].uv.x)) continue;
       const bool high_poly_hit = dense.triangle[i] != KILN_NO_TRIANGLE;
-      if (low_poly_hit != high_poly_hit) ++points_of_one;
-      if (low_poly_hit && high_poly_hit) ++points_of_both;
+      if (low_poly_hit != high_poly_hit) ++points_on_one_mesh;
+      if (low_poly_hit && high_poly_hit) ++points_on_both;
     }
-    if (points_of_one > 0) ++pixels_on_one_mesh_only_;
-    points_on_one_mesh_ += points_of_one;
-    points_on_both_meshes_ += points_of_both;
-    if (points_of_both < points_per_pixel_) continue;
+    if (points_on_one_mesh > 0) ++pixels_on_one_mesh_only_;
+    points_on_one_mesh_ += points_on_one_mesh;
+    points_on_both_meshes_ += points_on_both;
+    if (points_on_both < points_per_pixel_) continue;
     for (std::size_t i = first; i < first + points_per_pixel_; ++i) {
       points_on_both_meshes.push_back(static_cast<std::uint32_t>(i));
     }

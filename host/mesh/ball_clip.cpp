@@ -35,11 +35,11 @@ KILN_INLINE double greater(double a, double b) { return a < b ? b : a; }
 /// Angle of a complex number in [-pi, pi], to 1.5 units in the last place, without branches. The bits are the same with
 /// any math library.
 KILN_INLINE double angle_of(double imaginary, double real) {
-  constexpr double kTanOfEighth = 0.41421356237309503;  // tan(pi / 8)
+  constexpr double kTanPiOver8 = 0.41421356237309503;  // tan(pi / 8)
   const double x = std::abs(real), y = std::abs(imaginary);
   const double high = greater(x, y), low = lesser(x, y);
-  // Computes atan(low / high). Above pi / 8, as pi / 4 + atan((low - high) / (low + high)).
-  const double least = kTanOfEighth * high;
+  // Computes atan(low / high). If the result exceeds pi / 8, computes it as pi / 4 + atan((low - high) / (low + high)).
+  const double least = kTanPiOver8 * high;
   const double above = low > least ? low - high : low, below = low > least ? low + high : high;
   const double z = above / (below > 0 ? below : 1), s = z * z;
   // (atan(z) / z - 1) / z^2 as a polynomial in z^2, interpolated at the Chebyshev nodes between z = 0 and tan(pi / 8).
@@ -68,8 +68,8 @@ KILN_INLINE BallClip clip(const Point& a, const Point& b, const Point& c, double
   const double doubled_area = std::sqrt(dot_of(across, across));
   const double inverse = doubled_area > 0 ? 1 / (doubled_area > 0 ? doubled_area : 1) : 0;
   const Point normal{across.x * inverse, across.y * inverse, across.z * inverse};
-  const double away = dot_of(normal, a);
-  const double squared_circle_radius = squared_radius - away * away;
+  const double plane_distance = dot_of(normal, a);
+  const double squared_circle_radius = squared_radius - plane_distance * plane_distance;
   // Sums the angles of the sectors by multiplying complex numbers, so that one arctangent suffices.
   double real = 1, imaginary = 0;
   const auto turn = [&](double least, double cosine, double sine) KILN_INLINE_LAMBDA {
@@ -95,7 +95,8 @@ KILN_INLINE BallClip clip(const Point& a, const Point& b, const Point& c, double
     const double length = end - begin;  // Above 0 if a part of the edge lies in the ball
     const double share = length > 0 ? length : 0;
     // Dot and cross products of the end points of the edge's part in the ball, relative to the circle's centre.
-    const double in_plane = start - away * away, side = dot_of(normal, cross_of(p, edge_vector));
+    const double in_plane = start - plane_distance * plane_distance,
+                 side = dot_of(normal, cross_of(p, edge_vector));
     least_side = lesser(least_side, side);
     least_margin = lesser(least_margin, side * side - 0.81 * squared_circle_radius * whole);
     triangles += side * share;

@@ -137,10 +137,10 @@ std::vector<std::uint32_t> pair_by_distance(const std::vector<Piece>& low,
     double smallest_gap = 0;
     for (std::uint32_t i = 0; i < cage.size(); ++i) {
       if (cage[i].triangles.size() != piece.triangles.size()) continue;
-      const double off =
+      const double gap =
           length(cage[i].box.low - piece.box.low) + length(cage[i].box.high - piece.box.high);
-      if (nearest_piece == kNoPartner || off < smallest_gap)
-        std::tie(nearest_piece, smallest_gap) = std::pair(i, off);
+      if (nearest_piece == kNoPartner || gap < smallest_gap)
+        std::tie(nearest_piece, smallest_gap) = std::pair(i, gap);
     }
     if (nearest_piece == kNoPartner || is_piece_taken[nearest_piece]) return {};
     is_piece_taken[nearest_piece] = true;
@@ -157,14 +157,14 @@ double far_share(const Mesh& low, std::span<const Vec3> low_positions,
   const std::size_t step = 1 + corners.size() / kSampledCorners;
   for (std::size_t i = 0; i < corners.size(); i += step) {
     if (!is_finite(corners[i])) continue;
-    const auto off = [&](std::uint32_t vertex) {
+    const auto distance_to_cage = [&](std::uint32_t vertex) {
       return length(to_double(corners[i]) - to_double(low_positions[vertex]));
     };
-    const double own_distance = off(low.triangles[i / 3][i % 3]);
+    const double own_distance = distance_to_cage(low.triangles[i / 3][i % 3]);
     double nearest_distance = own_distance;
     for (const Triangle& t : low.triangles) {
       for (const std::uint32_t vertex : t)
-        nearest_distance = std::min(nearest_distance, off(vertex));
+        nearest_distance = std::min(nearest_distance, distance_to_cage(vertex));
     }
     ++count;
     farther += own_distance > kFarRatio * nearest_distance ? 1 : 0;
@@ -302,9 +302,9 @@ std::vector<Vec3> corners_of(const Mesh& low, std::span<const Vec3> low_position
     if (auto near = pair_by_distance(low_pieces, cage_pieces); has_all_partners(near))
       piece_partners = std::move(near);
   }
-  const bool some = std::any_of(piece_partners.begin(), piece_partners.end(),
-                                [](auto pair) { return pair != kNoPartner; });
-  for (std::size_t i = 0; i < piece_partners.size() && some && low_pieces.size() > 1; ++i) {
+  const bool any_partner = std::any_of(piece_partners.begin(), piece_partners.end(),
+                                       [](auto pair) { return pair != kNoPartner; });
+  for (std::size_t i = 0; i < piece_partners.size() && any_partner && low_pieces.size() > 1; ++i) {
     if (piece_partners[i] == kNoPartner) {
       mismatch =
           "none of its parts has the name of the low poly's " + in_quotes(low_pieces[i].name);

@@ -31,7 +31,7 @@ class FirstValueMap {
  private:
   std::size_t mask_;
   std::vector<std::uint64_t> keys_;
-  std::vector<std::uint32_t> values_;  // Value + 1 of each slot; 0: free slot
+  std::vector<std::uint32_t> values_;  // For each slot, its value plus 1; 0 if it is free
 };
 
 /// Root of a triangle in a disjoint-set forest.

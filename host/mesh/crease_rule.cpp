@@ -21,14 +21,15 @@ struct GapRule {
   static constexpr std::size_t kBins = 181;
   static constexpr std::size_t kFirstBin = 20;  ///< Equals kMinCreaseDegrees
   static constexpr std::size_t kRightAngle = 90;
-  /// Largest weight of the edges within a gap, as a share of the weight above the gap
+  /// Edges within a gap may have at most this share of the weight above the gap
   static constexpr double kMaxGapWeight = 0.1;
-  /// Smallest ratio of a gap's upper end to its lower end
+  /// The angle at a gap's upper end must be at least this many times that at its lower end
   static constexpr double kMinGapRatio = 1.5;
-  /// Smallest share of the weight above a gap; for a cube of ten million triangles, the share is 1e-3
+  /// Edges above a gap must have at least this share of the part's weight. For a cube of ten million triangles, they
+  /// have 1e-3
   static constexpr double kMinWeightAbove = 2e-4;
-  /// Among edges with an angle above the gap: smallest share (by weight) of those that meet another such edge, or a
-  /// border, at both ends
+  /// Minimum share, by weight, of edges that continue at both ends, in another edge with an angle above the gap or in a
+  /// border. Only edges with an angle above the gap count.
   static constexpr double kMinLineShare = 0.8;
   /// Parts with fewer edges only have hard edges if edges within planes have at least the share kMinPlaneShareOfSmall
   /// of the weight, or if other edges below the gap have at most the share kMaxWeakShareOfSmall
@@ -40,7 +41,7 @@ struct GapRule {
 
 /// Parameters for parts with planes and edges, but without a gap.
 struct PlaneRule {
-  /// Smallest share (by weight) of edges within planes
+  /// Edges within planes must have at least this share of the weight
   static constexpr double kMinPlaneShare = 0.25;
   static constexpr double kMinLineShare = 0.9;
   /// Range of the threshold in degrees
@@ -49,38 +50,41 @@ struct PlaneRule {
 
 /// Parameters for parts in which the file splits vertices at some edges.
 struct SplitRule {
-  static constexpr double kMinMedianAngle = 25;  ///< Smallest median angle of split edges, degrees
-  /// Instead of the median, the 10% quantile of the angles of split edges may be at least this, in degrees. This
-  /// accepts shallow edges such as a blade's ridge
+  static constexpr double kMinMedianAngle =
+      25;  ///< Smallest median angle of split edges, in degrees
+  /// If the median is smaller, split edges are still accepted if the 10% quantile of their angles is at least this, in
+  /// degrees. This accepts shallow edges such as a blade's ridge
   static constexpr double kMinLowQuantileAngle = 5;
-  /// Smallest ratio of the median (or the 10% quantile) of split edges to the 90% quantile of other edges
+  /// Smallest ratio between angles of split and of other edges: the median (or the 10% quantile) of split edges over
+  /// the 90% quantile of the others
   static constexpr double kMinSplitAngleRatio = 2;
   /// Split edges with a smaller angle, in degrees, are ignored, since they lie within planes
   static constexpr double kMinSplitAngle = 1;
-  /// Smallest share (by number) of edges that are not split
+  /// Splits give no information if fewer than this share of all edges are not split, as in triangle soups
   static constexpr double kMinSharedShare = 0.1;
 };
 
 /// Parameters for surfaces of labelled voxels.
 struct LatticeRule {
   static constexpr std::size_t kMinEdges = 200;
-  /// Largest length of an edge along an axis, in steps of the lattice
+  /// Edges may extend over at most this many steps of the lattice along each axis
   static constexpr double kMaxEdgeSteps = 2;
   static constexpr double kStepTolerance = 2e-3;  ///< Tolerance in steps of the lattice
   static constexpr double kMinSlantedShare =
-      0.05;  ///< Smallest share (by weight) of edges with angles of 30 to 65 degrees
+      0.05;  ///< Edges with angles of 30 to 65 degrees must have at least this share of the weight
 };
 
 /// Parameters for single edges between planes.
 struct PlanarRegionRule {
-  static constexpr float kMaxPlaneAngle = 0.1F;  ///< Largest edge angle within a plane, degrees
-  /// Largest angle between a triangle's normal and the mean normal of its plane, degrees
+  static constexpr float kMaxPlaneAngle =
+      0.1F;  ///< Edges within a plane have at most this angle, in degrees
+  /// Triangles of a plane have normals within this angle of the plane's mean normal, in degrees
   static constexpr double kMaxPlaneDeviation = 0.5;
   static constexpr double kMinSingleAngle = 5;
   static constexpr double kMinSimilarRatio = 0.4,
                           /// Angles are similar if their ratio is in this range
       kMaxSimilarRatio = 2.5;
-  /// Largest edge angle of a round shape, such as a tube, degrees
+  /// Edges of a round shape, such as a tube, have at most this angle, in degrees
   static constexpr double kMaxRoundShapeAngle = 46;
   static constexpr double kAngleTolerance = 2;   ///< Tolerance of equal angles, degrees
   static constexpr double kAreaTolerance = 0.1;  ///< Relative tolerance of equal areas
@@ -148,7 +152,7 @@ void CreaseFinder::group_edges_by_part() {
   for (std::uint32_t t = 0; t < part_of_.size(); ++t) part_of_[t] = sets.find(t);
   for (const FaceEdge& e : faces_.edges) ++edges[part_of_[e.sides[0] / 3]];
   part_numbers_.assign(part_of_.size(), kNoPart);
-  std::uint32_t next = 1;  // Number 0 stands for all small parts together
+  std::uint32_t next = 1;  // Number 0 is shared by all small parts
   for (std::uint32_t t = 0; t < part_of_.size(); ++t) {
     if (part_of_[t] != t || faces_.areas[t] == 0) continue;
     ++creases_.parts;
@@ -173,8 +177,8 @@ CreaseFinder::Histogram CreaseFinder::histogram(std::span<const std::uint32_t> e
   return result;
 }
 
-/// Among edges with at least this angle: share (by weight) of those that meet another such edge, or a border, at both
-/// ends. 0 if there are no such edges.
+/// Share, by weight, of edges that continue at both ends, in another edge or in a border. Only edges with an angle of
+/// at least `degrees` count. 0 if there are none.
 double CreaseFinder::line_share_from(std::span<const std::uint32_t> edges, double degrees) {
   const auto each = [&](const auto& call) {
     for (const std::uint32_t e : edges) {
@@ -296,7 +300,7 @@ double CreaseFinder::find_threshold(std::span<const std::uint32_t> edges) {
     if (above[to] <= GapRule::kMinWeightAbove * angles.total) return kNoHardEdgeDegrees;
     const double cut = std::sqrt(static_cast<double>(from) *
                                  static_cast<double>(std::min(to, GapRule::kRightAngle)));
-    // A small part may have a gap by chance, such as a small fragment of a scan.
+    // In a small part, such as a fragment of a scan, a gap may occur by chance.
     const double weak =
         angles.total - angles.plane_weight - above[static_cast<std::size_t>(std::ceil(cut))];
     if (edges.size() < GapRule::kMinEdgesWithoutPlanes &&

@@ -60,7 +60,7 @@ Creases find_creases(const Mesh& mesh, const FaceEdges& faces);
 
 /// Creases from smoothing groups as in 3DS and FBX: an edge is smooth if its two faces have at least one group in
 /// common.
-/// \param masks  for each triangle, one bit per group; 0: the polygon is flat
+/// \param masks  for each triangle, one bit per group; 0 if the polygon is flat
 Creases creases_between(const Mesh& mesh, const FaceEdges& faces,
                         std::span<const std::uint32_t> masks);
 

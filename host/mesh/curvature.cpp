@@ -140,10 +140,10 @@ std::vector<std::array<float, 3>> find_angles(std::span<const Vec3> positions,
 }  // namespace
 
 double facet_size(std::span<const Vec3> positions, std::span<const Triangle> triangles) {
-  struct Sums {
+  struct FacetSums {
     double weight = 0, size = 0;
   };
-  std::vector<Sums> sums(
+  std::vector<FacetSums> sums(
       positions.size());  // Edges by vertex, so that the order of sums does not depend on threads
   for_each_joint(positions, triangles, find_usable(positions, triangles), {},
                  [&](std::size_t vertex, const EdgeJoint& joint) {
@@ -152,8 +152,8 @@ double facet_size(std::span<const Vec3> positions, std::span<const Triangle> tri
                    sums[vertex].weight += weight;
                    sums[vertex].size += weight * std::min(joint.height[0], joint.height[1]);
                  });
-  Sums all;
-  for (const Sums& some : sums) {
+  FacetSums all;
+  for (const FacetSums& some : sums) {
     all.weight += some.weight;
     all.size += some.size;
   }

@@ -126,7 +126,7 @@ class Ears {
       if (cut_queue_.empty()) {
         cut_only_ears = cut_non_ear(triangles) && cut_only_ears;
       } else {
-        const Cut cut = cut_queue_.top();
+        const EarCut cut = cut_queue_.top();
         cut_queue_.pop();
         if (cut.version == corner_version_[cut.tip] && is_ear(cut.tip)) cut_off(cut.tip, triangles);
       }
@@ -144,11 +144,11 @@ class Ears {
   }
 
  private:
-  struct Cut {
+  struct EarCut {
     double length;  // Squared length of the cut
     std::uint32_t tip, version;
     // Compares by descending length, because a priority queue keeps the largest element on top
-    bool operator<(const Cut& other) const {
+    bool operator<(const EarCut& other) const {
       return std::tie(other.length, other.tip) < std::tie(length, tip);
     }
   };
@@ -247,7 +247,7 @@ class Ears {
   std::vector<std::uint32_t> next_, before_;
   /// How often the neighbours of each corner have changed; kNoCorner if the corner is cut off
   std::vector<std::uint32_t> corner_version_;
-  std::priority_queue<Cut> cut_queue_;
+  std::priority_queue<EarCut> cut_queue_;
   std::vector<BlockedCorner> blocked_corners_;
   /// For each corner, the last element of `blocked_corners_` that lists a corner it blocks
   std::vector<std::uint32_t> last_blocked_;
@@ -336,7 +336,7 @@ void raise_smallest_angles(const FlatPolygon& flat, CornerTriangles& triangles) 
     }
   }
   std::sort(triangle_sides.begin(), triangle_sides.end());
-  // For each side, the side of the triangle on the other side of the same edge
+  // For each side of a triangle, the side of the adjacent triangle at the same edge
   std::vector<std::uint32_t> side_across(3 * triangles.size(), kNoCorner);
   for (std::size_t i = 1; i < triangle_sides.size(); ++i) {
     const auto& [a, b, one] = triangle_sides[i - 1];

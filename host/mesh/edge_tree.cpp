@@ -14,9 +14,10 @@ namespace kiln {
 namespace {
 
 constexpr std::size_t kPiecesPerLeaf = 4;  // Pieces in a leaf of the tree
-// Boxes with at most this half diagonal are counted without opening them. As a multiple of the radius.
+// Largest half diagonal, as a multiple of the radius, of boxes that are counted without opening them.
 constexpr double kMaxUnopenedShare = 1.0 / 16;
-// A box with a larger diagonal fits into no ball. As a multiple of the radius: 2, plus rounding.
+// A box whose diagonal exceeds this multiple of the radius fits into no ball: the ball's diameter and a margin for
+// rounding.
 constexpr double kMinOutsideDiagonal = 2.001;
 constexpr float kCutAngle = 0;
 // If a ball's boundary crosses more pieces than this, sums are not exact
@@ -146,7 +147,7 @@ EdgeTree::EdgeTree(std::span<const Vec3> positions, std::span<const Triangle> tr
   }
   pieces = cut_long(std::move(pieces), radius);
   count_ = pieces.size();
-  std::vector<Item> item_order(count_);
+  std::vector<PieceCentre> item_order(count_);
   for (std::uint32_t i = 0; i < count_; ++i) {
     Vec3d sum{};
     for (const Vec3& corner : pieces[i].corner) sum += to_double(corner);
@@ -165,7 +166,8 @@ EdgeTree::EdgeTree(std::span<const Vec3> positions, std::span<const Triangle> tr
     const auto end =
         item_order.begin() + static_cast<std::ptrdiff_t>(first_piece_of(levels_, leaf + 1));
     // Sorts the pieces of the leaf again, since the order of sums must not depend on nth_element().
-    std::sort(begin, end, [](const Item& a, const Item& b) { return a.piece < b.piece; });
+    std::sort(begin, end,
+              [](const PieceCentre& a, const PieceCentre& b) { return a.piece < b.piece; });
     for (auto item = begin; item != end; ++item) {
       pieces_[static_cast<std::size_t>(item - item_order.begin())] = pieces[item->piece];
     }
@@ -364,8 +366,8 @@ BendSums EdgeTree::within(const Vec3d& centre, const Sheet& sheet, Scratch& scra
     sums += counted;
     scratch.steps += kPiecesPerLeaf;
   }
-  // If all pieces belong to the sheet, the result must be bit-identical to the other within(), which sums in another
-  // order.
+  // If all pieces belong to the sheet, the result must be bit-identical to that of within() without a sheet, which sums
+  // in another order.
   return has_left_out ? sums : within(centre, scratch);
 }
 
@@ -473,7 +475,8 @@ BendSums EdgeTree::sum_by_pieces(const Cell& cell, const Vec3d& centre, Scratch&
   return sums;
 }
 
-/// \param coarse  true: a small box on the boundary is not opened; the share of it that lies in the ball is estimated
+/// \param coarse  true: a small box on the boundary is not opened; instead, the share of the box that lies in the ball
+///   is estimated
 /// \returns false if this would take too long
 bool EdgeTree::sum_by_boxes(const Cell& cell, const Vec3d& centre, bool coarse, Scratch& scratch,
                             BendSums& sums) const {
@@ -553,8 +556,8 @@ bool EdgeTree::try_add_unopened(const Node& node, const Vec3d& centre, bool coar
   if (!coarse) return false;
   const double half = length(high - low) / 2;
   if (half >= radius_ * kMaxUnopenedShare) return false;
-  const double away = length(low + high) / 2;
-  const double inside_share = std::clamp((radius_ + half - away) / (2 * half), 0.0, 1.0);
+  const double centre_distance = length(low + high) / 2;
+  const double inside_share = std::clamp((radius_ + half - centre_distance) / (2 * half), 0.0, 1.0);
   sums += {node.sums.area * inside_share, node.sums.bend * inside_share};
   return true;
 }
@@ -569,7 +572,8 @@ void EdgeTree::for_each_of(std::uint32_t level, const Body& body) const {
 }
 
 /// Splits the pieces of a node into halves along the longest side of the bounding box of their centres.
-void EdgeTree::split_node(std::vector<Item>& order, std::uint32_t level, std::size_t i) const {
+void EdgeTree::split_node(std::vector<PieceCentre>& order, std::uint32_t level,
+                          std::size_t i) const {
   const auto at = [&](std::size_t item) {
     return order.begin() + static_cast<std::ptrdiff_t>(item);
   };
@@ -586,7 +590,7 @@ void EdgeTree::split_node(std::vector<Item>& order, std::uint32_t level, std::si
   for (std::size_t k = 1; k < 3; ++k) {
     if (high[k] - low[k] > high[axis] - low[axis]) axis = k;
   }
-  std::nth_element(begin, middle, end, [axis](const Item& a, const Item& b) {
+  std::nth_element(begin, middle, end, [axis](const PieceCentre& a, const PieceCentre& b) {
     return std::tie(a.centre[axis], a.piece) < std::tie(b.centre[axis], b.piece);
   });
 }

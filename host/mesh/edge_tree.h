@@ -126,7 +126,7 @@ class EdgeTree {
     Vec3d centre{};
     /// The sphere lies outside of a ball whose centre is at this squared distance or farther
     double squared_reach = 0;
-    /// The sphere lies inside of a ball whose centre is nearer than this squared distance; 0: never inside
+    /// The sphere lies inside of a ball whose centre is nearer than this squared distance; 0 if no ball can contain it
     double squared_inside_distance = 0;
   };
   /// Space is divided into cubes whose sides are one radius long. A cell is one cube, with the candidates for balls
@@ -177,7 +177,7 @@ class EdgeTree {
     BendSums sums;
     NormalBox normals;  ///< Bounding box of the pieces' normals
   };
-  struct Item {
+  struct PieceCentre {
     std::array<float, 3> centre;
     std::uint32_t piece;
   };
@@ -194,7 +194,7 @@ class EdgeTree {
   }
   template <typename Body>
   void for_each_of(std::uint32_t level, const Body& body) const;
-  void split_node(std::vector<Item>& order, std::uint32_t level, std::size_t i) const;
+  void split_node(std::vector<PieceCentre>& order, std::uint32_t level, std::size_t i) const;
   void fill_leaf(std::size_t leaf);
   void join(std::size_t at);
   const Cell& cell_of(const Vec3d& centre, Scratch& scratch) const;

@@ -36,7 +36,7 @@ struct FaceEdges {
   bool left_out = false;
 
   /// Finds the edges in linear time: about 0.3 processor seconds for a million triangles; 0.03 if `edges` is not built.
-  /// \param least_degrees  `edges` is not built if no edge has at least this angle; 0: it is always built
+  /// \param least_degrees  `edges` is not built if no edge has at least this angle; with 0, it is always built
   static FaceEdges of(const Mesh& mesh, double least_degrees = 0);
 };
 

@@ -43,7 +43,7 @@ bool has_repeated_sides(std::span<const Triangle> triangles) {
 
 bool has_repeated_sides(const SideLists& lists) {
   for (std::size_t v = 0; v < lists.vertices(); ++v) {
-    const std::span<const SideLists::Item> vertex_sides = lists.of(v);
+    const std::span<const SideLists::SortedTriangle> vertex_sides = lists.of(v);
     for (std::size_t i = 1; i < vertex_sides.size(); ++i) {
       if (vertex_sides[i].key == vertex_sides[i - 1].key) return true;
     }
@@ -52,12 +52,12 @@ bool has_repeated_sides(const SideLists& lists) {
 }
 
 void remove_back_to_back(std::vector<Triangle>& triangles) {
-  struct Item {
+  struct SortedTriangle {
     Triangle sorted_corners;
     std::uint32_t index;
     std::uint8_t is_odd_order;  ///< Parity of the permutation that sorts the corners
   };
-  std::vector<Item> sorted_triangles;
+  std::vector<SortedTriangle> sorted_triangles;
   sorted_triangles.reserve(triangles.size());
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
     Triangle v = triangles[t];
@@ -71,11 +71,12 @@ void remove_back_to_back(std::vector<Triangle>& triangles) {
     }
     sorted_triangles.push_back({v, t, is_odd_order});
   }
-  std::sort(sorted_triangles.begin(), sorted_triangles.end(), [](const Item& a, const Item& b) {
-    return a.sorted_corners != b.sorted_corners ? a.sorted_corners < b.sorted_corners
-           : a.is_odd_order != b.is_odd_order   ? a.is_odd_order < b.is_odd_order
-                                                : a.index < b.index;
-  });
+  std::sort(sorted_triangles.begin(), sorted_triangles.end(),
+            [](const SortedTriangle& a, const SortedTriangle& b) {
+              return a.sorted_corners != b.sorted_corners ? a.sorted_corners < b.sorted_corners
+                     : a.is_odd_order != b.is_odd_order   ? a.is_odd_order < b.is_odd_order
+                                                          : a.index < b.index;
+            });
   std::vector<std::uint8_t> is_removed(triangles.size(), 0);
   for (std::size_t begin = 0, end = 0; begin < sorted_triangles.size(); begin = end) {
     std::size_t first_odd_order = begin;

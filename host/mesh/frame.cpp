@@ -82,7 +82,7 @@ Vec3 Frame::to_frame(const Mesh& mesh, std::size_t vertex) const {
 }
 
 Vec3 Frame::to_frame(const Vec3& p, const std::array<double, 3>& origin) const {
-  // Adds the difference of the origins first: far from the world's origin, both of its terms are large, but the
+  // Computes the difference between origin and centre first: far from the world's origin, both are large, but their
   // difference is small.
   return {static_cast<float>((p.x + (origin[0] - center[0])) * scale),
           static_cast<float>((p.y + (origin[1] - center[1])) * scale),

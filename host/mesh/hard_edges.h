@@ -22,8 +22,8 @@ struct HardEdges {
 
   static HardEdges of(const LowSurface& surface);
 
-  /// For each triangle, the edges that may be nearer to one of its points than their widths. The lists may contain
-  /// edges that are not.
+  /// For each triangle, the edges that may be nearer to one of its points than their widths. The lists may also contain
+  /// edges that are farther away.
   /// \param widths  width of each edge
   struct EdgesOfTriangles {
     /// For each triangle, its first element of `edge`; one extra entry at the end

@@ -25,7 +25,7 @@ struct Adjacency {
     for (std::size_t i = 0; i < items; ++i) {
       if (const std::size_t key = key_of(i); key < keys) ++result.first[key];
     }
-    // At first, this is the end of each key's list. Items are then placed in reverse order, which moves it to the
+    // At first, each entry is the end of its key's list. Placing the items in reverse order moves the entry to the
     // beginning of the list.
     std::uint32_t sum = 0;
     for (std::uint32_t& list : result.first) list = sum += list;

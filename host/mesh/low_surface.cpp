@@ -63,7 +63,7 @@ bool has_area(const Vec3& a, const Vec3& b, const Vec3& c) {
   return size > 0 && std::isfinite(size);
 }
 
-/// Uses a tangent that the caller has given. Returns false if it has no direction.
+/// Uses a tangent that the caller has given. Returns false if the tangent has length 0 or is not finite.
 bool use_given_tangent(const Tangent& given, Vec3& direction, float& sign) {
   const double size = length(to_double(given.direction));
   if (!(size > 0 && std::isfinite(size))) return false;
@@ -79,11 +79,12 @@ std::vector<Tangent> corner_tangents(const Mesh& low, const At& at) {
   const std::size_t count = low.triangles.size();
   std::vector<Tangent> result(3 * count);
   const auto take_given = [&] {
-    bool all = !low.tangents.empty();
+    bool are_all_given = !low.tangents.empty();
     for (std::size_t i = 0; i < low.tangents.size(); ++i) {
-      all = use_given_tangent(low.tangents[i], result[i].direction, result[i].sign) && all;
+      are_all_given =
+          use_given_tangent(low.tangents[i], result[i].direction, result[i].sign) && are_all_given;
     }
-    return all;
+    return are_all_given;
   };
   if (take_given()) return result;
   std::vector<Vec3> positions(3 * count), normals(3 * count);
@@ -246,16 +247,17 @@ void LowSurface::lay_out(const Mesh& low, std::vector<std::uint32_t> laid_out) {
   with_uvs = std::move(laid_out);
   std::atomic<bool> all_given = !low.tangents.empty();
   parallel_for(with_uvs.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
-    bool given = !low.tangents.empty();
+    bool are_all_given = !low.tangents.empty();
     for (std::size_t i = begin; i < end; ++i) {
       const std::size_t t = with_uvs[i];
       for (std::size_t k = 0; k < 3; ++k) {
         Corner& corner = triangles[t][k];
         corner.uv = low.uvs[low.uv_triangles[t][k]];
-        given = given && use_given_tangent(low.tangents[3 * t + k], corner.tangent, corner.sign);
+        are_all_given = are_all_given &&
+                        use_given_tangent(low.tangents[3 * t + k], corner.tangent, corner.sign);
       }
     }
-    if (!given) all_given = false;
+    if (!are_all_given) all_given = false;
   });
   const bool any_mapped = std::any_of(with_uvs.begin(), with_uvs.end(), [&](const std::uint32_t t) {
     return usable[t] != 0 && has_uv_area(triangles[t]);

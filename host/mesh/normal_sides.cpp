@@ -195,7 +195,7 @@ bool has_usual_normals(const Mesh& mesh) {
 }
 
 /// What is wrong with a part.
-struct Fault {
+struct PartFault {
   std::size_t mirror = kUnchanged;  ///< The mirroring with which the normals fit the faces
   bool has_wrong_faces = false;     ///< True if the faces are wrong instead of the normals
   bool is_decided = false;
@@ -213,7 +213,7 @@ class FaultFinder {
     }
     find_faults();
   }
-  const Fault& fault_of(std::uint32_t triangle) const {
+  const PartFault& fault_of(std::uint32_t triangle) const {
     return fault_of_part_[parts_.of[triangle]];
   }
   bool has_foreign_part(std::uint32_t triangle) const {
@@ -269,37 +269,39 @@ class FaultFinder {
   }
 
   void find_faults() {
-    std::vector<std::uint32_t> faulty, solid;
+    std::vector<std::uint32_t> faulty, faulty_solids;
     for (std::uint32_t p = 0; p < fault_of_part_.size(); ++p) {
       if (fault_of_part_[p].mirror == kUnchanged) continue;
       faulty.push_back(p);
       if (parts_.list[p].side() == 0) continue;
       fault_of_part_[p].is_decided = true;
       fault_of_part_[p].has_wrong_faces = parts_.list[p].side() < 0;
-      solid.push_back(p);
+      faulty_solids.push_back(p);
     }
     // Parts are processed from the largest to the smallest. A part within another, such as the inner wall of a shell,
     // usually has the same fault as its container, and takes it over.
     const auto size = [&](std::uint32_t p) { return std::abs(parts_.list[p].flux); };
-    std::stable_sort(solid.begin(), solid.end(),
+    std::stable_sort(faulty_solids.begin(), faulty_solids.end(),
                      [&](std::uint32_t a, std::uint32_t b) { return size(a) > size(b); });
     constexpr std::size_t kMaxEnclosingParts =
         1000;  // Only the largest parts are tested as containers
-    for (std::size_t i = 1; i < solid.size(); ++i) {
+    for (std::size_t i = 1; i < faulty_solids.size(); ++i) {
       for (std::size_t k = 0; k < std::min(i, kMaxEnclosingParts); ++k) {
-        if (!parts_.list[solid[k]].box.contains(parts_.list[solid[i]].box)) continue;
-        fault_of_part_[solid[i]].has_wrong_faces = fault_of_part_[solid[k]].has_wrong_faces;
+        if (!parts_.list[faulty_solids[k]].box.contains(parts_.list[faulty_solids[i]].box))
+          continue;
+        fault_of_part_[faulty_solids[i]].has_wrong_faces =
+            fault_of_part_[faulty_solids[k]].has_wrong_faces;
         break;
       }
     }
     double face_error_area = 0,
            // Total areas of the parts with wrong faces, and of those with wrong normals
         normal_error_area = 0;
-    for (const std::uint32_t p : solid)
+    for (const std::uint32_t p : faulty_solids)
       (fault_of_part_[p].has_wrong_faces ? face_error_area : normal_error_area) +=
           parts_.list[p].area;
-    // If the faces of a faulty part are opposed to those of a correct neighbour, the faces of the faulty part are
-    // wrong.
+    // If the faces of a faulty part are opposed to those of a correct neighbour, its faces are wrong, and its normals
+    // are right.
     for (const auto& [a, b] : parts_.opposed_pairs) {
       for (const auto& [own, other] :
            {std::pair(parts_.of[a], parts_.of[b]), std::pair(parts_.of[b], parts_.of[a])}) {
@@ -321,7 +323,7 @@ class FaultFinder {
 
   MeshParts& parts_;
   Trusted is_trusted_;
-  std::vector<Fault> fault_of_part_;
+  std::vector<PartFault> fault_of_part_;
 };
 
 /// Replaces the normals of triangles by mirrored ones. Each new normal is stored once.
@@ -369,7 +371,7 @@ AgreedNormals agree_normals(Mesh& mesh, Trusted trust) {
   MirroredNormals mirrored_normals(mesh);
   std::optional<std::uint32_t> first_faulty;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-    const Fault& fault = fault_finder.fault_of(t);
+    const PartFault& fault = fault_finder.fault_of(t);
     const bool is_foreign = fault_finder.has_foreign_part(t);
     if (is_foreign) ++result.strange;
     if ((is_foreign || fault.mirror != kUnchanged) && !first_faulty) first_faulty = t;
@@ -379,19 +381,20 @@ AgreedNormals agree_normals(Mesh& mesh, Trusted trust) {
       for (double& sign : signs) sign = -sign;
     }
     const bool is_negated = std::equal(signs.begin(), signs.end(), kMirrorSigns[kNegated].begin());
-    const bool as_is = std::equal(signs.begin(), signs.end(), kMirrorSigns[kUnchanged].begin());
-    if (!as_is && !is_negated && !mesh.tangents.empty()) {
+    const bool is_unchanged =
+        std::equal(signs.begin(), signs.end(), kMirrorSigns[kUnchanged].begin());
+    if (!is_unchanged && !is_negated && !mesh.tangents.empty()) {
       throw Error(ErrorCode::input,
                   "Mesh '" + mesh.name +
                       "' has the normals of its mirror image, so its tangents cannot be trusted "
                       "either: export it again, or leave its tangents out.",
                   "mirrored-normals");
     }
-    if (!as_is)
+    if (!is_unchanged)
       mirrored_normals.mirror(t, signs, 2 * fault.mirror + (fault.has_wrong_faces ? 1 : 0));
     if (fault.has_wrong_faces) reverse_triangle(mesh, t);
     ++(fault.has_wrong_faces ? result.faces : result.normals);
-    result.mirrored += as_is || is_negated ? 0 : 1;
+    result.mirrored += is_unchanged || is_negated ? 0 : 1;
     result.unclear += fault.is_decided ? 0 : 1;
   }
   result.first = first_faulty.value_or(0);
@@ -407,14 +410,14 @@ bool may_face_inwards(const Mesh& mesh, std::span<const Triangle> triangles) {
     sets.join(t[0], t[1]);
     sets.join(t[0], t[2]);
   }
-  struct Sums {
+  struct FluxSums {
     Vec3d centre{};
     double area = 0, flux = 0, most = 0;
     void add_centre(const SideFace& face) {
       centre += face.centre * face.area;
       area += face.area;
     }
-    void add_flux(const SideFace& face, const Sums& part) {
+    void add_flux(const SideFace& face, const FluxSums& part) {
       const Vec3d offset = face.centre - part.centre * (1 / part.area);
       flux += face.area * dot(offset, face.normal);
       most += face.area * length(offset);
@@ -423,7 +426,7 @@ bool may_face_inwards(const Mesh& mesh, std::span<const Triangle> triangles) {
   };
   // Number of each part, indexed by one vertex of the part.
   std::vector<std::uint32_t> part_numbers(mesh.positions.size(), 0);
-  std::vector<Sums> sums;
+  std::vector<FluxSums> sums;
   for (const Triangle& t : triangles) {
     std::uint32_t& of = part_numbers[sets.find(t[0])];
     if (of != 0) continue;
@@ -431,7 +434,7 @@ bool may_face_inwards(const Mesh& mesh, std::span<const Triangle> triangles) {
     of = static_cast<std::uint32_t>(sums.size());
   }
   if (sums.size() == 1) {  // All threads sum chunks of a single part
-    std::vector<Sums> pieces((triangles.size() + kTrianglesPerTask - 1) / kTrianglesPerTask);
+    std::vector<FluxSums> pieces((triangles.size() + kTrianglesPerTask - 1) / kTrianglesPerTask);
     const auto each = [&](const auto& add) {
       parallel_for(triangles.size(), kTrianglesPerTask, [&](std::size_t begin, std::size_t end) {
         for (std::size_t t = begin; t < end; ++t) {
@@ -440,20 +443,20 @@ bool may_face_inwards(const Mesh& mesh, std::span<const Triangle> triangles) {
         }
       });
     };
-    each([](Sums& piece, const SideFace& face) { piece.add_centre(face); });
-    Sums total_sums;
-    for (const Sums& piece : pieces) {
+    each([](FluxSums& piece, const SideFace& face) { piece.add_centre(face); });
+    FluxSums total_sums;
+    for (const FluxSums& piece : pieces) {
       total_sums.centre += piece.centre;
       total_sums.area += piece.area;
     }
-    each([&](Sums& piece, const SideFace& face) { piece.add_flux(face, total_sums); });
-    for (const Sums& piece : pieces) {
+    each([&](FluxSums& piece, const SideFace& face) { piece.add_flux(face, total_sums); });
+    for (const FluxSums& piece : pieces) {
       total_sums.flux += piece.flux;
       total_sums.most += piece.most;
     }
     return total_sums.may_face_inwards();
   }
-  const auto part = [&](std::size_t t) -> Sums& {
+  const auto part = [&](std::size_t t) -> FluxSums& {
     return sums[part_numbers[sets.find(triangles[t][0])] - 1];
   };
   for (std::size_t t = 0; t < triangles.size(); ++t) {
@@ -463,7 +466,7 @@ bool may_face_inwards(const Mesh& mesh, std::span<const Triangle> triangles) {
     if (const SideFace face = face_of(mesh, t); face.area != 0) part(t).add_flux(face, part(t));
   }
   return std::any_of(sums.begin(), sums.end(),
-                     [](const Sums& of) { return of.may_face_inwards(); });
+                     [](const FluxSums& of) { return of.may_face_inwards(); });
 }
 
 }  // namespace

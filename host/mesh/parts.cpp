@@ -89,7 +89,8 @@ class PartNamer {
     if (names_.by != PartsBy::name) return std::nullopt;
     for (const std::string_view name : {std::string_view(group), without_copy_number(group)}) {
       const std::string text = lower_case(name);
-      // A low poly that was simplified from the high poly has the high poly's names, so those patterns are tried, too.
+      // A low poly that was simplified from the high poly has the high poly's names, so the high poly's patterns are
+      // also tried for the low poly.
       const bool is_low = side == PartSide::low;
       for (const auto* patterns : {is_low ? &low_ : &high_, is_low ? &high_ : nullptr}) {
         if (patterns == nullptr) continue;
@@ -344,8 +345,8 @@ struct PatternPair {
   auto operator<=>(const PatternPair&) const = default;
 };
 
-/// Patterns from the common prefix and suffix of two names: one pair from the whole of these, and one cut at the end of
-/// a word. Names of parts have at least two letters.
+/// Makes pairs of patterns from the common prefix and from the common suffix of two names. Each gives two pairs: in
+/// one, * stands for all of it, in the other for its whole words only. Names of parts have at least two letters.
 std::vector<PatternPair> patterns_of(std::string_view low, std::string_view high) {
   constexpr std::string_view kWordSeparators = "_-. ";
   const auto head = static_cast<std::size_t>(

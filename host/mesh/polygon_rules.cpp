@@ -144,12 +144,14 @@ bool triangulate(std::span<const std::array<double, 3>> corners, Triangulation r
   }
   triangles.clear();
   if (corners.size() == 4 && rule != Triangulation::fan) {
-    bool other = folds_over(corners, 0);
+    bool cuts_other_diagonal = folds_over(corners, 0);
     if (rule == Triangulation::shortest) {
-      other = squared_distance(corners[1], corners[3]) < squared_distance(corners[0], corners[2]);
-      if (folds_over(corners, other ? 1 : 0)) other = !other;
+      cuts_other_diagonal =
+          squared_distance(corners[1], corners[3]) < squared_distance(corners[0], corners[2]);
+      if (folds_over(corners, cuts_other_diagonal ? 1 : 0))
+        cuts_other_diagonal = !cuts_other_diagonal;
     }
-    cut_quad(other, triangles);
+    cut_quad(cuts_other_diagonal, triangles);
     return true;
   }
   const bool too_many = rule == Triangulation::blender && corners.size() > kMaxPolyfillCorners;

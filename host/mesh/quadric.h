@@ -75,8 +75,8 @@ inline constexpr double kConcaveWeight = 0.5;
 /// \param c, d  third corners: the triangles are abc and bad
 Quadric bent_planes(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d);
 
-/// The plane that contains an open border from a to b and stands perpendicular to the face. Empty if it has no
-/// direction.
+/// The plane that contains an open border from a to b and stands perpendicular to the face. Empty if a and b coincide
+/// or the normal is zero, which leaves no such plane.
 /// \param face  the triangle's normal, of any length
 Quadric perpendicular_plane(const Vec3d& a, const Vec3d& b, const Vec3d& face, double weight);
 

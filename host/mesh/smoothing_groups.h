@@ -19,7 +19,7 @@ CornerNormals group_normals(const Mesh& mesh, std::span<const std::uint32_t> gro
 
 /// Computes normals from smoothing groups as in 3DS and FBX, where a triangle may belong to several: normals are split
 /// at edges whose two faces have no group in common. See give_fan_normals().
-/// \param masks  for each triangle, one bit per group; 0: the polygon is flat
+/// \param masks  for each triangle, one bit per group; 0 if the polygon is flat
 void give_group_normals(Mesh& mesh, std::span<const std::uint32_t> masks);
 
 }  // namespace kiln

@@ -189,7 +189,7 @@ Mesh split_at_seams(const Mesh& mesh) {
   split.tangents.clear();
   split.normals = surface.normals.normals;
   split.normal_triangles = surface.normals.triangles;
-  // Index of each group's normal + 1; 0 if it has none yet
+  // For each group of corners, the index of its normal plus 1; 0 if the group has no normal yet
   std::vector<std::uint32_t> own(sums.size(), 0);
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     for (std::uint32_t k = 0; k < 3; ++k) {

@@ -172,27 +172,27 @@ Step FloatGrid::step(const Vec3d& p) const {
 }
 
 std::string coarse_steps(const SteppedMesh& mesh, const char* how) {
-  struct Edge {
+  struct EdgeStep {
     double length = 0, at = 0;
     Step step;
     double share() const { return step.size / length; }
   };
-  std::vector<Edge> edges;
+  std::vector<EdgeStep> edges;
   for_sample(mesh.triangles.size(), [&](std::size_t t) {
     if (!mesh.is_usable(t)) return;
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
-      const Step of_a = mesh.step(a), of_b = mesh.step(b);
-      const Step step = of_a.size > of_b.size ? of_a : of_b;
+      const Step step_a = mesh.step(a), step_b = mesh.step(b);
+      const Step step = step_a.size > step_b.size ? step_a : step_b;
       const Vec3d from = mesh.position(a), to = mesh.position(b);
       const double size = length(to - from),
-                   at = axes(of_a.size > of_b.size ? from : to)[step.axis];
+                   at = axes(step_a.size > step_b.size ? from : to)[step.axis];
       if (size > 0) edges.push_back({size, at, step});
     }
   });
   if (edges.empty()) return {};
-  const Edge coarse =
-      quantile(edges, 0.75, [](const Edge& a, const Edge& b) { return a.share() < b.share(); });
+  const EdgeStep coarse = quantile(
+      edges, 0.75, [](const EdgeStep& a, const EdgeStep& b) { return a.share() < b.share(); });
   if (!(coarse.share() > 1 / kMinStepsPerEdge)) return {};
   constexpr double kDegreesPerRadian = 57.29577951308232;
   const std::string text = formatted(

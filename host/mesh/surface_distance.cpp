@@ -19,8 +19,9 @@ constexpr std::uint32_t kLeafSize = 4;
 /// Number of subtrees that are built in parallel, and minimum number of triangles in a range that is split for this
 /// purpose.
 constexpr std::size_t kMaxSubtrees = 32, kMinSubtreeTriangles = 4096;
-/// A triangle is certainly farther away than the best one if its plane is; kFartherFactor is the margin for rounding.
-/// Triangles whose squared sine is below kMinSquaredSine are tested by their sides, because their plane is inaccurate.
+/// If the plane of a triangle is farther away than the best triangle so far, the triangle is, too; kFartherFactor is
+/// the margin for rounding. Triangles whose squared sine is below kMinSquaredSine are tested by their sides, because
+/// their plane is inaccurate.
 constexpr double kFartherFactor = 1.0001, kMinSquaredSine = 1e-12;
 
 /// Long diagonal triangles (hair, stems) have boxes that overlap and are mostly empty, so a search would visit a
@@ -34,7 +35,7 @@ constexpr std::size_t kMaxTrianglesToCut = 300'000;
 /// Margin for rounding of a piece's box, as a share of the triangle's longest side.
 constexpr float kPieceMargin = 1e-6F;
 
-/// Number of boxes in a tree over `count` triangles. The parts of a level have at most two sizes: `size` and size + 1.
+/// Number of boxes in a tree over `count` triangles. All boxes of a level contain `size` or size + 1 triangles.
 std::size_t count_boxes(std::size_t count) {
   std::size_t boxes = 0, size = count, smaller = 1, larger = 0;
   while (size > kLeafSize) {
@@ -103,7 +104,7 @@ SurfaceDistance::SurfaceDistance(std::span<const Vec3> positions,
                                  std::span<const Triangle> triangles) {
   if (triangles.empty()) return;
   if (triangles.size() <= kMaxTrianglesToCut) cut_long_triangles(positions, triangles);
-  std::vector<Item> items(pieces_.empty() ? triangles.size() : pieces_.size());
+  std::vector<TriangleCentre> items(pieces_.empty() ? triangles.size() : pieces_.size());
   const auto each = [&](const auto& body) {
     parallel_for(items.size(), std::size_t{1} << 15, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) body(i);
@@ -214,7 +215,7 @@ void SurfaceDistance::cut_long_triangles(std::span<const Vec3> positions,
 /// Splits a range into halves and sets the indices of their boxes, in depth-first order with the left child next to its
 /// parent. Halving the number of triangles bounds the depth by log2(n).
 /// \returns false for a leaf
-bool SurfaceDistance::split_part(std::span<Item> items, const Part& part,
+bool SurfaceDistance::split_part(std::span<TriangleCentre> items, const Part& part,
                                  std::array<Part, 2>& halves) {
   Node& box = nodes_[part.box];
   if (part.last - part.first <= kLeafSize) {
@@ -229,11 +230,12 @@ bool SurfaceDistance::split_part(std::span<Item> items, const Part& part,
   const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
   const std::size_t middle = part.first + (part.last - part.first) / 2;
   const auto at = [&](std::size_t i) { return items.begin() + static_cast<std::ptrdiff_t>(i); };
-  std::nth_element(at(part.first), at(middle), at(part.last), [&](const Item& a, const Item& b) {
-    const float ka = component(a.center, axis);
-    const float kb = component(b.center, axis);
-    return ka != kb ? ka < kb : a.triangle < b.triangle;
-  });
+  std::nth_element(at(part.first), at(middle), at(part.last),
+                   [&](const TriangleCentre& a, const TriangleCentre& b) {
+                     const float ka = component(a.center, axis);
+                     const float kb = component(b.center, axis);
+                     return ka != kb ? ka < kb : a.triangle < b.triangle;
+                   });
   const std::size_t right = part.box + 1 + count_boxes(middle - part.first);
   box.first = static_cast<std::uint32_t>(right);
   box.count = 0;
@@ -241,7 +243,7 @@ bool SurfaceDistance::split_part(std::span<Item> items, const Part& part,
   return true;
 }
 
-void SurfaceDistance::build(std::span<Item> items, const Part& part) {
+void SurfaceDistance::build(std::span<TriangleCentre> items, const Part& part) {
   std::array<Part, 2> halves;
   if (!split_part(items, part, halves)) return;
   build(items, halves[0]);

@@ -51,7 +51,7 @@ class SurfaceDistance {
     /// For a leaf, its number of triangles; 0 for an inner box, whose left child is the next box
     std::uint32_t count = 0;
   };
-  struct Item {
+  struct TriangleCentre {
     Vec3 center;
     std::uint32_t triangle;
   };
@@ -60,12 +60,12 @@ class SurfaceDistance {
     std::size_t first, last, box;
   };
   void cut_long_triangles(std::span<const Vec3> positions, std::span<const Triangle> triangles);
-  bool split_part(std::span<Item> items, const Part& part, std::array<Part, 2>& halves);
-  void build(std::span<Item> items, const Part& part);
+  bool split_part(std::span<TriangleCentre> items, const Part& part, std::array<Part, 2>& halves);
+  void build(std::span<TriangleCentre> items, const Part& part);
   void fit_box(std::size_t box);
 
   std::vector<Node> nodes_;
-  /// Pieces of triangles, if the tree is built over pieces. Then Item::triangle and leaf_order_ number pieces.
+  /// Pieces of triangles, if the tree is built over pieces. Then TriangleCentre::triangle and leaf_order_ number pieces.
   std::vector<Node> pieces_;
   /// \param leaf_index  [out] index of the nearest triangle in leaf order
   /// \param best        only triangles below this squared distance count

@@ -161,7 +161,7 @@ SurfacePlace walk_surface(const LowSurface& surface, const SurfaceTopology& topo
   if (!uv_weights(*corners, from, at) || !uv_weights(*corners, to, goal)) return {};
   std::size_t entry_edge = 3;  // Edge at which the walk entered the triangle
   for (int step = 0; step < kMaxWalkTriangles; ++step) {
-    std::size_t exit = 3;
+    std::size_t exit_edge = 3;
     double share = std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < 3; ++k) {
       if (k == entry_edge || !(goal[k] < 0)) continue;
@@ -169,10 +169,10 @@ SurfacePlace walk_surface(const LowSurface& surface, const SurfaceTopology& topo
       const double cut = inside / (inside - goal[k]);
       if (cut < share) {
         share = cut;
-        exit = k;
+        exit_edge = k;
       }
     }
-    if (exit == 3) {
+    if (exit_edge == 3) {
       double u = 0;
       double v = 0;
       for (std::size_t k = 0; k < 3; ++k) {
@@ -181,12 +181,12 @@ SurfacePlace walk_surface(const LowSurface& surface, const SurfaceTopology& topo
       }
       return {triangle, u, v};
     }
-    const std::uint32_t next = topology.neighbour[triangle][exit];
+    const std::uint32_t next = topology.neighbour[triangle][exit_edge];
     if (next == KILN_NO_TRIANGLE) return {};
     std::size_t back = 0;
     while (back < 3 && (topology.neighbour[next][back] != triangle ||
                         topology.vertices[next][(back + 1) % 3] !=
-                            topology.vertices[triangle][(exit + 2) % 3])) {
+                            topology.vertices[triangle][(exit_edge + 2) % 3])) {
       ++back;
     }
     if (back == 3) return {};
@@ -194,7 +194,7 @@ SurfacePlace walk_surface(const LowSurface& surface, const SurfaceTopology& topo
     const Vec3d rest = point_at(*corners, goal) - start;
     const Vec3d crossing = start + rest * share;
     const Vec3d beyond = rest * (1 - share);
-    const EdgeFrame edge_frame(*corners, exit);
+    const EdgeFrame edge_frame(*corners, exit_edge);
     corners = &surface.triangles[next];
     // Across the edge, the component along the edge is unchanged, whatever the next triangle's orientation. The
     // perpendicular component changes from outwards to inwards.

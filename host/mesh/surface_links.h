@@ -26,8 +26,9 @@ struct SurfaceTopology {
 
 /// The end point of a straight walk over the surface.
 struct SurfacePlace {
-  std::uint32_t triangle = 0xFFFFFFFFU;  ///< KILN_NO_TRIANGLE: the walk ended at the mesh's border
-  double u = 0, v = 0;                   ///< UVs of the end point in that triangle
+  std::uint32_t triangle =
+      0xFFFFFFFFU;      ///< KILN_NO_TRIANGLE if the walk ended at the mesh's border
+  double u = 0, v = 0;  ///< UVs of the end point in that triangle
 };
 
 /// Walks from one point to another in the UVs of a triangle. At each edge, the walk continues as if the next triangle
@@ -44,7 +45,7 @@ struct TexelLinks {
   std::vector<std::uint32_t>
       links;  ///< Nine links per border texel, see kiln_visibility_smooth_seams
 
-  /// \param texel_triangle  triangle of each pixel, row by row from the top (v = 1); KILN_NO_TRIANGLE: none
+  /// \param texel_triangle  triangle of each pixel, row by row from the top (v = 1); KILN_NO_TRIANGLE if there is none
   /// \param first_row       first row if the pixels are a band of rows; links to other bands are omitted
   static TexelLinks of(const LowSurface& surface, const SurfaceTopology& topology,
                        std::span<const std::uint32_t> texel_triangle, std::uint32_t width,

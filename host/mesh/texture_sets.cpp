@@ -20,7 +20,7 @@ namespace {
 constexpr std::uint32_t kTilesAcross = 10, kTilesUp = 900;
 // Number of cells along a side of the grid that finds overlap
 constexpr std::uint32_t kOverlapGrid = 512;
-constexpr double kMaxOverlapShare = 0.01;  // Largest overlap, as a share of the unit square
+constexpr double kMaxOverlapShare = 0.01;  // Allowed overlap, as a share of the unit square
 
 using UvCorners = std::array<Vec2, 3>;
 
@@ -129,7 +129,7 @@ bool clearly_overlap(const Mesh& low, const SetOf& set_of, bool in_tile) {
     if (!has_uvs(uvs)) continue;
     const auto [u, v] = in_tile ? tile_of(uvs) : std::pair<std::int64_t, std::int64_t>(0, 0);
     if (in_tile && is_copy_in_tile(uvs))
-      continue;  // All cells of this triangle belong to its copy, too
+      continue;  // The copy of this triangle covers the same cells
     over_uv_cells(uvs, static_cast<double>(u), static_cast<double>(v), [&](std::size_t cell) {
       if (owner[cell] == kNoTriangle) owner[cell] = t;
       if (is_cell_shared[cell] != 0 || set_of(owner[cell]) == set_of(t)) return;
@@ -226,9 +226,9 @@ bool tiles_overlap(const Mesh& low) {
 /// Removes the UVs of all triangles that are not in a set.
 void remove_uvs_outside(const TextureSet& set, Mesh& low) {
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
-  const auto nowhere = static_cast<std::uint32_t>(low.uvs.size());
+  const auto nan_uv = static_cast<std::uint32_t>(low.uvs.size());
   low.uvs.push_back({kNaN, kNaN});
-  std::vector<Triangle> kept(low.triangles.size(), {nowhere, nowhere, nowhere});
+  std::vector<Triangle> kept(low.triangles.size(), {nan_uv, nan_uv, nan_uv});
   for (const std::uint32_t t : set.members) kept[t] = low.uv_triangles[t];
   low.uv_triangles = std::move(kept);
 }
@@ -326,13 +326,13 @@ Mesh low_of_set(const Mesh& low, const TextureSet& set) {
 void lay_out_set(const Mesh& low, const TextureSet& set, Mesh& part) {
   const auto u = static_cast<float>(set.tile_u), v = static_cast<float>(set.tile_v);
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
-  const auto nowhere = static_cast<std::uint32_t>(low.uvs.size());
+  const auto nan_uv = static_cast<std::uint32_t>(low.uvs.size());
   part.uvs.resize(low.uvs.size() + 1);
   for (std::size_t i = 0; i < low.uvs.size(); ++i) {
     part.uvs[i] = {low.uvs[i].x - u, low.uvs[i].y - v};
   }
   part.uvs.back() = {kNaN, kNaN};
-  part.uv_triangles.assign(low.uv_triangles.size(), {nowhere, nowhere, nowhere});
+  part.uv_triangles.assign(low.uv_triangles.size(), {nan_uv, nan_uv, nan_uv});
   for (const std::uint32_t t : set.members) part.uv_triangles[t] = low.uv_triangles[t];
 }
 

@@ -91,7 +91,7 @@ class CoverFinder {
   /// \returns false if there is no such corner near one of them
   bool snap(std::uint32_t t) {
     for (UvPosition& corner : covered_uvs_) {
-      const bool found = baked_.any_at(corner, [&](std::uint32_t is_not_preferred) {
+      const bool is_found = baked_.any_at(corner, [&](std::uint32_t is_not_preferred) {
         const UvPlace& place = places_[is_not_preferred];
         const double near = std::min(place.tolerance(), places_[t].tolerance());
         const auto* const at =
@@ -101,7 +101,7 @@ class CoverFinder {
         corner = *at;
         return true;
       });
-      if (!found) return false;
+      if (!is_found) return false;
     }
     return true;
   }
@@ -119,10 +119,10 @@ std::vector<std::uint32_t> overlapping(const std::vector<UvPlace>& uv_places, Uv
   for (std::uint32_t t = 0; t < count; ++t) all.add(t);
   std::vector<std::uint32_t> result;
   for (std::uint32_t t = 0; t < count; ++t) {
-    const bool inside = all.any_at(uv_places[t].middle, [&](std::uint32_t is_not_preferred) {
+    const bool is_inside = all.any_at(uv_places[t].middle, [&](std::uint32_t is_not_preferred) {
       return is_not_preferred != t && uv_places[is_not_preferred].contains(uv_places[t].middle);
     });
-    if (inside) result.push_back(t);
+    if (is_inside) result.push_back(t);
   }
   if (result.empty()) return result;
   for (std::uint32_t t = 0, next = 0; t < count; ++t) {

@@ -7,7 +7,7 @@
 namespace kiln {
 namespace {
 
-// Largest offset of UVs that counts as a tile
+// UVs are not moved to the unit square if a coordinate of the triangle's centroid is at least this
 constexpr double kMaxTileOffset = 1e6;
 constexpr double kInsideTolerance = 1e-3;  // Tolerance, as a share of a triangle's height
 // Binary logarithm of the smallest square's side: about 1e-9

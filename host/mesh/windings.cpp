@@ -21,7 +21,8 @@
 namespace kiln {
 namespace {
 
-/// The side of a part with less area is clearly the wrong one if its share of the area is at most this.
+/// In a part with inconsistent orientation, the group of equally oriented triangles with less area is clearly the wrong
+/// one if its share of the area is at most this.
 constexpr double kMaxWrongShare = 0.4;
 
 /// True if two triangles traverse an edge in the same direction, which never happens with consistent orientation.
@@ -132,7 +133,7 @@ class WrongSides {
     for (std::uint32_t t = 0; t < parts.of.size(); ++t) {
       const FacingParts::Part& part = parts.parts[parts.of[t]];
       if (part.agrees) continue;
-      Sums& sums = part_sums_[parts.of[t]];
+      SideSums& sums = part_sums_[parts.of[t]];
       const Vec3d middle = corner(part.first, 0);
       const Vec3d a = corner(t, 0) - middle, b = corner(t, 1) - middle, c = corner(t, 2) - middle;
       const double size = length(cross(b - a, c - a));
@@ -150,11 +151,11 @@ class WrongSides {
   }
 
  private:
-  struct Sums {
+  struct SideSums {
     std::array<double, 2> area{};
     double volume = 0;  ///< Signed volume, if all triangles were oriented as the first one
   };
-  std::vector<Sums> part_sums_;
+  std::vector<SideSums> part_sums_;
 };
 
 /// Reverses those corner normals of reversed triangles that pointed to the front of their triangle.

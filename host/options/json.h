@@ -62,7 +62,8 @@ class Json {
   Json& operator=(Json&& other) noexcept;
   ~Json();
 
-  /// Creates a list, even if all elements are pairs.
+  /// Creates a list. Unlike the constructor, does so even if all elements are pairs of key and value, which would make
+  /// an object.
   static Json array();
   static Json array(std::initializer_list<Element> elements);
   /// Creates an object without keys.

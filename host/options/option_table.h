@@ -376,7 +376,7 @@ OptionRow no_data_row(const char* group) {
           .value = value_of<Job>(
               "heights.no_data", "text", "VALUE|none|auto",
               [](Job& job, const Message& flag, const OptionWords& words) {
-                read_no_data(flag, words.back(), job.heights);
+                parse_no_data_value(flag, words.back(), job.heights);
               },
               [](Job& job) { return no_data_json(job.heights); }),
           .help =

@@ -81,7 +81,8 @@ std::pair<double, double> parse_extent(const std::string& text) {
   return {number(view.substr(0, comma)), number(view.substr(comma + 1))};
 }
 
-void read_no_data(const Message& name, const std::string& word, HeightFieldOptions& heights) {
+void parse_no_data_value(const Message& name, const std::string& word,
+                         HeightFieldOptions& heights) {
   heights.no_data.reset();
   heights.guess_no_data = word == "auto";
   if (heights.guess_no_data || word == "none") return;
@@ -296,7 +297,7 @@ std::uint32_t parse_views(const std::string& text) {
   return value;
 }
 
-std::string of_diagonal(double share) {
+std::string format_share_of_diagonal(double share) {
   return share < 10 ? formatted("%.3f%% of the diagonal", 100 * share)
                     : formatted("%.3g times the diagonal", share);
 }

@@ -81,7 +81,7 @@ std::pair<double, double> parse_extent(const std::string& text);
 /// Formats the extent as parse_extent() reads it; null if it follows from the image.
 Json extent_json(const HeightFieldOptions& heights);
 /// Parses --no-data: a number, "none" or "auto". \throws Error(usage)
-void read_no_data(const Message& name, const std::string& word, HeightFieldOptions& heights);
+void parse_no_data_value(const Message& name, const std::string& word, HeightFieldOptions& heights);
 Json no_data_json(const HeightFieldOptions& heights);
 
 /// Parses "X,Y,Z" of finite numbers. \returns false for anything else
@@ -117,7 +117,7 @@ std::optional<double> fraction(std::string_view text);
 Check fraction_check();
 
 /// Formats a share of the diagonal as "1.234% of the diagonal", or as "83 times the diagonal" if it is 10 or more.
-std::string of_diagonal(double share);
+std::string format_share_of_diagonal(double share);
 
 /// Formats 12345678 as "12,345,678".
 std::string with_commas(std::uint64_t value);

@@ -120,7 +120,7 @@ inline constexpr Word<MeshCompression> kMeshCompressionWords[] = {
     {"draco", MeshCompression::draco},
     {"meshopt", MeshCompression::meshopt},
     {"none", MeshCompression::none}};
-/// Words for the fill of misses, with which the chain of --fallback may end.
+/// Words for ways to fill missed texels. One of them may be the last entry of --fallback.
 inline constexpr Word<MissPolicy> kMissWords[] = {
     {"fill", MissPolicy::fill}, {"low", MissPolicy::keep}, {"mark", MissPolicy::mark}};
 inline constexpr Word<IdBy> kIdSourceWords[] = {{"color", IdBy::color},

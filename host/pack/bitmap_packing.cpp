@@ -28,9 +28,9 @@ constexpr std::uint32_t kSearches = 4, kTriesPerSearch = 120;
 constexpr double kTargetCoverage = 0.785;
 constexpr std::uint32_t kSearchRounds = 3;
 /// The first scale is that at which outlines cover the share kMaxFirstCoverage of the square. It is smaller if the
-/// outlines with their padding, widened by kRasterLossCells, would cover more than kLikelyCoverage of the square. If
-/// padding alone covers that share, the first scale is that for kMinFirstCoverage.
-constexpr double kMaxFirstCoverage = 0.72, kLikelyCoverage = 0.8, kRasterLossCells = 0.5,
+/// outlines with their padding, widened by kRasterizationMarginCells, would cover more than kLikelyCoverage of the
+/// square. If padding alone covers that share, the first scale is that for kMinFirstCoverage.
+constexpr double kMaxFirstCoverage = 0.72, kLikelyCoverage = 0.8, kRasterizationMarginCells = 0.5,
                  kMinFirstCoverage = 1e-4;
 /// Maximum number of tries without progress at one scale before a smaller one is tried; fewer if the total number of
 /// tries is small.
@@ -125,7 +125,7 @@ class PackingSearch {
       }
     }
     // Widening an outline adds a strip along each ring and one disc per ring to its area.
-    const double margin = half_padding_cells_ + kRasterLossCells, area = packer_.area();
+    const double margin = half_padding_cells_ + kRasterizationMarginCells, area = packer_.area();
     const double widening_strip = 0.5 * margin * length / area;
     const double free_area = kLikelyCoverage * grid_cells_ * grid_cells_ -
                              std::numbers::pi * margin * margin * ring_count;

@@ -1,4 +1,4 @@
-// Packs outlines by their bounding boxes, for triangle soups whose numbers are too large for bitmaps.
+// Packs outlines by their bounding boxes, for triangle soups, whose outlines are too many for packing by bitmaps.
 #pragma once
 
 #include <cstdint>

@@ -13,8 +13,8 @@ namespace {
 
 constexpr std::uint64_t kAllOnes = ~std::uint64_t{0};
 
-/// Lengths of free runs are quantised to between 2^kRunBits and 2^(kRunBits + 1) steps. To reject rows early,
-/// kComparedRuns runs of a mask are compared with these lengths.
+/// Lengths of free runs are rounded down to steps of a power of two, such that a row has between 2^kRunBits and
+/// 2^(kRunBits + 1) steps. To reject rows early, kComparedRuns runs of a mask are compared with these lengths.
 constexpr std::uint32_t kRunBits = 6;
 constexpr std::size_t kComparedRuns = 16;
 /// In rows of more than kNarrowRowWords words, the first kFullRowRuns runs of a mask are tested at all words of the
@@ -31,7 +31,7 @@ Word2 load_two_words(const std::uint64_t* from) {
   return value;
 }
 
-/// Words per row: a power of two, so that find_in() needs few instantiations.
+/// Words per row: a power of two, so that find_place() needs few instantiations.
 std::uint32_t words_per_row(std::uint32_t width) { return std::bit_ceil((width + 63) / 64); }
 
 }  // namespace
@@ -163,7 +163,7 @@ std::uint64_t CellRows::rows_with_room(const ChartMask& mask, std::uint32_t firs
 }
 
 template <std::uint32_t words>
-std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_in(
+std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find_place(
     const ChartMask& mask, const Window& window) const {
   const std::uint32_t places = width_ - mask.width + 1;
   std::array<std::uint64_t, words> outside_places{}, blocked_cells{};
@@ -266,17 +266,17 @@ std::optional<std::pair<std::uint32_t, std::uint32_t>> CellRows::find(const Char
   if (mask.width > width_ || mask.height > height_) return std::nullopt;
   switch (words_) {
     case 1:
-      return find_in<1>(mask, window);
+      return find_place<1>(mask, window);
     case 2:
-      return find_in<2>(mask, window);
+      return find_place<2>(mask, window);
     case 4:
-      return find_in<4>(mask, window);
+      return find_place<4>(mask, window);
     case 8:
-      return find_in<8>(mask, window);
+      return find_place<8>(mask, window);
     case 16:
-      return find_in<16>(mask, window);
+      return find_place<16>(mask, window);
     default:
-      return find_in<32>(mask, window);
+      return find_place<32>(mask, window);
   }
 }
 

@@ -43,8 +43,8 @@ class CellRows {
     return bits_.data() + (std::size_t{level} * height_ + y) * words_;
   }
   template <std::uint32_t words>
-  std::optional<std::pair<std::uint32_t, std::uint32_t>> find_in(const ChartMask& mask,
-                                                                 const Window& window) const;
+  std::optional<std::pair<std::uint32_t, std::uint32_t>> find_place(const ChartMask& mask,
+                                                                    const Window& window) const;
   std::uint64_t rows_with_room(const ChartMask& mask, std::uint32_t first) const;
   void update_longest_free(std::uint32_t y, std::uint32_t steps);
   void find_longest_run(std::uint32_t y);

@@ -130,7 +130,7 @@ void EdgeCollapser::collapse(std::uint32_t a, std::uint32_t b, const Step& step)
   mesh_.merge(kept, gone);
   ++vertex_stamps_[gone];
   if (step.anchor != Anchor::none) {
-    // The hub's other edges keep their queue entries. The costs of these are updated when they are popped.
+    // The hub's other edges keep their queue entries. The cost of an entry is updated when the entry is popped.
     for (const CollapseMesh::Neighbour& n : near_b_) {
       if (n.vertex != kept) push(kept, n.vertex);
     }
@@ -195,18 +195,19 @@ std::optional<EdgeCollapser::Step> EdgeCollapser::twin_step(const Entry& twin) {
 /// Collapses an edge together with its UV copies, or none of them if one of these collapses is not allowed.
 bool EdgeCollapser::collapse_with_twins(const Entry& entry, Step& step) {
   std::vector<std::array<std::uint32_t, 2>> twins;
-  bool all = rule_->find_twins(mesh_, entry.a, entry.b, step.anchor, step.target, twins);
+  bool can_all_collapse =
+      rule_->find_twins(mesh_, entry.a, entry.b, step.anchor, step.target, twins);
   const auto entry_of = [&](const std::array<std::uint32_t, 2>& edge) {
     Entry twin = entry;
     twin.a = edge[0];
     twin.b = edge[1];
     return twin;
   };
-  for (std::size_t i = 0; all && i < twins.size(); ++i)
-    all = twin_step(entry_of(twins[i])).has_value();
+  for (std::size_t i = 0; can_all_collapse && i < twins.size(); ++i)
+    can_all_collapse = twin_step(entry_of(twins[i])).has_value();
   // This edge is checked last, because the check stores the new triangles of the samples for the collapse that follows.
-  if (all && !twins.empty()) all = is_within_bound(entry, step);
-  if (all) {
+  if (can_all_collapse && !twins.empty()) can_all_collapse = is_within_bound(entry, step);
+  if (can_all_collapse) {
     collapse(entry.a, entry.b, step);
     std::unordered_map<std::uint32_t, std::uint32_t> replacement_of{
         {entry.b, entry.a}};  // Maps removed vertices to those that replace them
@@ -217,8 +218,8 @@ bool EdgeCollapser::collapse_with_twins(const Entry& entry, Step& step) {
           end = into->second;
         }
       }
-      // The collapses so far may have made this copy's collapse impossible. Then its triangles are no longer copies,
-      // and the rest of the copies remain.
+      // The collapses of other copies may have made the collapse of this copy impossible. The copies that are left then
+      // keep their triangles, which are no longer copies of the collapsed ones.
       const std::optional<Step> own = twin_step(entry_of(last));
       if (!own) break;
       collapse(last[0], last[1], *own);
@@ -226,7 +227,7 @@ bool EdgeCollapser::collapse_with_twins(const Entry& entry, Step& step) {
     }
   }
   rule_->end_twins();
-  if (all || entry.leniency == CollapseShape::kMaxLeniency) return all;
+  if (can_all_collapse || entry.leniency == CollapseShape::kMaxLeniency) return can_all_collapse;
   Entry retry_entry = entry;
   retry_entry.cost *= bad_shape_factor_;
   ++retry_entry.leniency;
@@ -322,7 +323,7 @@ void EdgeCollapser::run(std::size_t faces) {
   std::size_t unproductive_rounds = 0, tested = 0;
   while (true) {
     std::size_t collapse_count = 0;
-    while (mesh_.face_count_with_backs() > faces && queue_.front(vertex_stamps_) != nullptr) {
+    while (mesh_.face_count_with_back_faces() > faces && queue_.front(vertex_stamps_) != nullptr) {
       if (++tested % kPollInterval == 0) ProgressGuard::poll();
       if (rebuild_when_due()) continue;
       const Entry entry = *queue_.front(vertex_stamps_);
@@ -330,7 +331,7 @@ void EdgeCollapser::run(std::size_t faces) {
       prefetch_next_entries();
       if (is_current(entry)) collapse_count += collapse_if_allowed(entry);
     }
-    if (mesh_.face_count_with_backs() <= faces || collapse_count == 0) return;
+    if (mesh_.face_count_with_back_faces() <= faces || collapse_count == 0) return;
     if (collapse_count * kTrianglesPerCollapse < mesh_.faces &&
         ++unproductive_rounds > kMaxUnproductiveRounds)
       return;

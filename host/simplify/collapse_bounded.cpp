@@ -37,10 +37,11 @@ void EdgeCollapser::relax_vertex(std::uint32_t v, DistanceNorm which) {
   const double before = deviation_bound_->energy(which);
   // Reassigns the samples: after the move, other triangles around the vertex may be nearer to them.
   deviation_bound_->collapse();
-  const Vec3d way = deviation_bound_->improved_position(from, which) - from;
-  if (!(dot(way, way) > 0)) return;
+  const Vec3d displacement = deviation_bound_->improved_position(from, which) - from;
+  if (!(dot(displacement, displacement) > 0)) return;
   for (const double part : {1.0, 0.5, 0.2}) {
-    const Vec3d target = round_point_ ? round_point_(from + way * part) : from + way * part;
+    const Vec3d target =
+        round_point_ ? round_point_(from + displacement * part) : from + displacement * part;
     if (!shape_limits_.keeps(mesh_, v, kNoVertex, target, kNoVertex, 0)) continue;
     if (rule_ != nullptr && !rule_->may_move(mesh_, v, target)) continue;
     if (!bound_allows(v, kNoVertex, Anchor::none, target)) continue;

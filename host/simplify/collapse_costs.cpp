@@ -69,7 +69,7 @@ void EdgeCollapser::make_entries(std::span<const std::uint64_t> edges, Entry* en
 }
 
 /// \param all           all edges of the mesh, without duplicates
-/// \param only_touched  skips edges whose surroundings have not changed since the last call
+/// \param only_touched  true: skips edges whose surroundings have not changed since the last call
 void EdgeCollapser::fill_queue(std::vector<std::uint64_t> all, bool only_touched) {
   if (rule_ == nullptr) {
     parallel_for(vertex_errors_.size(), std::size_t{1} << 14,

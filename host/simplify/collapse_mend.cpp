@@ -49,9 +49,9 @@ bool EdgeCollapser::repair_by_moving(std::uint32_t triangle, const auto& bad) {
 /// sound, or are repaired by themselves.
 bool EdgeCollapser::has_twins(std::uint32_t a, std::uint32_t b, const Step& step) {
   std::vector<std::array<std::uint32_t, 2>> twins;
-  const bool all = rule_->find_twins(mesh_, a, b, step.anchor, step.target, twins);
+  const bool can_all_collapse = rule_->find_twins(mesh_, a, b, step.anchor, step.target, twins);
   rule_->end_twins();
-  return !all || !twins.empty();
+  return !can_all_collapse || !twins.empty();
 }
 
 /// Collapses a side of the triangle to one of its end points, to its middle, or to the minimum of the quadric.

@@ -34,9 +34,9 @@ CollapseMesh::CollapseMesh(std::span<const Vec3d> positions, std::span<const Tri
 
 void CollapseMesh::count_sides(std::vector<std::uint8_t> of_triangles) {
   two_sided = std::move(of_triangles);
-  backs = 0;
+  back_face_count = 0;
   for (std::size_t t = 0; t < two_sided.size(); ++t) {
-    if (alive[t] != 0) backs += two_sided[t];
+    if (alive[t] != 0) back_face_count += two_sided[t];
   }
 }
 
@@ -137,7 +137,7 @@ void CollapseMesh::merge(std::uint32_t kept, std::uint32_t gone) {
     if (contains(t, kept)) {
       alive[t] = 0;
       --faces;
-      if (!two_sided.empty()) backs -= two_sided[t];
+      if (!two_sided.empty()) back_face_count -= two_sided[t];
       for (const std::uint32_t vertex : triangles[t]) {
         --valence[vertex];
         if (vertex != gone && vertex != kept) remove_dead(vertex);

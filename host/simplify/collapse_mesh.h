@@ -90,10 +90,10 @@ class CollapseMesh {
   std::vector<std::uint64_t> edges() const;
   /// Replaces vertex `gone` by `kept` in all triangles. Triangles that contain both are removed.
   void merge(std::uint32_t kept, std::uint32_t gone);
-  /// Sets which triangles are two-sided. face_count_with_backs() counts these twice.
+  /// Sets which triangles are two-sided. face_count_with_back_faces() counts these twice.
   void count_sides(std::vector<std::uint8_t> of_triangles);
   /// Number of triangles, in which two-sided ones count twice.
-  std::size_t face_count_with_backs() const { return faces + backs; }
+  std::size_t face_count_with_back_faces() const { return faces + back_face_count; }
   /// Removes dead triangles and unused vertices from the arrays. The remaining ones keep their order.
   /// \returns the new index of each vertex; kNoVertex for removed ones
   std::vector<std::uint32_t> compact();
@@ -115,7 +115,7 @@ class CollapseMesh {
   std::vector<std::uint8_t> alive;    ///< 1 for each triangle that still exists.
   std::vector<std::uint32_t> valence;
   std::vector<std::uint8_t> two_sided;  ///< 1 for each two-sided triangle; empty if there are none
-  std::size_t faces = 0, backs = 0;
+  std::size_t faces = 0, back_face_count = 0;
   std::uint64_t visits = 0;
 
  private:

@@ -17,13 +17,14 @@ namespace {
 /// Minimum number of triangles in a piece. The data of a piece of this size mostly fits in a core's cache.
 constexpr std::size_t kMinPieceTriangles = 16'000;
 /// First and last value of the cost limit. The first is below rounding errors, the last above every cost.
-constexpr double kMinCostLimit = 1e-16, kMaxCostLimit = 1;
+constexpr double kFirstCostLimit = 1e-16, kLastCostLimit = 1;
 /// Factor by which the cost limit grows in each step. Costs are distance times area, so a step removes at most a third
 /// of the triangles.
 constexpr double kCostLimitGrowth = 2;
 
-/// Number of steps by which the cost limit may grow before triangles are counted again. It is as large as possible, so
-/// that pieces are processed without interruption, but too small to fall below the goal.
+/// Number of steps by which the cost limit may grow before triangles are counted again. The number is as large as
+/// possible, so that pieces are processed without interruption, but so small that the triangle count cannot fall below
+/// the goal.
 /// \param over  ratio of the current triangle count to the goal
 int cost_steps(double over) { return over > 5 ? 4 : over > 2.5 ? 2 : over > 1 ? 1 : 0; }
 
@@ -175,7 +176,7 @@ Work collapse_in_pieces(const Work& dense, std::span<const Vec3> positions, std:
   const double goal =
       static_cast<double>(faces) + static_cast<double>(count_at_fixed(dense, fixed));
   std::size_t left = dense.triangles.size();
-  for (double cost = kMinCostLimit; cost < kMaxCostLimit;) {
+  for (double cost = kFirstCostLimit; cost < kLastCostLimit;) {
     const int steps = cost_steps(static_cast<double>(left) / goal);
     if (steps == 0) break;
     each([&](std::size_t i) {

@@ -17,8 +17,8 @@ namespace {
 /// With a constraint: weight of the planes through open borders, which stand perpendicular to the surface, relative to
 /// a triangle's own plane.
 constexpr double kBorderWeight = 10;
-/// Weight of a vertex's previous quadric in its rebuilt one. Without it, each rebuild would discard the error at thin
-/// rims, and the errors of all rebuilds would add up.
+/// Weight with which a vertex's previous quadric is added to its rebuilt quadric. Without it, each rebuild would
+/// discard the error at thin rims, and the errors of all rebuilds would add up.
 constexpr double kPreviousQuadricWeight = 0.1;
 /// Weight of the perpendicular planes through lines between labels, relative to those through open borders. Planes are
 /// weighted per mean edge length, so that a line counts like a strip as wide as a face. Otherwise areas with many lines
@@ -100,11 +100,12 @@ void EdgeCollapser::limit_line_error(double bound) {
   if (label_lines.lines.empty() || !(label_lines.max_weight() > 0)) return;
   line_quadrics_.resize(mesh_.points.size());
   for (const LabelLine& line : label_lines.lines) {
-    const Quadric held = line_planes(mesh_.points[line.a], mesh_.points[line.b],
-                                     normal_at(mesh_.points, left.triangles[line.triangles[0]]),
-                                     normal_at(mesh_.points, left.triangles[line.triangles[1]]), 1);
-    line_quadrics_[line.a] += held;
-    line_quadrics_[line.b] += held;
+    const Quadric line_quadric =
+        line_planes(mesh_.points[line.a], mesh_.points[line.b],
+                    normal_at(mesh_.points, left.triangles[line.triangles[0]]),
+                    normal_at(mesh_.points, left.triangles[line.triangles[1]]), 1);
+    line_quadrics_[line.a] += line_quadric;
+    line_quadrics_[line.b] += line_quadric;
   }
 }
 
@@ -116,7 +117,8 @@ void compute_in_batches(std::size_t count, const Make& make, const Give& give) {
   std::vector<Value> batch_values(std::min(count, kValuesPerBatch));
   for (std::size_t first = 0; first < count; first += kValuesPerBatch) {
     const std::size_t part = std::min(kValuesPerBatch, count - first);
-    // A mesh that is itself a piece has a single batch, which runs on one thread, as pieces already run in parallel.
+    // A mesh that is a piece of a larger one fits in a single batch. It is processed by one thread, because pieces
+    // already run in parallel.
     parallel_for(part, count <= kValuesPerBatch ? kValuesPerBatch : kValuesPerTask,
                  [&](std::size_t begin, std::size_t end) {
                    for (std::size_t i = begin; i < end; ++i) batch_values[i] = make(first + i);
@@ -197,10 +199,10 @@ std::vector<std::uint64_t> EdgeCollapser::build_quadrics() {
       kLineWeight * label_lines.length_of_all / label_lines.edges * label_lines.max_weight();
   for (const LabelLine& line : label_lines.lines) {
     const Vec3d &a = points[line.a], &b = points[line.b];
-    const Quadric held = line_planes(a, b, normal_of(triangles[line.triangles[0]]),
-                                     normal_of(triangles[line.triangles[1]]), share);
-    quadrics_[line.a] += held;
-    quadrics_[line.b] += held;
+    const Quadric line_quadric = line_planes(a, b, normal_of(triangles[line.triangles[0]]),
+                                             normal_of(triangles[line.triangles[1]]), share);
+    quadrics_[line.a] += line_quadric;
+    quadrics_[line.b] += line_quadric;
   }
   return edges;
 }

@@ -63,13 +63,13 @@ void CollapseQueue::sort_next_batch(const std::vector<std::uint32_t>& stamps) {
   erase_outdated(unsorted_entries_, stamps);
   if (unsorted_entries_.empty()) return;
   sorted_cost_limit_ = std::numeric_limits<double>::infinity();
-  if (const std::size_t taken = std::max(kMinBatch, unsorted_entries_.size() / kBatchDivisor);
-      taken < unsorted_entries_.size()) {
+  if (const std::size_t batch_size = std::max(kMinBatch, unsorted_entries_.size() / kBatchDivisor);
+      batch_size < unsorted_entries_.size()) {
     sampled_costs_.clear();
     const std::size_t step = (unsorted_entries_.size() + kCostSamples - 1) / kCostSamples;
     for (std::size_t i = 0; i < unsorted_entries_.size(); i += step)
       sampled_costs_.push_back(unsorted_entries_[i].cost);
-    const auto last = sampled_costs_.begin() + static_cast<std::ptrdiff_t>(taken / step);
+    const auto last = sampled_costs_.begin() + static_cast<std::ptrdiff_t>(batch_size / step);
     std::nth_element(sampled_costs_.begin(), last, sampled_costs_.end());
     sorted_cost_limit_ = *last;
   }

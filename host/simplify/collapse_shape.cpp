@@ -102,8 +102,8 @@ bool CollapseShape::add(CollapseMesh& mesh, std::uint32_t moved, std::uint32_t o
     if (had_area && !(turn > kMinTurnCosines[leniency] * length_before * length_after))
       return false;
     const Vec3d normal = normal_after * (1 / length_after);
-    const Vec3d was = had_area ? normal_before * (1 / length_before) : Vec3d{};
-    const bool turns_far = !had_area || !(dot(was, normal) > kSafeTurnCosine);
+    const Vec3d unit_normal_before = had_area ? normal_before * (1 / length_before) : Vec3d{};
+    const bool turns_far = !had_area || !(dot(unit_normal_before, normal) > kSafeTurnCosine);
     if (sharpening_ || turns_far) {
       MeanOrientation replaced_surface = orientation;
       replaced_surface += orientation_of_vertex_[first];
@@ -111,7 +111,8 @@ bool CollapseShape::add(CollapseMesh& mesh, std::uint32_t moved, std::uint32_t o
       if (const double cosine = replaced_surface.cosine_to_mean(normal);
           cosine < kMinFacingCosines[leniency]) {
         // A triangle that faces away is only allowed if it faced away even more before.
-        if (!had_area || !(cosine > replaced_surface.cosine_to_mean(was))) return false;
+        if (!had_area || !(cosine > replaced_surface.cosine_to_mean(unit_normal_before)))
+          return false;
       }
     }
     if (leniency == 0) {
@@ -120,7 +121,7 @@ bool CollapseShape::add(CollapseMesh& mesh, std::uint32_t moved, std::uint32_t o
         return false;
     }
     any_turns_far_ = any_turns_far_ || sharpening_ || turns_far;
-    new_triangles_.push_back({first, second, turns_far, was, normal});
+    new_triangles_.push_back({first, second, turns_far, unit_normal_before, normal});
   }
   return true;
 }
@@ -130,17 +131,17 @@ bool CollapseShape::creates_folds(CollapseMesh& mesh, std::uint32_t a, std::uint
                                   std::uint32_t leniency) {
   if (!any_turns_far_) return false;
   double cosine_before = 1, cosine_after = 1;
-  const bool many = new_triangles_.size() > kMinValenceToSort;
+  const bool is_sorted = new_triangles_.size() > kMinValenceToSort;
   const auto is_less = [](const Star& x, std::uint32_t v) { return x.first < v; };
-  if (many) {
+  if (is_sorted) {
     std::sort(new_triangles_.begin(), new_triangles_.end(),
               [](const Star& x, const Star& y) { return x.first < y.first; });
   }
   for (const Star& s : new_triangles_) {
     if (!sharpening_ && !s.turns_far) continue;
     auto next = new_triangles_.begin();
-    if (many) next = std::lower_bound(next, new_triangles_.end(), s.second, is_less);
-    for (; next != new_triangles_.end() && !(many && next->first != s.second); ++next) {
+    if (is_sorted) next = std::lower_bound(next, new_triangles_.end(), s.second, is_less);
+    for (; next != new_triangles_.end() && !(is_sorted && next->first != s.second); ++next) {
       if (next->first != s.second) continue;
       cosine_before = std::min(cosine_before, dot(s.before, next->before));
       cosine_after = std::min(cosine_after, dot(s.after, next->after));

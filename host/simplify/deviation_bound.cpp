@@ -123,11 +123,11 @@ DeviationBound::DeviationBound(const CollapseMesh& mesh, const BoundSamples& sam
 void DeviationBound::tighten_limits(std::span<const Ball> places) {
   for (std::size_t i = 0; i < squared_limits_.size(); ++i) {
     const Vec3d p = to_double(samples_.points[i]);
-    const bool inside = std::any_of(places.begin(), places.end(), [&](const Ball& place) {
-      const Vec3d way = p - place.center;
-      return dot(way, way) < place.radius * place.radius;
+    const bool is_inside = std::any_of(places.begin(), places.end(), [&](const Ball& place) {
+      const Vec3d offset_from_center = p - place.center;
+      return dot(offset_from_center, offset_from_center) < place.radius * place.radius;
     });
-    if (inside) squared_limits_[i] *= 1.0 / 16;
+    if (is_inside) squared_limits_[i] *= 1.0 / 16;
   }
 }
 
@@ -151,11 +151,12 @@ void DeviationBound::add_triangles_around(const CollapseMesh& mesh, std::uint32_
                                           bool with_common) {
   for (const std::uint32_t t : mesh.around(moved)) {
     if (mesh.alive[t] == 0) continue;
-    const bool common = other != kNoVertex && mesh.contains(t, other);
-    if (common && !with_common) continue;
+    const bool is_on_edge = other != kNoVertex && mesh.contains(t, other);
+    if (is_on_edge && !with_common) continue;
     reassigned_triangles_.push_back(t);
-    star_index_.push_back(common ? kNoVertex : static_cast<std::uint32_t>(new_triangles_.size()));
-    if (common) continue;
+    star_index_.push_back(is_on_edge ? kNoVertex
+                                     : static_cast<std::uint32_t>(new_triangles_.size()));
+    if (is_on_edge) continue;
     const Triangle& v = mesh.triangles[t];
     const std::size_t k = v[0] == moved ? 0 : v[1] == moved ? 1 : 2;
     new_triangles_.push_back(face_of(t, target, round_to_single(mesh.points[v[(k + 1) % 3]]),

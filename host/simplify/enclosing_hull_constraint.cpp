@@ -80,11 +80,11 @@ std::optional<Vec3d> minimum_on_plane(const QuadraticForm& form, const HalfSpace
 /// triangle's normal.
 template <class Body>
 void each_open_edge(const CollapseMesh& mesh, std::uint32_t vertex, const Body& body) {
-  struct Side {
+  struct EdgeTriangle {
     std::uint32_t other, triangle;
     bool starts_at_vertex;  ///< True if the edge starts at the vertex
   };
-  thread_local std::vector<Side> sides;
+  thread_local std::vector<EdgeTriangle> sides;
   sides.clear();
   mesh.each_triangle_around(vertex, [&](std::uint32_t t) {
     const Triangle& v = mesh.triangles[t];
@@ -93,16 +93,17 @@ void each_open_edge(const CollapseMesh& mesh, std::uint32_t vertex, const Body& 
     sides.push_back({v[(k + 2) % 3], t, false});
   });
   std::sort(sides.begin(), sides.end(),
-            [](const Side& a, const Side& b) { return a.other < b.other; });
+            [](const EdgeTriangle& a, const EdgeTriangle& b) { return a.other < b.other; });
   for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
     while (end < sides.size() && sides[end].other == sides[begin].other) ++end;
     if (end - begin != 1) continue;
-    const Side& side = sides[begin];
+    const EdgeTriangle& side = sides[begin];
     const Triangle& v = mesh.triangles[side.triangle];
     const Vec3d& p = mesh.points[v[0]];
     const Vec3d normal = cross(mesh.points[v[1]] - p, mesh.points[v[2]] - p);
-    const Vec3d &here = mesh.points[vertex], &there = mesh.points[side.other];
-    body(side.starts_at_vertex ? here : there, side.starts_at_vertex ? there : here, normal);
+    const Vec3d &vertex_point = mesh.points[vertex], &other_point = mesh.points[side.other];
+    body(side.starts_at_vertex ? vertex_point : other_point,
+         side.starts_at_vertex ? other_point : vertex_point, normal);
   }
 }
 

@@ -71,9 +71,9 @@ struct NoDataRule {
   /// Minimum distance between the value and the next one, as a multiple of the range of all other values
   static constexpr double kMinGap = 1;
   static constexpr double kMinDoubtfulGap =
-      10;  ///< Minimum distance for a warning about a value that no known program writes
+      10;  ///< As kMinGap, for a warning about a value that no known program writes
   static constexpr std::uint64_t kMinDoubtfulPixels =
-      2;  ///< Minimum number of pixels with such a value for a warning
+      2;  ///< Such a warning requires that at least this many pixels have the value
 
   static bool is(double value, double other) {
     return std::abs(value - other) <= kRelativeTolerance * std::abs(other);
@@ -85,17 +85,17 @@ struct NoDataRule {
 };
 
 /// The lowest and the highest value, how often they occur, and the values next to them.
-struct Ends {
-  struct End {
+struct ExtremeValues {
+  struct ExtremeValue {
     /// The extreme value, and the value next to it; equal if the image has a single value
     double value = 0, next = 0;
     std::uint64_t count = 0;
   };
-  End low, high;
+  ExtremeValue low, high;
   bool any = false;
 
-  static Ends of(const Image& image) {
-    Ends ends;
+  static ExtremeValues of(const Image& image) {
+    ExtremeValues ends;
     for (int pass = 0; pass < 2; ++pass) {
       for (std::size_t i = 0; i < image.pixels.size(); i += image.channels) {
         const double value = image.pixels[i];
@@ -154,9 +154,9 @@ NoData mark_no_data(Heights& heights, std::optional<double> value, bool guess) {
     };
     if (remove_values(is_given) != 0) found.values.push_back(*given_no_data);
   } else if (guess && !given_no_data && heights.largest == 1) {
-    for (Ends ends = Ends::of(image); ends.any; ends = Ends::of(image)) {
+    for (ExtremeValues ends = ExtremeValues::of(image); ends.any; ends = ExtremeValues::of(image)) {
       bool search_again = false;
-      for (const Ends::End& end : {ends.low, ends.high}) {
+      for (const ExtremeValues::ExtremeValue& end : {ends.low, ends.high}) {
         const bool is_lowest = end.value == ends.low.value;
         const double gap = std::abs(end.next - end.value);
         const double other_range =
@@ -191,7 +191,7 @@ Mesh height_field_mesh(const Image& image, const HeightFieldOptions& options) {
                                       " pixels: at most 2^30 are supported. Scale it down.");
   }
   const std::size_t count = std::size_t{image.width} * image.height;
-  // Each pixel takes a vertex, its UV and two triangles.
+  // Each pixel becomes a vertex with a UV, and two triangles.
   constexpr std::uint64_t kBytesPerPixel = sizeof(Vec3) + sizeof(Vec2) + 4 * sizeof(Triangle);
   require_memory("The mesh of the height field of " + std::to_string(image.width) + " x " +
                      std::to_string(image.height) + " pixels",

@@ -35,18 +35,21 @@ std::optional<Vec3d> HeightfieldConstraint::place(const CollapseMesh& mesh, std:
                                                   std::uint32_t b, Anchor anchor,
                                                   Quadric& sum) const {
   const Vec3d &pa = mesh.points[a], &pb = mesh.points[b];
-  const auto on = static_cast<std::uint8_t>(rectangle_sides_[a] | rectangle_sides_[b]);
+  const auto sides_of_both = static_cast<std::uint8_t>(rectangle_sides_[a] | rectangle_sides_[b]);
   // Vertices on different sides of the rectangle may not merge, since one of them would leave its side.
-  if (on != rectangle_sides_[a] && on != rectangle_sides_[b]) return std::nullopt;
+  if (sides_of_both != rectangle_sides_[a] && sides_of_both != rectangle_sides_[b])
+    return std::nullopt;
   if (anchor != Anchor::none) {
     const std::uint32_t fixed = anchor == Anchor::first ? a : b;
-    return rectangle_sides_[fixed] == on ? std::optional(mesh.points[fixed]) : std::nullopt;
+    return rectangle_sides_[fixed] == sides_of_both ? std::optional(mesh.points[fixed])
+                                                    : std::nullopt;
   }
-  if (on == 0) return sum.best_near(pa, pb);
+  if (sides_of_both == 0) return sum.best_near(pa, pb);
   // The merged vertex only moves along the side on which one of the two vertices lies. A corner of the rectangle keeps
   // its position.
-  const Vec3d& fixed = rectangle_sides_[a] == on ? pa : pb;
-  const bool x_fixed = (on & (kLeft | kRight)) != 0, y_fixed = (on & (kBottom | kTop)) != 0;
+  const Vec3d& fixed = rectangle_sides_[a] == sides_of_both ? pa : pb;
+  const bool x_fixed = (sides_of_both & (kLeft | kRight)) != 0,
+             y_fixed = (sides_of_both & (kBottom | kTop)) != 0;
   if (x_fixed && y_fixed) return fixed;
   Vec3d best = sum.best_near(pa, pb);
   (x_fixed ? best.x : best.y) = x_fixed ? fixed.x : fixed.y;

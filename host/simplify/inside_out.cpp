@@ -18,19 +18,19 @@ namespace {
 /// Maximum number of comparisons of boxes. If more were needed, no component is reported.
 constexpr std::size_t kMaxComparisons = 10'000'000;
 
-struct Part {
+struct ComponentVolume {
   double volume = 0;
   Box<Vec3d> box;
   Vec3d reference_corner{};
   bool has_triangle = false, open = false;
 };
 
-std::vector<Part> components_of(const Work& work) {
+std::vector<ComponentVolume> components_of(const Work& work) {
   DisjointSets sets(work.points.size());
   join_parts(work.triangles, sets);
-  std::vector<Part> components(work.points.size());
+  std::vector<ComponentVolume> components(work.points.size());
   for (const Triangle& t : work.triangles) {
-    Part& part = components[sets.find(t[0])];
+    ComponentVolume& part = components[sets.find(t[0])];
     const Vec3d &a = work.points[t[0]], &b = work.points[t[1]], &c = work.points[t[2]];
     if (!part.has_triangle) part.reference_corner = a;
     part.has_triangle = true;
@@ -46,23 +46,24 @@ std::vector<Part> components_of(const Work& work) {
           orientation_sum += SideLists::forward(side) ? 1 : -1;
         if (orientation_sum != 0) components[sets.find(a)].open = true;
       });
-  std::erase_if(components, [](const Part& part) { return !part.has_triangle || part.open; });
+  std::erase_if(components,
+                [](const ComponentVolume& part) { return !part.has_triangle || part.open; });
   return components;
 }
 
 }  // namespace
 
-InsideOut find_inside_out(const Work& work) {
-  const std::vector<Part> components = components_of(work);
-  InsideOut found;
+InsideOutComponents find_inside_out(const Work& work) {
+  const std::vector<ComponentVolume> components = components_of(work);
+  InsideOutComponents found;
   found.closed = components.size();
-  std::vector<const Part*> positive_parts, negative_parts;
-  for (const Part& part : components)
+  std::vector<const ComponentVolume*> positive_parts, negative_parts;
+  for (const ComponentVolume& part : components)
     (part.volume < 0 ? negative_parts : positive_parts).push_back(&part);
   if (positive_parts.size() * negative_parts.size() > kMaxComparisons) return found;
-  for (const Part* part : negative_parts) {
+  for (const ComponentVolume* part : negative_parts) {
     if (std::any_of(positive_parts.begin(), positive_parts.end(),
-                    [&](const Part* s) { return s->box.contains(part->box); })) {
+                    [&](const ComponentVolume* s) { return s->box.contains(part->box); })) {
       continue;
     }
     if (found.count++ == 0) found.example = part->reference_corner;
@@ -73,7 +74,7 @@ InsideOut find_inside_out(const Work& work) {
 void warn_of_inside_out(const Work& work,
                         const std::function<std::string(const Vec3d&)>& format_point,
                         std::vector<Warning>& warnings) {
-  const InsideOut found = find_inside_out(work);
+  const InsideOutComponents found = find_inside_out(work);
   if (found.count == 0) return;
   warnings.push_back(
       {"inside-out",

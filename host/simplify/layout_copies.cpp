@@ -11,8 +11,8 @@
 namespace kiln {
 namespace {
 
-/// Largest distance between two corners that count as the same, and side of a cell of the search grid; both in UV
-/// units.
+/// Corners at a distance of at most kMaxCopyDistance count as the same. kCellSize is the side of a cell of the grid
+/// that finds them. Both are in UV units.
 constexpr double kMaxCopyDistance = 1e-5, kCellSize = 1.0 / 1024;
 
 struct CopyCenter {

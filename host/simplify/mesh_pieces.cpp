@@ -10,20 +10,22 @@
 namespace kiln {
 namespace {
 
-struct Item {
+struct TriangleCentre {
   float x, y, z;
   std::uint32_t triangle;
 };
 
 /// Splits a list into halves across the longest side of its bounding box.
-void halve_items(std::span<Item> items) {
+void halve_items(std::span<TriangleCentre> items) {
   Box<Vec3> box;
-  for (const Item& p : items) box.add({p.x, p.y, p.z});
+  for (const TriangleCentre& p : items) box.add({p.x, p.y, p.z});
   const auto& [low, high] = box;
   const float x = high.x - low.x, y = high.y - low.y, z = high.z - low.z;
-  const auto axis = x >= y && x >= z ? &Item::x : y >= z ? &Item::y : &Item::z;
+  const auto axis = x >= y && x >= z ? &TriangleCentre::x
+                    : y >= z         ? &TriangleCentre::y
+                                     : &TriangleCentre::z;
   std::nth_element(items.begin(), items.begin() + static_cast<std::ptrdiff_t>(items.size() / 2),
-                   items.end(), [axis](const Item& p, const Item& q) {
+                   items.end(), [axis](const TriangleCentre& p, const TriangleCentre& q) {
                      return p.*axis != q.*axis ? p.*axis < q.*axis : p.triangle < q.triangle;
                    });
 }
@@ -33,18 +35,18 @@ void halve_items(std::span<Item> items) {
 std::vector<std::vector<std::uint32_t>> pieces_of(std::span<const Vec3> positions,
                                                   std::span<const Triangle> triangles,
                                                   std::size_t least) {
-  std::vector<Item> items(triangles.size());
+  std::vector<TriangleCentre> items(triangles.size());
   for (std::uint32_t t = 0; t < items.size(); ++t) {
     const Vec3& corner = positions[triangles[t][0]];
     items[t] = {corner.x, corner.y, corner.z, t};
   }
-  std::vector<std::span<Item>> pieces{items};
+  std::vector<std::span<TriangleCentre>> pieces{items};
   while (pieces[0].size() / 2 >= least) {
     parallel_for(pieces.size(), 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) halve_items(pieces[i]);
     });
-    std::vector<std::span<Item>> halves;
-    for (const std::span<Item> piece : pieces) {
+    std::vector<std::span<TriangleCentre>> halves;
+    for (const std::span<TriangleCentre> piece : pieces) {
       halves.push_back(piece.first(piece.size() / 2));
       halves.push_back(piece.subspan(piece.size() / 2));
     }
@@ -54,7 +56,7 @@ std::vector<std::vector<std::uint32_t>> pieces_of(std::span<const Vec3> position
   parallel_for(result.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       result[i].reserve(pieces[i].size());
-      for (const Item& item : pieces[i]) result[i].push_back(item.triangle);
+      for (const TriangleCentre& item : pieces[i]) result[i].push_back(item.triangle);
       std::sort(result[i].begin(), result[i].end());
     }
   });

@@ -43,8 +43,8 @@ class NormalFans {
   /// \param sides  two-sided triangles of `low`: the front and the back of a sheet share no normal, nor do a one-sided
   ///   sheet and a body
   /// \param least_turn  cosine of the largest angle between faces that share a normal. Edges at larger angles are
-  ///   creases, at which normals are split; -1: no creases
-  /// \param hard  true for each side (3 * triangle + corner) that is a crease at any angle; empty: none
+  ///   creases, at which normals are split; with -1, there are no creases
+  /// \param hard  true for each side (3 * triangle + corner) that is a crease at any angle; may be empty
   explicit NormalFans(const Mesh& low, const TwoSided& sides, double least_turn = -1,
                       const std::vector<bool>& hard = {});
 

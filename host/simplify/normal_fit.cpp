@@ -45,7 +45,8 @@ constexpr double kMinNormalCosine = 0.2;
 /// roughest surfaces. On rough surfaces, a lower weight would fit normals better for shading without a map, but normals
 /// would vary more between faces, which a normal map has to cancel.
 constexpr double kMinFaceNormalWeight = 0.001, kMaxFaceNormalWeight = 0.6;
-/// Mean squared residual at which that weight is in the middle of its range: the square of 1.6 degrees in radians.
+/// Mean squared residual at which the face normals' weight is in the middle of its range: the square of 1.6 degrees in
+/// radians.
 constexpr double kMidRoughness = 0.0008;
 
 /// Smallest angle between the two fitted normals of a crease, in degrees. Smaller angles are not worth the extra
@@ -177,9 +178,9 @@ std::vector<bool> NormalFit::along_hard_edges(const std::vector<Vec3>& positions
         const double size = length(hard_length);
         if (!(size > 0)) continue;
         const double share = std::clamp(dot(at - from, hard_length) / (size * size), 0.0, 1.0);
-        const double beside = length(at - from - hard_length * share) / size;
-        if (beside >= nearest_distance) continue;
-        nearest_distance = beside;
+        const double distance_beside = length(at - from - hard_length * share) / size;
+        if (distance_beside >= nearest_distance) continue;
+        nearest_distance = distance_beside;
         low_side_of_edge[i] = static_cast<std::uint32_t>(3 * t + k);
       }
     }
@@ -211,13 +212,14 @@ std::vector<bool> NormalFit::along_hard_edges(const std::vector<Vec3>& positions
 /// \returns false if the normal has no direction
 bool NormalFit::normal_at(std::size_t triangle, const std::array<double, 3>& share,
                           const Vec3d& face, Vec3d& normal) const {
-  const bool own = high_.normal_triangles.size() == high_.triangles.size();
-  if (!own && smooth_.triangles.empty()) {
+  const bool has_own_normals = high_.normal_triangles.size() == high_.triangles.size();
+  if (!has_own_normals && smooth_.triangles.empty()) {
     normal = face;
     return true;
   }
-  const Triangle& corners = own ? high_.normal_triangles[triangle] : smooth_.triangles[triangle];
-  const std::vector<Vec3>& pool = own ? high_.normals : smooth_.normals;
+  const Triangle& corners =
+      has_own_normals ? high_.normal_triangles[triangle] : smooth_.triangles[triangle];
+  const std::vector<Vec3>& pool = has_own_normals ? high_.normals : smooth_.normals;
   normal = {};
   for (std::size_t k = 0; k < 3; ++k) {
     const Vec3d at = to_double(pool[corners[k]]);
@@ -372,7 +374,8 @@ class NormalFit::Solver {
   /// are few, the mean of all triangles is blended in.
   void estimate_roughness(const Normals& normals,
                           const std::vector<std::uint32_t>& normal_of_corner) {
-    constexpr double kPriorSamples = 4;  // Weight of that mean, as a number of samples
+    constexpr double kPriorSamples =
+        4;  // Weight of the mean of all triangles, as a number of samples
     std::vector<double> number(residuals_.size(), 0.0);
     residuals_.assign(residuals_.size(), 0.0);
     double residual_sum = 0, count = 0;
@@ -415,8 +418,8 @@ class NormalFit::Solver {
 const std::vector<NormalFit::SampleMatch>& NormalFit::sampled_positions(const Mesh& low,
                                                                         const TwoSided& sides,
                                                                         Samples& last) const {
-  const bool known = !last.places_.empty() && last.triangles_ == low.triangles;
-  if (known && last.positions_ == low.positions) return last.places_;
+  const bool are_samples_known = !last.places_.empty() && last.triangles_ == low.triangles;
+  if (are_samples_known && last.positions_ == low.positions) return last.places_;
   const std::size_t wanted =
       std::max(kMinNormalSamples, kNormalSamplesPerFace * low.triangles.size());
   last.places_ = match_samples(wanted, low, sides);

@@ -59,7 +59,7 @@ class NormalFit {
   const Mesh& high_;
   Frame frame_;
   std::vector<Vec3> positions_;
-  CornerNormals smooth_;  ///< Computed normals, if the mesh is small and has none; else empty
+  CornerNormals smooth_;  ///< Normals computed for a small mesh that has none; otherwise empty
   std::vector<HardEdge> hard_edges_;  ///< Hard edges of the high poly
   std::vector<double> area_sums_;     ///< Prefix sums of the triangles' doubled areas
 };

@@ -130,7 +130,7 @@ std::vector<std::size_t> count_along_borders(const std::vector<std::vector<std::
 }
 
 /// Simplifies the pieces on all threads, then the whole mesh if needed.
-/// \param is_kept      for each triangle, 1 if it must be kept; empty: none must
+/// \param is_kept      for each triangle, 1 if it must be kept; if empty, none must
 /// \param other_work  unrelated work that one of the threads does meanwhile
 /// \param known      as for presimplify()
 std::vector<Triangle> simplify_by_pieces(const PositionsAndTriangles& mesh,
@@ -155,11 +155,11 @@ std::vector<Triangle> simplify_by_pieces(const PositionsAndTriangles& mesh,
   std::vector<std::uint8_t> is_known(pieces.size(), 0);
   if (!is_kept.empty()) {
     for (std::size_t i = 0; i < pieces.size(); ++i) {
-      const std::size_t stay = std::erase_if(pieces[i], [&](std::uint32_t t) {
+      const std::size_t kept_count = std::erase_if(pieces[i], [&](std::uint32_t t) {
         if (is_kept[t] != 0) result.push_back(mesh.triangles[t]);
         return is_kept[t] != 0;
       });
-      if (stay > 0 || i >= known.size()) continue;
+      if (kept_count > 0 || i >= known.size()) continue;
       parts[i] = known[i];
       is_known[i] = 1;
     }
@@ -180,9 +180,9 @@ std::vector<Triangle> simplify_by_pieces(const PositionsAndTriangles& mesh,
     result.insert(result.end(), part.begin(), part.end());
   }
   if (is_kept.empty()) known = std::move(parts);
-  const bool near =
+  const bool is_near_goal =
       static_cast<double>(result.size() - untouched) <= kMaxGoalExcess * static_cast<double>(faces);
-  if (near || !is_kept.empty()) return result;
+  if (is_near_goal || !is_kept.empty()) return result;
   return simplify_triangles({mesh.positions, result}, faces, error, 0);
 }
 
@@ -330,13 +330,13 @@ void relax_folds(const std::vector<Triangle>& triangles, const std::vector<std::
   std::vector<Vec3d> sums(positions.size());
   std::vector<double> counts(positions.size(), 0);
   for (int round = 0; round < kRounds; ++round) {
-    bool any = false;
+    bool any_moved = false;
     for (const Triangle& t : triangles) {
       if (dot(normal_of(positions, t), facing[t[0]] + facing[t[1]] + facing[t[2]]) > 0) continue;
       for (const std::uint32_t v : t) moves[v] = static_cast<std::uint8_t>(1 - is_fixed[v]);
-      any = true;
+      any_moved = true;
     }
-    if (!any) return;
+    if (!any_moved) return;
     for (const Triangle& t : triangles) {
       for (std::size_t k = 0; k < 3; ++k) {
         if (moves[t[k]] == 0) continue;
@@ -366,16 +366,17 @@ void drop_small_components(std::vector<Triangle>& triangles, const std::vector<T
   for (const Triangle& t : triangles) ++size[parts.find(t[0])];
   // For the first vertex of each component, 1 if the component is small and lies beside a cut.
   std::vector<std::uint8_t> is_torn(origin.size(), 0);
-  bool any = false;
+  bool any_torn = false;
   for (auto v = static_cast<std::uint32_t>(dense_sides.vertices()); v < origin.size(); ++v) {
     for (const std::uint32_t end : {v, origin[v]}) {
       const std::uint32_t part = parts.find(end);
       is_torn[part] = size[part] > 0 && size[part] <= kMaxSmallComponent;
-      any = any || is_torn[part] != 0;
+      any_torn = any_torn || is_torn[part] != 0;
     }
   }
-  if (!any) return;
-  // A small component whose vertices all belong to one dense component was cut off from it.
+  if (!any_torn) return;
+  // If all vertices of a small component come from a single component of the dense mesh, a cut has separated them from
+  // the rest of that component.
   const std::vector<std::uint32_t> dense_part = dense_component_of_vertices(dense, dense_sides);
   // For each dense component, 1 if triangles of it remain that are not in small components.
   std::vector<std::uint8_t> is_remaining(dense.size(), 0);

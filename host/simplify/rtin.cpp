@@ -42,10 +42,10 @@ std::optional<Grid> grid_of(const Work& work) {
       work.triangles.size() != 2 * (columns - 1) * (rows - 1)) {
     return std::nullopt;
   }
-  struct At {
+  struct GridCell {
     std::uint32_t column, row;
   };
-  std::vector<At> at(work.points.size());
+  std::vector<GridCell> at(work.points.size());
   const auto index = [](const std::vector<double>& values, double value) {
     return static_cast<std::uint32_t>(std::lower_bound(values.begin(), values.end(), value) -
                                       values.begin());
@@ -136,7 +136,7 @@ std::vector<double> errors_of(const Lattice& lattice) {
   // sides of squares come first, then those on diagonals.
   for (std::size_t step = 1; step < lattice.cells(); step *= 2) {
     const std::size_t square_size = 2 * step;
-    const auto off = [&](std::size_t at, std::size_t from, std::size_t to) {
+    const auto height_error = [&](std::size_t at, std::size_t from, std::size_t to) {
       return std::abs(lattice.height(at) - (lattice.height(from) + lattice.height(to)) / 2);
     };
     // Triangles whose hypotenuse is the side of a square. The hypotenuses of their children have their midpoints in the
@@ -147,7 +147,7 @@ std::vector<double> errors_of(const Lattice& lattice) {
         const bool is_upright = row % 2 == 1;
         for (std::size_t i = is_upright ? 0 : step; i < side; i += square_size) {
           const std::size_t at = j * side + i, half_hypotenuse = is_upright ? step * side : step;
-          double error = off(at, at - half_hypotenuse, at + half_hypotenuse);
+          double error = height_error(at, at - half_hypotenuse, at + half_hypotenuse);
           if (step > 1) {
             const std::size_t half = step / 2;
             for (const bool right : {false, true}) {
@@ -171,9 +171,9 @@ std::vector<double> errors_of(const Lattice& lattice) {
           const std::size_t at = (row * square_size + step) * side + column * square_size + step;
           const bool is_rising = (row + column) % 2 == 0;
           const std::size_t half_hypotenuse = is_rising ? step * side + step : step * side - step;
-          errors[at] =
-              std::max({off(at, at - half_hypotenuse, at + half_hypotenuse), errors[at - step],
-                        errors[at + step], errors[at - step * side], errors[at + step * side]});
+          errors[at] = std::max({height_error(at, at - half_hypotenuse, at + half_hypotenuse),
+                                 errors[at - step], errors[at + step], errors[at - step * side],
+                                 errors[at + step * side]});
         }
       }
     });

@@ -111,7 +111,7 @@ struct SimplifyLevels::Impl {
     bool has_flaws = false, measured = false;
   };
 
-  /// Makes `level` the one that the following calls work on.
+  /// Selects the level that the following calls work on.
   void select_level(std::size_t level) {
     options.faces = requested_faces.at(level);
     report = high_report;
@@ -261,11 +261,11 @@ std::vector<SimplifiedLevel> simplify_levels(const Mesh& high, std::span<const s
       continue;
     }
     const Stopwatch timer;
-    SimplifiedLevel& made = result.emplace_back();
+    SimplifiedLevel& simplified = result.emplace_back();
     if (levels.can_be_solved(level)) levels.solve(level);
-    made.mesh = levels.mesh(level, &made.report);
-    transfer_colors(high, made.mesh);
-    made.report.seconds = timer.total();
+    simplified.mesh = levels.mesh(level, &simplified.report);
+    transfer_colors(high, simplified.mesh);
+    simplified.report.seconds = timer.total();
   }
   return result;
 }

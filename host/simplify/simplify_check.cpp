@@ -42,14 +42,14 @@ TriangleCorners corners_of(const std::vector<Vec3d>& points, const Triangle& t) 
 }
 
 /// A side of a triangle. Sorting by `key` brings the sides at one edge together.
-struct Side {
+struct TriangleSide {
   std::uint64_t key;
   std::uint32_t triangle;
   bool starts_at_lower;
 };
 
-std::vector<Side> sorted_sides(std::span<const Triangle> triangles) {
-  std::vector<Side> sides;
+std::vector<TriangleSide> sorted_sides(std::span<const Triangle> triangles) {
+  std::vector<TriangleSide> sides;
   sides.reserve(triangles.size() * 3);
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
@@ -57,7 +57,7 @@ std::vector<Side> sorted_sides(std::span<const Triangle> triangles) {
       sides.push_back({a < b ? a << 32 | b : b << 32 | a, t, a < b});
     }
   }
-  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+  std::sort(sides.begin(), sides.end(), [](const TriangleSide& a, const TriangleSide& b) {
     return a.key != b.key ? a.key < b.key : a.triangle < b.triangle;
   });
   return sides;
@@ -77,9 +77,9 @@ struct Neighbours {
 std::vector<Neighbours> neighbours_of(const std::vector<Vec3d>& normals,
                                       const std::vector<Triangle>& triangles) {
   std::vector<Neighbours> found(triangles.size());
-  const std::vector<Side> sides = sorted_sides(triangles);
+  const std::vector<TriangleSide> sides = sorted_sides(triangles);
   for (std::size_t i = 1; i < sides.size(); ++i) {
-    const Side &a = sides[i - 1], &b = sides[i];
+    const TriangleSide &a = sides[i - 1], &b = sides[i];
     if (a.key != b.key || a.starts_at_lower == b.starts_at_lower) continue;
     const double cosine = dot(normals[a.triangle], normals[b.triangle]);
     found[a.triangle].add(cosine);
@@ -136,10 +136,10 @@ void SimplifyCheck::load_near(const std::vector<Vec3d>& points,
                     });
     }
   }
-  const bool known = std::equal(
+  const bool is_known = std::equal(
       needed_cells.begin(), needed_cells.end(), marked_cells_.begin(), marked_cells_.end(),
       [](std::uint8_t wanted, std::uint8_t had) { return wanted <= had; });
-  if (known) return;
+  if (is_known) return;
   std::vector<std::uint8_t> is_in_marked_cell(triangles_.size(), 0);
   parallel_for(triangles_.size(), kTrianglesOfPiece, [&](std::size_t begin, std::size_t end) {
     Vec3d from{}, to{};
@@ -168,7 +168,7 @@ void SimplifyCheck::load_near(const std::vector<Vec3d>& points,
 bool SimplifyCheck::faces_away(const TriangleCorners& p, bool shell) const {
   const Vec3d normal = unit_or_zero(normal_of(p));
   const double longest = std::max({length(p[1] - p[0]), length(p[2] - p[1]), length(p[0] - p[2])});
-  const double between = shell ? std::min(kShellReach * longest, kSearchRadius) : 0;
+  const double shell_reach = shell ? std::min(kShellReach * longest, kSearchRadius) : 0;
   std::size_t faces_away_at = 0;
   for (std::size_t i = 0; i < 4; ++i) {
     Vec3d at{};
@@ -187,13 +187,13 @@ bool SimplifyCheck::faces_away(const TriangleCorners& p, bool shell) const {
       surface_->each_within(point, radius * radius,
                             [&](const Vec3* c) { best = std::max(best, agreement(c)); });
     }
-    if (best < kMaxAwayCosine && between > radius) {
-      surface_->each_within(point, between * between, [&](const Vec3* c) {
+    if (best < kMaxAwayCosine && shell_reach > radius) {
+      surface_->each_within(point, shell_reach * shell_reach, [&](const Vec3* c) {
         if (agreement(c) > kShellCosine) best = 1;
       });
     }
     faces_away_at += best < kMaxAwayCosine;
-    if (i >= faces_away_at + 1) return false;  // Too few of the points can still face away
+    if (i >= faces_away_at + 1) return false;  // Three of the four points can no longer face away
   }
   return faces_away_at >= 3;
 }

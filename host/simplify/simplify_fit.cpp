@@ -56,8 +56,8 @@ void SimplifyJob::revert_flawed(SimplifyResult& fitted, const SimplifyResult& be
     for (const auto* list : {&flaws.flat, &flaws.facing_down, &flaws.folded}) {
       for (const std::uint32_t t : *list) {
         for (const std::uint32_t v : fitted.triangles[t]) {
-          const Vec3d way = fitted.points[v] - before.points[v];
-          any = any || dot(way, way) > 0;
+          const Vec3d displacement = fitted.points[v] - before.points[v];
+          any = any || dot(displacement, displacement) > 0;
           fitted.points[v] = before.points[v];
         }
       }

@@ -92,7 +92,8 @@ Triangle welded_corners(const Mesh& mesh, const std::vector<std::uint32_t>& weld
     if (vertex >= mesh.positions.size()) {
       throw Error(ErrorCode::input, "simplify: triangle " + std::to_string(t) + " of mesh '" +
                                         mesh.name + "' uses vertex " + std::to_string(vertex) +
-                                        ", but has only " + std::to_string(mesh.positions.size()) +
+                                        ", but the mesh has only " +
+                                        std::to_string(mesh.positions.size()) +
                                         " vertices; check the program that wrote it");
     }
     vertex = welded[vertex];
@@ -133,7 +134,7 @@ std::vector<Triangle> clean(const Mesh& mesh, std::vector<SourceTriangle>& sourc
   sources.resize(result.size());
   std::atomic<bool> all_usable = true;
   parallel_for(result.size(), kTrianglesPerTask, [&](std::size_t begin, std::size_t end) {
-    bool all = true;
+    bool are_all_usable = true;
     for (std::size_t t = begin; t < end; ++t) {
       const Triangle v = welded_corners(mesh, welded, t);
       const Vec3 &a = mesh.positions[v[0]], &b = mesh.positions[v[1]], &c = mesh.positions[v[2]];
@@ -141,12 +142,12 @@ std::vector<Triangle> clean(const Mesh& mesh, std::vector<SourceTriangle>& sourc
                                ? TriangleState::not_finite
                            : triangle_shape(a, b, c).area > 0 ? TriangleState::usable
                                                               : TriangleState::degenerate;
-      all = all && triangle_states[t] == TriangleState::usable;
+      are_all_usable = are_all_usable && triangle_states[t] == TriangleState::usable;
       const std::size_t lowest = v[0] <= v[1] ? (v[0] <= v[2] ? 0 : 2) : (v[1] <= v[2] ? 1 : 2);
       result[t] = {v[lowest], v[(lowest + 1) % 3], v[(lowest + 2) % 3]};
       sources[t] = {static_cast<std::uint32_t>(t), static_cast<std::uint32_t>(lowest)};
     }
-    if (!all) all_usable = false;
+    if (!are_all_usable) all_usable = false;
   });
   /// Removes the triangles for which a predicate is false.
   const auto keep_if = [&](const auto& is_kept) {
@@ -274,7 +275,7 @@ Labels labels_of(const Mesh& mesh, const Work& work) {
 }
 
 Layout layout_of(const Mesh& mesh, const Work& work) {
-  struct Corner {
+  struct LayoutCorner {
     std::uint32_t vertex;
     std::uint64_t uv;  ///< Bit pattern of the UV
     std::uint32_t example;
@@ -286,7 +287,7 @@ Layout layout_of(const Mesh& mesh, const Work& work) {
   layout.groups = std::move(labels.of);
   layout.group_of = std::move(labels.source);
   layout.corners.resize(work.triangles.size());
-  std::vector<Corner> corners;
+  std::vector<LayoutCorner> corners;
   corners.reserve(work.triangles.size() * 3);
   for (std::uint32_t t = 0; t < work.triangles.size(); ++t) {
     const SourceTriangle& source = work.sources[t];
@@ -300,9 +301,9 @@ Layout layout_of(const Mesh& mesh, const Work& work) {
     }
   }
   std::sort(corners.begin(), corners.end(),
-            [](const Corner& a, const Corner& b) { return a.key() < b.key(); });
+            [](const LayoutCorner& a, const LayoutCorner& b) { return a.key() < b.key(); });
   for (std::size_t i = 0; i < corners.size(); ++i) {
-    const Corner& c = corners[i];
+    const LayoutCorner& c = corners[i];
     if (i == 0 || corners[i - 1].vertex != c.vertex || corners[i - 1].uv != c.uv) {
       layout.uvs.push_back({std::bit_cast<float>(static_cast<std::uint32_t>(c.uv >> 32)),
                             std::bit_cast<float>(static_cast<std::uint32_t>(c.uv))});
@@ -327,13 +328,13 @@ bool turn_outwards(const Mesh& mesh, std::vector<Triangle>& triangles) {
     return Vec3d{p.x, p.y, p.z};
   };
   const Vec3d middle = at(triangles.at(0)[0]);
-  struct Sums {
+  struct AreaAndVolume {
     Vec3d face{};
     double area = 0, volume = 0;
   };
-  std::vector<Sums> parts(triangles.size() / kTrianglesPerTask + 1);
+  std::vector<AreaAndVolume> parts(triangles.size() / kTrianglesPerTask + 1);
   parallel_for(triangles.size(), kTrianglesPerTask, [&](std::size_t begin, std::size_t end) {
-    Sums sums;
+    AreaAndVolume sums;
     for (std::size_t t = begin; t < end; ++t) {
       const Triangle& v = triangles[t];
       const Vec3d a = at(v[0]) - middle, b = at(v[1]) - middle, c = at(v[2]) - middle;
@@ -346,7 +347,7 @@ bool turn_outwards(const Mesh& mesh, std::vector<Triangle>& triangles) {
   });
   Vec3d sum{0, 0, 0};
   double area = 0, volume = 0;
-  for (const Sums& part : parts) {
+  for (const AreaAndVolume& part : parts) {
     sum += part.face;
     area += part.area;
     volume += part.volume;

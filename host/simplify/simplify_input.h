@@ -89,8 +89,8 @@ Work compact(const Mesh& mesh, std::vector<Triangle> triangles, std::vector<Sour
 struct Labels {
   std::vector<std::uint32_t> of;      ///< Label of each triangle; empty if the mesh has no labels
   std::vector<std::uint32_t> source;  ///< For each label, a triangle of the given mesh that has it
-  /// For each label, the triangle on the back of one that has the label, or TwoSided::kNone; empty if no triangle is
-  /// two-sided
+  /// For each label, the triangle that is the back of a triangle with this label, or TwoSided::kNone if there is none.
+  /// Empty if no triangle is two-sided
   std::vector<std::uint32_t> backs;
 };
 Labels labels_of(const Mesh& mesh, const Work& work);

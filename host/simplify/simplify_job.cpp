@@ -44,7 +44,8 @@ constexpr int kMaxSurplusRounds = 3;
 constexpr std::uint64_t kComponentSamples = 1 << 14;
 /// Maximum number of presimplifications.
 constexpr int kMaxStarts = 4;
-/// Maximum number of presimplifications within a bound, where they cause fewer flaws.
+/// Maximum number of presimplifications if the goal is an error instead of a number of faces. Presimplification then
+/// causes fewer flaws.
 constexpr int kMaxBoundStarts = 2;
 /// If there are at most this many flaws, presimplification is repeated and keeps the high poly around them.
 constexpr std::size_t kMaxFlawedPlaces = 256;
@@ -300,14 +301,14 @@ void SimplifyJob::drop_components(const ComponentSizes& parts,
                               count});
 }
 
-/// Removes the smallest components if the requested faces do not suffice for all, or else the components that are
-/// smaller than the deviation of the largest one.
+/// Removes the smallest components if the requested faces do not suffice for all. Otherwise removes the components
+/// whose diagonal is below the distance by which the simplified largest component deviates from the high poly.
 /// \returns true if any was removed
 bool SimplifyJob::drop_small_components() {
   if (options_.keep_parts || options_.faces == 0 || !has_free_vertices(options_)) return false;
   AsyncTask<bool> finely_curved([this] {
     return is_finely_tessellated();
-  });  // Computed meanwhile for start(), which rarely needs it
+  });  // Computed while components are found, in case start() is called below
   const ComponentSizes parts(dense_);
   finely_curved.get();
   if (parts.is_single_component()) return false;
@@ -340,8 +341,8 @@ bool SimplifyJob::drop_small_components() {
   return true;
 }
 
-/// Removes the smallest components if the result has too many faces because components need more faces than was
-/// estimated, as for holes and handles.
+/// Removes the smallest components if the result has too many faces. This happens if components need more faces than
+/// estimated, for example since holes and handles must be kept.
 /// \returns true if any was removed
 bool SimplifyJob::drop_surplus(const SimplifyResult& result) {
   const double above = static_cast<double>(count_faces(result)) / options_.faces;

@@ -83,7 +83,7 @@ class SimplifyState {
   }
   void run_within();
   bool is_bounded() const { return deviation_bound_->has_refused(); }
-  std::size_t faces() const { return mesh_.face_count_with_backs(); }
+  std::size_t faces() const { return mesh_.face_count_with_back_faces(); }
   /// \param of_triangles  see CollapseMesh::two_sided
   void count_sides(std::vector<std::uint8_t> of_triangles) {
     mesh_.count_sides(std::move(of_triangles));
@@ -255,7 +255,7 @@ class SimplifyJob {
   SimplifyCheck check_;
   Layout layout_;
   std::vector<std::uint32_t> label_source_;  ///< For each label, a high-poly triangle that has it
-  /// For each label, a triangle on the back of such a triangle; see Labels::backs
+  /// For each label, the triangle that is the back of a triangle with this label; see Labels::backs
   std::vector<std::uint32_t> label_back_;
   std::unique_ptr<BoundSamples> bound_samples_;  ///< Samples for bounds; built on first use
   std::optional<bool> is_finely_tessellated_;  ///< Result of is_finely_tessellated(), once computed

@@ -23,8 +23,8 @@ enum class LevelRule {
 
 /// How normals of a mesh under a map behave along hard edges of the high poly.
 enum class EdgesUnderMap {
-  hard,   ///< Split along these edges, so that small maps need not store the step
-  smooth  ///< Only split at seams, which saves vertices
+  hard,  ///< Normals are split along these edges, so small maps need not store the jump of the normal
+  smooth  ///< Normals are only split at UV seams, which saves vertices
 };
 
 /// The intermediate meshes of one simplification. If the high poly needs no presimplification, each level equals the
@@ -60,8 +60,8 @@ class SimplifyLevels {
   std::array<Mesh, 2> draft_meshes(std::size_t level,
                                    EdgesUnderMap edges = EdgesUnderMap::hard) const;
 
-  /// Does what kiln::fit_normals() does, for any low poly, such as a level with UVs. Hard edges are chosen as for
-  /// levels.
+  /// Fits the normals of any low poly, such as a level with UVs, in the way of kiln::fit_normals(). Hard edges are
+  /// chosen as for levels.
   void fit_normals(Mesh& low, EdgesUnderMap edges = EdgesUnderMap::hard) const;
 
   /// True if mesh() has flaws that solve() may repair.

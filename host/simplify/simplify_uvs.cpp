@@ -18,11 +18,10 @@ namespace {
 
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-/// A corner without a finite UV. Other corners of its triangles have finite UVs. There is one for each vertex and UV
-/// index.
+/// A vertex and UV index without a finite UV, although other corners of the triangles that use it have finite UVs.
 struct CornerWithoutUv {
   double u = 0, v = 0, count = 0;  ///< Sum and number of the finite UVs of its triangles
-  /// The UV that its chart has at this vertex in an adjacent triangle; kNone: no such UV
+  /// The UV that the chart has at this vertex in an adjacent triangle; kNone if there is no such UV
   std::uint32_t given = kNone;
 
   Vec2 mean() const { return {static_cast<float>(u / count), static_cast<float>(v / count)}; }

@@ -17,8 +17,8 @@ constexpr int kRelaxRounds = 2;
 constexpr int kFinalRelaxRounds = 2;
 /// Tolerance of distances. They are compared in double precision, but the final ones are measured in single precision.
 constexpr double kDistanceRounding = 1e-6;
-/// How far the cosine at sharp edges may decrease. Allowed everywhere in the first run, and only away from folds in
-/// later ones. Without it, a blade simplified within 0.1% of its diagonal has 10% more faces.
+/// How far the cosine at sharp edges may decrease in a run. If the first run causes flaws, later runs do not allow a
+/// decrease. Without this tolerance, a blade simplified within 0.1% of its diagonal has 10% more faces.
 constexpr double kMaxSharpening = 0.05;
 /// Maximum number of runs. The first run is repeated without sharpening, then with a tighter bound around flaws.
 constexpr int kMaxRuns = 4;
@@ -65,7 +65,7 @@ std::size_t SimplifyJob::repair_within(SimplifyState& shrinking, SimplifyResult&
 /// Simplifies to the fewest faces within a bound. Repeats this with a tighter bound around flaws.
 /// \returns no triangles if `work` cannot stay within the bound
 SimplifyResult SimplifyJob::simplify_within(double bound, const Work& work) {
-  const bool own = work.triangles.size() == dense_.triangles.size();
+  const bool is_high_poly = work.triangles.size() == dense_.triangles.size();
   if (!bound_samples_) {
     bound_samples_ =
         std::make_unique<BoundSamples>(dense_positions_, dense_.triangles, kMaxSamples);
@@ -77,7 +77,8 @@ SimplifyResult SimplifyJob::simplify_within(double bound, const Work& work) {
   double sharpening = kMaxSharpening;
   for (int run = 0; run < kMaxRuns; ++run) {
     SimplifyState shrinking(work, layout(), options_, scale_);
-    if (!shrinking.limit_deviation(*bound_samples_, limit, own, flawed_sets, sharpening)) break;
+    if (!shrinking.limit_deviation(*bound_samples_, limit, is_high_poly, flawed_sets, sharpening))
+      break;
     shrinking.run_within();
     SimplifyResult result;
     const std::size_t mended = repair_within(shrinking, result);
@@ -98,8 +99,8 @@ SimplifyResult SimplifyJob::simplify_within(double bound, const Work& work) {
     if (is_sound || result.flawed.empty() || result.flawed.size() > most) break;
     if (std::exchange(sharpening, 0) > 0) continue;
     flawed_sets.push_back(result.flawed);
-    // In the next run, the ball is smaller. Its radius shrinks from the one within which presimplification keeps the
-    // high poly to that of the flawed triangle.
+    // In the next run, the ball around each flaw is smaller: its radius is that of the flawed triangle alone, without
+    // the margin within which presimplification keeps the high poly.
     for (Ball& place : flawed_sets.back()) place.radius -= kFlawRadius;
   }
   report_.mended = repaired_count_of_best;

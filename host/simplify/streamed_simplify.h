@@ -23,9 +23,9 @@ double reduced_share(const MeshStream& mesh, std::uint32_t faces);
 void reduce_chunk(std::vector<Vec3>& positions, std::vector<Triangle>& triangles, double share);
 
 /// The smallest share of its triangles that a mesh may keep in one reduction by pieces. With a smaller share, the
-/// triangles between a piece's fixed border and its coarse interior would be slivers that fold: a low poly of 100
-/// million triangles that were reduced to 4 million at once had handles that HIGH lacks. Instead, several reductions
-/// follow each other, each with other borders.
+/// triangles between a piece's fixed border and its coarse interior would be slivers that fold: when a high poly of 100
+/// million triangles was reduced to 4 million at once, the low poly had handles that the high poly lacks. Instead,
+/// several reductions follow each other, each with other borders.
 inline constexpr double kMinReducedShare = 0.2;
 
 /// Reduces a mesh in memory in the way chunks are reduced, in pieces whose borders differ from those of the chunks.

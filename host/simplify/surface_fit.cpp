@@ -155,16 +155,17 @@ struct StepEquations {
   void add_quadric_equation(const Quadric& planes, const Vec3d& collapsed_position,
                             const Vec3d& p) {
     if (!(squared_sum > 0) || !(planes.area > 0)) return;
-    const double off =
+    const double plane_error =
         planes.at(collapsed_position) / planes.area + squared_sum / weight / kMaxQuadricFactor;
-    const double w = kQuadricWeight * squared_sum / off / planes.area;
+    const double w = kQuadricWeight * squared_sum / plane_error / planes.area;
     xx += w * planes.xx, xy += w * planes.xy, xz += w * planes.xz;
     yy += w * planes.yy, yz += w * planes.yz, zz += w * planes.zz;
     right += planes.slope(p) * -w;
   }
   Vec3d step() const {
-    const double more = (kTangentialWeight + kStayWeight) * weight;
-    const Vec3d row0{xx + more, xy, xz}, row1{xy, yy + more, yz}, row2{xz, yz, zz + more};
+    const double isotropic_weight = (kTangentialWeight + kStayWeight) * weight;
+    const Vec3d row0{xx + isotropic_weight, xy, xz}, row1{xy, yy + isotropic_weight, yz},
+        row2{xz, yz, zz + isotropic_weight};
     const Vec3d c12 = cross(row1, row2), c20 = cross(row2, row0), c01 = cross(row0, row1);
     return (c12 * right.x + c20 * right.y + c01 * right.z) * (1 / dot(row0, c12));
   }
@@ -271,21 +272,21 @@ void SurfaceFit::draw_samples(std::size_t wanted) {
   constexpr std::array<BarycentricWeights, 3> kThreePoints{
       {{2.0 / 3, 1.0 / 6, 1.0 / 6}, {1.0 / 6, 2.0 / 3, 1.0 / 6}, {1.0 / 6, 1.0 / 6, 2.0 / 3}}};
   constexpr std::array<BarycentricWeights, 1> kCentroid{{{1.0 / 3, 1.0 / 3, 1.0 / 3}}};
-  const bool all = kThreePoints.size() * triangles_.size() < wanted;
+  const bool draws_from_all = kThreePoints.size() * triangles_.size() < wanted;
   const double step = std::accumulate(triangle_weights_.begin(), triangle_weights_.end(), 0.0) /
                       static_cast<double>(wanted);
   samples_.clear();
-  samples_.reserve(all ? kThreePoints.size() * triangles_.size() : wanted + wanted / 2);
+  samples_.reserve(draws_from_all ? kThreePoints.size() * triangles_.size() : wanted + wanted / 2);
   double sum = 0;
   for (std::size_t i = 0; i < triangle_weights_.size(); ++i) {
     if (!(triangle_weights_[i] > 0)) continue;
     const double first_index = std::floor(sum / step);
     sum += triangle_weights_[i];
     const double picked = std::floor(sum / step) - first_index;
-    if (!all && picked < 1) continue;
+    if (!draws_from_all && picked < 1) continue;
     const std::span<const BarycentricWeights> places =
-        all || picked > 1 ? std::span<const BarycentricWeights>(kThreePoints)
-                          : std::span<const BarycentricWeights>(kCentroid);
+        draws_from_all || picked > 1 ? std::span<const BarycentricWeights>(kThreePoints)
+                                     : std::span<const BarycentricWeights>(kCentroid);
     const Triangle& t = triangles_[i];
     const Vec3d a = to_double(positions_[t[0]]), b = to_double(positions_[t[1]]),
                 c = to_double(positions_[t[2]]);
@@ -296,8 +297,9 @@ void SurfaceFit::draw_samples(std::size_t wanted) {
       sample.point = a * corners[0] + b * corners[1] + c * corners[2];
       sample.normal = normal * (1 / size);
       // A sampled triangle also represents the triangles that were skipped before it.
-      sample.weight = (all ? triangle_weights_[i] : std::max(triangle_weights_[i], step)) /
-                      static_cast<double>(places.size());
+      sample.weight =
+          (draws_from_all ? triangle_weights_[i] : std::max(triangle_weights_[i], step)) /
+          static_cast<double>(places.size());
     }
   }
 }

@@ -42,8 +42,8 @@ class SurfaceFit {
   /// triangle turns by a large angle, loses its area or (on a height field) faces down. Deterministic on any number of
   /// threads.
   /// \param draft  true: uses a quarter of the samples and half the rounds, for meshes that are only measured
-  /// \param labels  label of each triangle. Vertices on lines between labels only move along these; empty: no labels
-  /// \param planes  for each point, the quadric that attracts it; empty: none
+  /// \param labels  label of each triangle; may be empty. Vertices on lines between labels only move along these
+  /// \param planes  for each point, the quadric that attracts it; may be empty
   void run(std::vector<Vec3d>& points, const std::vector<Triangle>& low,
            std::span<const std::uint32_t> labels, std::span<const Quadric> planes,
            bool draft = false);

@@ -46,8 +46,9 @@ std::vector<std::array<std::uint32_t, 4>> nearest_of(const Mesh& high, const Mes
   const TwoSided sides = low_sides.empty() ? low_sides : TwoSided::of(high);
   const auto of_side = [&](std::uint32_t found, const Triangle& t) {
     if (sides.empty() || sides.twins[found] == TwoSided::kNone) return found;
-    const bool away = dot(face_of(high_points, high.triangles[found]), face_of(low_points, t)) < 0;
-    return away ? sides.twins[found] : found;
+    const bool faces_away =
+        dot(face_of(high_points, high.triangles[found]), face_of(low_points, t)) < 0;
+    return faces_away ? sides.twins[found] : found;
   };
   std::vector<std::array<std::uint32_t, 4>> nearest(low.triangles.size());
   parallel_for(nearest.size(), kNamesPerTask, [&](std::size_t begin, std::size_t end) {

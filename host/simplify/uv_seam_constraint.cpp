@@ -249,12 +249,12 @@ UvSeamConstraint::Plan UvSeamConstraint::plan(const CollapseMesh& mesh, std::uin
     }
     return plan;
   }
-  const bool along = vertex_class_[a] != kInsideVertex && vertex_class_[b] != kInsideVertex;
-  if (along && !is_line(mesh, a, b)) return plan;
+  const bool is_along_line = vertex_class_[a] != kInsideVertex && vertex_class_[b] != kInsideVertex;
+  if (is_along_line && !is_line(mesh, a, b)) return plan;
   const bool a_may_go =
-      vertex_class_[a] == kInsideVertex || (along && vertex_class_[a] == kLineVertex);
+      vertex_class_[a] == kInsideVertex || (is_along_line && vertex_class_[a] == kLineVertex);
   const bool b_may_go =
-      vertex_class_[b] == kInsideVertex || (along && vertex_class_[b] == kLineVertex);
+      vertex_class_[b] == kInsideVertex || (is_along_line && vertex_class_[b] == kLineVertex);
   if (a_may_go && anchor != Anchor::first) onto(a, b);
   if (!b_may_go || anchor == Anchor::second) return plan;
   const Plan reverse_plan = plan;
@@ -374,26 +374,26 @@ bool UvSeamConstraint::keeps_uvs(const CollapseMesh& mesh, std::uint32_t vertex,
 /// True if the seam or border stays valid when it skips the removed vertex.
 bool UvSeamConstraint::keeps_line(const CollapseMesh& mesh, const Plan& plan) const {
   std::uint32_t before = kNoVertex;
-  bool free = true;
+  bool is_free = true;
   mesh.each_triangle_around(plan.gone, [&](std::uint32_t t) {
     for (const std::uint32_t v : mesh.triangles[t]) {
       if (v == plan.gone || v == plan.kept || !is_line(mesh, plan.gone, v)) continue;
       before = v;
       // A triangle whose three sides are all seams or borders is a chart or a group by itself.
-      if (mesh.contains(t, plan.kept) && is_line(mesh, v, plan.kept)) free = false;
+      if (mesh.contains(t, plan.kept) && is_line(mesh, v, plan.kept)) is_free = false;
     }
   });
-  if (!free || before == kNoVertex) return false;
+  if (!is_free || before == kNoVertex) return false;
   if (!is_uv_border(mesh, plan.gone, plan.kept)) return true;
   mesh.each_triangle_on_edge(plan.gone, before, [&](std::uint32_t t) {
     const std::uint32_t corner = corner_at(mesh, t, plan.gone);
     for (std::size_t i = 0; i < plan.count; ++i) {
       if (plan.pairs[i].gone != corner) continue;
-      free = free && chart_borders_.may_remove(layout_.uvs, corner_at(mesh, t, before), corner,
-                                               plan.pairs[i].kept);
+      is_free = is_free && chart_borders_.may_remove(layout_.uvs, corner_at(mesh, t, before),
+                                                     corner, plan.pairs[i].kept);
     }
   });
-  return free;
+  return is_free;
 }
 
 bool UvSeamConstraint::keeps(const CollapseMesh& mesh, std::uint32_t a, std::uint32_t b,
@@ -465,7 +465,7 @@ struct UvSeamConstraint::TwinGroup {
 };
 
 /// The copy of pair.kept that shares a triangle with `gone`, which is a copy of pair.gone; kNoVertex if there is none.
-/// If there are several, the one that LayoutCopies::all_of(pair.kept) visits last.
+/// If there are several, returns the one that LayoutCopies::all_of(pair.kept) visits last.
 /// \param is_unique  set to false if there are several
 std::uint32_t UvSeamConstraint::find_twin_corner(const CollapseMesh& mesh, std::uint32_t gone,
                                                  const Pair& pair, bool& is_unique) const {
@@ -537,20 +537,20 @@ bool UvSeamConstraint::find_twins(const CollapseMesh& mesh, std::uint32_t a, std
                                   std::vector<std::array<std::uint32_t, 2>>& twins) {
   moved_uvs_.clear();
   if (!uv_copies_.any()) return true;
-  const Plan lead = plan(mesh, a, b, anchor);
-  for (std::size_t i = 0; i < lead.count; ++i) {
-    const Pair& pair = lead.pairs[i];
+  const Plan first_plan = plan(mesh, a, b, anchor);
+  for (std::size_t i = 0; i < first_plan.count; ++i) {
+    const Pair& pair = first_plan.pairs[i];
     // The collapse would move a corner off a fold, or away from its copies.
     if (rank(pair.gone) > rank(pair.kept)) return false;
   }
-  if (!has_copies(lead)) return true;
+  if (!has_copies(first_plan)) return true;
   if (anchor != Anchor::none) return false;
   TwinGroup group;
-  group.add(lead);
+  group.add(first_plan);
   for (std::size_t i = 0; i < group.planned_collapses.size(); ++i) {
     if (!add_twins(mesh, group, i)) return false;
   }
-  const Vec2 from = layout_.uvs[lead.pairs[0].kept], to = uv_at(lead, target);
+  const Vec2 from = layout_.uvs[first_plan.pairs[0].kept], to = uv_at(first_plan, target);
   for (std::size_t i = 1; i < group.planned_collapses.size(); ++i) {
     const Plan& twin = group.planned_collapses[i];
     twins.push_back({twin.kept, twin.gone});  // plan() removes the second vertex of an edge

@@ -106,8 +106,9 @@ class UvSeamConstraint : public CollapseConstraint {
   std::unordered_map<std::uint32_t, Vec2> moved_uvs_;  ///< New UVs of copies during a collapse
   LayoutBorders chart_borders_;
   std::vector<UvErrorSums> uv_error_sums_;  ///< Error sums of each UV
-  std::vector<std::uint8_t>
-      vertex_class_;  ///< kInside; kLine: may move along a line only; or kCorner: fixed
+  /// For each vertex: kInsideVertex, kLineVertex (it only moves along a seam or border) or kCornerVertex (it does not
+  /// move)
+  std::vector<std::uint8_t> vertex_class_;
   double scale_ = 1;  ///< Length on the surface of one UV unit
 };
 

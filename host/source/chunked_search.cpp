@@ -501,8 +501,8 @@ void ChunkedRays::intersect(const cl::Array<float>& points, std::uint32_t count,
   const bool starts_apart = query.offset != 0 || query.use_reach;
   if (starts_apart && (query.outermost || query.outward_first)) {
     throw Error(ErrorCode::internal,
-                "Searching by chunks, rays that start at a distance from their sample support only "
-                "the rule of the first hit.");
+                "If the high poly is searched by chunks, rays that start at a distance from their "
+                "sample can only use the rule of the first hit.");
   }
   search_chunks(*chunks_, RayRules{query, traversal_}, points, count, capacity, result);
 }

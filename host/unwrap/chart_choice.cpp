@@ -41,13 +41,13 @@ constexpr double kMaxFlatEnergy = 1e-3;
 constexpr double kTargetCoverage = 0.77;
 /// Number of orders in which each candidate's charts are packed. The best packing counts.
 constexpr std::uint32_t kPackingOrders = 20;
-/// For more charts than this, only the first pair of penalties is tried. None is tried if the vertices that the seams
-/// add have a price above 0 already.
+/// If there are more charts than this, only the first pair of penalties is tried, or none if the vertices that the
+/// seams add have a price above 0 already.
 constexpr std::size_t kMaxChartsToCut = 150;
 /// Number of vertices that seams may add at the low price kAllowancePrice, as a multiple of the square root of the
 /// number of positions.
 constexpr double kAllowanceFactor = 9.3;
-/// Cost of a vertex within the allowance, as a fraction of kVertexPrice.
+/// Price of a vertex within the number that kAllowanceFactor allows, as a fraction of kVertexPrice.
 constexpr double kAllowancePrice = 0.1;
 
 /// Charts of a surface with more triangles than kMaxDirectTriangles are chosen on a proxy of kProxyTriangles.
@@ -108,8 +108,8 @@ std::vector<ChartCandidate> cut(const ChartSurface& surface, const UnwrapOptions
 double vertex_price(const ChartSurface& surface, const std::vector<FlatChart>& charts) {
   double added = -static_cast<double>(surface.positions.size());
   for (const FlatChart& chart : charts) added += static_cast<double>(chart.points.size());
-  // A seam has more vertices on the finer surface that this proxy represents: their number grows with the square root
-  // of the number of triangles.
+  // If `surface` is a proxy, a seam has more vertices on the finer surface that the proxy represents. Their number is
+  // proportional to the square root of the number of triangles.
   added *= std::sqrt(surface.finer_per_triangle);
   const double positions =
       static_cast<double>(surface.positions.size()) * surface.finer_per_triangle;
@@ -130,10 +130,10 @@ std::vector<CutPenalties> penalties_for(const ChartSurface& surface,
 std::vector<std::size_t> distinct_candidates(const std::vector<ChartCandidate>& tried) {
   std::vector<std::size_t> result;
   for (std::size_t i = 0; i < tried.size(); ++i) {
-    const bool known = std::any_of(result.begin(), result.end(), [&](std::size_t other) {
+    const bool is_known = std::any_of(result.begin(), result.end(), [&](std::size_t other) {
       return tried[other].chosen.borders.glued() == tried[i].chosen.borders.glued();
     });
-    if (!known) result.push_back(i);
+    if (!is_known) result.push_back(i);
   }
   return result;
 }
@@ -162,11 +162,11 @@ ChartCandidate grow_and_cut(const ChartSurface& surface, const UnwrapOptions& op
   }
   std::vector<ChartCandidate> tried = cut(surface, options, all_penalties, grown, threads);
   if (grown.charts.size() > kMaxChartsToCut) return std::move(tried[0]);
-  const std::vector<std::size_t> which = distinct_candidates(tried);
+  const std::vector<std::size_t> distinct = distinct_candidates(tried);
   const auto pack_one = [&](std::size_t begin, std::size_t end) {
-    for (std::size_t n = begin; n < end; ++n) pack(surface, options, tried[which[n]]);
+    for (std::size_t n = begin; n < end; ++n) pack(surface, options, tried[distinct[n]]);
   };
-  parallel_for(which.size(), 1, pack_one, threads);
+  parallel_for(distinct.size(), 1, pack_one, threads);
   return std::move(best_candidate(tried));
 }
 

@@ -16,8 +16,8 @@ namespace {
 
 /// Number of lines that are tried perpendicular to each direction.
 constexpr int kLinesPerDirection = 13;
-/// Assumed ratio of the area of a part's bounding box to the area of the part. Charts that would gain nothing by parts
-/// with boxes this tight are skipped.
+/// Assumed ratio of the area of a part's bounding box to the area of the part. A chart is skipped if even parts with
+/// such tight boxes would save nothing.
 constexpr double kMinBoxRatio = 1.1;
 /// Minimum area of a part, as a share of its chart's area.
 constexpr double kMinCutShare = 0.01;
@@ -63,7 +63,7 @@ class LineSearch {
     double area = 0;
   };
   /// The edges between two nodes, merged.
-  struct Link {
+  struct NodeEdge {
     std::uint32_t a = 0, b = 0;
     double length = 0;
   };
@@ -123,7 +123,7 @@ class LineSearch {
   }
 
   void find_links() {
-    std::vector<std::vector<Link>> from(nodes_.size());
+    std::vector<std::vector<NodeEdge>> from(nodes_.size());
     for (const CutShape::Edge& edge : band_edges_) {
       add_link(from, node_of_triangle_[edge.a], node_of_triangle_[edge.b], edge.length);
     }
@@ -137,8 +137,8 @@ class LineSearch {
     const auto count = static_cast<std::uint32_t>(nodes_.size());
     std::vector<std::uint32_t> to(count);
     std::iota(to.begin(), to.end(), 0U);
-    std::vector<const Link*> best(count, nullptr);
-    for (const Link& link : links_) {
+    std::vector<const NodeEdge*> best(count, nullptr);
+    for (const NodeEdge& link : links_) {
       for (const std::uint32_t n : {link.a, link.b}) {
         if (best[n] == nullptr || link.length > best[n]->length) best[n] = &link;
       }
@@ -161,25 +161,25 @@ class LineSearch {
     if (nodes.size() == count) return;
     nodes_ = std::move(nodes);
     for (std::uint32_t& node : node_of_triangle_) node = new_index[node];
-    std::vector<std::vector<Link>> from(nodes_.size());
-    for (const Link& link : links_) {
+    std::vector<std::vector<NodeEdge>> from(nodes_.size());
+    for (const NodeEdge& link : links_) {
       add_link(from, new_index[link.a], new_index[link.b], link.length);
     }
     collect_links(from);
   }
 
-  void collect_links(const std::vector<std::vector<Link>>& from) {
+  void collect_links(const std::vector<std::vector<NodeEdge>>& from) {
     links_.clear();
-    for (const std::vector<Link>& some : from)
+    for (const std::vector<NodeEdge>& some : from)
       links_.insert(links_.end(), some.begin(), some.end());
   }
 
-  static void add_link(std::vector<std::vector<Link>>& from, std::uint32_t a, std::uint32_t b,
+  static void add_link(std::vector<std::vector<NodeEdge>>& from, std::uint32_t a, std::uint32_t b,
                        double length) {
     if (a == b) return;
     if (a > b) std::swap(a, b);
-    const auto known =
-        std::find_if(from[a].begin(), from[a].end(), [&](const Link& link) { return link.b == b; });
+    const auto known = std::find_if(from[a].begin(), from[a].end(),
+                                    [&](const NodeEdge& link) { return link.b == b; });
     if (known == from[a].end()) {
       from[a].push_back({a, b, length});
     } else {
@@ -192,7 +192,7 @@ class LineSearch {
     const auto is_low = [&](std::uint32_t node) { return nodes_[node].band < line; };
     part_of_node_.resize(nodes_.size());
     std::iota(part_of_node_.begin(), part_of_node_.end(), 0U);
-    for (const Link& link : links_) {
+    for (const NodeEdge& link : links_) {
       if (is_low(link.a) != is_low(link.b)) continue;
       const std::uint32_t a = find_root(part_of_node_, link.a),
                           b = find_root(part_of_node_, link.b);
@@ -207,7 +207,7 @@ class LineSearch {
       parts_[part_of_node_[n]].area += nodes_[n].area;
     }
     if (parts_count_ < 2) return;
-    for (const Link& link : links_) {
+    for (const NodeEdge& link : links_) {
       const std::uint32_t a = part_of_node_[link.a], b = part_of_node_[link.b];
       if (a == b) continue;
       for (const auto& [one, other] : {std::pair{a, b}, std::pair{b, a}}) {
@@ -301,7 +301,7 @@ class LineSearch {
   std::uint32_t triangle_count_;
   std::vector<std::uint32_t> node_of_triangle_;  ///< Node of each triangle
   std::vector<Node> nodes_;
-  std::vector<Link> links_;
+  std::vector<NodeEdge> links_;
   std::vector<CutShape::Edge> band_edges_;  ///< Edges between triangles of different bands
   std::vector<Extents> node_extents_;       ///< Extent of each node; empty until first use
   std::vector<Extents> extents_below_,

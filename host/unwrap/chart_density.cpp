@@ -17,7 +17,7 @@ namespace {
 /// Constant added to each error. An error is the length of the difference of two unit normals; this constant
 /// corresponds to a sixteenth of a degree, which no map resolves.
 constexpr double kErrorFloor = 0.001;
-/// Largest exponent of the error's power law: at most, the error is proportional to the square of a texel's side.
+/// Largest exponent of the error's power law. With it, the error is proportional to the square of a texel's side.
 constexpr double kMaxErrorExponent = 2;
 /// Weight of the mesh's mean error in each chart's error, as a share of the mesh's area. The mean regularizes charts
 /// with few samples.
@@ -114,12 +114,12 @@ class DensityCut {
   }
 
  private:
-  struct Cost {
+  struct CostAndScale {
     double cost = 0, scale = 1;
   };
 
-  /// Cost at the optimal scale: the error plus the price of the texels.
-  Cost cost(const TexelNeed& need) const {
+  /// CostAndScale at the optimal scale: the error plus the price of the texels.
+  CostAndScale cost(const TexelNeed& need) const {
     const PowerLaw law = fit_power_law(need, whole_);
     const double s =
         law.best_scale(texel_price_, 1 / std::sqrt(kMaxDensityRatio), std::sqrt(kMaxDensityRatio));
@@ -131,7 +131,7 @@ class DensityCut {
     rest.area -= part.area;
     for (std::size_t k = 0; k < rest.errors.size(); ++k) rest.errors[k] -= part.errors[k];
     if (std::min(part.area, rest.area) < price_.min_part_area) return 0;
-    const Cost a = cost(part), b = cost(rest);
+    const CostAndScale a = cost(part), b = cost(rest);
     return uncut_cost_.cost - a.cost - b.cost -
            length * (price_.seam + price_.margin * (a.scale + b.scale));
   }
@@ -237,7 +237,7 @@ class DensityCut {
   const std::vector<std::uint32_t>* index_in_chart_ = nullptr;
   std::vector<TexelNeed> needs_;  ///< Texel needs of the chart's triangles
   TexelNeed chart_sum_;
-  Cost uncut_cost_;
+  CostAndScale uncut_cost_;
 };
 
 }  // namespace
@@ -315,15 +315,15 @@ void cut_by_density(const ChartSurface& surface, ChartBorders& borders, const De
   for (std::size_t i = 0; i < charts.size();) {
     for (std::uint32_t t = 0; t < charts[i].source.size(); ++t)
       index_in_chart[charts[i].source[t]] = t;
-    bool cut = false;
+    bool is_cut = false;
     for (const auto& cuts : search.run(charts[i], needs, index_in_chart)) {
       FlatChart apart;
-      cut = cut_apart(surface, borders, cuts.apart, index_in_chart, charts[i], apart);
-      if (!cut) continue;
+      is_cut = cut_apart(surface, borders, cuts.apart, index_in_chart, charts[i], apart);
+      if (!is_cut) continue;
       charts.push_back(std::move(apart));
       break;
     }
-    if (!cut) ++i;
+    if (!is_cut) ++i;
   }
 }
 

@@ -55,8 +55,8 @@ struct PartSearch {
   FlatChart chart;  ///< Chart of the largest part that could be flattened so far
 
   bool is_done() const { return last_failing + 1 == first_flat && !chart.source.empty(); }
-  /// The index in `path` to try next: at first, each attempt is on a part of at most 0.7 times the size; once one can
-  /// be flattened, bisection.
+  /// The index in `path` to try next. Until a part can be flattened, each attempt is on a part of at most 0.7 times the
+  /// size of the previous one. From then on, the search is a bisection.
   int next(std::span<const std::uint32_t> sizes) const {
     constexpr double kMaxNextSizeRatio = 0.7;
     if (last_failing < 0 || last_failing + 1 == first_flat) return last_failing + 1;

@@ -21,11 +21,11 @@ constexpr std::size_t kMaxPairedTriangles = 32;
 /// between their normals are paired first. So each of the surfaces that touch at the edge continues smoothly across it.
 void pair_by_bend(ChartSurface& surface,
                   std::span<const std::pair<std::uint64_t, std::uint32_t>> edges) {
-  struct Bend {
+  struct PairBend {
     double cosine = 0;
     std::uint32_t a = 0, b = 0;
   };
-  std::vector<Bend> bends;
+  std::vector<PairBend> bends;
   for (std::size_t i = 0; i < edges.size(); ++i) {
     for (std::size_t j = i + 1; j < edges.size(); ++j) {
       const std::uint32_t a = edges[i].second, b = edges[j].second;
@@ -34,8 +34,8 @@ void pair_by_bend(ChartSurface& surface,
     }
   }
   std::stable_sort(bends.begin(), bends.end(),
-                   [](const Bend& p, const Bend& q) { return p.cosine > q.cosine; });
-  for (const Bend& bend : bends) {
+                   [](const PairBend& p, const PairBend& q) { return p.cosine > q.cosine; });
+  for (const PairBend& bend : bends) {
     if (surface.mate[bend.a] != kNoIndex || surface.mate[bend.b] != kNoIndex) continue;
     surface.mate[bend.a] = bend.b;
     surface.mate[bend.b] = bend.a;

@@ -61,11 +61,11 @@ constexpr int kTransferRigidRounds = 5, kTransferInjectiveRounds = 15, kUntangle
 /// Weights that hold vertices near the proxy's layout, relative to the weights of their triangles. They are tried in
 /// this order.
 constexpr std::array<double, 2> kHoldWeights{0, 0.01};
-/// Untangling is only tried up to these limits: the number of pairs of border sides that touch, and the number of
-/// flipped triangles. Large charts may have more: one touching pair for each kBorderSidesPerTouchingPair border sides,
+/// Untangling is only tried up to these limits: the number of pairs of border edges that touch, and the number of
+/// flipped triangles. Large charts may have more: one touching pair for each kBorderEdgesPerTouchingPair border edges,
 /// and one flipped triangle for each kTrianglesPerFlippedTriangle triangles.
 constexpr std::size_t kMaxTouchingPairs = 16, kMaxFlippedTriangles = 8,
-                      kBorderSidesPerTouchingPair = 8, kTrianglesPerFlippedTriangle = 200;
+                      kBorderEdgesPerTouchingPair = 8, kTrianglesPerFlippedTriangle = 200;
 /// Number of border vertices on each side of a touching vertex that are pushed with it.
 constexpr std::size_t kPushedNeighbours = 4;
 
@@ -76,7 +76,7 @@ bool flatten_near_layout(FlatChart& chart, FlatStart start, const ChartLimits& l
   const std::vector<double> relative_weights = start.hold_weights;
   const UntangleEffort effort{
       kUntangleRounds,
-      std::max(kMaxTouchingPairs, chart.boundary.size() / kBorderSidesPerTouchingPair),
+      std::max(kMaxTouchingPairs, chart.boundary.size() / kBorderEdgesPerTouchingPair),
       std::max(kMaxFlippedTriangles, chart.triangles.size() / kTrianglesPerFlippedTriangle),
       kPushedNeighbours};
   for (const double by : kHoldWeights) {
@@ -292,9 +292,9 @@ ChosenCharts transfer_charts(const ChartSurface& surface, const VertexFans& fans
       continue;
     }
     regrown += charts[c].source.size();
-    std::vector<FlatChart> some =
+    std::vector<FlatChart> new_charts =
         grow_again(surface, charts[c], limits, glued, index_in_chart, threads);
-    std::move(some.begin(), some.end(), std::back_inserter(all_charts));
+    std::move(new_charts.begin(), new_charts.end(), std::back_inserter(all_charts));
   }
   charts = std::move(all_charts);
   made.borders.restore(std::move(glued));

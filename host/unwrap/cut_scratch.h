@@ -16,7 +16,7 @@ namespace kiln {
 /// ChartBorders.
 struct CutScratch {
   std::vector<std::uint32_t> index_in_chart;
-  /// 1 for each half-edge whose state is inverted; all 0 between uses
+  /// 1 for each half-edge whose state (glued or open) is inverted; all 0 between uses
   std::vector<std::uint8_t> inverted;
 
   explicit CutScratch(const ChartSurface& surface)

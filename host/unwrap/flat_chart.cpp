@@ -18,12 +18,12 @@ namespace {
 /// Minimum ratio of a triangle's height to its longest side. Flatter triangles (needles) are treated as if they had
 /// this height.
 constexpr double kMinHeightRatio = 2e-3;
-/// Ratio of FlatChart::roughness_energy to the variance of the chart's bends. Measured on rough balls, as the energy of
-/// their best layouts.
+/// Ratio of FlatChart::roughness_energy to the variance of the chart's bends. It was measured on rough balls, with the
+/// energy of their best layouts.
 constexpr double kRoughnessEnergyFactor = 3.5;
 /// Relative increase of the limit on single triangles' distortion, for each unit of FlatChart::roughness_energy.
 constexpr double kRoughnessStretchFactor = 6;
-/// Minimum distance between border sides, as a share of the square root of the surface's area. It corresponds to a few
+/// Minimum distance between border edges, as a share of the square root of the surface's area. It corresponds to a few
 /// UV steps (kUvSteps).
 constexpr double kMinBorderDistance = 1e-6;
 

@@ -33,7 +33,7 @@ struct FlatChart {
   std::vector<std::uint32_t> vertex;    ///< Index in the surface of each vertex
   double roughness_energy =
       0;  ///< Estimated energy that the surface's roughness causes in every layout
-  /// Minimum distance between border sides in the solvers. It is larger than the change by rounding UVs.
+  /// Minimum distance between border edges in the solvers. It is larger than the change by rounding UVs.
   double min_border_distance = 0;
 };
 
@@ -54,7 +54,7 @@ struct ChartLimits {
 /// Cuts a chart open: corners become one vertex where glued half-edges connect them.
 /// \param glued  1 for each half-edge of the surface at which its two triangles are joined
 /// \param index_in_chart  scratch memory, one entry per triangle of the surface; any contents
-/// \param inverted  1 for each half-edge at which `glued` is inverted; empty: none
+/// \param inverted  1 for each half-edge at which `glued` is inverted; may be empty
 /// \param rest   rest shapes of the triangles; if empty, they are computed
 FlatChart cut_open(const ChartSurface& surface, std::span<const std::uint32_t> triangles,
                    std::span<const std::uint8_t> glued, std::vector<std::uint32_t>& index_in_chart,
@@ -73,7 +73,8 @@ void lay_out_triangle(FlatChart& chart, const ChartSurface& surface);
 class RigidSystem;
 std::shared_ptr<RigidSystem> rigid_system(const FlatChart& chart);
 
-/// An initial layout of a chart, from which solvers start. They may also hold vertices near it.
+/// An initial layout of a chart, from which solvers start. Its weights make solvers hold vertices near their initial
+/// positions.
 struct FlatStart {
   std::vector<Vec2d> rotations;         ///< Rotation of each triangle as cosine and sine
   std::vector<Vec2d> vertex_positions;  ///< Position of each vertex
@@ -83,11 +84,11 @@ struct FlatStart {
 
 /// Runs as-rigid-as-possible rounds of a local and a global step (Liu, Zhang, Xu, Gotsman, Gortler 2008, section 4).
 /// May flip triangles.
-/// \param start  initial layout and weights; null: the chart's points, without weights
+/// \param start  initial layout and weights; if null, the chart's points without weights
 bool rigid_rounds(FlatChart& chart, int rounds, RigidSystem& system,
                   const FlatStart* start = nullptr);
 
-/// Limits of untangling: number of rounds, of pairs of touching border sides, and of flipped triangles.
+/// Limits of untangling: number of rounds, of pairs of touching border edges, and of flipped triangles.
 struct UntangleEffort {
   int rounds = 10;
   std::size_t touching_sides = 16, flipped_triangles = 8;
@@ -98,7 +99,7 @@ struct UntangleEffort {
 /// Removes slight overlaps of the border and single flipped triangles by as-rigid-as-possible rounds. Touching border
 /// vertices are pushed into their chart, and flipped triangles get larger weights. Pushes and weights increase with
 /// each round.
-/// \param start  weights that hold the vertices that are not pushed; null: none
+/// \param start  weights that hold the vertices that are not pushed; may be null
 /// \returns whether the chart has become injective, with its borders apart
 bool untangle(FlatChart& chart, const UntangleEffort& effort, RigidSystem& system,
               const FlatStart* start = nullptr);

@@ -29,7 +29,7 @@ struct BoxedSide {
   }
 };
 
-/// Calls `found(a, b)` for each pair of touching sides. Stops when `found` returns false.
+/// Calls `found(a, b)` for each pair of sides of the polygon that touch. Stops when `found` returns false.
 template <typename Found>
 void for_each_touching_pair(std::span<const Vec2d> polygon, double min_distance,
                             const Found& found) {
@@ -61,9 +61,9 @@ void for_each_touching_pair(std::span<const Vec2d> polygon, double min_distance,
         continue;
       }
       // With a single side between them, two sides may be nearer than `min_distance`, since that side may be short.
-      const bool near = (a + 2) % count == b || (b + 2) % count == a;
+      const bool have_one_between = (a + 2) % count == b || (b + 2) % count == a;
       if (!segments_apart_certain(polygon[a], end(a), polygon[b], end(b),
-                                  near ? 0 : min_distance)) {
+                                  have_one_between ? 0 : min_distance)) {
         if (!found(a, b)) return;
       }
     }

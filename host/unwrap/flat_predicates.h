@@ -27,11 +27,11 @@ bool segments_apart_certain(const Vec2d& a, const Vec2d& b, const Vec2d& c, cons
 ///   side between them
 bool is_simple(std::span<const Vec2d> polygon, double min_distance = 0);
 
-/// A pair of touching sides, as indices of their first corners; nullopt if there is none.
+/// A pair of sides of the polygon that touch, as indices of their first corners; nullopt if there is none.
 std::optional<std::pair<std::size_t, std::size_t>> first_touching_sides(
     std::span<const Vec2d> polygon, double min_distance = 0);
 
-/// Pairs of touching sides, up to a maximum number.
+/// Pairs of sides of the polygon that touch, up to a maximum number.
 std::vector<std::pair<std::size_t, std::size_t>> touching_sides(std::span<const Vec2d> polygon,
                                                                 double min_distance,
                                                                 std::size_t most);

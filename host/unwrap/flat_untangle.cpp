@@ -83,7 +83,7 @@ class Untangler {
     return touching_sides(border, 2 * chart_.min_border_distance, max_touching_pairs_ + 1);
   }
 
-  /// Pushes the corners of touching sides into the chart.
+  /// Pushes the end points of touching border edges into the chart.
   void push(const std::vector<TouchingSides>& found) {
     const std::size_t count = chart_.boundary.size();
     std::vector<std::size_t> touching_border_indices;

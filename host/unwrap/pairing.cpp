@@ -14,7 +14,7 @@ namespace {
 /// by a factor of 5, or with a shear of 4.
 constexpr double kMaxStretch = 0.7;
 
-struct Link {
+struct CandidatePair {
   float stretch;
   std::uint32_t a, b;  ///< Indices of the adjacent triangles, a < b
   std::uint8_t apex_a, apex_b;
@@ -37,16 +37,17 @@ double pair_stretch(const TriangleShape& a, int apex_a, const TriangleShape& b, 
   return total / (a.area + b.area) + 0.25 * half_log_ratio * half_log_ratio;
 }
 
-std::vector<Link> find_links(std::span<const Vec3> positions, std::span<const Triangle> triangles,
-                             std::span<const TriangleShape> shapes) {
-  struct Side {
+std::vector<CandidatePair> find_candidate_pairs(std::span<const Vec3> positions,
+                                                std::span<const Triangle> triangles,
+                                                std::span<const TriangleShape> shapes) {
+  struct TriangleSide {
     std::uint64_t
         key;  ///< Both vertices of the edge in one integer, the lower index in the high bits
     std::uint32_t triangle;
     std::uint8_t apex, forward;
   };
   const std::vector<std::uint32_t> welded = weld_vertices(positions);
-  std::vector<Side> sides;
+  std::vector<TriangleSide> sides;
   sides.reserve(triangles.size() * 3);
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
     if (!(shapes[t].area > 0)) continue;
@@ -56,13 +57,13 @@ std::vector<Link> find_links(std::span<const Vec3> positions, std::span<const Tr
       sides.push_back({from < to ? from << 32 | to : to << 32 | from, t, apex, from < to});
     }
   }
-  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+  std::sort(sides.begin(), sides.end(), [](const TriangleSide& a, const TriangleSide& b) {
     if (a.key != b.key) return a.key < b.key;
     if (a.forward != b.forward) return a.forward > b.forward;
     return a.triangle < b.triangle;
   });
-  std::vector<Link> links;
-  links.reserve(sides.size() / 2);
+  std::vector<CandidatePair> candidate_pairs;
+  candidate_pairs.reserve(sides.size() / 2);
   for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
     std::size_t first_backward = begin;
     while (end < sides.size() && sides[end].key == sides[begin].key) {
@@ -71,38 +72,41 @@ std::vector<Link> find_links(std::span<const Vec3> positions, std::span<const Tr
     // At an edge of more than two triangles, the i-th half-edge of one orientation is paired with the i-th of the
     // other. The cost stays linear.
     for (std::size_t i = begin, j = first_backward; i < first_backward && j < end; ++i, ++j) {
-      const Side& a = sides[i].triangle < sides[j].triangle ? sides[i] : sides[j];
-      const Side& b = sides[i].triangle < sides[j].triangle ? sides[j] : sides[i];
+      const TriangleSide& a = sides[i].triangle < sides[j].triangle ? sides[i] : sides[j];
+      const TriangleSide& b = sides[i].triangle < sides[j].triangle ? sides[j] : sides[i];
       if (a.triangle == b.triangle) continue;
       const double cost = pair_stretch(shapes[a.triangle], a.apex, shapes[b.triangle], b.apex);
       if (!(cost <= kMaxStretch)) continue;
-      links.push_back({static_cast<float>(cost), a.triangle, b.triangle, a.apex, b.apex});
+      candidate_pairs.push_back({static_cast<float>(cost), a.triangle, b.triangle, a.apex, b.apex});
     }
   }
-  std::sort(links.begin(), links.end(), [](const Link& x, const Link& y) {
-    if (x.stretch != y.stretch) return x.stretch < y.stretch;
-    return x.a != y.a ? x.a < y.a : x.b != y.b ? x.b < y.b : x.apex_a < y.apex_a;
-  });
-  return links;
+  std::sort(candidate_pairs.begin(), candidate_pairs.end(),
+            [](const CandidatePair& x, const CandidatePair& y) {
+              if (x.stretch != y.stretch) return x.stretch < y.stretch;
+              return x.a != y.a ? x.a < y.a : x.b != y.b ? x.b < y.b : x.apex_a < y.apex_a;
+            });
+  return candidate_pairs;
 }
 
 /// A matching that is improved along alternating paths. Odd cycles (blossoms) are not contracted, so a path may be
 /// missed, which is rare in triangle meshes.
 class TriangleMatching {
  public:
-  TriangleMatching(std::size_t triangles, std::span<const Link> links)
-      : links_(links),
+  TriangleMatching(std::size_t triangles, std::span<const CandidatePair> candidate_pairs)
+      : candidate_pairs_(candidate_pairs),
         mate_(triangles, kNoIndex),
-        links_of_(triangles, {kNoIndex, kNoIndex, kNoIndex}) {
-    for (std::uint32_t i = 0; i < links.size(); ++i) {
-      for (const std::uint32_t t : {links[i].a, links[i].b}) {
-        const auto free = std::find(links_of_[t].begin(), links_of_[t].end(), kNoIndex);
-        // A triangle has three sides, so at most three links
-        if (free != links_of_[t].end()) *free = i;
+        pairs_of_triangle_(triangles, {kNoIndex, kNoIndex, kNoIndex}) {
+    for (std::uint32_t i = 0; i < candidate_pairs.size(); ++i) {
+      for (const std::uint32_t t : {candidate_pairs[i].a, candidate_pairs[i].b}) {
+        const auto free =
+            std::find(pairs_of_triangle_[t].begin(), pairs_of_triangle_[t].end(), kNoIndex);
+        // A triangle has three edges, so it belongs to at most three candidate pairs
+        if (free != pairs_of_triangle_[t].end()) *free = i;
       }
     }
-    for (std::uint32_t i = 0; i < links.size(); ++i) {
-      if (mate_[links[i].a] == kNoIndex && mate_[links[i].b] == kNoIndex) join(i);
+    for (std::uint32_t i = 0; i < candidate_pairs.size(); ++i) {
+      if (mate_[candidate_pairs[i].a] == kNoIndex && mate_[candidate_pairs[i].b] == kNoIndex)
+        join(i);
     }
   }
 
@@ -110,20 +114,21 @@ class TriangleMatching {
   void augment() {
     std::vector<std::uint32_t> visited_from(mate_.size(), kNoIndex), queue, from;
     for (std::uint32_t root = 0; root < mate_.size(); ++root) {
-      if (mate_[root] != kNoIndex || links_of_[root][0] == kNoIndex) continue;
+      if (mate_[root] != kNoIndex || pairs_of_triangle_[root][0] == kNoIndex) continue;
       queue.assign(1, root);
       from.assign(1, kNoIndex);
       visited_from[root] = root;
-      bool found = false;
-      for (std::size_t head = 0; head < queue.size() && head < kMaxVisited && !found; ++head) {
-        for (const std::uint32_t link : links_of_[queue[head]]) {
-          if (link == kNoIndex) break;
-          const std::uint32_t other = across(link, queue[head]);
+      bool is_path_found = false;
+      for (std::size_t head = 0; head < queue.size() && head < kMaxVisited && !is_path_found;
+           ++head) {
+        for (const std::uint32_t pair : pairs_of_triangle_[queue[head]]) {
+          if (pair == kNoIndex) break;
+          const std::uint32_t other = across(pair, queue[head]);
           if (visited_from[other] == root) continue;
           visited_from[other] = root;
           if (mate_[other] == kNoIndex) {
-            augment(link, head, from);
-            found = true;
+            augment(pair, head, from);
+            is_path_found = true;
             break;
           }
           const std::uint32_t next = across(mate_[other], other);
@@ -131,8 +136,8 @@ class TriangleMatching {
           visited_from[next] = root;
           queue.push_back(next);
           from.push_back(static_cast<std::uint32_t>(head));
-          link_of_entry_.resize(std::max(link_of_entry_.size(), queue.size()));
-          link_of_entry_[queue.size() - 1] = link;
+          pair_of_entry_.resize(std::max(pair_of_entry_.size(), queue.size()));
+          pair_of_entry_[queue.size() - 1] = pair;
         }
       }
     }
@@ -144,30 +149,33 @@ class TriangleMatching {
   /// Maximum number of triangles that the search from one single triangle visits.
   static constexpr std::size_t kMaxVisited = 256;
 
-  std::uint32_t across(std::uint32_t link, std::uint32_t triangle) const {
-    return links_[link].a == triangle ? links_[link].b : links_[link].a;
+  std::uint32_t across(std::uint32_t pair, std::uint32_t triangle) const {
+    return candidate_pairs_[pair].a == triangle ? candidate_pairs_[pair].b
+                                                : candidate_pairs_[pair].a;
   }
-  void join(std::uint32_t link) { mate_[links_[link].a] = mate_[links_[link].b] = link; }
+  void join(std::uint32_t pair) {
+    mate_[candidate_pairs_[pair].a] = mate_[candidate_pairs_[pair].b] = pair;
+  }
 
-  void augment(std::uint32_t link, std::size_t head, const std::vector<std::uint32_t>& from) {
+  void augment(std::uint32_t pair, std::size_t head, const std::vector<std::uint32_t>& from) {
     // Inverts the path from its far end to the root. join() makes a new pair of two triangles. One of them leaves its
     // previous mate, which the next step pairs anew.
     std::uint32_t at = static_cast<std::uint32_t>(head);
-    std::uint32_t current = link;
+    std::uint32_t current = pair;
     while (true) {
       join(current);
       if (from[at] == kNoIndex) break;
-      current = link_of_entry_[at];
+      current = pair_of_entry_[at];
       at = from[at];
     }
   }
 
-  std::span<const Link> links_;
-  std::vector<std::uint32_t> mate_;  ///< Link of each triangle's current pair
-  /// Up to three links of each triangle, the least stretched first
-  std::vector<std::array<std::uint32_t, 3>> links_of_;
-  /// For each entry of the queue, the link over which the search reached it
-  std::vector<std::uint32_t> link_of_entry_;
+  std::span<const CandidatePair> candidate_pairs_;
+  std::vector<std::uint32_t> mate_;  ///< Pair that each triangle belongs to; kNoIndex if single
+  /// For each triangle, up to three candidate pairs that contain it, the least stretched first
+  std::vector<std::array<std::uint32_t, 3>> pairs_of_triangle_;
+  /// For each triangle in the queue, the pair over which the search reached it
+  std::vector<std::uint32_t> pair_of_entry_;
 };
 
 }  // namespace
@@ -188,19 +196,20 @@ double stretch(double width, double height, double leg_u, double leg_v, double h
 
 Pairing pair_triangles(std::span<const Vec3> positions, std::span<const Triangle> triangles,
                        std::span<const TriangleShape> shapes) {
-  const std::vector<Link> links = find_links(positions, triangles, shapes);
-  TriangleMatching triangle_matching(triangles.size(), links);
+  const std::vector<CandidatePair> candidate_pairs =
+      find_candidate_pairs(positions, triangles, shapes);
+  TriangleMatching triangle_matching(triangles.size(), candidate_pairs);
   triangle_matching.augment();
 
   Pairing result;
   result.partner.assign(triangles.size(), kNoIndex);
   result.apex.assign(triangles.size(), 0);
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
-    const std::uint32_t link = triangle_matching.mate()[t];
-    if (link == kNoIndex) continue;
-    const bool is_a = links[link].a == t;
-    result.partner[t] = is_a ? links[link].b : links[link].a;
-    result.apex[t] = is_a ? links[link].apex_a : links[link].apex_b;
+    const std::uint32_t pair = triangle_matching.mate()[t];
+    if (pair == kNoIndex) continue;
+    const bool is_a = candidate_pairs[pair].a == t;
+    result.partner[t] = is_a ? candidate_pairs[pair].b : candidate_pairs[pair].a;
+    result.apex[t] = is_a ? candidate_pairs[pair].apex_a : candidate_pairs[pair].apex_b;
     result.pairs += is_a;
   }
   return result;

@@ -41,7 +41,7 @@ class TexelDetail {
   /// the high poly faces the same way as the triangle.
   /// \param flat     layout of the mesh's triangles
   /// \param size     side of the map in texels
-  /// \param threads  0: thread_count(); never changes the result
+  /// \param threads  number of threads; 0 for thread_count(); never changes the result
   std::vector<TexelErrors> errors(const Mesh& low, const FlatTriangles& flat, std::uint32_t size,
                                   int threads = 0) const;
 

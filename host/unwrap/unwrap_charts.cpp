@@ -133,26 +133,27 @@ DensityPrice density_price(const ChartSurface& surface, const UnwrapOptions& opt
           kMinPartShare * surface.total_area};
 }
 
-/// Scales charts by their detail. Compares layouts with and without additional cuts, and keeps the one with the lowest
-/// expected error, if that improves on uniform density.
+/// Scales charts by their detail. Compares layouts with and without additional cuts, and keeps the layout with the
+/// lowest expected error if this error is below that of uniform density.
 /// \param mesh    mesh of the surface
 /// \param layout  [in, out] on entry the packed charts at uniform density, on return those of the chosen layout
 void scale_by_detail(const ChartSurface& surface, const Mesh& mesh, const TexelDetail& detail,
-                     const UnwrapOptions& options, ChosenCharts& made, PackedLayout& layout,
-                     int threads) {
+                     const UnwrapOptions& options, ChosenCharts& chosen_charts,
+                     PackedLayout& layout, int threads) {
   const FlatTriangles flat =
-      flat_triangles(surface, made.borders, made.charts, mesh.triangles.size());
+      flat_triangles(surface, chosen_charts.borders, chosen_charts.charts, mesh.triangles.size());
   const std::vector<TexelNeed> needs =
       texel_needs(surface, detail.errors(mesh, flat, options.size, threads));
-  const double even = std::sqrt(kExpectedCoverage / surface.total_area) * options.size;
+  const double uniform_scale = std::sqrt(kExpectedCoverage / surface.total_area) * options.size;
   const auto error_of = [&](const std::vector<FlatChart>& charts, std::vector<double> scales,
                             const PackedLayout& packed) {
-    for (double& s : scales) s *= packed.packing.scale / even;
+    for (double& s : scales) s *= packed.packing.scale / uniform_scale;
     return expected_error(chart_needs(charts, needs), scales);
   };
-  double min_error = (1 - kMinExpectedGain) *
-                     error_of(made.charts, std::vector<double>(made.charts.size(), 1), layout);
-  ChosenCharts next = made;
+  double min_error =
+      (1 - kMinExpectedGain) *
+      error_of(chosen_charts.charts, std::vector<double>(chosen_charts.charts.size(), 1), layout);
+  ChosenCharts next = chosen_charts;
   for (const bool cut : {false, true}) {
     const std::size_t before = next.charts.size();
     if (cut) {
@@ -170,7 +171,7 @@ void scale_by_detail(const ChartSurface& surface, const Mesh& mesh, const TexelD
     const double error = error_of(charts, scales, packed);
     if (error >= min_error || packed.padding < layout.padding) continue;
     min_error = error;
-    made.charts = std::move(charts);
+    chosen_charts.charts = std::move(charts);
     layout = std::move(packed);
   }
 }
@@ -185,7 +186,7 @@ void place(FlatChart& chart, const OutlinePlace& at, double scale, std::uint32_t
   }
 }
 
-/// Repairs a chart whose UVs were rounded to UV steps: triangles that rounding made degenerate, and border sides that
+/// Repairs a chart whose UVs were rounded to UV steps: triangles that rounding made degenerate, and border edges that
 /// touch.
 class RoundedChart {
  public:
@@ -206,7 +207,7 @@ class RoundedChart {
   }
 
   /// Marks the triangles to separate from the chart: those without area, or if there are none, those at one pair of
-  /// touching border sides.
+  /// touching border edges.
   void mark_separate_triangles(std::vector<std::uint8_t>& is_separate) const {
     const std::vector<std::size_t> flat = flattened_triangles();
     for (const std::size_t i : flat) is_separate[chart_.source[i]] = 1;
@@ -265,13 +266,14 @@ class RoundedChart {
     return chart_.points[chart_.boundary[i % chart_.boundary.size()]];
   }
 
-  /// The nearest border side and corner of two touching sides: squared distance, and indices on the border.
+  /// Given two border edges that touch: the end point of one of them that is nearest to the other edge, that other
+  /// edge, and their squared distance. Edges and points are indices on the border.
   struct NearestPair {
     double squared = std::numeric_limits<double>::max();
     std::size_t side = 0, corner = 0;
   };
 
-  /// Separates two border sides: moves one of them, and the nearest corner of the other, away from each other.
+  /// Separates two border edges: moves one of them, and the nearest end point of the other, away from each other.
   void separate_sides(std::size_t a, std::size_t b) {
     NearestPair nearest;
     for (const std::size_t end : {0, 1}) {
@@ -397,13 +399,17 @@ Mesh unwrap_charts(const Mesh& mesh, const UnwrapOptions& options, UnwrapReport*
     if (!known.chosen)
       known.surface = std::make_unique<ChartSurface>(make_surface(mesh, is_separate));
     const ChartSurface& surface = *known.surface;
-    ChosenCharts made = known.chosen ? *known.chosen : choose_charts(surface, options, threads);
-    if (!known.chosen) relax_charts(made.charts, threads);
-    if (kept != nullptr && !known.chosen && made.is_independent_of_size) known.chosen.emplace(made);
-    lay_out_separate_triangles(surface, options, is_separate, made);
-    std::vector<FlatChart>& charts = made.charts;
-    PackedLayout layout = pack(charts, made.packed ? &*made.packed : nullptr, options, threads);
-    if (detail != nullptr) scale_by_detail(surface, mesh, *detail, options, made, layout, threads);
+    ChosenCharts chosen_charts =
+        known.chosen ? *known.chosen : choose_charts(surface, options, threads);
+    if (!known.chosen) relax_charts(chosen_charts.charts, threads);
+    if (kept != nullptr && !known.chosen && chosen_charts.is_independent_of_size)
+      known.chosen.emplace(chosen_charts);
+    lay_out_separate_triangles(surface, options, is_separate, chosen_charts);
+    std::vector<FlatChart>& charts = chosen_charts.charts;
+    PackedLayout layout =
+        pack(charts, chosen_charts.packed ? &*chosen_charts.packed : nullptr, options, threads);
+    if (detail != nullptr)
+      scale_by_detail(surface, mesh, *detail, options, chosen_charts, layout, threads);
     bool any_chart_failed = false;
     for (std::size_t i = 0; i < charts.size(); ++i) {
       place(charts[i], layout.packing.places[i], layout.packing.scale, options.size);

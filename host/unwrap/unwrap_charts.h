@@ -8,8 +8,8 @@
 
 namespace kiln {
 
-/// Cache of one mesh's charts. They are reused for another map size if they do not depend on the size, which is so for
-/// very many charts.
+/// Cache of one mesh's charts. The charts are reused for another map size unless they depend on the size. If a mesh has
+/// a very large number of charts, they do not.
 class KnownCharts {
  public:
   KnownCharts();  ///< Creates an empty cache
@@ -33,7 +33,7 @@ Mesh unwrap_for(const Mesh& mesh, const UnwrapOptions& options, const TexelDetai
 
 /// \param options  validated; detail_of is ignored
 /// \param report   receives everything except seconds and degenerate triangles; may be null
-/// \param threads  0: thread_count(); never changes the result
+/// \param threads  number of threads; 0 for thread_count(); never changes the result
 /// \param detail   detail of the high poly, by which texels are distributed; if null, by area
 /// \param known    see unwrap_for()
 Mesh unwrap_charts(const Mesh& mesh, const UnwrapOptions& options, UnwrapReport* report,

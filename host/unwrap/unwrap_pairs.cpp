@@ -15,7 +15,8 @@
 namespace kiln {
 namespace {
 
-/// Largest ratio of a patch's legs. Longer patches would waste space and reduce the shear only slightly.
+/// Largest ratio of the legs of a patch's right triangles. Longer patches would waste space and reduce the shear only
+/// slightly.
 constexpr double kMaxAspect = 16;
 /// The padding is halved while triangles cover less than this share of the map.
 constexpr double kMinPairCoverage = 0.25;
@@ -23,7 +24,7 @@ constexpr double kMinPairCoverage = 0.25;
 /// A rectangle for one or two right triangles. The first triangle has its right angle at the lower left corner of the
 /// rectangle, the second at the upper right. They share the diagonal, or have padding along it.
 struct Patch {
-  double width = 0, height = 0;  ///< Legs of the triangles, as lengths on the surface
+  double width = 0, height = 0;  ///< Legs of the right triangles, as lengths on the surface
   std::array<std::uint32_t, 2> triangle{kNoIndex, kNoIndex};
   std::array<std::uint8_t, 2> apex{};  ///< For each triangle, the corner that gets the right angle
   bool has_two_triangles = false;
@@ -234,7 +235,8 @@ class LayoutSearch {
   std::optional<PairLayout> best_;
 };
 
-/// Tries the requested padding first, then less padding and shorter legs, then grid steps finer than a texel.
+/// Tries the requested padding first, then less padding. If all fail, allows triangles with legs of one step instead of
+/// two, and grid steps finer than a texel.
 PairLayout find_layout(const std::vector<Patch>& patches, const UnwrapOptions& options) {
   const bool squares = options.method == UnwrapMethod::squares;
   for (std::uint32_t padding = options.border_texels; padding >= 1; padding /= 2) {

@@ -7,7 +7,7 @@
 // Algorithm: the BVH of the rays (see shared/bvh.h) is traversed nearest child first, with a shrinking
 // radius. All variants share one point-triangle distance (see nearest.clh). Ties go to the lowest
 // triangle. Culling is strict and its arithmetic is monotone: the result depends on sample and
-// triangles alone. On CPUs neighbouring samples are searched together (see accel/closest_group.clh),
+// triangles alone. On CPUs neighbouring samples are searched is_walked_as_group (see accel/closest_group.clh),
 // starting at the last leaf of the preceding samples.
 //
 // | kernel              | global size      | local | reads, writes a sample  |
@@ -71,9 +71,9 @@ static KILN_CALL void closest_run(const kiln_closest_params params,
   for (uint at = first; at < end; at += KILN_CLOSEST_GROUP) {
     const uint count = min(end - at, KILN_CLOSEST_GROUP);
 #ifndef KILN_CLOSEST_SINGLE
-    const bool together =
+    const bool is_walked_as_group =
         count == KILN_CLOSEST_GROUP && closest_group_load(points, at, params, &group);
-    if (together && closest_group_walk(nodes, blocks, &group)) {
+    if (is_walked_as_group && closest_group_walk(nodes, blocks, &group)) {
       closest_group_store(at, params, &group, triangle, barycentric, distance, status);
       continue;
     }
@@ -84,7 +84,7 @@ static KILN_CALL void closest_run(const kiln_closest_params params,
       closest_start(params, &best);
       if (closest_load(points, at + i, params, &sample)) {
 #ifndef KILN_CLOSEST_SINGLE
-        if (together) closest_extract(&group, i, &best);
+        if (is_walked_as_group) closest_extract(&group, i, &best);
 #endif
         const uint seed = group.seed;
         if (seed != KILN_NO_TRIANGLE) closest_wide_leaf(blocks, seed, &sample, &best);

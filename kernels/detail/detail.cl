@@ -22,8 +22,8 @@
 // its attributes. The high poly's normals and their indices are read four numbers at a time, so both arrays have one
 // padding element.
 //
-// Bakes with one sample a texel need none of these kernels, but the one of detail_texel.cl. Limits: barycentric
-// interpolation only.
+// Bakes with one sample a texel use the kernel of detail_texel.cl instead of these. Limits: barycentric interpolation
+// only.
 
 #include "detail/detail_group.clh"
 #include "lib/call.clh"

@@ -228,9 +228,9 @@ static inline float3 hemisphere_bent(const kiln_detail_params params, const deta
   return detail_normalize((float3)(bent_sum[i], bent_sum[i + plane], bent_sum[i + 2 * plane]), normal);
 }
 
-/// Bent normals in the map's space, blended with those of the other correspondence for samples
-/// where the other one has a triangle.
-/// \param other_capacity  0: there is no other correspondence
+/// Writes bent normals in the map's space. Where a sample has a triangle in the second correspondence, too, its bent
+/// normals of both correspondences are blended.
+/// \param other_capacity  of the second correspondence; 0 if there is none
 /// \param shares weight of the first correspondence, per sample
 kernel void kiln_hemisphere_write_bent(
     const kiln_detail_params params, const uint other_capacity,

@@ -318,8 +318,8 @@ kernel void kiln_uv_match_wide(const kiln_uv_params params, global const uint* r
   y += is_left_of_map - is_right_of_map;
   x += (is_right_of_map - is_left_of_map) * width;
 
-  const uint8 id = wide_gather_uint(lowest, as_uint8(index));  // with one sample per texel, a sample
-                                                               // has the index of its texel
+  // With one sample per texel, the sample's index is that of its texel.
+  const uint8 id = wide_gather_uint(lowest, as_uint8(index));
   const int8 found = id != KILN_UV_EMPTY;
   const uint8 piece = select((uint8)(0u), id, as_uint8(found)) * 8u;
   const wide_uint4 head = wide_gather4((global const uint*)pieces, piece);

@@ -188,7 +188,7 @@ kernel void kiln_render_map(const kiln_render_map_params params,
   const float v = hit_barycentric[i + capacity];
   const float w = 1.0f - u - v;
 
-  // Bilinear between texel centres, clamped to the edge; row 0 is at v = 1.
+  // Interpolates the map bilinearly between texel centres, clamped to its edge. Row 0 is at v = 1.
   global const float* corner_uv = uvs + 6 * (size_t)triangle;
   const float2 uv = vload2(0, corner_uv) * w + vload2(1, corner_uv) * u + vload2(2, corner_uv) * v;
   const float x = uv.x * (float)params.width - 0.5f;
@@ -310,9 +310,9 @@ kernel void kiln_render_ambient_add(const kiln_render_params params,
   open[i] = (uchar)(previous + (hit[i] == 0 ? 1u : 0u));
 }
 
-/// Colours the part's pixels. With show_normals: the normal in world space as n/2 + 1/2, averaged over the
-/// samples that hit, 0 if none did; with show_colors: the map's channels likewise; with show_depth: the
-/// depth, and 1 as the second channel. Else sRGB.
+/// Writes the part's pixels. With show_normals, writes the normal in world space as n/2 + 1/2, averaged over the
+/// samples that hit, or 0 if none did; with show_colors, averages the map's channels likewise; with show_depth,
+/// writes the depth, and 1 as the second channel. Otherwise, writes the shaded colour in sRGB.
 kernel void kiln_render_shade(const kiln_render_params params,
                               global const uint* restrict hit_triangle,
                               global const float* restrict surface,

@@ -18,7 +18,7 @@ struct kiln_closest_params {
   kiln_float max_distance;
   kiln_uint flags;
   kiln_uint first;            ///< First sample of this launch
-  kiln_uint end;              ///< One past its last sample
+  kiln_uint end;              ///< One past the last sample of this launch
   kiln_uint capacity;         ///< Elements per component plane of the points
   kiln_uint result_capacity;  ///< Elements per component plane of the barycentrics
   kiln_uint padding[2];

@@ -6,7 +6,7 @@
 
 struct kiln_own_params {
   kiln_uint first;         ///< First sample of this launch
-  kiln_uint end;           ///< One past its last sample
+  kiln_uint end;           ///< One past the last sample of this launch
   kiln_uint low_capacity;  ///< Elements per component plane of the low poly's samples
   kiln_uint hit_capacity;  ///< Elements per component plane of the correspondence
   kiln_uint out_capacity;  ///< Elements per component plane of the values

@@ -77,11 +77,11 @@ KILN_CHECK_SIZE(kiln_raster_chunk, 640);
 struct kiln_raster_bounds {
   kiln_float centre[3][KILN_RASTER_BOXES];
   kiln_float half_extent[3][KILN_RASTER_BOXES];
-  /// Axis of the cone around the triangles' normals. Cosine of its half angle; below 0: all
-  /// directions.
+  /// Axis of the cone around the triangles' normals, and the cosine of the cone's half angle. A negative cosine stands
+  /// for all directions.
   kiln_float axis[3][KILN_RASTER_BOXES];
   kiln_float cosine[KILN_RASTER_BOXES];
-  kiln_float height[KILN_RASTER_BOXES];  ///< Smallest height of its triangles on their longest edge
+  kiln_float height[KILN_RASTER_BOXES];  ///< Smallest height of the chunk's triangles
 };
 typedef struct kiln_raster_bounds kiln_raster_bounds;
 KILN_CHECK_SIZE(kiln_raster_bounds, 704);

@@ -71,7 +71,8 @@ KILN_CHECK_SIZE(kiln_texel_block, 16);
 #define KILN_TEXEL_TEXELS(count) (((count) >> 10) & 0x3FFu)
 #define KILN_TEXEL_OVERLAPS(count) (((count) >> 20) & 0x3FFu)
 
-/// Value of an uncovered slot, and flag of a slot that several triangles cover.
+/// KILN_TEXEL_EMPTY is the value of a slot that no triangle covers, KILN_TEXEL_OVERLAP the flag of a slot that several
+/// triangles cover.
 #define KILN_TEXEL_EMPTY 0x7FFFFFFFu
 #define KILN_TEXEL_OVERLAP 0x80000000u
 

@@ -58,7 +58,7 @@ typedef struct kiln_uv_row {
   kiln_uint covered;
   kiln_uint overlapping;
   kiln_uint column;  // column of the first overlap
-  kiln_uint lower;   // the two pieces that overlap there
+  kiln_uint lower;   // indices of the two pieces that overlap in that column
   kiln_uint upper;
   kiln_uint padding[3];
 } kiln_uv_row;

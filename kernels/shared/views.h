@@ -4,7 +4,7 @@
 
 #include "shared/common.h"
 
-/// Criterion that selects one of the views whose depth difference is within the distance.
+/// Criterion that selects one view, among those whose depth difference is within the match's largest distance.
 #define KILN_VIEWS_DEPTH 0u     ///< Smallest depth difference at the pixel (Wang et al., section 2)
 #define KILN_VIEWS_DISTANCE 1u  ///< Smallest distance to the point under the sample's own position
 /// Smallest angle to the sample's direction (Wang et al., section 6)

@@ -30,7 +30,7 @@ typedef struct kiln_volume_grid {
   kiln_uint words;    ///< Words per row of size[0] + 2 padded voxels
   kiln_uint first_z;  ///< First plane of the slab of voxels on the device
   kiln_uint count_z;
-  kiln_uint begin;  ///< Index of the first item: edges or vertices
+  kiln_uint begin;  ///< Index of the first edge, or vertex, of this launch
   kiln_uint count;  ///< Number of items
   kiln_float iso;
   kiln_int below;      ///< 1: the solid is below the iso value
@@ -90,12 +90,13 @@ typedef struct kiln_volume_chart {
   kiln_float normal[2][3];      ///< Unit normals of the triangles
   kiln_uint corner[4];          ///< Vertices of the low poly
   kiln_uint size[2];            ///< Width, height
-  kiln_uint first_texel;        ///< Index in the pool, at level 0
-  kiln_uint triangle;           ///< Index of its first triangle in the low poly
+  kiln_uint first_texel;        ///< Index of the chart's first texel in the pool, at level 0
+  kiln_uint triangle;           ///< Index of the chart's first triangle in the low poly
   kiln_uint triangles;          ///< 1 or 2
   kiln_uint corners;            ///< 3 or 4
-  kiln_uint place[2];           ///< Position of its first texel in the map
-  /// Index of its first boundary texel; these are stored one side after the other, ends included
+  kiln_uint place[2];           ///< Position of the chart's first texel in the map
+  /// Index of the chart's first border texel. Border texels are stored edge after edge of the chart; each edge includes
+  /// both ends
   kiln_uint first_ring;
   kiln_uint padding;
 } kiln_volume_chart;

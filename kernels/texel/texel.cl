@@ -70,9 +70,9 @@ static KILN_CALL void texel_cover(const size_t index, const kiln_texel_params pa
       const int8 inside = (convert_int8(e >> 32) >= 0) & (x + block.x < params.sample_width) &
                           (y + block.y < params.sample_height);
       const uint8 current_ids = vload8(g, block_ids);
-      const int8 fresh = inside & (current_ids == KILN_TEXEL_EMPTY);
+      const int8 first_cover = inside & (current_ids == KILN_TEXEL_EMPTY);
       const int8 is_overlap = inside & ((current_ids & KILN_TEXEL_EMPTY) < first);
-      const uint8 new_ids = select(current_ids, (uint8)(id), as_uint8(fresh));
+      const uint8 new_ids = select(current_ids, (uint8)(id), as_uint8(first_cover));
       vstore8(select(new_ids, current_ids | KILN_TEXEL_OVERLAP, as_uint8(is_overlap)), g, block_ids);
     }
   }

@@ -24,7 +24,8 @@ kernel void kiln_texel_blend_directions(const uint count,
                                         global const float* restrict normals,
                                         // 3 per triangle, one per corner; only read if painted
                                         global const float* restrict weights,
-                                        // per triangle, and one past the last edge
+                                        // index of each triangle's first edge; the extra last entry
+                                        // is the number of edges
                                         global const uint* restrict first_edges,
                                         // 7 per edge: its first corner (3), the vector to the second (3), its width
                                         global const float* restrict edges,

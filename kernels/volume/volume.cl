@@ -37,8 +37,8 @@ static int volume_is_inside(const kiln_volume_grid* grid, float value) {
                           : (value >= grid->iso && value <= FLT_MAX);
 }
 
-/// One bit per padded voxel of a slab. voxels: the slab. inside: [padded slab, row, word], the slab's
-/// first voxel plane first, without padding along z.
+/// Sets one bit per voxel of a slab. voxels: the slab. inside: [plane, row, word], padded along x and y, but not
+/// along z, so that its first plane is that of the slab.
 kernel void kiln_volume_signs(const kiln_volume_grid grid, global const KILN_VOXEL* restrict voxels,
                               global ulong* restrict inside) {
 #pragma OPENCL FP_CONTRACT OFF
@@ -106,7 +106,7 @@ kernel __attribute__((vec_type_hint(float4))) void kiln_volume_crossings(
     const float fb = volume_fetch(&grid, voxels, b.x, b.y, b.z);
     const float3 along_edge = inside != 0 ? direction : -direction;
     if (volume_is_inside(&grid, fa) == volume_is_inside(&grid, fb)) {
-      // Both ends are outside: the edge crosses the cap of a closed gap.
+      // Both ends are outside the solid: the edge crosses the surface that closes a gap.
       t = 0.5f;
       normal = along_edge;
     } else {

@@ -30,10 +30,11 @@ static float3 map_weights(float second, float third) {
 
 static float map_min(float3 weights) { return min(weights.x, min(weights.y, weights.z)); }
 
-/// Finds the chart's triangle that contains a point, or is nearest to it, and the point's weights there. A point that
-/// projects beyond the diagonal of one triangle is assigned to the other triangle if its projection onto that one lies
-/// in the other half of the rectangle. Above a ridge between the two triangles, a point may project outside of both; it
-/// is then assigned to the diagonal.
+/// Finds the chart's triangle that contains a point, or is nearest to it, and the point's weights in this triangle. A
+/// chart of two triangles is a rectangle, whose diagonal they share. If the point's projection onto the plane of the
+/// first triangle lies beyond the diagonal, the point is assigned to the second triangle, provided that its projection
+/// onto the plane of the second triangle lies in the second half of the rectangle. Above a ridge between the two
+/// triangles, both projections may lie beyond the diagonal; the point is then assigned to the diagonal.
 static uint map_project(global const kiln_volume_chart* chart, float3 point, float3* weights) {
 #pragma OPENCL FP_CONTRACT OFF
   uint best = 0u;

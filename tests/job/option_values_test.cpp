@@ -25,13 +25,13 @@ TEST(OptionValues, NoDataIsANumberOrAWord) {
         heights.no_data = 7;
         heights.guess_no_data = false;
       }
-      read_no_data("no_data", word, heights);
+      parse_no_data_value("no_data", word, heights);
       EXPECT_EQ(heights.no_data, no_data) << word;
       EXPECT_EQ(heights.guess_no_data, guesses) << word;
     }
   }
   HeightFieldOptions heights;
-  EXPECT_THROW(read_no_data("no_data", "nothing", heights), Error);
+  EXPECT_THROW(parse_no_data_value("no_data", "nothing", heights), Error);
 }
 
 }  // namespace

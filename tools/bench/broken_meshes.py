@@ -47,7 +47,7 @@ class Mesh:
         mesh.points, mesh.faces = list(self.points), [(a, c, b) for a, b, c in self.faces]
         return mesh
 
-    def with_loose_corners(self, noise, random_generator):
+    def with_separate_corners(self, noise, random_generator):
         """Gives each face separate corners, displaced by up to `noise`."""
         mesh = Mesh()
         for face in self.faces:
@@ -142,7 +142,7 @@ def make_plain(r):
 
 
 def make_soup(r):
-    return make_sphere(149).with_loose_corners(3e-7, r)
+    return make_sphere(149).with_separate_corners(3e-7, r)
 
 
 def make_flipped(r):
@@ -234,7 +234,7 @@ def make_pinholes(r):
 
 def make_pieces(r):
     """Makes 266,000 separate faces that no weld can join."""
-    mesh = make_sphere(211).with_loose_corners(0, r)
+    mesh = make_sphere(211).with_separate_corners(0, r)
     for i, (a, b, c) in enumerate(mesh.faces):
         d = [r.uniform(-0.01, 0.01) for _ in range(3)]
         for v in (a, b, c):

@@ -309,7 +309,7 @@ def write_page(arguments, rows):
         for row in rows:
             if "glue_failed" in row:
                 page.write(f"\nThe glue failed on {row['mesh']}: {row['glue_failed']}.\n")
-        page.write("\n![The fourteen: high poly, Kiln's low poly with its normals, the glue's](gallery.webp)\n")
+        page.write("\n![Of each mesh: the high poly, Kiln's low poly with its normal map, and the low poly of the other libraries](gallery.webp)\n")
 
 
 if __name__ == "__main__":

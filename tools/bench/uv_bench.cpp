@@ -2,8 +2,8 @@
 //
 // uv_bench [CELLS [SIZE...]]   default: 176 (61,952 triangles; the paper's high poly has 61,644), 512 1024
 //
-// "cover", "match", "distance" and "detail" are the kernels of a bake, with only their launches on the host. Re-bakes
-// are complete: from new positions to the encoded map with padding, on the host.
+// "cover", "match", "distance" and "detail" are the times of single kernels of a bake, including their launches.
+// Re-bakes are complete: from new positions to the encoded map with padding, on the host.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>

@@ -47,8 +47,8 @@ struct MarkStyle {
 };
 
 /// Times all marks alternately, so that other load on the machine affects all of them equally.
-/// \param run  times the mark with an index; the note, such as ", run 2 of 3", completes the stage. Returns null if
-/// cancelled
+/// \param run  times the mark with an index. The note, such as ", run 2 of 3", is appended to the name of the stage in
+///   progress reports. Returns null if cancelled
 /// \returns false if cancelled
 bool time_in_turns(std::vector<Mark>& marks, std::uint32_t repeat,
                    const std::function<Json(std::size_t mark, const std::string& note)>& run);
@@ -102,7 +102,7 @@ struct ChartArguments : LabArguments {
   /// Error bound for the choice among settings of ambient occlusion, a share of 1
   std::optional<double> ao_error;
   std::optional<double> ao_budget;  ///< Time limit in seconds for the same choice
-  bool plan = false;  ///< True to chart plans: bytes against error, without given low polys
+  bool plan = false;  ///< If true, plans are charted, by bytes and error; no low polys are given
   std::vector<std::string> max_errors;  ///< Error bounds of plans in degrees
   std::string screen;                   ///< Value of --screen for plans; empty: none
 

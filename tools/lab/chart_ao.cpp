@@ -45,8 +45,8 @@ std::vector<AoSetting> all_settings() {
 
 double rms_of(const Mark& mark) { return mark.figures.at("rms").number(); }
 
-/// Among the settings of which one figure is within a limit, finds the one whose other figure is best, and adds it to
-/// the report and the lines. If no figure is within the limit, adds the setting nearest to it.
+/// Finds the best setting within a limit: the limit bounds one figure of a setting, and the other figure decides. Adds
+/// the setting to the report and the lines. If no setting is within the limit, adds the one nearest to it.
 /// \param key  key in the report
 template <class Bounded, class Wanted>
 void add_best_within_limit(const char* key, double limit, const std::string& unit,

@@ -40,7 +40,8 @@ std::vector<Measure> measures(double degrees_without_map = 0) {
            "Object space: from what the map shows to what the high poly shows",
            "Mean, % of the diagonal"},
           {"normalised_image_space", "normalised_image_space",
-           "Normalised image space: from a match to its ray, over its distance", "Mean, 0 to 1"},
+           "Normalised image space: distance match to ray, over distance match to sample",
+           "Mean, 0 to 1"},
           {"uniformity", "uniformity_percent",
            "Uniformity: steps between matches, longer or shorter than the texels'", "Mean, %"},
           {"normal_error", "normal_error.mean_angle_degrees",
@@ -176,11 +177,11 @@ class MatchChart : public ChartKind {
   /// Selects the settings that suit the pair. \returns all other settings, with reasons
   Json select_suitable_settings() {
     const UvOptions uv = uv_options(high_);
-    std::vector<LeftOut> left_out;
+    std::vector<OmittedSetting> left_out;
     settings_.clear();
     marks_.clear();
     for (const ChartSetting& setting : candidate_settings_) {
-      if (const std::optional<LeftOut> unsuitable =
+      if (const std::optional<OmittedSetting> unsuitable =
               explain_unsuitable(setting.bake.match.method, "The setting " + setting.name, *source_,
                                  high_.mesh, *low_, uv, !a_.settings.empty())) {
         left_out.push_back({setting.name, unsuitable->reason});
@@ -321,7 +322,7 @@ class MatchChart : public ChartKind {
       }
       const Scene scene(*device_, *low_, {&map});
       const NormalError picture = pictures.compare(scene);
-      check_seen(picture, high_.mesh, *low_);
+      check_meshes_are_visible(picture, high_.mesh, *low_);
       if (i == 0) report["normal_error_without_map"] = describe(pictures.compare(scene, true));
       const MatchAssessment assessed = assess_setting(settings_[i], used_views);
       if (assessed.cancelled) return false;

@@ -47,9 +47,9 @@ bool make_gallery(const Device& device, const HighPolyInput& dense, const Mesh& 
   const Source source(device, high);
   run.warnings.insert(run.warnings.end(), source.warnings().begin(), source.warnings().end());
   std::vector<std::string> methods = a.matches;
-  std::vector<LeftOut> left_out;
+  std::vector<OmittedSetting> left_out;
   std::erase_if(methods, [&](const std::string& name) {
-    std::optional<LeftOut> unsuitable =
+    std::optional<OmittedSetting> unsuitable =
         explain_unsuitable(find_match(name).method, "--match " + name, source, high, low,
                            uv_options(dense), a.gave("--match"));
     if (unsuitable) left_out.push_back({name, unsuitable->reason});

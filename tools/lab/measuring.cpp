@@ -73,26 +73,26 @@ Json describe_views(const std::vector<Vec3>& held_out, std::uint32_t size, doubl
                 {held_out.size(), size, least_angle, directions});
 }
 
-void check_seen(const NormalError& error, const Mesh& high, const Mesh& low) {
+void check_meshes_are_visible(const NormalError& error, const Mesh& high, const Mesh& low) {
   if (error.pixels != 0) return;
   throw Error(ErrorCode::input, "'" + low.name + "' and '" + high.name +
                                     "' do not overlap in any picture, so no error can be measured: "
                                     "place both at the same position, in the same units.");
 }
 
-Json describe_left_out(const std::vector<LeftOut>& left_out, const char* key,
+Json describe_left_out(const std::vector<OmittedSetting>& left_out, const char* key,
                        std::vector<std::string>* lines) {
   Json json = Json::array();
-  for (const LeftOut& left : left_out) {
+  for (const OmittedSetting& left : left_out) {
     json.push_back({{key, left.name}, {"reason", left.reason}});
     if (lines != nullptr) lines->push_back("left out: " + left.name + ": " + left.reason);
   }
   return json;
 }
 
-std::optional<LeftOut> explain_unsuitable(MatchMethod method, const std::string& name,
-                                          const Source& source, const Mesh& high, const Mesh& low,
-                                          const UvOptions& uv, bool must) {
+std::optional<OmittedSetting> explain_unsuitable(MatchMethod method, const std::string& name,
+                                                 const Source& source, const Mesh& high,
+                                                 const Mesh& low, const UvOptions& uv, bool must) {
   if (!obeys(find_match(method.name), "match.uv")) return std::nullopt;
   const std::string reason = reason_unsuitable(method, source, high, low, uv);
   if (reason.empty()) return std::nullopt;
@@ -100,7 +100,7 @@ std::optional<LeftOut> explain_unsuitable(MatchMethod method, const std::string&
     throw Error(ErrorCode::input,
                 name + " does not suit '" + high.name + "' and '" + low.name + "': " + reason);
   }
-  return LeftOut{name, reason};
+  return OmittedSetting{name, reason};
 }
 
 TexelViews::TexelViews(const Device& device, const Mesh& low)

@@ -18,8 +18,8 @@ constexpr std::uint32_t kHeldOutViews = 30;
 /// minimum angle in degrees between a view for matching and a view for measuring
 constexpr double kMinHeldOutAngle = 2;
 
-/// Throws an error if one of these flags was given, which have no effect. The message is "FLAG is for WHY". \throws
-/// Error(usage)
+/// Throws an error if one of the flags was given: they have no effect with these arguments. The message is "FLAG is for
+/// WHY". \throws Error(usage)
 void refuse(const LabArguments& arguments, const std::set<std::string>& flags,
             const std::string& why);
 
@@ -30,16 +30,16 @@ std::vector<ViewAngles> usual_held_out_angles();
 Json describe_views(const std::vector<Vec3>& held_out, std::uint32_t size, double least_angle);
 
 /// Checks that at least one picture shows both meshes. \throws Error(input) if none does
-void check_seen(const NormalError& error, const Mesh& high, const Mesh& low);
+void check_meshes_are_visible(const NormalError& error, const Mesh& high, const Mesh& low);
 
 /// A setting that does not suit the meshes, with the reason.
-struct LeftOut {
+struct OmittedSetting {
   std::string name, reason;
 };
 /// Describes settings that were left out for a report.
 /// \param key    key of the setting's name
 /// \param lines  receives a line of text for each; null: none
-Json describe_left_out(const std::vector<LeftOut>& left_out, const char* key,
+Json describe_left_out(const std::vector<OmittedSetting>& left_out, const char* key,
                        std::vector<std::string>* lines = nullptr);
 
 /// Checks whether a match suits two meshes. For matching by UVs, HIGH must have UVs, and both layouts must agree and
@@ -48,9 +48,9 @@ Json describe_left_out(const std::vector<LeftOut>& left_out, const char* key,
 /// \param must  true to throw if the match does not suit
 /// \returns nullopt if it suits
 /// \throws Error(input) if it must suit, but does not
-std::optional<LeftOut> explain_unsuitable(MatchMethod method, const std::string& name,
-                                          const Source& source, const Mesh& high, const Mesh& low,
-                                          const UvOptions& uv, bool must);
+std::optional<OmittedSetting> explain_unsuitable(MatchMethod method, const std::string& name,
+                                                 const Source& source, const Mesh& high,
+                                                 const Mesh& low, const UvOptions& uv, bool must);
 
 /// Finds the texel that each pixel of LOW's pictures shows.
 class TexelViews {

@@ -132,7 +132,7 @@ std::vector<std::string> measured_maps(const MeasureArguments& a) {
 /// ignore the given flags or do not suit the meshes are left out; if such a match was named, this throws.
 /// \throws Error(usage), Error(input)
 std::vector<Rating> select_matches(const MeasureArguments& a, const Inputs& inputs,
-                                   const Source& source, std::vector<LeftOut>& left_out) {
+                                   const Source& source, std::vector<OmittedSetting>& left_out) {
   const bool strict = a.gave("--match");
   std::vector<Rating> rows;
   for (const std::string& method : a.matches) {
@@ -143,7 +143,7 @@ std::vector<Rating> select_matches(const MeasureArguments& a, const Inputs& inpu
       left_out.push_back({method, error.what()});
       continue;
     }
-    if (const std::optional<LeftOut> left_out_match =
+    if (const std::optional<OmittedSetting> left_out_match =
             explain_unsuitable(find_match(method).method, "--match " + method, source,
                                inputs.high.mesh, inputs.low, uv_options(inputs.high), strict)) {
       left_out.push_back({method, left_out_match->reason});
@@ -362,7 +362,7 @@ bool rate(const Device& device, const MeasureArguments& a, const Inputs& inputs,
   if (!steps.at("preparing the high poly")) return false;
   const Source source(device, high);
   run.warnings.insert(run.warnings.end(), source.warnings().begin(), source.warnings().end());
-  std::vector<LeftOut> left_out;
+  std::vector<OmittedSetting> left_out;
   std::vector<Rating> rows = select_matches(a, inputs, source, left_out);
   steps.count = static_cast<double>(rows.size());
   const Scene original(device, high);

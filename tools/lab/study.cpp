@@ -232,7 +232,7 @@ std::optional<Study> measure_study(const Device& device, const Mesh& high, const
     const double bake_time = watch.lap();
     const Scene scene(device, mesh, map);
     const NormalError error = reference.compare(scene);
-    check_seen(error, high, mesh);
+    check_meshes_are_visible(error, high, mesh);
     figures["normal_error"] = describe(error);
     if (depths && s.curve == kNone) {
       figures["depth_difference"] = error_json(depths->compare(scene));

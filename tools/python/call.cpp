@@ -19,7 +19,7 @@ namespace {
 
 /// Id of the process that opened the first device. A forked child has no threads of the driver, so it must not use the
 /// device.
-std::atomic<pid_t> opening_process{0};
+std::atomic<pid_t> id_of_opening_process{0};
 thread_local bool in_callback = false;
 
 nb::object errors() { return nb::module_::import_("kiln._errors"); }
@@ -78,7 +78,7 @@ Call::Call(nb::object progress) : progress_(std::move(progress)) {
                 "return from the callback first.",
                 "callback");
   }
-  const pid_t process = opening_process;
+  const pid_t process = id_of_opening_process;
   if (process != 0 && process != getpid()) {
     throw Error(
         ErrorCode::device,
@@ -115,7 +115,7 @@ const Device& device_of(const std::string& name) {
   const std::lock_guard lock(mutex);
   const auto cached_device = devices->find(name);
   if (cached_device != devices->end()) return cached_device->second;
-  opening_process = getpid();
+  id_of_opening_process = getpid();
   return devices->emplace(name, Device::open(name)).first->second;
 }
 

@@ -11,7 +11,7 @@ struct BandPoint {
   double x;       ///< Position around the axis, in repeats of the pattern: [0, number of repeats)
   double y;       ///< Position across the band: 0 at its start, 1 at its end
   double width;   ///< Length of one repeat of the pattern around the axis at this point
-  double height;  ///< Length of the band across it, along the profile
+  double height;  ///< Width of the band, measured along the profile
   double edge;    ///< Length over which a hard edge rises
 };
 

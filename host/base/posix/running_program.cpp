@@ -150,7 +150,7 @@ RunningProgram::RunningProgram(RunningProgram&&) noexcept = default;
 RunningProgram& RunningProgram::operator=(RunningProgram&&) noexcept = default;
 RunningProgram::~RunningProgram() = default;
 
-bool RunningProgram::supported() noexcept { return true; }
+bool RunningProgram::is_supported() noexcept { return true; }
 
 std::optional<RunningProgram> RunningProgram::start(std::vector<std::string> command,
                                                     const std::filesystem::path& folder) {
@@ -214,7 +214,7 @@ void RunningProgram::begin(std::string input, double limit_seconds,
 
 bool RunningProgram::began() const { return process_->future_result.valid(); }
 
-bool RunningProgram::began_with_input(std::string_view input) const {
+bool RunningProgram::has_begun_with_input(std::string_view input) const {
   return began() && process_->input_bytes == input;
 }
 

@@ -9,7 +9,7 @@ RunningProgram::RunningProgram(RunningProgram&&) noexcept = default;
 RunningProgram& RunningProgram::operator=(RunningProgram&&) noexcept = default;
 RunningProgram::~RunningProgram() = default;
 
-bool RunningProgram::supported() noexcept { return false; }
+bool RunningProgram::is_supported() noexcept { return false; }
 std::optional<RunningProgram> RunningProgram::start(std::vector<std::string> /*command*/,
                                                     const std::filesystem::path& /*folder*/) {
   return std::nullopt;
@@ -19,7 +19,7 @@ std::optional<RunningProgram> RunningProgram::start(std::vector<std::string> /*c
 void RunningProgram::begin(std::string /*input*/, double /*limit_seconds*/,
                            std::function<bool()> /*interrupted*/) {}
 bool RunningProgram::began() const { return false; }
-bool RunningProgram::began_with_input(std::string_view /*input*/) const { return false; }
+bool RunningProgram::has_begun_with_input(std::string_view /*input*/) const { return false; }
 ProgramResult RunningProgram::finish() { return {}; }
 
 }  // namespace kiln

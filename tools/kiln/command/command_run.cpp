@@ -226,7 +226,7 @@ int merge(const RunArguments& arguments, Console& console) {
 int run_shell(const JobFile& file, const std::string& command, const std::string& input,
               std::string& said) {
   constexpr double kLimitSeconds = 3600;
-  if (!RunningProgram::supported()) {
+  if (!RunningProgram::is_supported()) {
     said =
         "Kiln runs no commands on this system: leave it out of the job file, or run the job on "
         "Linux";

@@ -73,7 +73,7 @@ bool save_plots(const fs::path& folder, const std::vector<Plot>& plots,
     // If Python fails for one plot, it would fail for all.
     std::optional<ProgramResult> result;
     const std::string text = plot.data.dump();
-    if (python && python->began() && !python->began_with_input(text)) python.reset();
+    if (python && python->began() && !python->has_begun_with_input(text)) python.reset();
     if (manual_commands.empty() && !python) python = start_python();
     if (manual_commands.empty() && python) {
       if (!python->began()) python->begin(text, kLimitSeconds, interrupted);
@@ -102,7 +102,7 @@ bool save_plots(const fs::path& folder, const std::vector<Plot>& plots,
     save_text(folder / kScriptName, kPlotScript);
     outputs.push_back((folder / kScriptName).string());
     warnings.push_back({"no-plot",
-                        (RunningProgram::supported()
+                        (RunningProgram::is_supported()
                              ? "Python with matplotlib is not installed, so there is no picture: "
                                "install the package python3-matplotlib, then run '"
                              : "Kiln draws no plots on this system, so there is no picture: with "

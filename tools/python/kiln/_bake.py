@@ -14,7 +14,7 @@ from . import _core
 from ._core import Match, Mesh
 from ._errors import Error, KilnWarning, device_of, path_of, quiet, texture_set
 from ._meshes import as_high, as_mesh
-from ._options import checked, is_number, json_of, plain
+from ._options import checked, is_number, json_of, to_plain_values
 from ._progress import callback_of
 
 if TYPE_CHECKING:
@@ -461,7 +461,7 @@ def bake(
 
 def error_bound(max_error: str | float) -> str:
     """Converts max_error to the command's form: degrees of rendered normals, or bounds by map name."""
-    max_error = plain(max_error)
+    max_error = to_plain_values(max_error)
     if is_number(max_error):
         return f"normal={max_error!r}"
     if not isinstance(max_error, str) or "=" not in max_error:

@@ -13,7 +13,7 @@ from ._bake import Bake, error_bound
 from ._core import Mesh
 from ._errors import Error, count_of, device_of, path_of, suppress_warning, unknown_keyword
 from ._meshes import as_mesh, scene_data
-from ._options import checked, json_of, plain
+from ._options import checked, json_of, to_plain_values
 from ._plan import screen_of
 from ._progress import callback_of
 from ._surface import cleaned
@@ -429,7 +429,7 @@ def to_glb(
     count = count_of(10_000 if faces_target is None else faces_target, "faces_target", 1, 2**31)
     options |= {"size": texture_size, "sets": "one", "device": device_name or None, "alpha": alpha, "double_sided": sides}
     options |= {"screen": screen_of(screen), "max_outline": max_outline, "high_normals": str(high_normals)}
-    options["max_bytes"] = plain(max_bytes)
+    options["max_bytes"] = to_plain_values(max_bytes)
     if max_error is not None:
         options["max_error"] = error_bound(max_error)
     elif max_bytes is None or faces_target is not None:

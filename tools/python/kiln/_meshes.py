@@ -133,7 +133,7 @@ def _mesh_of_trimesh(given: Any, with_material: bool, up: str | None = None) -> 
 
 
 def _with_material(mesh: Mesh, material: Any, visual: Any) -> Mesh:
-    """Adds a trimesh material, which a GLB of one triangle transports."""
+    """Adds a material of trimesh: writes a GLB of one triangle with it, and reads the material from there."""
     if hasattr(material, "diffuse") and hasattr(material, "to_pbr"):
         material = _pbr_of_simple(material)
     pictures = [name for name in _PICTURE_MEMBERS if getattr(material, name, None) is not None]

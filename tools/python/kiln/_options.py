@@ -44,12 +44,12 @@ def json_of(options: Mapping[str, Any]) -> str:
     return json.dumps({name: _json_value(name, value) for name, value in options.items() if value is not None})
 
 
-def plain(value: Any) -> Any:
+def to_plain_values(value: Any) -> Any:
     """Converts NumPy's numbers and arrays to Python's numbers and lists."""
     if hasattr(value, "tolist"):
         return value.tolist()
     if isinstance(value, (list, tuple)):
-        return [plain(part) for part in value]
+        return [to_plain_values(part) for part in value]
     return value
 
 
@@ -58,7 +58,7 @@ def is_number(value: Any) -> bool:
 
 
 def _json_value(name: str, value: Any) -> Any:
-    value = plain(value)
+    value = to_plain_values(value)
     if isinstance(value, os.PathLike):
         value = os.fspath(value)
     if isinstance(value, list) and value:
