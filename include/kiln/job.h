@@ -129,7 +129,7 @@ struct MeshFrameArguments {
   std::vector<std::string> unit = {};  ///< Unit: mm, cm, m, in, ft, or metres as a number
   std::vector<std::string> uv_set =
       {};  ///< UV set to read from files with several sets: an index from 0 on, or a name
-  bool allow_outside = false;   ///< Files referenced by an input may lie outside its folder
+  bool allow_outside = false;   ///< Inputs may refer to files outside of their own folders
   ShadingOptions shading = {};  ///< Normals of the high poly
 
   /// True if any convention is set.
@@ -258,7 +258,7 @@ struct JobResult {
   std::vector<Message> summary = {};   ///< Summary for users, one line per topic
   /// The limit that the result exceeds (max_missed_percent, faces, max_error); empty: none
   Message failure = {};
-  bool cancelled = false;  ///< The callback cancelled: nothing more was written
+  bool cancelled = false;  ///< The callback cancelled: no further file was written
 };
 
 /// Runs a job: reads, repairs, makes or reads the low poly, finds texture sets, bakes and writes.

@@ -225,7 +225,7 @@ enum class MapType {
 enum class MissedTexels {
   low_poly,  ///< MissPolicy decides; with MissPolicy::keep the low poly's own value is stored
   /// MissPolicy decides; with MissPolicy::keep the value comes from neighbouring texels, since the
-  /// low poly has none
+  /// low poly has no such value
   neighbours,
   zero,  ///< Missed texels are 0, regardless of MissPolicy
 };
