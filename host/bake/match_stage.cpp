@@ -86,8 +86,8 @@ MatchRequest match_request(const BakeOptions& options, const Source::Impl& sourc
   return request;
 }
 
-EdgeTurn edge_turn(const BakeOptions& options, const Source::Impl& source,
-                   const LowSurface& surface, EdgeReport* report) {
+SampleDirections make_sample_directions(const BakeOptions& options, const Source::Impl& source,
+                                        const LowSurface& surface, EdgeReport* report) {
   const RayDirection direction = options.match.ray.direction;
   if (options.match.saved != nullptr ||
       !obeys(match_row(options.match.method).info, "match.ray.direction") ||
@@ -120,18 +120,18 @@ EdgeTurn edge_turn(const BakeOptions& options, const Source::Impl& source,
   return {context, surface, hard_edges, bevels.widths};
 }
 
-bool turns_by_source(const BakeOptions& options) {
+bool directions_depend_on_high(const BakeOptions& options) {
   return obeys(match_row(options.match.method).info, "match.ray.direction") &&
          !options.match.ray.edge_width && options.match.ray.direction == RayDirection::automatic;
 }
 
-SheetReach sheet_reach(const BakeOptions& options, const LowSurface& surface) {
+SheetDistances sheet_distances(const BakeOptions& options, const LowSurface& surface) {
   const bool is_distance_given =
       options.match.max_distance || options.match.cage || options.match.cage_mesh != nullptr;
-  const bool uses_sheet_reach =
-      any_in_chain(options, [](const MatchRow& row) { return row.uses_sheet_reach; });
-  if (is_distance_given || options.match.saved != nullptr || !uses_sheet_reach) return {};
-  return *surface.made->get<SheetReach>([&] { return SheetReach(surface); });
+  const bool uses_sheet_distance =
+      any_in_chain(options, [](const MatchRow& row) { return row.uses_sheet_distance; });
+  if (is_distance_given || options.match.saved != nullptr || !uses_sheet_distance) return {};
+  return *surface.made->get<SheetDistances>([&] { return SheetDistances(surface); });
 }
 
 void add_notes(MatchNotes notes, BakeReport& report) {
@@ -165,7 +165,7 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
   MatchRequest request = match_request(options, source, surface);
   request.cluster = clusters.cluster;
   request.field = &clusters.field;
-  request.sheet_reach = double{sheet_reach(options, surface).max_search_distance()};
+  request.max_sheet_distance = double{sheet_distances(options, surface).max_search_distance()};
   if (progress) {
     request.progress = [preparing = progress.part(0, kPreparingShare)](double done,
                                                                        std::string_view doing) {

@@ -146,7 +146,7 @@ class SmallChartFinder {
   };
 
   bool covers_any_sample(std::size_t i) const {
-    const FixedTriangle& f = pieces_.fixed[i];
+    const FixedTriangle& f = pieces_.fixed_point_triangles[i];
     if (surely_covers_sample(f, grid_)) return true;
     const SampleRange rows = rows_of(f, pieces_.fraction_bits, height_ * samples_);
     for (std::int64_t row = rows.first; row <= rows.last; ++row) {
@@ -268,7 +268,7 @@ class SmallChartFinder {
     is_occupied_.assign(std::size_t{width_} * height_, false);
     const auto samples = std::int64_t{samples_};
     for (std::size_t i = 0; i < pieces_.pieces.size(); ++i) {
-      const FixedTriangle& f = pieces_.fixed[i];
+      const FixedTriangle& f = pieces_.fixed_point_triangles[i];
       const SampleRange rows = rows_of(f, pieces_.fraction_bits, height_ * samples_);
       const auto [low, high] = std::minmax_element(f.x.begin(), f.x.end());
       const std::int64_t texel = samples << pieces_.fraction_bits;
@@ -349,7 +349,7 @@ class SmallChartFinder {
       }
     }
     std::sort(result_.texels.begin(), result_.texels.end(),
-              [](const OwnedTexel& a, const OwnedTexel& b) {
+              [](const AssignedTexel& a, const AssignedTexel& b) {
                 return std::tie(a.row, a.column) < std::tie(b.row, b.column);
               });
   }
