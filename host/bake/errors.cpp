@@ -71,7 +71,7 @@ class FinerEvaluation {
       progress.at(static_cast<double>(b) / sampler_.band_count(), "measuring errors");
       sampled_band_ = sampler_.sample(b, std::move(sampled_band_));
       scene_.directions.set_directions(context_, sampled_band_);
-      scene_.sheets.write_search_distances(context_, sampled_band_);
+      scene_.sheet_distances.write_search_distances(context_, sampled_band_);
       scene_.cage.write_sample_reach(context_, sampled_band_);
       evaluate_band(comparison_interval);
     }

@@ -20,7 +20,7 @@ struct BakedScene {
   const LowSurface& surface;
   const BakeOptions& options;
   const SampleDirections& directions;
-  const SheetDistances& sheets;
+  const SheetDistances& sheet_distances;
   const CageReach& cage;
   Matcher& matcher;
   /// Makes the bake's matcher for options with another number of samples.

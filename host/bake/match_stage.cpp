@@ -17,7 +17,7 @@ namespace {
 /// The search distance in units of the meshes' local frame (mesh/frame.h); see
 /// MatchOptions::max_distance for the default.
 double match_distance(const BakeOptions& options, const LowSurface& surface, const Frame& frame) {
-  // A larger search distance would not find more.
+  // A larger search distance would not find further points.
   constexpr double kMaxSearchDistance = 1048576;
   if (options.match.max_distance)
     return std::min(to_frame(*options.match.max_distance, frame), kMaxSearchDistance);
@@ -160,7 +160,7 @@ void warn_about_duplicates(const Source::Impl& source, const BakeOptions& option
 std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurface& surface,
                                       const BakeOptions& options, BakeReport& report,
                                       Clusters& clusters, const BakeProgress& progress,
-                                      bool turned) {
+                                      bool blends_directions) {
   const double unit = 1 / source.frame.scale;
   MatchRequest request = match_request(options, source, surface);
   request.cluster = clusters.cluster;
@@ -200,9 +200,10 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
     const MatchRow& row = match_row(options.match.method);
     if (!obeys(row.info, "match.max_distance") && options.match.fallback.empty())
       report.max_distance = 0;
-    request.turned = turned && options.match.ray.direction == RayDirection::automatic;
+    request.blends_directions =
+        blends_directions && options.match.ray.direction == RayDirection::automatic;
     matcher = matcher_of(row, request, options.match.parts, notes);
-    request.turned = false;
+    request.blends_directions = false;
   }
   if (!options.match.fallback.empty()) {
     std::vector<std::unique_ptr<Matcher>> fallbacks;

@@ -48,12 +48,12 @@ void add_notes(MatchNotes notes, BakeReport& report);
 
 /// Makes the matcher that the options select, and the structures of the source that it needs. Adds facts that are
 /// known before the first band to the report.
-/// \param turned samples' directions are blended at hard edges: samples that miss are retried along averaged
-/// directions
+/// \param blends_directions samples' directions are blended at hard edges: samples that miss are
+/// retried along averaged directions
 /// \throws Error(usage) for an option out of its range, Cancelled if the progress callback returns false
 std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurface& surface,
                                       const BakeOptions& options, BakeReport& report,
                                       Clusters& clusters, const BakeProgress& progress,
-                                      bool turned = false);
+                                      bool blends_directions = false);
 
 }  // namespace kiln

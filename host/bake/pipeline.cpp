@@ -428,11 +428,11 @@ void Pipeline::measure_errors(Clusters& clusters) {
 /// Maximum distance of points from the low poly, world units.
 double Pipeline::max_point_distance() const {
   const BakeOptions& options = scene_.options;
-  const bool looks =
+  const bool has_max_distance =
       options.match.saved == nullptr && !any_in_chain(options, [](const MatchRow& row) {
         return !obeys(row.info, "match.max_distance");
       });
-  if (!looks) return scene_.high.frame.diagonal;
+  if (!has_max_distance) return scene_.high.frame.diagonal;
   const MatchRequest request = match_request(options, scene_.high, surface_);
   const double cage =
       std::max(request.cage.value_or(0) * units_per_frame_unit_,

@@ -126,7 +126,7 @@ MatchRow ray_match() {
     if (request.cage_mesh && request.surface.cage_kind == CageKind::shells) {
       rays = std::make_unique<ShellMatcher>(std::move(rays), request);
     }
-    if (request.turned) rays = smooth_normal_retry(std::move(rays), request);
+    if (request.blends_directions) rays = smooth_normal_retry(std::move(rays), request);
     return request.max_sheet_distance > 0 ? extended_range(std::move(rays), request)
                                           : std::move(rays);
   };

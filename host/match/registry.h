@@ -39,7 +39,7 @@ struct MatchRequest {
     request.visibility = visibility;
     request.uv = uv;
     request.ray = ray;
-    request.turned = turned;
+    request.blends_directions = blends_directions;
     return request;
   }
 
@@ -62,7 +62,7 @@ struct MatchRequest {
   RayOptions ray = {};
   /// True if directions were blended at hard edges, so that samples that miss may be retried along
   /// averaged directions
-  bool turned = false;
+  bool blends_directions = false;
   std::uint32_t cluster = 0;  ///< Index of the cluster of visibility directions
   /// Visibility field: created if null, and shared with the requests of further clusters.
   std::shared_ptr<const VisibilityField>* field = nullptr;

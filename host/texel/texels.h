@@ -43,7 +43,7 @@ struct TexelOptions {
   std::uint32_t samples = 1;
   /// Maximum number of samples in a band, which limits device memory
   std::uint32_t max_samples_per_band = 1 << 22;
-  /// True: charts that cover no sample's centre are assigned texels; see SmallCharts
+  /// True: charts that contain no sample's centre are assigned free texels; see SmallCharts
   bool small_charts = true;
 };
 
@@ -74,7 +74,8 @@ class TexelSampler {
   TexelSampler(TexelSampler&&) noexcept;
 
   std::uint32_t band_count() const;
-  /// Samples one band. Bands may be sampled in any order; repeated ones are counted once.
+  /// Samples one band. Bands may be sampled in any order; a band that is sampled again is counted
+  /// once.
   /// \param recycled a band that is no longer needed; arrays that are large enough are reused (allocating them takes
   ///     a tenth of a second for 10 million samples on a CPU)
   TexelBand sample(std::uint32_t band, TexelBand recycled = {});

@@ -184,7 +184,8 @@ struct BakeReport {
   std::optional<VisibilityReport> visibility = {};
   /// Report of matching by UVs; set if samples were matched by UVs
   std::optional<UvReport> uv = {};
-  EdgeReport edges = {};  ///< Set if ray directions are blended at hard edges; else edges is 0
+  /// Report of blending ray directions at hard edges; its `edges` is 0 if none are blended
+  EdgeReport edges = {};
   /// Distances of the cage mesh; set if rays start from one
   std::optional<CageReport> cage_mesh = {};
   /// Detail that the map lacks; set if `recall` was requested and the match supports it
@@ -213,7 +214,7 @@ struct BakeResult {
   /// State of each texel, rows from the top: values of TexelState
   std::vector<std::uint8_t> coverage = {};
   std::optional<Match> match = {};  ///< The match; set if ReportOptions::keep_match is true
-  /// Whether a sample represents it, for each vertex of the high poly; filled if
+  /// For each vertex of the high poly, whether a sample represents it; filled if
   /// ReportOptions::vertex_coverage is true
   std::vector<VertexCoverage> recalled = {};
   /// Clusters of directions; set if more than one cluster was requested

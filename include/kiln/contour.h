@@ -136,7 +136,7 @@ struct ExtractOptions {
   Choice choose{};  ///< Which settings extract() chooses; by default none
 };
 
-/// Settings in use, given or chosen.
+/// Settings in use: those given, or those that were chosen.
 struct ExtractUsed {
   double error = 0;               ///< Error bound in use, cells; 0 if `faces` was given
   bool keep_topology = true;      ///< Value of ExtractOptions::keep_topology in use
@@ -150,7 +150,7 @@ struct ExtractUsed {
 /// Report of an extraction.
 struct ExtractReport {
   ContourReport contour = {};  ///< Report of the full-resolution surface
-  ExtractUsed used = {};       ///< Options in use, given or chosen
+  ExtractUsed used = {};       ///< Options in use: those given, or those that were chosen
   std::uint64_t clusters = 0;  ///< Number of inner nodes of the octree of vertices
   std::uint64_t faces = 0;     ///< Triangles of the low poly
   std::uint64_t quads = 0;     ///< Quads of the low poly

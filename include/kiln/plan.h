@@ -35,8 +35,8 @@ struct PlanOptions {
   /// Bound of the mean angle, degrees, between rendered normals of the low poly with its map and the high
   /// poly's. 0: the smallest error that a larger map would not improve by 5%.
   double max_error = 0;
-  /// Bounds of other baked maps, at most one for each map. Maps grow beyond the size that `max_error` needs until
-  /// each map is within its bound.
+  /// Error bounds of other baked maps, at most one for each map. Maps grow beyond the size that
+  /// `max_error` needs until each map is within its bound.
   std::vector<MapBound> bounds = {};
   /// If there is a bound for the map ao, and OcclusionOptions::max_error is 0: set the latter to
   /// half of the bound.
@@ -46,7 +46,7 @@ struct PlanOptions {
   BakeOptions bake = {};
 };
 
-/// A bake that was tried and measured.
+/// A bake that a plan made and measured.
 struct PlanTrial {
   MatchMethod method = MatchMethod::ray;  ///< Match that was tried
   std::uint32_t width = 0;                ///< Side of the map, texels
@@ -124,8 +124,8 @@ struct LowPolyPlanOptions {
   /// Bound of the mean angle, degrees, between rendered normals of the low poly with its map and the high poly's.
   /// Above 0.
   double max_error = 0;
-  /// Bounds of other baked maps, at most one for each map. Map sizes that exceed one of them are
-  /// excluded.
+  /// Error bounds of other baked maps, at most one for each map. Map sizes at which a map exceeds
+  /// its bound are excluded.
   std::vector<MapBound> bounds = {};
   /// If there is a bound for the map ao, and OcclusionOptions::max_error is 0: set the latter to
   /// half of the bound.
