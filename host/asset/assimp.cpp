@@ -563,7 +563,7 @@ class SceneReader {
     AffineMap world;
   };
   std::vector<PlacedMesh> placed_meshes_;  // Nodes that have meshes, in the order of the file
-  // transforms of nodes by name; nullopt if the name is ambiguous
+  // Transforms of nodes, by the nodes' names; nullopt if several nodes have the name
   std::map<std::string, std::optional<AffineMap> > joints_;
   struct SmoothPieces {
     std::uint32_t mesh = 0;  // index of the mesh in the file

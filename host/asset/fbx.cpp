@@ -117,7 +117,7 @@ class FbxReader {
     add_nodes();
     check_memory();
     number_uv_sets();
-    for (const Placed& placed : placed_) add(placed);
+    for (const PlacedMesh& placed : placed_) add(placed);
     uv_sets_.check();
     builder_.is_placed = true;
     asset_.mesh = builder_.finish();
@@ -130,7 +130,7 @@ class FbxReader {
   }
 
  private:
-  struct Placed {
+  struct PlacedMesh {
     const ufbx_node* node;
     const ufbx_mesh* mesh;
     std::string object;
@@ -239,7 +239,7 @@ class FbxReader {
   void check_memory() const {
     constexpr std::uint64_t kVertexBytes = 72, kCornerBytes = 64;
     std::uint64_t vertices = 0, corners = 0;
-    for (const Placed& placed : placed_) {
+    for (const PlacedMesh& placed : placed_) {
       vertices += placed.mesh->num_vertices;
       corners += placed.mesh->num_indices;
     }
@@ -251,7 +251,7 @@ class FbxReader {
                    memory_failure(fail, ""));
   }
 
-  void add(const Placed& placed) {
+  void add(const PlacedMesh& placed) {
     const ufbx_mesh& mesh = *placed.mesh;
     builder_.set_object(placed.object);
     const std::vector<std::string> names = uv_set_names(mesh);
@@ -296,7 +296,7 @@ class FbxReader {
   struct MeshUvs {
     bool is_there = false;
     std::uint32_t first = 0;  // Index in the builder of the first UV of the set
-    // The UVs of the chosen set; used if all pictures refer to it
+    // The UVs of the chosen set; used if all pictures refer to this set
     const ufbx_vertex_vec2* own = nullptr;
     // UVs of several sets; used if a picture refers to a set other than the chosen one
     std::vector<std::uint32_t> of_corner;
@@ -334,7 +334,7 @@ class FbxReader {
   void number_uv_sets() {
     std::uint32_t next_free_number = 0;
     std::optional<std::uint32_t> read;
-    for (const Placed& placed : placed_) {
+    for (const PlacedMesh& placed : placed_) {
       const std::optional<std::uint32_t> chosen_set = uv_sets_.find(uv_set_names(*placed.mesh));
       if (!read) read = chosen_set;
       next_free_number =
@@ -343,7 +343,7 @@ class FbxReader {
     }
     read_set_ = read.value_or(0);
     std::set<std::uint32_t> used_numbers = {read_set_};
-    for (const Placed& placed : placed_) {
+    for (const PlacedMesh& placed : placed_) {
       for (const ufbx_material* material : materials_of(placed)) {
         if (material == nullptr) continue;
         for (const ufbx_material_texture& texture_use : material->textures) {
@@ -361,11 +361,11 @@ class FbxReader {
     }
   }
 
-  static const ufbx_material_list& materials_of(const Placed& placed) {
+  static const ufbx_material_list& materials_of(const PlacedMesh& placed) {
     return placed.node->materials.count != 0 ? placed.node->materials : placed.mesh->materials;
   }
 
-  void add_material_users(const Placed& placed) {
+  void add_material_users(const PlacedMesh& placed) {
     const ufbx_mesh& mesh = *placed.mesh;
     const ufbx_material_list& list = materials_of(placed);
     std::vector<bool> is_set_used(list.count);
@@ -522,7 +522,7 @@ class FbxReader {
     return masks;
   }
 
-  const std::string& material_name(const Placed& placed, std::size_t face) {
+  const std::string& material_name(const PlacedMesh& placed, std::size_t face) {
     const ufbx_mesh& mesh = *placed.mesh;
     const ufbx_material_list& list = materials_of(placed);
     const std::uint32_t index = face < mesh.face_material.count ? mesh.face_material.data[face] : 0;
@@ -752,7 +752,7 @@ class FbxReader {
   ScenePictures pictures_;
   Asset asset_;
   AffineMap to_world_ = kIdentityMap;
-  std::vector<Placed> placed_;
+  std::vector<PlacedMesh> placed_;
   UniqueNames objects_, unique_materials_;
   std::map<const ufbx_mesh*, MeshUvs> uvs_;
   std::uint32_t read_set_ = 0;

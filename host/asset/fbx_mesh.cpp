@@ -31,7 +31,7 @@ FbxPose::FbxPose(const ufbx_node& node, const ufbx_mesh& mesh, const AffineMap& 
     : mesh_(mesh),
       to_world_(to_world),
       of_node_(product(to_world, fbx_map(node.geometry_to_world))),
-      turn_of_node_(of_node_) {
+      normal_transform_of_node_(of_node_) {
   const std::size_t count = mesh.vertices.count;
   const auto is_active = [](const ufbx_blend_channel* channel) {
     return std::any_of(channel->keyframes.begin(), channel->keyframes.end(),
@@ -66,12 +66,13 @@ MeshBuilder::Position FbxPose::place(std::size_t index) const {
 }
 
 Vec3 FbxPose::normal(std::size_t vertex, const ufbx_vec3& n) const {
-  return poses_.empty() ? turn_of_node_(n.x, n.y, n.z)
+  return poses_.empty() ? normal_transform_of_node_(n.x, n.y, n.z)
                         : NormalTransform(map(vertex))(n.x, n.y, n.z);
 }
 
 bool FbxPose::mirrors(std::size_t vertex) const {
-  return poses_.empty() ? turn_of_node_.mirrors() : NormalTransform(map(vertex)).mirrors();
+  return poses_.empty() ? normal_transform_of_node_.mirrors()
+                        : NormalTransform(map(vertex)).mirrors();
 }
 
 std::vector<ufbx_vec3> morphed_normals(const ufbx_mesh& mesh, const FbxPose& pose) {

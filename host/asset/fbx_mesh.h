@@ -38,7 +38,7 @@ class FbxPose {
   const ufbx_mesh& mesh_;
   AffineMap to_world_;
   AffineMap of_node_;
-  NormalTransform turn_of_node_;
+  NormalTransform normal_transform_of_node_;
   // For each vertex, the transform to the file's world space; empty if the mesh has no skin
   std::vector<ufbx_matrix> poses_;
   // Vertices after blend shapes were added; empty if no shape is active

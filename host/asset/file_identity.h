@@ -11,7 +11,8 @@
 
 namespace kiln {
 
-/// A text with a file's absolute path, size, time and number: a changed file has another one. \param bytes  its size
+/// Key of a file: its absolute path, size, time and inode number, so that a changed file has
+/// another key. \param bytes the file's size
 inline std::string file_identity(const std::filesystem::path& path, std::uint64_t bytes) {
   std::error_code error;
   const std::filesystem::path whole = std::filesystem::absolute(path, error);

@@ -366,13 +366,13 @@ class GltfReader {
   /// Sizes of a mesh, and the memory that it needs in bytes.
   struct MeshMemory {
     std::uint64_t vertices = 0, triangles = 0, normals = 0;
-    std::uint64_t placed = 0;         ///< In the result, for each node that places the mesh
-    std::uint64_t read = 0;           ///< While its primitives are kept for the next nodes
-    std::uint64_t one_primitive = 0;  ///< While the largest of its primitives is read
+    std::uint64_t placed = 0;  ///< Memory of the result for each node that places the mesh
+    std::uint64_t read = 0;    ///< Memory while the mesh's primitives are cached for the next nodes
+    std::uint64_t one_primitive = 0;  ///< Memory while the largest of the mesh's primitives is read
   };
 
   MeshMemory memory_of(const ScannedMesh& mesh, const PlacedMesh& placed, bool has_uvs) const {
-    // What MeshBuilder and the Mesh hold at the same time. Per vertex: positions in both
+    // Memory that MeshBuilder and the Mesh take at the same time. Per vertex: positions in both
     // precisions, UVs, colours, tangents. Per triangle: three lists of triangles (vertices, UVs,
     // normals), the numbers of object and material, and tangents of corners.
     const std::uint64_t bytes_per_vertex = 36 + (has_uvs ? 8 * (1 + other_sets_.size()) : 0) +
@@ -380,7 +380,7 @@ class GltfReader {
                                            (has_tangents_ ? sizeof(Tangent) : 0);
     const std::uint64_t bytes_per_triangle =
         32 + (has_uvs ? 12 : 0) + (has_uvs && has_tangents_ ? 3 * sizeof(Tangent) : 0);
-    // What reading one primitive needs: its indices as numbers and as integers, the numbers of a
+    // Memory for reading one primitive: its indices as numbers and as integers, the numbers of a
     // morph target, and the transforms by joints.
     constexpr std::uint64_t kIndexBytes = 12, kTargetBytes = 32,
                             kSkinnedBytes = sizeof(MeshTransform);
@@ -438,8 +438,8 @@ class GltfReader {
       if (added) entry->second = memory_of(mesh, placed, has_uvs);
       const MeshMemory& memory = entry->second;
       total = saturated_sum(total, memory.placed);
-      reading = std::max(
-          reading, saturated_sum(mesh.placement_count == 1 ? 0 : memory.read, memory.one_primitive));
+      reading = std::max(reading, saturated_sum(mesh.placement_count == 1 ? 0 : memory.read,
+                                                memory.one_primitive));
       primitives += mesh.sizes.size();
       vertices = saturated_sum(vertices, memory.vertices);
       triangles = saturated_sum(triangles, memory.triangles);

@@ -24,7 +24,7 @@ Image color_picture(const AssetMaps& maps);
 /// Combines occlusion, roughness and metalness. Empty if all maps are missing.
 /// \throws Error(usage) if their sizes differ
 Image surface_picture(const AssetMaps& maps);
-/// AssetPictures without encoded files: they only say what the pictures would hold.
+/// AssetPictures without encoded files, which only state what the pictures would hold.
 AssetPictures described_pictures(const AssetMaps& maps);
 
 }  // namespace kiln

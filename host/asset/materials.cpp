@@ -37,9 +37,11 @@ namespace fs = std::filesystem;
 /// Describes a slot: the members of Material that it uses, and its names.
 struct SlotRow {
   MaterialPicture Material::*picture;
-  MaterialNumber Material::*number;  ///< Null if the source of the number is always `fixed_source`
-  /// Where the number comes from, for slots without a member for that: normals have no number;
-  /// opacity and occlusion default to 1 in all formats
+  /// Member of Material that holds the source of the number; null if the source is always
+  /// `fixed_source`
+  MaterialNumber Material::*number;
+  /// Source of the slot's number, for slots whose source is not a member of Material: normals have
+  /// no number; opacity and occlusion default to 1 in all formats
   MaterialNumber fixed_source;
   const char* name;
   const char* statements;  ///< MTL statements that set the slot, for messages
@@ -123,7 +125,8 @@ class MaterialFinding {
   std::uint64_t count_ = 0;
 };
 
-/// Rejects slots that no material describes. Warns of numbers that come from older conventions.
+/// Rejects slots that no material describes. Warns of values that were converted from an older
+/// convention, such as roughness from `Ns`.
 void check_values(const std::vector<Material>& materials, MaterialSlot slot,
                   std::vector<Warning>* warnings) {
   MaterialFinding without, converted;
@@ -644,8 +647,8 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
     for (const auto& [tile, file] : is_new ? tiles.tiles : decltype(tiles.tiles)()) {
       const std::shared_ptr<const Image> image = pictures.read(picture, file);
       if (slot == MaterialSlot::normal && holds_heights(*image, normals)) continue;
-      // A UDIM set is stored under the index of its first picture; another material may use that
-      // picture alone.
+      // A UDIM set is stored under the index of its first picture, which another material may use
+      // without the set.
       if (set->second == Texture::kNone) {
         set->second = static_cast<std::uint32_t>(texture.images.size());
         const int image_channel = channel_in(*image);

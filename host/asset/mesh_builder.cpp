@@ -21,8 +21,8 @@
 namespace kiln {
 namespace {
 
-/// Maximum number of elements: indices have 32 bits, and values must remain for `kNone` and for
-/// OpenCL's signed sizes.
+/// Maximum number of elements: indices have 32 bits, kNone takes one of their values, and OpenCL's
+/// sizes are signed.
 constexpr std::uint64_t kMaxCount = 0x7FFFFFFFu;
 
 Vec3d vector_of(const MeshBuilder::Position& p) { return {p[0], p[1], p[2]}; }
@@ -104,7 +104,7 @@ void MeshBuilder::add_face(std::span<const std::uint32_t> vertex, std::span<cons
                     : Triangle{values[0], values[i], values[i + 1]};
   };
   const auto grow = [&](std::vector<Triangle>& list, std::span<const std::uint32_t> values) {
-    // The attribute has not occurred yet, so there is nothing to fill
+    // No earlier vertex has the attribute, so there is nothing to fill
     if (values.empty() && list.empty()) return;
     list.resize(triangles_.size(), Triangle{kNone, kNone, kNone});
     for (std::size_t i = 1; i + 1 < n; ++i) {
@@ -184,8 +184,8 @@ void MeshBuilder::Colors::set_bytes(std::size_t i, const std::array<std::uint8_t
   ++count_;
 }
 
-/// Decides whether the colours of a file are fractions or bytes, if the format allows both. Returns
-/// bytes.
+/// Decides whether the colours of a file are fractions or bytes, if the format allows both.
+/// \returns the colours, converted to bytes
 std::vector<std::array<std::uint8_t, 4>> MeshBuilder::Colors::finish(std::size_t size,
                                                                      const MeshInput& input) {
   for (auto* list : {&bytes_, &fractions_}) list->resize(size, kWhite);
@@ -507,7 +507,7 @@ void MeshBuilder::complete_attributes(Mesh& mesh) {
     }
     return incomplete_count;
   };
-  std::uint64_t missing = 0;  // Without the placeholder, which is no UV of the file
+  std::uint64_t missing = 0;  // The UVs without the placeholder, which is no UV of the file
   if (const std::uint64_t missing_count =
           fill(uv_triangles_, static_cast<std::uint32_t>(uvs.size()))) {
     // The placeholder is NaN: a finite UV might lie in a chart, and would be baked there.

@@ -141,7 +141,7 @@ class MtlReader {
       const std::string place = scan_.place();
       transparency_ = number();
       if (!has_opacity_) material.opacity = 1 - transparency_;
-      transparency_place_ = place;
+      transparency_line_ = place;
     } else if (keyword == "pr") {
       material.roughness = number();
       material.roughness_from = MaterialNumber::given;
@@ -197,7 +197,7 @@ class MtlReader {
     if (!has_opacity_ && transparency_ > kMinInvisibleTr) {
       material.opacity = 1;
       if (invisible_materials_.count++ == 0) {
-        invisible_materials_.example = transparency_place_ + ": " + material.name;
+        invisible_materials_.example = transparency_line_ + ": " + material.name;
       }
     }
     const auto use_fallback_map = [&](MaterialPicture& own, MaterialPicture& other,
@@ -316,7 +316,7 @@ class MtlReader {
   std::array<float, 3> ambient_{};
   float shininess_ = -1;    ///< Value of Ns; below 0 if it was not given
   float transparency_ = 0;  ///< Value of Tr
-  std::string transparency_place_;
+  std::string transparency_line_;
   std::string_view illumination_;
   MaterialPicture exponents_, reflections_;
   bool has_opacity_ = false;  ///< True if the statement d was given

@@ -14,7 +14,7 @@ namespace kiln {
 namespace {
 
 constexpr std::uint32_t kMaxViews = 512;
-constexpr std::uint32_t kMaxRecallPlaces = 1U << 20;
+constexpr std::uint32_t kMaxRecallTestPoints = 1U << 20;
 
 constexpr const char* kRangeId = "option-range";
 constexpr const char* kContradictionId = "option-contradiction";
@@ -170,7 +170,7 @@ void check_map(MapKind map, const BakeOptions& options) {
     return;
   throw_usage_error(
       "The map " + std::string(map.name) +
-          " holds the directions of a match by visibility: choose the match " +
+          " stores directions that only a match by visibility computes: choose the match " +
           match_names([](const MatchRow& row) { return obeys(row.info, "match.visibility"); }) +
           (options.match.saved != nullptr ? " instead of a saved match" : "") +
           ", or leave the map out.",
@@ -352,9 +352,10 @@ void validate(const BakeOptions& options) {
   }
   check_two_component(options);
   check_ranges(options);
-  if (options.report.recall > kMaxRecallPlaces) {
+  if (options.report.recall > kMaxRecallTestPoints) {
     throw_usage_error("recall is " + std::to_string(options.report.recall) +
-                      " places: it must be 0 to " + std::to_string(kMaxRecallPlaces) + ".");
+                      " test points: it must be 0 to " + std::to_string(kMaxRecallTestPoints) +
+                      ".");
   }
   for (const MapKind map : kinds_of(options)) check_map(map, options);
   for (const MapVariant& map : options.variants) check_variant(map, options);

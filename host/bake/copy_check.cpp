@@ -15,12 +15,13 @@
 namespace kiln {
 namespace {
 
-constexpr std::uint32_t kPlacesOnCopies = 4096;
+constexpr std::uint32_t kTestPointsOnCopies = 4096;
 // A warning is given if at least this share of the copies' area differs
 constexpr double kMinShareToWarn = 0.05;
 // Maximum distance, as a share of the diagonal, of two points that count as equal if no map holds lengths
 constexpr double kMaxPointDistance = 0.02;
-// The same maximum distance, if a map holds lengths such as heights
+// Maximum distance, as a share of the diagonal, of two points that count as equal if a map holds
+// lengths such as heights
 constexpr double kMaxLengthDistance = 0.001;
 // Minimum cosine of normals that count as equal: 5 degrees
 constexpr double kMinNormalCosine = 0.9962;
@@ -81,9 +82,9 @@ struct UvFrame {
   }
 };
 
-std::array<double, 2> uv_at(const LowSurface& surface, const CopyCheck::Place& place) {
-  const auto& [a, b, c] = surface.triangles[place.triangle];
-  const double u = place.u, v = place.v;
+std::array<double, 2> uv_at(const LowSurface& surface, const CopyCheck::TestPoint& test_point) {
+  const auto& [a, b, c] = surface.triangles[test_point.triangle];
+  const double u = test_point.u, v = test_point.v;
   return {a.uv.x * (1 - u - v) + b.uv.x * u + c.uv.x * v,
           a.uv.y * (1 - u - v) + b.uv.y * u + c.uv.y * v};
 }
@@ -91,20 +92,20 @@ std::array<double, 2> uv_at(const LowSurface& surface, const CopyCheck::Place& p
 }  // namespace
 
 CopyCheck::CopyCheck(const MatchRequest& request, const BakeOptions& options, Matcher& matcher,
-                     std::function<void(TexelBand&)> prepare)
+                     std::function<void(TexelBand&)> set_directions)
     : source_(request.source),
       surface_(request.surface),
       own_matcher_(make_check_matcher(request, options)),
       matcher_(own_matcher_ != nullptr ? *own_matcher_ : matcher),
-      prepare_(std::move(prepare)),
+      set_directions_(std::move(set_directions)),
       two_sided_(options.match.two_sided),
       max_distance_((holds_lengths(options) ? kMaxLengthDistance : kMaxPointDistance) *
                     source_.frame.diagonal * source_.frame.scale),
-      uv_places_(surface_.triangles.size()),
-      baked_places_(uv_places_) {
+      uv_triangles_(surface_.triangles.size()),
+      baked_squares_(uv_triangles_) {
   for (const std::uint32_t t : surface_.usable_triangles()) {
-    uv_places_[t] = UvPlace::of(surface_.triangles[t]);
-    if (uv_places_[t].area != 0 && !surface_.is_copy(t)) baked_places_.add(t);
+    uv_triangles_[t] = UvPlace::of(surface_.triangles[t]);
+    if (uv_triangles_[t].area != 0 && !surface_.is_copy(t)) baked_squares_.add(t);
   }
   cl::Context& context = context_of(source_.device);
   normals_ = source_.attributes.normals.download(context);
@@ -112,30 +113,33 @@ CopyCheck::CopyCheck(const MatchRequest& request, const BakeOptions& options, Ma
 }
 
 /// The point with the same UV on the triangle that is baked for a copy.
-std::optional<CopyCheck::Place> CopyCheck::baked_place_of(const Place& place) const {
-  UvPosition uv = uv_at(surface_, place);
-  for (std::size_t axis = 0; axis < 2; ++axis) uv[axis] -= uv_places_[place.triangle].offset[axis];
-  std::uint32_t triangle = surface_.copy_of[place.triangle];
-  if (!uv_places_[triangle].contains(uv)) {
-    const bool found = baked_places_.any_at(uv, [&](std::uint32_t other) {
-      if (!uv_places_[other].contains(uv)) return false;
+std::optional<CopyCheck::TestPoint> CopyCheck::baked_test_point_of(
+    const TestPoint& test_point) const {
+  UvPosition uv = uv_at(surface_, test_point);
+  for (std::size_t axis = 0; axis < 2; ++axis)
+    uv[axis] -= uv_triangles_[test_point.triangle].offset[axis];
+  std::uint32_t triangle = surface_.copy_of[test_point.triangle];
+  if (!uv_triangles_[triangle].contains(uv)) {
+    const bool found = baked_squares_.any_at(uv, [&](std::uint32_t other) {
+      if (!uv_triangles_[other].contains(uv)) return false;
       triangle = other;
       return true;
     });
     if (!found) return std::nullopt;
   }
-  const auto& [a, b, c] = uv_places_[triangle].uv;
-  const double area = uv_places_[triangle].area;
+  const auto& [a, b, c] = uv_triangles_[triangle].uv;
+  const double area = uv_triangles_[triangle].area;
   const double u = ((uv[0] - a[0]) * (c[1] - a[1]) - (uv[1] - a[1]) * (c[0] - a[0])) / area;
   const double v = ((b[0] - a[0]) * (uv[1] - a[1]) - (b[1] - a[1]) * (uv[0] - a[0])) / area;
-  return Place{triangle, static_cast<float>(u), static_cast<float>(v)};
+  return TestPoint{triangle, static_cast<float>(u), static_cast<float>(v)};
 }
 
-std::vector<CopyCheck::Point> CopyCheck::match(std::span<const Place> places) {
+std::vector<CopyCheck::Point> CopyCheck::match(std::span<const TestPoint> test_points) {
   cl::Context& context = context_of(source_.device);
   TexelBand band = band_of_points(
-      context, surface_, places.size(), [&](std::size_t i) { return places[i]; }, kSampleMultiple);
-  prepare_(band);
+      context, surface_, test_points.size(), [&](std::size_t i) { return test_points[i]; },
+      kSampleMultiple);
+  set_directions_(band);
   DeviceCorrespondence found(context, band.capacity);
   found.count = band.sample_count;
   matcher_.run(band, found);
@@ -143,7 +147,7 @@ std::vector<CopyCheck::Point> CopyCheck::match(std::span<const Place> places) {
   const std::vector<std::uint32_t> triangles = found.triangle.download(context);
   const std::vector<float> weights = found.barycentric.download(context);
 
-  std::vector<Point> result(places.size());
+  std::vector<Point> result(test_points.size());
   for (std::size_t i = 0; i < result.size(); ++i) {
     if (triangles[i] == KILN_NO_TRIANGLE) continue;
     Point& point = result[i];
@@ -163,14 +167,14 @@ std::vector<CopyCheck::Point> CopyCheck::match(std::span<const Place> places) {
     }
     const double size = length(point.normal);
     if (size > 0) point.normal = point.normal * (1 / size);
-    point.offset = point.at - position_at(surface_, places[i]);
+    point.offset = point.at - position_at(surface_, test_points[i]);
   }
   return result;
 }
 
-bool CopyCheck::are_same(const Place& place, const Point& point, const Place& baked,
+bool CopyCheck::are_same(const TestPoint& test_point, const Point& point, const TestPoint& baked,
                          const Point& other) const {
-  const UvFrame frame_of_copy(surface_.triangles[place.triangle]),
+  const UvFrame frame_of_copy(surface_.triangles[test_point.triangle]),
       frame_of_baked(surface_.triangles[baked.triangle]);
   const Vec3d away =
       frame_of_copy.transfer_to_triangle(point.offset, frame_of_baked) - other.offset;
@@ -194,29 +198,29 @@ bool CopyCheck::are_same(const Place& place, const Point& point, const Place& ba
          kMinNormalCosine;
 }
 
-std::vector<CopyCheck::CopyComparison> CopyCheck::find(std::span<const Place> places) {
-  std::vector<CopyComparison> result(places.size());
-  // Two entries for each place: the point on the UV copy, then the point with the same UV on the baked
-  // triangle
-  std::vector<Place> place_pairs;
-  std::vector<std::size_t> pair_place;
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    const std::optional<Place> baked = baked_place_of(places[i]);
+std::vector<CopyCheck::CopyComparison> CopyCheck::find(std::span<const TestPoint> test_points) {
+  std::vector<CopyComparison> result(test_points.size());
+  // Two entries for each test point: the point on the UV copy, then the point with the same UV on
+  // the baked triangle
+  std::vector<TestPoint> test_point_pairs;
+  std::vector<std::size_t> pair_sources;
+  for (std::size_t i = 0; i < test_points.size(); ++i) {
+    const std::optional<TestPoint> baked = baked_test_point_of(test_points[i]);
     if (!baked) continue;
     result[i].baked = baked->triangle;
-    place_pairs.push_back(places[i]);
-    place_pairs.push_back(*baked);
-    pair_place.push_back(i);
+    test_point_pairs.push_back(test_points[i]);
+    test_point_pairs.push_back(*baked);
+    pair_sources.push_back(i);
   }
-  if (place_pairs.empty()) return result;
-  const std::vector<Point> points = match(place_pairs);
-  for (std::size_t k = 0; k < pair_place.size(); ++k) {
+  if (test_point_pairs.empty()) return result;
+  const std::vector<Point> points = match(test_point_pairs);
+  for (std::size_t k = 0; k < pair_sources.size(); ++k) {
     const Point &copy_point = points[2 * k], &baked_point = points[2 * k + 1];
     if (!copy_point.found) continue;
-    CopyComparison& comparison = result[pair_place[k]];
+    CopyComparison& comparison = result[pair_sources[k]];
     comparison.found = copy_point.at;
-    const bool is_same = baked_point.found && are_same(place_pairs[2 * k], copy_point,
-                                                       place_pairs[2 * k + 1], baked_point);
+    const bool is_same = baked_point.found && are_same(test_point_pairs[2 * k], copy_point,
+                                                       test_point_pairs[2 * k + 1], baked_point);
     comparison.outcome = is_same ? CopyOutcome::same : CopyOutcome::other;
   }
   return result;
@@ -236,10 +240,10 @@ double CopyCheck::check_copies(const Mesh& low, std::vector<Warning>& warnings) 
     cumulative_area.push_back(area);
   }
   if (!(area > 0)) return 0;
-  std::vector<Place> places;
-  for (std::uint32_t i = 0; i < kPlacesOnCopies; ++i) {
+  std::vector<TestPoint> test_points;
+  for (std::uint32_t i = 0; i < kTestPointsOnCopies; ++i) {
     const auto area_end = std::upper_bound(cumulative_area.begin(), cumulative_area.end(),
-                                           area * (i + 0.5) / kPlacesOnCopies);
+                                           area * (i + 0.5) / kTestPointsOnCopies);
     const auto low_discrepancy_coordinate = [&](double step) {
       return i * step - std::floor(i * step);
     };
@@ -251,27 +255,27 @@ double CopyCheck::check_copies(const Mesh& low, std::vector<Warning>& warnings) 
     }
     const auto copy = std::min<std::size_t>(
         static_cast<std::size_t>(area_end - cumulative_area.begin()), copies.size() - 1);
-    places.push_back({copies[copy], static_cast<float>(u), static_cast<float>(v)});
+    test_points.push_back({copies[copy], static_cast<float>(u), static_cast<float>(v)});
   }
-  const std::vector<CopyComparison> comparisons = find(places);
+  const std::vector<CopyComparison> comparisons = find(test_points);
   struct Pair {
     std::uint64_t count = 0;
     std::uint32_t copy = 0, baked = 0;
   };
-  std::map<std::pair<std::string, std::string>, Pair> place_pairs;
+  std::map<std::pair<std::string, std::string>, Pair> name_pairs;
   std::uint64_t differing_count = 0;
   for (std::size_t i = 0; i < comparisons.size(); ++i) {
     if (comparisons[i].outcome != CopyOutcome::other) continue;
     ++differing_count;
-    Pair& pair = place_pairs[{triangle_names(low, places[i].triangle),
-                              triangle_names(low, comparisons[i].baked)}];
-    if (pair.count++ == 0) pair = {1, places[i].triangle, comparisons[i].baked};
+    Pair& pair = name_pairs[{triangle_names(low, test_points[i].triangle),
+                             triangle_names(low, comparisons[i].baked)}];
+    if (pair.count++ == 0) pair = {1, test_points[i].triangle, comparisons[i].baked};
   }
   const double share =
       static_cast<double>(differing_count) / static_cast<double>(comparisons.size());
   if (share <= kMinShareToWarn) return share;
   const auto largest_part = std::max_element(
-      place_pairs.begin(), place_pairs.end(),
+      name_pairs.begin(), name_pairs.end(),
       [](const auto& a, const auto& b) { return a.second.count < b.second.count; });
   const std::string text = formatted("%.3g%%", 100 * share);
   warnings.push_back(
@@ -281,8 +285,8 @@ double CopyCheck::check_copies(const Mesh& low, std::vector<Warning>& warnings) 
            " of their surface the high poly differs, and this detail is lost: for example " +
            describe_triangle(low, largest_part->second.copy) + " on the texels of " +
            describe_triangle(low, largest_part->second.baked) +
-           (place_pairs.size() > 1
-                ? ", and " + std::to_string(place_pairs.size() - 1) + " more pairs of names"
+           (name_pairs.size() > 1
+                ? ", and " + std::to_string(name_pairs.size() - 1) + " more pairs of names"
                 : std::string()) +
            ". Give them separate places in the UV layout (" + option("unwrap()") +
            " makes a new one), or bake them separately.",

@@ -23,7 +23,7 @@ class CopyCheck {
  public:
   static constexpr const char* kWarning = "uv-copies-differ";
 
-  using Place = LowPolyPoint;
+  using TestPoint = LowPolyPoint;
 
   enum class CopyOutcome : std::uint8_t {
     missed,  ///< The match finds no point for the copy
@@ -39,16 +39,16 @@ class CopyCheck {
 
   /// Creates the check. All arguments must outlive it.
   /// \param matcher  the matcher of the bake
-  /// \param prepare  sets the directions of samples as the bake does
+  /// \param set_directions  sets the directions of samples as the bake does
   CopyCheck(const MatchRequest& request, const BakeOptions& options, Matcher& matcher,
-            std::function<void(TexelBand&)> prepare);
+            std::function<void(TexelBand&)> set_directions);
 
   /// Matches points of equal UVs on the copy and on the baked triangle. The copy's point is mapped by the
   /// similarity transform between the triangles. Both count as the same if they differ by at most 2% of the diagonal
   /// (0.1% if a map holds lengths), 5 degrees between normals and 32 of 255 between vertex colours, and have the same
   /// material.
-  /// \param places points on copies
-  std::vector<CopyComparison> find(std::span<const Place> places);
+  /// \param test_points  points on copies
+  std::vector<CopyComparison> find(std::span<const TestPoint> test_points);
 
   /// Checks points all over the copies. \returns the share of their area that differs; if it exceeds 5%, a warning
   /// names the parts with the largest differing area
@@ -59,26 +59,27 @@ class CopyCheck {
   struct Point {
     bool found = false;
     std::uint32_t triangle = 0;  ///< Matched triangle of the high poly
-    /// Matched position, offset from the low poly's point, and unit normal; frame units
+    /// Matched position, its offset from the low poly's point, and its unit normal; frame units
     Vec3d at{}, offset{}, normal{};
     std::array<double, 4> color{};
   };
 
-  std::optional<Place> baked_place_of(const Place& place) const;
-  std::vector<Point> match(std::span<const Place> places);
-  bool are_same(const Place& place, const Point& point, const Place& baked,
+  std::optional<TestPoint> baked_test_point_of(const TestPoint& test_point) const;
+  std::vector<Point> match(std::span<const TestPoint> test_points);
+  bool are_same(const TestPoint& test_point, const Point& point, const TestPoint& baked,
                 const Point& other) const;
 
   const Source::Impl& source_;
   const LowSurface& surface_;
-  // Replaces the bake's matcher if that needs data of bands, which the check has none of; otherwise null
+  // Replaces the bake's matcher if that matcher reads data of bands, which the check does not have;
+  // otherwise null
   std::unique_ptr<Matcher> own_matcher_;
   Matcher& matcher_;
-  std::function<void(TexelBand&)> prepare_;
+  std::function<void(TexelBand&)> set_directions_;
   bool two_sided_;
   double max_distance_;
-  std::vector<UvPlace> uv_places_;  // UV mapping of triangles
-  UvSquares baked_places_;
+  std::vector<UvPlace> uv_triangles_;  // UV mapping of triangles
+  UvSquares baked_squares_;
   std::vector<float> normals_;  // normals of the high poly
   std::vector<std::uint32_t> normal_indices_;
 };

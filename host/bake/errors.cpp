@@ -57,7 +57,8 @@ class FinerEvaluation {
         layers_(scene.high, scene.surface, options_, ImageStorage::none, 1, /*checks=*/true),
         sampler_(context_, scene.surface,
                  {options.width, options.height, options.samples, kBandSamples}),
-        own_matcher_(options.samples != scene.options.samples && scene.matcher.reads_sample_places()
+        own_matcher_(options.samples != scene.options.samples &&
+                             scene.matcher.reads_sample_positions()
                          ? scene.make_matcher(options_)
                          : nullptr),
         matcher_(own_matcher_ != nullptr ? *own_matcher_ : scene.matcher) {}
@@ -69,8 +70,8 @@ class FinerEvaluation {
     for (std::uint32_t b = 0; b < sampler_.band_count(); ++b) {
       progress.at(static_cast<double>(b) / sampler_.band_count(), "measuring errors");
       sampled_band_ = sampler_.sample(b, std::move(sampled_band_));
-      scene_.turn.set_directions(context_, sampled_band_);
-      scene_.sheets.write_search_distances(context_, sampled_band_);
+      scene_.directions.set_directions(context_, sampled_band_);
+      scene_.sheet_distances.write_search_distances(context_, sampled_band_);
       scene_.cage.write_sample_reach(context_, sampled_band_);
       evaluate_band(comparison_interval);
     }
@@ -181,7 +182,8 @@ class FinerEvaluation {
   cl::Context& context_;
   Layers layers_;
   TexelSampler sampler_;
-  // Used instead of the bake's matcher if that supports only the bake's own number of samples a texel
+  // Used instead of the bake's matcher if that matcher supports only the bake's own number of
+  // samples per texel
   std::unique_ptr<Matcher> own_matcher_;
   Matcher& matcher_;
   TexelBand sampled_band_;

@@ -9,8 +9,8 @@
 #include "bake/progress.h"
 #include "match/cage_reach.h"
 #include "match/matcher.h"
-#include "texel/edge_turn.h"
-#include "texel/sheet_reach.h"
+#include "texel/sample_directions.h"
+#include "texel/sheet_distances.h"
 
 namespace kiln {
 
@@ -19,8 +19,8 @@ struct BakedScene {
   const Source::Impl& high;
   const LowSurface& surface;
   const BakeOptions& options;
-  const EdgeTurn& turn;
-  const SheetReach& sheets;
+  const SampleDirections& directions;
+  const SheetDistances& sheet_distances;
   const CageReach& cage;
   Matcher& matcher;
   /// Makes the bake's matcher for options with another number of samples.
@@ -35,7 +35,8 @@ struct BakedScene {
 /// times as many points a texel (16 x 16 at most), each of which is matched; this includes the error of sampling the
 /// texel's area, and variations of the match between the bake's points. A saved match has no further points, so its
 /// maps of averages are not compared. Each evaluation prepares, matches and blends its samples as the bake does. If
-/// the match reads places within texels (Matcher::reads_sample_places()), a matcher is made for the finer samples.
+/// the match reads the positions of samples within texels (Matcher::reads_sample_positions()), a
+/// matcher is made for the finer samples.
 void measure_errors(const BakedScene& scene, const BakeProgress& progress, BakeReport& report);
 
 }  // namespace kiln

@@ -1,7 +1,8 @@
 // Blends a match into its fallback, so that the map has no step at the border between them.
 //
-// A fallback decides samples that the method leaves undecided. So only samples of the method have both values: at the
-// border they have the fallback's value, and with growing distance the method's value, blended by smoothstep.
+// A fallback decides samples that the method leaves undecided. So only samples of the method have
+// both values, which are blended by smoothstep: at the border they get the fallback's value, and
+// farther away the method's value.
 #pragma once
 
 #include <cstdint>

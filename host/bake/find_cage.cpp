@@ -30,7 +30,8 @@ Vec3 offset_point(const Vec3& p, const Vec3& direction, double by) {
   return to_float(to_double(p) + to_double(direction) * by);
 }
 
-/// Makes a mesh of both shells from each vertex's offsets, in frame units.
+/// Builds one mesh from the outer and the inner shell of a cage. The shells' offsets of each vertex
+/// are in frame units.
 Mesh make_shells_mesh(const Mesh& low, const std::vector<Vec3>& directions,
                       const CageShells& shells, const std::vector<std::uint32_t>& vertex,
                       double unit) {
@@ -93,11 +94,11 @@ FoundCage find_cage(const Source& source, const Mesh& low, const BakeOptions& gi
   const LowSurface surface = LowSurface::of(low, high.frame);
   // The width within which directions are blended at edges does not depend on the search distance.
   options.match.max_distance.reset();
-  const EdgeTurn turn = edge_turn(options, high, surface);
+  const SampleDirections sample_directions = make_sample_directions(options, high, surface);
   MatchRequest request = match_request(options, high, surface);
   request.distance = to_frame(
       given.match.max_distance.value_or(Length::share(kDefaultSearchDistance)), high.frame);
-  const CageNeeds needs = find_cage_needs(request, turn, options.match.parts);
+  const CageNeeds needs = find_cage_needs(request, sample_directions, options.match.parts);
 
   const std::vector<std::uint32_t> vertex = weld_vertices(low.positions);
   std::vector<std::uint32_t> corners;

@@ -11,23 +11,25 @@
 namespace kiln {
 namespace {
 
-// Lost places are connected if their distance is at most this many place spacings
+// Maximum distance of connected lost test points, as a multiple of the spacing of test points
 constexpr double kLinkDistance = 2.5;
 constexpr double kMinLossToWarn = 0.01;
 
-/// Connected components of places, each given by a representative: places within `max_distance` of each other are
-/// connected.
-std::vector<std::uint32_t> connected_parts(const std::vector<Vec3d>& places, double max_distance) {
-  std::vector<std::uint32_t> order(places.size()), part(places.size());
+/// Connected components of test points, each given by a representative: test points within
+/// `max_distance` of each other are connected.
+std::vector<std::uint32_t> connected_parts(const std::vector<Vec3d>& test_points,
+                                           double max_distance) {
+  std::vector<std::uint32_t> order(test_points.size()), part(test_points.size());
   std::iota(order.begin(), order.end(), 0U);
   std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return std::pair(places[a].x, a) < std::pair(places[b].x, b);
+    return std::pair(test_points[a].x, a) < std::pair(test_points[b].x, b);
   });
-  DisjointSets sets(places.size());
+  DisjointSets sets(test_points.size());
   for (std::size_t i = 0; i < order.size(); ++i) {
-    const Vec3d& a = places[order[i]];
-    for (std::size_t j = i + 1; j < order.size() && places[order[j]].x - a.x <= max_distance; ++j) {
-      const Vec3d offset = places[order[j]] - a;
+    const Vec3d& a = test_points[order[i]];
+    for (std::size_t j = i + 1; j < order.size() && test_points[order[j]].x - a.x <= max_distance;
+         ++j) {
+      const Vec3d offset = test_points[order[j]] - a;
       if (dot(offset, offset) <= max_distance * max_distance) sets.join(order[i], order[j]);
     }
   }
@@ -60,39 +62,41 @@ Message remedy(const BakeOptions& options) {
 HighCoverageReport HighCoverage::report(const Frame& frame) const {
   HighCoverageReport result;
   double total_weight = 0, lost_weight = 0, by_copies = 0;
-  std::vector<Vec3d> places;
+  std::vector<Vec3d> test_points;
   std::vector<double> weight;
-  for (std::size_t i = 0; i < places_.size(); ++i) {
+  for (std::size_t i = 0; i < test_points_.size(); ++i) {
     if (!(cosine_sums_[i] > 0)) continue;
     ++result.places;
     total_weight += double{cosine_sums_[i]};
     if (is_covered_[i] != 0) continue;
     lost_weight += double{cosine_sums_[i]};
     if (is_lost_by_copies_[i] != 0) by_copies += double{cosine_sums_[i]};
-    places.push_back(to_double(places_[i].position));
+    test_points.push_back(to_double(test_points_[i].position));
     weight.push_back(double{cosine_sums_[i]});
   }
   result.weight = total_weight;
-  if (places.empty()) return result;
+  if (test_points.empty()) return result;
   result.lost = lost_weight / total_weight;
   result.by_copies = by_copies / total_weight;
-  const std::vector<std::uint32_t> part = connected_parts(places, kLinkDistance * place_spacing_);
-  std::vector<double> size(places.size());
-  for (std::size_t i = 0; i < places.size(); ++i) size[part[i]] += weight[i];
+  const std::vector<std::uint32_t> part =
+      connected_parts(test_points, kLinkDistance * test_point_spacing_);
+  std::vector<double> size(test_points.size());
+  for (std::size_t i = 0; i < test_points.size(); ++i) size[part[i]] += weight[i];
   const auto largest_part =
       static_cast<std::uint32_t>(std::max_element(size.begin(), size.end()) - size.begin());
   result.largest = size[largest_part] / total_weight;
   Vec3d centre{};
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    if (part[i] == largest_part) centre = centre + places[i] * (weight[i] / size[largest_part]);
+  for (std::size_t i = 0; i < test_points.size(); ++i) {
+    if (part[i] == largest_part)
+      centre = centre + test_points[i] * (weight[i] / size[largest_part]);
   }
   double min_distance = INFINITY;
   Vec3d nearest{};
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    const Vec3d offset = places[i] - centre;
+  for (std::size_t i = 0; i < test_points.size(); ++i) {
+    const Vec3d offset = test_points[i] - centre;
     if (part[i] != largest_part || !(dot(offset, offset) < min_distance)) continue;
     min_distance = dot(offset, offset);
-    nearest = places[i];
+    nearest = test_points[i];
   }
   result.where = {frame.center[0] + nearest.x / frame.scale,
                   frame.center[1] + nearest.y / frame.scale,

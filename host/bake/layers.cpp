@@ -289,7 +289,7 @@ std::vector<std::size_t> Layers::pad_with(cl::Context& context, const BakeOption
   };
   const MapInfo& map = layers_[first].row->info;
   coverage = coverage_;
-  if (!rows_.empty()) {  // Their padding is marked already
+  if (!rows_.empty()) {  // The padding of these maps is marked already
     std::replace(coverage.begin(), coverage.end(), std::uint8_t{kCoverageGutter},
                  std::uint8_t{kCoverageEmpty});
   }

@@ -71,7 +71,7 @@ class Layers {
   bool any_map_follows_positions() const;
   /// True if any map has MapRow::reads_around.
   bool any_map_reads_around() const;
-  /// True if any map holds directions of a match by visibility.
+  /// True if any map stores the directions that a match by visibility used.
   bool any_map_needs_visibility() const;
   /// True if any map is computed to a given error bound.
   bool any_map_obeys_max_error(const BakeOptions& options) const;
@@ -113,7 +113,8 @@ class Layers {
   std::vector<Layer> layers_;
   RowFinisher rows_;
   std::vector<std::uint8_t> coverage_;
-  std::size_t untouched_bytes_ = 0;  // of reserved images; see count_unwritten()
+  // bytes of reserved images that are not written yet; see count_unwritten()
+  std::size_t untouched_bytes_ = 0;
 };
 
 }  // namespace kiln

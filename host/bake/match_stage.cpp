@@ -17,7 +17,7 @@ namespace {
 /// The search distance in units of the meshes' local frame (mesh/frame.h); see
 /// MatchOptions::max_distance for the default.
 double match_distance(const BakeOptions& options, const LowSurface& surface, const Frame& frame) {
-  // A larger search distance would not find more.
+  // A larger search distance would not find further points.
   constexpr double kMaxSearchDistance = 1048576;
   if (options.match.max_distance)
     return std::min(to_frame(*options.match.max_distance, frame), kMaxSearchDistance);
@@ -86,8 +86,8 @@ MatchRequest match_request(const BakeOptions& options, const Source::Impl& sourc
   return request;
 }
 
-EdgeTurn edge_turn(const BakeOptions& options, const Source::Impl& source,
-                   const LowSurface& surface, EdgeReport* report) {
+SampleDirections make_sample_directions(const BakeOptions& options, const Source::Impl& source,
+                                        const LowSurface& surface, EdgeReport* report) {
   const RayDirection direction = options.match.ray.direction;
   if (options.match.saved != nullptr ||
       !obeys(match_row(options.match.method).info, "match.ray.direction") ||
@@ -120,18 +120,18 @@ EdgeTurn edge_turn(const BakeOptions& options, const Source::Impl& source,
   return {context, surface, hard_edges, bevels.widths};
 }
 
-bool turns_by_source(const BakeOptions& options) {
+bool directions_depend_on_high(const BakeOptions& options) {
   return obeys(match_row(options.match.method).info, "match.ray.direction") &&
          !options.match.ray.edge_width && options.match.ray.direction == RayDirection::automatic;
 }
 
-SheetReach sheet_reach(const BakeOptions& options, const LowSurface& surface) {
+SheetDistances sheet_distances(const BakeOptions& options, const LowSurface& surface) {
   const bool is_distance_given =
       options.match.max_distance || options.match.cage || options.match.cage_mesh != nullptr;
-  const bool uses_sheet_reach =
-      any_in_chain(options, [](const MatchRow& row) { return row.uses_sheet_reach; });
-  if (is_distance_given || options.match.saved != nullptr || !uses_sheet_reach) return {};
-  return *surface.made->get<SheetReach>([&] { return SheetReach(surface); });
+  const bool uses_sheet_distance =
+      any_in_chain(options, [](const MatchRow& row) { return row.uses_sheet_distance; });
+  if (is_distance_given || options.match.saved != nullptr || !uses_sheet_distance) return {};
+  return *surface.made->get<SheetDistances>([&] { return SheetDistances(surface); });
 }
 
 void add_notes(MatchNotes notes, BakeReport& report) {
@@ -160,12 +160,12 @@ void warn_about_duplicates(const Source::Impl& source, const BakeOptions& option
 std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurface& surface,
                                       const BakeOptions& options, BakeReport& report,
                                       Clusters& clusters, const BakeProgress& progress,
-                                      bool turned) {
+                                      bool blends_directions) {
   const double unit = 1 / source.frame.scale;
   MatchRequest request = match_request(options, source, surface);
   request.cluster = clusters.cluster;
   request.field = &clusters.field;
-  request.sheet_reach = double{sheet_reach(options, surface).max_search_distance()};
+  request.max_sheet_distance = double{sheet_distances(options, surface).max_search_distance()};
   if (progress) {
     request.progress = [preparing = progress.part(0, kPreparingShare)](double done,
                                                                        std::string_view doing) {
@@ -200,9 +200,10 @@ std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurfa
     const MatchRow& row = match_row(options.match.method);
     if (!obeys(row.info, "match.max_distance") && options.match.fallback.empty())
       report.max_distance = 0;
-    request.turned = turned && options.match.ray.direction == RayDirection::automatic;
+    request.blends_directions =
+        blends_directions && options.match.ray.direction == RayDirection::automatic;
     matcher = matcher_of(row, request, options.match.parts, notes);
-    request.turned = false;
+    request.blends_directions = false;
   }
   if (!options.match.fallback.empty()) {
     std::vector<std::unique_ptr<Matcher>> fallbacks;

@@ -7,8 +7,8 @@
 #include "bake/progress.h"
 #include "kiln/bake.h"
 #include "match/registry.h"
-#include "texel/edge_turn.h"
-#include "texel/sheet_reach.h"
+#include "texel/sample_directions.h"
+#include "texel/sheet_distances.h"
 
 namespace kiln {
 
@@ -30,29 +30,30 @@ struct Clusters {
   std::shared_ptr<const VisibilityField> field;
 };
 
-/// Makes the blending of samples' directions at hard edges, for matches that search along directions; see
-/// RayOptions.
+/// Computes the directions of samples, blended at hard edges, for matches that search along
+/// directions; see RayOptions.
 /// \param report out: angles by which directions change at hard edges; may be null
-EdgeTurn edge_turn(const BakeOptions& options, const Source::Impl& source,
-                   const LowSurface& surface, EdgeReport* report = nullptr);
-/// True if the blending of directions depends on the high poly, and must be updated with it.
-bool turns_by_source(const BakeOptions& options);
+SampleDirections make_sample_directions(const BakeOptions& options, const Source::Impl& source,
+                                        const LowSurface& surface, EdgeReport* report = nullptr);
+/// True if the blending of directions depends on the high poly, so that it must be updated when the
+/// high poly changes.
+bool directions_depend_on_high(const BakeOptions& options);
 
-/// Larger search distance for samples on open sheets without a surface nearby; not used if the options set
-/// the distance.
-SheetReach sheet_reach(const BakeOptions& options, const LowSurface& surface);
+/// Returns the larger search distances for samples that lie on open sheets and find no point
+/// nearby; empty if the options set the distance.
+SheetDistances sheet_distances(const BakeOptions& options, const LowSurface& surface);
 
 /// Moves the notes of a match, such as warnings, to the report.
 void add_notes(MatchNotes notes, BakeReport& report);
 
 /// Makes the matcher that the options select, and the structures of the source that it needs. Adds facts that are
 /// known before the first band to the report.
-/// \param turned samples' directions are blended at hard edges: samples that miss are retried along averaged
-/// directions
+/// \param blends_directions samples' directions are blended at hard edges: samples that miss are
+/// retried along averaged directions
 /// \throws Error(usage) for an option out of its range, Cancelled if the progress callback returns false
 std::unique_ptr<Matcher> make_matcher(const Source::Impl& source, const LowSurface& surface,
                                       const BakeOptions& options, BakeReport& report,
                                       Clusters& clusters, const BakeProgress& progress,
-                                      bool turned = false);
+                                      bool blends_directions = false);
 
 }  // namespace kiln

@@ -47,8 +47,8 @@ Pipeline::Pipeline(const Scene& scene, BandStorage bands, BakeProgress progress)
       sampler_(context_, surface_,
                {scene.options.width, scene.options.height, scene.options.samples,
                 band_samples(scene.high)}),
-      edge_turn_(make_edge_turn()),
-      sheet_reach_(sheet_reach(scene.options, surface_)),
+      sample_directions_(make_directions()),
+      sheet_distances_(sheet_distances(scene.options, surface_)),
       layers_(streamed_part_ != nullptr ? *streamed_part_ : scene.high, surface_, scene.options,
               scene.open_rows != nullptr ? ImageStorage::rows : ImageStorage::whole, scene.finer) {
   const BakeOptions& options = scene_.options;
@@ -70,7 +70,7 @@ Pipeline::Pipeline(const Scene& scene, BandStorage bands, BakeProgress progress)
 }
 
 /// Determines how ray directions are blended at hard edges. This may build the high poly's BVH.
-EdgeTurn Pipeline::make_edge_turn() {
+SampleDirections Pipeline::make_directions() {
   const BakeOptions& options = scene_.options;
   if (options.match.saved == nullptr && options.match.ray.direction == RayDirection::painted &&
       obeys(match_row(options.match.method).info, "match.ray.direction") &&
@@ -81,9 +81,10 @@ EdgeTurn Pipeline::make_edge_turn() {
                     "the normals: paint them in a modelling tool, or choose another direction.");
   }
   const double source_seconds_before = scene_.high.stats().build_seconds;
-  EdgeTurn turn = edge_turn(options, scene_.high, surface_, &result_.report.edges);
+  SampleDirections directions =
+      make_sample_directions(options, scene_.high, surface_, &result_.report.edges);
   result_.report.seconds_build += scene_.high.stats().build_seconds - source_seconds_before;
-  return turn;
+  return directions;
 }
 
 void Pipeline::restart_stopwatch() {
@@ -102,8 +103,8 @@ void Pipeline::sample() {
 PipelineBand& Pipeline::sample_band(std::uint32_t number) {
   PipelineBand& band = bands_[band_storage_ == BandStorage::kept ? number : 0];
   band.texels = sampler_.sample(number, std::move(band.texels));
-  edge_turn_.set_directions(context_, band.texels);
-  sheet_reach_.write_search_distances(context_, band.texels);
+  sample_directions_.set_directions(context_, band.texels);
+  sheet_distances_.write_search_distances(context_, band.texels);
   cage_.write_sample_reach(context_, band.texels);
   if (band.match.capacity < band.texels.capacity) {
     band.match = DeviceCorrespondence();
@@ -142,7 +143,7 @@ void Pipeline::prepare_match(Clusters& clusters) {
   report.warnings.clear();
   matcher_ = nullptr;  // Frees the former matcher's memory first
   matcher_ = make_matcher(scene_.high, surface_, scene_.options, report, clusters, progress_,
-                          edge_turn_.blends_directions());
+                          sample_directions_.blends_directions());
   matcher_warnings_ = std::exchange(report.warnings, {});
   prepare_copies();
   context_.finish();
@@ -169,8 +170,8 @@ void Pipeline::prepare_copies() {
   }
   copy_check_.emplace(match_request(options, scene_.high, surface_), options, *matcher_,
                       [this](TexelBand& band) {
-                        edge_turn_.set_directions(context_, band);
-                        sheet_reach_.write_search_distances(context_, band);
+                        sample_directions_.set_directions(context_, band);
+                        sheet_distances_.write_search_distances(context_, band);
                         cage_.write_sample_reach(context_, band);
                       });
 }
@@ -178,8 +179,8 @@ void Pipeline::prepare_copies() {
 void Pipeline::move(std::uint32_t first, std::span<const Vec3> positions) {
   source_hash_.reset();
   if (keeps_surface_points()) matcher_->move(first, positions);
-  if (!edge_turn_.blends_directions() || !turns_by_source(scene_.options)) return;
-  edge_turn_ = make_edge_turn();
+  if (!sample_directions_.blends_directions() || !directions_depend_on_high(scene_.options)) return;
+  sample_directions_ = make_directions();
   if (!std::exchange(has_stored_bands_, false)) return;
   sample();
 }
@@ -201,10 +202,10 @@ void Pipeline::make_collectors() {
   const MatchRequest request = match_request(options, scene_.high, surface_);
   CopyCheck* const copies = copy_check_ ? &*copy_check_ : nullptr;
   if (options.report.recall > 0)
-    coverage_.emplace(request, HighCoverage::spread_places(scene_.high, options.report.recall),
+    coverage_.emplace(request, HighCoverage::spread_test_points(scene_.high, options.report.recall),
                       copies);
   if (options.report.vertex_coverage) {
-    vertex_coverage_.emplace(request, HighCoverage::place_at_vertices(scene_.high), copies);
+    vertex_coverage_.emplace(request, HighCoverage::make_vertex_test_points(scene_.high), copies);
   }
   result_.report.seconds_recall += stopwatch_.lap();
 }
@@ -415,22 +416,23 @@ void Pipeline::measure_errors(Clusters& clusters) {
     // The notes of the second matcher are dropped, since they repeat those of the bake's matcher
     BakeReport discarded_report;
     return make_matcher(scene_.high, surface_, options, discarded_report, clusters, BakeProgress(),
-                        edge_turn_.blends_directions());
+                        sample_directions_.blends_directions());
   };
-  kiln::measure_errors({scene_.high, surface_, scene_.options, edge_turn_, sheet_reach_, cage_,
-                        *matcher_, make, fallback_blend_ ? &*fallback_blend_ : nullptr, layers_},
-                       progress_.part(kBlendProgress, kMipsProgress), report);
+  kiln::measure_errors(
+      {scene_.high, surface_, scene_.options, sample_directions_, sheet_distances_, cage_,
+       *matcher_, make, fallback_blend_ ? &*fallback_blend_ : nullptr, layers_},
+      progress_.part(kBlendProgress, kMipsProgress), report);
   report.seconds_errors += stopwatch_.lap();
 }
 
 /// Maximum distance of points from the low poly, world units.
 double Pipeline::max_point_distance() const {
   const BakeOptions& options = scene_.options;
-  const bool looks =
+  const bool has_max_distance =
       options.match.saved == nullptr && !any_in_chain(options, [](const MatchRow& row) {
         return !obeys(row.info, "match.max_distance");
       });
-  if (!looks) return scene_.high.frame.diagonal;
+  if (!has_max_distance) return scene_.high.frame.diagonal;
   const MatchRequest request = match_request(options, scene_.high, surface_);
   const double cage =
       std::max(request.cage.value_or(0) * units_per_frame_unit_,

@@ -99,7 +99,7 @@ class Pipeline {
   PipelineBand& load_band(std::uint32_t number);
   void find(PipelineBand& band, const Pass& pass);
   void record_samples(const PipelineBand& band, const Pass& pass);
-  EdgeTurn make_edge_turn();
+  SampleDirections make_directions();
   Match make_empty_match();
   void make_collectors();
   void report_coverage();
@@ -121,8 +121,8 @@ class Pipeline {
   // poly is in memory
   std::unique_ptr<Source::Impl> streamed_part_;
   TexelSampler sampler_;
-  EdgeTurn edge_turn_;
-  SheetReach sheet_reach_;
+  SampleDirections sample_directions_;
+  SheetDistances sheet_distances_;
   Layers layers_;
   std::vector<PipelineBand> bands_;  // The current band; with BandStorage::kept, all bands
   bool has_stored_bands_ = false;    // true once all bands are sampled and stored
@@ -139,7 +139,7 @@ class Pipeline {
   std::optional<std::uint64_t> source_hash_, low_hash_;
 };
 
-/// bake() of one cluster, whose normals are to be rendered. \throws Cancelled
+/// Bakes one cluster like bake(), and returns normals for rendering. \throws Cancelled
 /// \param drawn out: the normals as renderers read them, independent of the encoding; null: not computed
 BakeResult bake_drawn(const Source::Impl& high, const Mesh& low, const BakeOptions& options,
                       Image* drawn);

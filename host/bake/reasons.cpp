@@ -29,7 +29,7 @@ class ReasonFinder {
         low_(high.low_surface(low, options.match.cage_mesh, options.match.uv_copies)),
         surface_(*low_),
         cage_(context_, high.frame, surface_),
-        edge_turn_(edge_turn(options, high, surface_)),
+        sample_directions_(make_sample_directions(options, high, surface_)),
         query_(ray_query(match_request(options, high, surface_), true)) {
     result_.width = options.width;
     result_.height = options.height;
@@ -44,7 +44,7 @@ class ReasonFinder {
     for (std::uint32_t b = 0; b < sampler.band_count(); ++b) {
       TexelBand band = sampler.sample(b);
       if (band.sample_count == 0) continue;
-      edge_turn_.set_directions(context_, band);
+      sample_directions_.set_directions(context_, band);
       cage_.write_sample_reach(context_, band);
       explain(band);
     }
@@ -151,7 +151,7 @@ class ReasonFinder {
   std::shared_ptr<LowSurface> low_;
   LowSurface& surface_;
   CageReach cage_;
-  EdgeTurn edge_turn_;
+  SampleDirections sample_directions_;
   RayQuery query_;
   Reasons result_;
   std::array<ReasonCount, 8> reason_counts_;

@@ -180,7 +180,7 @@ void warn_about_small_charts(const SmallCharts& small, const Mesh& low,
   std::string message = to_text(small.triangles.size()) +
                         " triangles of the low poly are in charts that contain no texel centre. ";
   if (!small.texels.empty()) {
-    const OwnedTexel& texel = small.texels.front();
+    const AssignedTexel& texel = small.texels.front();
     message += "Of these, " +
                to_text(small.triangles.size() - small.triangles_without_texel.size()) +
                " use free texels nearby (" + to_text(small.texels.size()) + "), for example " +

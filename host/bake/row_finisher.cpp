@@ -74,7 +74,7 @@ void RowFinisher::finish(std::span<std::uint8_t> coverage) {
     pass_on(map, coverage.subspan(final_end_ * width, (end_row - final_end_) * width), end_row);
   }
   final_end_ = end_row;
-  // Rows that later rows may copy stay
+  // Rows that later rows may copy stay in the window
   const std::uint32_t first_row = end_row > padding_ ? end_row - padding_ : 0;
   for (Map& map : maps_) {
     const std::size_t row = std::size_t{map.window.width} * map.window.channels;

@@ -95,7 +95,7 @@ void BakeSession::Impl::bake_maps(const HighPolyNormals::Change& normal_change, 
   update.matched = pass.match;
   pass.compute_maps = pass.compute_maps || !texels.choose_texels(normals, normal_change);
   if (pass.match || pass.update_distances || pass.compute_maps) pipeline.run_over_bands(pass);
-  // Only at the first bake, the match checks its conditions
+  // The match checks its conditions at the first bake only
   if (pass.match) pipeline.finish_match(!baked);
   if (!pass.compute_maps) texels.read();
   update.texels = pass.compute_maps ? texels.count() : texels.chosen_count();

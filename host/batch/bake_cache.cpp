@@ -379,7 +379,7 @@ CacheDecision BakeCache::decide(const BatchAsset& asset) {
 }
 
 std::string BakeCache::store_result(const BatchAsset& asset, const InputLog::Inputs& inputs,
-                                    const std::vector<HeldOutput>& outputs,
+                                    const std::vector<PendingOutput>& outputs,
                                     const std::vector<std::string>& files, const Json& warnings,
                                     double missed) {
   if (includes_files(asset.job)) return {};
@@ -390,7 +390,7 @@ std::string BakeCache::store_result(const BatchAsset& asset, const InputLog::Inp
   record.missed = missed;
   for (const std::string& file : files) record.files.push_back(relative(file));
   std::map<std::string, std::string> written;
-  for (const HeldOutput& output : outputs)
+  for (const PendingOutput& output : outputs)
     written[relative(output.destination)] = output.bytes.string();
   for (const auto& [path, hash] : inputs.files) {
     // Outputs of the bake are not inputs, even if the bake has read them to check whether they may be replaced.

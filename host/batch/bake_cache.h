@@ -66,7 +66,7 @@ class BakeCache {
   /// \returns the name of an input that changed during the bake, in which case nothing is stored; otherwise an empty
   ///          text
   std::string store_result(const BatchAsset& asset, const InputLog::Inputs& inputs,
-                           const std::vector<HeldOutput>& outputs,
+                           const std::vector<PendingOutput>& outputs,
                            const std::vector<std::string>& files, const Json& warnings,
                            double missed);
   /// Records the state of an asset's outputs after they were placed.

@@ -400,7 +400,7 @@ class BatchRun {
   /// Moves the files of a bake to their destinations: all of them, or none.
   void place_outputs(const Job& job, const InputLog& log) {
     const std::lock_guard lock(output_mutex_);
-    for (const HeldOutput& output : outputs_of(log)) {
+    for (const PendingOutput& output : outputs_of(log)) {
       // Two assets may still write the same file: stem "a" with map "b_normal", and stem "a_b" with map "normal".
       const std::string full_path = os::name_key(os::absolute_normal(output.destination));
       const auto [writer, added] = output_writers_.try_emplace(full_path, &job);

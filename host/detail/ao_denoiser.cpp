@@ -35,23 +35,24 @@ struct BlurBounds {
   /// Number of standard deviations that are added to a tile's measured blur. With 0, half of the
   /// flat tiles would be accepted by chance where few texels are averaged.
   static constexpr double kBlurDeviations = 0.5;
-  /// Bounds on the measured blur: of one texel, in units of an estimate's variance; and of the 17
-  /// texels within 2 steps and the 67 texels within 8 steps, in standard deviations of their mean.
-  /// With higher bounds, thin lines are smoothed away. With lower ones, noise is mistaken for blur,
-  /// and plain rays are cast needlessly.
+  /// Bounds on the measured blur: of one texel, in units of an estimate's variance; and of the mean
+  /// over the 17 texels within 2 steps and over the 67 texels within 8 steps, in standard
+  /// deviations of that mean, which are 1/4 and 1/8 of those of a texel. With higher bounds, thin
+  /// lines are smoothed away. With lower ones, noise is mistaken for blur, and plain rays are cast
+  /// needlessly.
   static constexpr double kMaxBlurAtTexel = 3, kMaxBlurNear = 2, kMaxBlurFar = 2;
-  static constexpr double kSqrtTexelsNear = 4, kSqrtTexelsFar = 8;
+  static constexpr double kNoiseDivisorNear = 4, kNoiseDivisorFar = 8;
   /// Bound on the blur that smoothing steps after the second add, as a multiple of the squared
   /// error of plain rays. This blur is measured with little noise.
   static constexpr double kMaxBlurBeyondTwoSteps = 3;
   /// Maximum squared distance in texels from a texel to the centroid of its smoothing weights,
-  /// averaged over 8 steps. At open borders of charts and at creases, all neighbours lie on one
-  /// side, so the gradient of the occlusion shifts the mean. At a straight border the squared
-  /// distance is 0.25, or 0.09 after averaging. With a lower bound, flat surfaces would get plain
-  /// rays, too.
-  static constexpr double kMaxLean = 0.01;
+  /// averaged by 8 steps of smoothing. Texels above it are not smoothed but recomputed from plain
+  /// rays: at open borders of charts and at creases, all neighbours lie on one side, so the
+  /// gradient of the occlusion shifts the mean. At a straight border the squared distance is 0.25,
+  /// or 0.09 after averaging. With a lower bound, texels of flat surfaces would be recomputed, too.
+  static constexpr double kMaxSquaredCentroidShift = 0.01;
   /// Squared errors below this are not visible in 8 bits.
-  static constexpr double kRounding = 1.0 / 255 / 255;
+  static constexpr double kInvisibleSquaredError = 1.0 / 255 / 255;
   /// Differences between the results of plain rays and of smoothing, in standard deviations of
   /// plain rays, above which texels one step and two steps away are recomputed, too. With higher
   /// values, gaps in a thin line are not closed. With lower ones, texels that are marked by chance
@@ -59,7 +60,7 @@ struct BlurBounds {
   static constexpr double kBlurOneStepAway = 2.5, kBlurTwoStepsAway = 3;
   /// Minimum variance of plain rays. The measured variance is 0 where both estimates agree by
   /// chance.
-  static constexpr double kMinPlainVariance = 4 * kRounding;
+  static constexpr double kMinPlainVariance = 4 * kInvisibleSquaredError;
 };
 
 /// Sum of two squared differences: between smoothed a and unsmoothed b, and between smoothed b and
@@ -79,10 +80,10 @@ AoDenoiser::AoDenoiser(cl::Context& context, const LowSurface& surface, std::uin
       topology_(SurfaceTopology::of(surface)),
       width_(width),
       height_(height),
-      tiles_across_((width + kTile - 1) / kTile) {}
+      tiles_across_((width + kTileSide - 1) / kTileSide) {}
 
 void AoDenoiser::sort_into_tiles(const Texels& texels) {
-  tiles_down_ = (texels.row_count + kTile - 1) / kTile;
+  tiles_down_ = (texels.row_count + kTileSide - 1) / kTileSide;
   place_.assign(texels.place.begin(), texels.place.end());
   tile_first_.assign(std::size_t{tiles_across_} * tiles_down_ + 1, 0U);
   for (const std::uint32_t place : place_) ++tile_first_[tile_of(place) + 1];
@@ -146,8 +147,8 @@ void AoDenoiser::prepare(const Texels& texels) {
   const kiln_ao_denoiser_params params{count_, texels.points_plane};
   make_room(context_, smoothing_input_, std::size_t{2} * count_);
   make_room(context_, smoothing_output_, std::size_t{2} * count_);
-  context_.launch(context_.kernel("ao_denoiser", "kiln_ao_denoiser_weights"), count_, kLocal, params,
-                  neighbours_, texels.points);
+  context_.launch(context_.kernel("ao_denoiser", "kiln_ao_denoiser_weights"), count_, kLocal,
+                  params, neighbours_, texels.points);
 }
 
 void AoDenoiser::launch_steps(std::uint32_t steps) {
@@ -269,7 +270,7 @@ std::vector<AoDenoiser::LevelChoice> AoDenoiser::choose_levels(const Levels& lev
       }
       choices[own].error = static_cast<float>(std::sqrt(best / wide.count));
       choices[own].is_unsure = best > BlurBounds::kMaxErrorShare * plain_variance * wide.noise[0] +
-                                          BlurBounds::kRounding / 4 * wide.count;
+                                          BlurBounds::kInvisibleSquaredError / 4 * wide.count;
     }
   });
   if (plain_variance > 0) widen_unsure_tiles(choices);
@@ -304,7 +305,7 @@ std::vector<AoDenoiser::TileInterpolation> AoDenoiser::interpolate_tiles(std::ui
                                                                          std::uint32_t tiles) {
   std::vector<TileInterpolation> result(places);
   for (std::uint32_t at = 0; at < places; ++at) {
-    const double middle = (at + 0.5) / kTile - 0.5, previous = std::floor(middle);
+    const double middle = (at + 0.5) / kTileSide - 0.5, previous = std::floor(middle);
     const auto tile = [&](double number) {
       return static_cast<std::uint32_t>(std::clamp(number, 0.0, tiles - 1.0));
     };
@@ -323,10 +324,10 @@ void AoDenoiser::mark_unsure(const Levels& levels, std::span<const float> smooth
   const auto further_memory = std::make_unique_for_overwrite<float[]>(pairs);
   const std::span<float> lost(lost_memory.get(), pairs), further(further_memory.get(), pairs);
   const kiln_ao_denoiser_params params{count_, 0};
-  context_.launch(context_.kernel("ao_denoiser", "kiln_ao_denoiser_centroid"), count_, kLocal, params,
-                  neighbours_, smoothing_input_);
-  // Squared distance from each texel to the centroid of its weights (kMaxLean), stored twice per
-  // texel
+  context_.launch(context_.kernel("ao_denoiser", "kiln_ao_denoiser_centroid"), count_, kLocal,
+                  params, neighbours_, smoothing_input_);
+  // Squared distance from each texel to the centroid of its weights (kMaxSquaredCentroidShift),
+  // stored twice per texel
   smoothing_input_.read(context_, further);
   const auto product = [&](std::span<const float> of, std::size_t a) {
     return (of[a] - smoothed[a]) * (of[a + 1] - smoothed[a + 1]);
@@ -354,11 +355,12 @@ void AoDenoiser::mark_unsure(const Levels& levels, std::span<const float> smooth
   smooth(kSteps[2], further);
   visit([&](std::size_t a) {
     const double variance = lost[a + 1];
-    return product(raw, a) > BlurBounds::kMaxBlurAtTexel * variance + BlurBounds::kRounding ||
-           lost[a] > BlurBounds::kMaxBlurNear / BlurBounds::kSqrtTexelsNear * variance +
-                         BlurBounds::kRounding ||
+    return product(raw, a) >
+               BlurBounds::kMaxBlurAtTexel * variance + BlurBounds::kInvisibleSquaredError ||
+           lost[a] > BlurBounds::kMaxBlurNear / BlurBounds::kNoiseDivisorNear * variance +
+                         BlurBounds::kInvisibleSquaredError ||
            further[a] > BlurBounds::kMaxBlurBeyondTwoSteps * plain_variance * variance / 2 +
-                            BlurBounds::kRounding / 4;
+                            BlurBounds::kInvisibleSquaredError / 4;
   });
   // The variance of the mean of both estimates is half of the measured variance of one.
   for (std::size_t i = 0; i < count_; ++i) {
@@ -367,9 +369,10 @@ void AoDenoiser::mark_unsure(const Levels& levels, std::span<const float> smooth
   smooth(kSteps[4] - kSteps[2], lost);
   smooth(kSteps[4] - kSteps[2], further);
   visit([&](std::size_t a) {
-    return lost[a] > BlurBounds::kMaxBlurFar / BlurBounds::kSqrtTexelsFar * lost[a + 1] +
-                         BlurBounds::kRounding ||
-           (further[a + 1] > BlurBounds::kMaxLean && smoothed[a] + smoothed[a + 1] > 0);
+    return lost[a] > BlurBounds::kMaxBlurFar / BlurBounds::kNoiseDivisorFar * lost[a + 1] +
+                         BlurBounds::kInvisibleSquaredError ||
+           (further[a + 1] > BlurBounds::kMaxSquaredCentroidShift &&
+            smoothed[a] + smoothed[a + 1] > 0);
   });
 }
 
@@ -422,7 +425,8 @@ AoDenoiser::Result AoDenoiser::run(std::span<const float> estimates, double plai
     result.plain_variance.resize(count_);
   }
   const std::vector<TileInterpolation> columns = interpolate_tiles(width_, tiles_across_);
-  const std::vector<TileInterpolation> rows = interpolate_tiles(tiles_down_ * kTile, tiles_down_);
+  const std::vector<TileInterpolation> rows =
+      interpolate_tiles(tiles_down_ * kTileSide, tiles_down_);
   parallel_for(count_, kTexelsPerSmoothingTask, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t x = place_[i] % width_, y = place_[i] / width_;
@@ -447,7 +451,7 @@ AoDenoiser::Result AoDenoiser::run(std::span<const float> estimates, double plai
       add_tile(x0, y1, (1 - right) * below);
       add_tile(x1, y1, right * below);
       result.shares[i] = static_cast<float>(sum / weights);
-      result.errors[i] = choices[std::size_t{y / kTile} * tiles_across_ + x / kTile].error;
+      result.errors[i] = choices[std::size_t{y / kTileSide} * tiles_across_ + x / kTileSide].error;
       if (half_results.empty()) continue;
       half_results[2 * i] = static_cast<float>(sum_a / weights);
       half_results[2 * i + 1] = static_cast<float>(sum_b / weights);

@@ -78,7 +78,7 @@ class AoDenoiser {
   // Number of smoothing steps of each level. The standard deviations of the resulting kernels are 0
   // to 2.3 texels.
   static constexpr std::array<std::uint32_t, 5> kSteps{0, 1, 2, 4, 8};
-  static constexpr std::uint32_t kTile = 16;  // Side of a tile in texels
+  static constexpr std::uint32_t kTileSide = 16;  // Side of a tile in texels
   /// Both estimates of each texel at each level of smoothing. Level 0, without smoothing, refers to
   /// the caller's array.
   struct Levels {
@@ -106,7 +106,7 @@ class AoDenoiser {
   };
 
   std::uint32_t tile_of(std::uint32_t place) const {
-    return place / width_ / kTile * tiles_across_ + place % width_ / kTile;
+    return place / width_ / kTileSide * tiles_across_ + place % width_ / kTileSide;
   }
   void sort_into_tiles(const Texels& texels);
   static std::vector<TileInterpolation> interpolate_tiles(std::uint32_t places,

@@ -188,8 +188,8 @@ double CurvatureCheck::at(const Vec3d& point, std::uint32_t triangle, Scratch& s
       continue;
     }
     // The triangle is cut into strips parallel to side bc, starting at corner a. At height y, the
-    // ball's cross-section with the middle line of the strip is a chord with half the length
-    // sqrt(radius^2 - distance^2), where `distance` is that of the line from the centre.
+    // ball cuts a chord from the middle line of the strip. Its half-length is sqrt(radius^2 -
+    // distance^2), where `distance` is the distance of the line from the centre.
     const double width = length(c - b);
     const Vec3d along = (c - b) * (1 / width);
     const double slant = dot(b - a, along), foot = dot(a, along);

@@ -216,7 +216,7 @@ void Hemispheres::upload_rays(RaySet& set, std::uint32_t count, double radius) {
 }
 
 void Hemispheres::next_band() {
-  has_turns_ = has_keys_ = false;
+  has_rotations_ = has_keys_ = false;
   for (Sums& sums : sums_) sums.has_open = sums.has_depth = false;
 }
 
@@ -245,16 +245,17 @@ void Hemispheres::upload() {
   is_uploaded_ = true;
 }
 
-void Hemispheres::make_turns(const TexelBand& band) {
-  if (!std::exchange(has_turns_, true)) compute_turns(band, "kiln_hemisphere_write_rotations", turns_);
+void Hemispheres::make_rotations(const TexelBand& band) {
+  if (!std::exchange(has_rotations_, true))
+    compute_rotations(band, "kiln_hemisphere_write_rotations", rotations_);
 }
 
 void Hemispheres::make_keys(const TexelBand& band) {
-  if (!std::exchange(has_keys_, true)) compute_turns(band, "kiln_hemisphere_write_keys", keys_);
+  if (!std::exchange(has_keys_, true)) compute_rotations(band, "kiln_hemisphere_write_keys", keys_);
 }
 
-void Hemispheres::compute_turns(const TexelBand& band, const std::string& kernel,
-                                cl::Array<std::uint32_t>& to) {
+void Hemispheres::compute_rotations(const TexelBand& band, const std::string& kernel,
+                                    cl::Array<std::uint32_t>& to) {
   make_room(context_, to, plane_of(band));
   const kiln_rotation_params params{band.texel_count, band.first_row * width_, width_, slot_bits_};
   context_.launch(context_.kernel("hemisphere_points", kernel), band.texel_count, kLocal, params,
@@ -277,10 +278,10 @@ void Hemispheres::cast(const TexelBand& band, const DeviceCorrespondence& match,
     sums.has_open = true;
     return;
   }
-  make_turns(band);
+  make_rotations(band);
   const cl::Array<float> none;
-  const TurnsAndCounts turns_and_counts{&turns_, &sums.open};
-  count_open(band, match, second, rays_out_, {&turns_and_counts, 1}, occluders(),
+  const RotationsAndCounts rotations_and_counts{&rotations_, &sums.open};
+  count_open(band, match, second, rays_out_, {&rotations_and_counts, 1}, occluders(),
              needs_bent_sum_ ? sums.bent_sum : none);
   sums.has_open = true;
 }
@@ -293,7 +294,7 @@ void Hemispheres::measure_thickness(const TexelBand& band, const DeviceCorrespon
   context_.fill(sums.depth, 0.0F);
   const RayCaster& caster = source_.rays();
   const RayQuery query = query_up_to(std::min(thickness_reach_, unbounded_reach_), true);
-  make_turns(band);
+  make_rotations(band);
   sums.has_depth = true;
   if (caster.traversal() == Traversal::cpu) {
     for_each_piece(band, match, second, rays_in_, kSamplesPerPiece,
@@ -303,7 +304,7 @@ void Hemispheres::measure_thickness(const TexelBand& band, const DeviceCorrespon
     return;
   }
   const cl::Kernel depth = context_.kernel("hemisphere", "kiln_hemisphere_sum_depths");
-  for_each_ray_piece(band, match, second, rays_in_, turns_, false,
+  for_each_ray_piece(band, match, second, rays_in_, rotations_, false,
                      [&](const kiln_hemisphere_params& params, std::uint32_t count) {
                        if (first_hits_.capacity < ray_capacity_) {
                          first_hits_ = DeviceCorrespondence();
@@ -347,8 +348,8 @@ std::vector<float> Hemispheres::shadow(const TexelBand& band, const DeviceCorres
   const RayCaster& caster = occluders();
   const RayQuery query = query_up_to(unbounded_reach_, back_faces_);
   const cl::Kernel lit = context_.kernel("hemisphere", "kiln_hemisphere_count_lit");
-  make_turns(band);
-  for_each_ray_piece(band, match, second, rays_to_light_, turns_, false,
+  make_rotations(band);
+  for_each_ray_piece(band, match, second, rays_to_light_, rotations_, false,
                      [&](const kiln_hemisphere_params& params, std::uint32_t count) {
                        make_room(context_, ray_hits_, ray_capacity_);
                        caster.occluded(rays_, count, ray_capacity_, query, ray_hits_);

@@ -103,8 +103,8 @@ class Hemispheres : public SharedWork {
     // `rays` is the number of rays per sample and estimate
     std::vector<std::uint32_t> a, b, rays;
     std::vector<std::uint8_t> has_converged;
-    std::vector<std::uint32_t> cast_round;  // Round in which rays of the texel were last cast
-    std::uint32_t round = 0, turn = 0;
+    std::vector<std::uint32_t> cast_round;   // Round in which rays of the texel were last cast
+    std::uint32_t round = 0, next_seed = 0;  // Current round; seed of the next rotations
   };
   /// Casts `rays` more rays for each sample of the given texels, and adds their counts to the
   /// estimates in `open`: estimate a, or both a and b, which get different rays.
@@ -119,12 +119,13 @@ class Hemispheres : public SharedWork {
   /// Copies some samples, their matches and the random rotations of their rays to the arrays
   /// picked_*.
   /// \param round  seed of the rotations, so that each round casts other rays (make_keys()); null:
-  ///   the rotations of make_turns()
+  ///   the rotations of make_rotations()
   void pick(const TexelBand& band, const DeviceCorrespondence& match,
             std::span<const std::uint32_t> samples, std::optional<std::uint32_t> round);
   /// Computes the random rotations of the picked samples for a round, from the result of
   /// make_keys().
-  void turn_picked(std::uint32_t count, std::uint32_t round, cl::Array<std::uint32_t>& turns);
+  void rotate_picked(std::uint32_t count, std::uint32_t round,
+                     cl::Array<std::uint32_t>& sample_rotations);
   /// Samples whose rays are cast against the same occluders.
   struct OccluderGroup {
     const RayCaster* caster;
@@ -145,7 +146,7 @@ class Hemispheres : public SharedWork {
   };
   /// Casts the rays of a group's samples.
   /// \param rounds  each round casts different rays and counts them separately; empty: one round
-  ///   with the rotations of make_turns()
+  ///   with the rotations of make_rotations()
   void cast_group(const OccluderGroup& group, const TexelBand& band,
                   const DeviceCorrespondence& match, bool second, const RaySet& set,
                   std::span<const std::uint32_t> rounds, std::span<RayCounts> ray_counts);
@@ -175,12 +176,12 @@ class Hemispheres : public SharedWork {
   void gather_views(const TexelBand& band, const DeviceCorrespondence& match, bool second);
   std::vector<float> compute_shares(const TexelBand& band, const cl::Array<std::uint32_t>& counts,
                                     std::uint32_t rays) const;
-  void make_turns(const TexelBand& band);
-  /// Computes keys of rotations for rays whose results are smoothed: unlike those of make_turns(),
-  /// the rotations of neighbouring texels complement each other.
+  void make_rotations(const TexelBand& band);
+  /// Computes keys of rotations for rays whose results are smoothed: unlike those of
+  /// make_rotations(), the rotations of neighbouring texels complement each other.
   void make_keys(const TexelBand& band);
-  void compute_turns(const TexelBand& band, const std::string& kernel,
-                     cl::Array<std::uint32_t>& to);
+  void compute_rotations(const TexelBand& band, const std::string& kernel,
+                         cl::Array<std::uint32_t>& to);
   void cast(const TexelBand& band, const DeviceCorrespondence& match, bool second);
   void measure_thickness(const TexelBand& band, const DeviceCorrespondence& match, bool second);
   /// Generates rays piece by piece, and calls `launch` for each piece. If `groups_by_sample` is set
@@ -189,7 +190,7 @@ class Hemispheres : public SharedWork {
   using RayPieceLauncher =
       std::function<void(const kiln_hemisphere_params& params, std::uint32_t count)>;
   void for_each_ray_piece(const TexelBand& band, const DeviceCorrespondence& match, bool second,
-                          const RaySet& set, const cl::Array<std::uint32_t>& turns,
+                          const RaySet& set, const cl::Array<std::uint32_t>& sample_rotations,
                           bool groups_by_sample, const RayPieceLauncher& launch);
   /// Computes the points of the band's samples piece by piece, stores them in points_, and calls
   /// `launch` for each piece.
@@ -199,13 +200,13 @@ class Hemispheres : public SharedWork {
   static bool casts_by_sample(const TexelBand& band, const RaySet& set);
   /// Device arrays for one set of rotations: the rotation of each sample's rays, and the number of
   /// its rays that hit nothing.
-  struct TurnsAndCounts {
-    const cl::Array<std::uint32_t>*turns, *open;
+  struct RotationsAndCounts {
+    const cl::Array<std::uint32_t>*sample_rotations, *open;
   };
   /// Counts the outward rays that hit nothing, and sums their directions.
   /// \param bent_sum  empty: directions are not summed
   void count_open(const TexelBand& band, const DeviceCorrespondence& match, bool second,
-                  const RaySet& set, std::span<const TurnsAndCounts> rotations,
+                  const RaySet& set, std::span<const RotationsAndCounts> rotations,
                   const RayCaster& caster, const cl::Array<float>& bent_sum);
   kiln_hemisphere_params ray_params(const TexelBand& band, const DeviceCorrespondence& match,
                                     bool second, const RaySet& set) const;
@@ -213,7 +214,7 @@ class Hemispheres : public SharedWork {
   void make_points(const kiln_hemisphere_params& params, const TexelBand& band,
                    const DeviceCorrespondence& match, const cl::Array<float>& points);
   void cast_piece(kiln_hemisphere_params params, const RaySet& set,
-                  std::span<const TurnsAndCounts> rotations, const RayCaster& caster,
+                  std::span<const RotationsAndCounts> rotations, const RayCaster& caster,
                   const RayQuery& query, const cl::Array<float>& points,
                   const cl::Array<float>& bent_sum);
   /// Adds the lengths of the inward rays of each sample. Used with Traversal::cpu.
@@ -222,7 +223,7 @@ class Hemispheres : public SharedWork {
   /// Casts the rays of the picked samples from the points in texel_points_. Used with
   /// Traversal::cpu.
   void cast_texels(std::uint32_t count, const RaySet& set,
-                   std::span<const TurnsAndCounts> rotations);
+                   std::span<const RotationsAndCounts> rotations);
   /// Casts rays for all texels that prepare_filter() found; all rays of a texel start at one
   /// sample.
   void cast_all(std::uint32_t rays, std::span<std::vector<std::uint32_t>* const> open,
@@ -230,12 +231,12 @@ class Hemispheres : public SharedWork {
   /// Does the work of count_open() piece by piece, with one kernel for all steps (cast_piece()).
   /// Used with Traversal::cpu.
   void cast_blocks(const TexelBand& band, const DeviceCorrespondence& match, bool second,
-                   const RaySet& set, std::span<const TurnsAndCounts> rotations,
+                   const RaySet& set, std::span<const RotationsAndCounts> rotations,
                    const RayCaster& caster, const RayQuery& query,
                    const cl::Array<float>& bent_sum);
   /// Does the same as cast_blocks() for few samples with many rays each (casts_by_sample()).
   void cast_by_sample(const TexelBand& band, const DeviceCorrespondence& match, bool second,
-                      const RaySet& set, std::span<const TurnsAndCounts> rotations,
+                      const RaySet& set, std::span<const RotationsAndCounts> rotations,
                       const RayCaster& caster, const RayQuery& query);
   /// Adds the rays that hit nothing, according to ray_hits_, to the counts in `open`.
   void add_misses(const kiln_hemisphere_params& params, const cl::Array<std::uint32_t>& open);
@@ -269,10 +270,10 @@ class Hemispheres : public SharedWork {
   std::optional<RayCaster> all_occluders_;  // Unset if the high poly is the only occluder
   std::map<std::uint32_t, RayCaster> part_occluders_;
   std::optional<HemisphereViews> views_;
-  bool is_uploaded_ = false, has_turns_ = false, has_keys_ = false;
+  bool is_uploaded_ = false, has_rotations_ = false, has_keys_ = false;
   cl::Array<float> positions_;
   cl::Array<std::uint32_t> triangles_;
-  cl::Array<std::uint32_t> turns_, keys_;
+  cl::Array<std::uint32_t> rotations_, keys_;
   std::array<Sums, 2> sums_;
 
   std::uint32_t ray_capacity_ = 0;
@@ -280,7 +281,7 @@ class Hemispheres : public SharedWork {
   cl::Array<std::uint32_t> lit_counts_;
   TexelBand picked_samples_;  // Samples that were gathered by pick()
   DeviceCorrespondence picked_match_;
-  cl::Array<std::uint32_t> picked_indices_, picked_turns_, second_turns_, picked_open_,
+  cl::Array<std::uint32_t> picked_indices_, picked_rotations_, second_rotations_, picked_open_,
       second_open_;
   cl::Array<float> picked_bent_sum_;
   std::optional<AoDenoiser> denoiser_;

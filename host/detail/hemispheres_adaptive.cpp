@@ -17,7 +17,7 @@ namespace {
 // The number of picked samples is rounded up to a multiple of this.
 constexpr std::uint32_t kPickGranularity = 64;
 constexpr std::uint32_t kMaxAddedRays = 4096;
-// The first rays of each of the two estimates are OcclusionOptions::rays divided by this.
+// Each of the two estimates starts with OcclusionOptions::rays divided by this number of rays.
 constexpr std::uint32_t kInitialRayDivisor = 8;
 // Target for the estimated error, as a share of the requested error. It is below 1, since the estimate is
 // noisy.
@@ -70,7 +70,7 @@ void Hemispheres::pick(const TexelBand& band, const DeviceCorrespondence& match,
   make_room(context_, picked_samples_.points, std::size_t{3} * capacity);
   make_room(context_, picked_match_.triangle, capacity);
   make_room(context_, picked_match_.barycentric, std::size_t{2} * capacity);
-  make_room(context_, picked_turns_, capacity);
+  make_room(context_, picked_rotations_, capacity);
   picked_samples_.sample_count = count;
   picked_samples_.capacity = picked_match_.capacity = capacity;
   make_room(context_, picked_indices_, capacity);
@@ -79,17 +79,17 @@ void Hemispheres::pick(const TexelBand& band, const DeviceCorrespondence& match,
                                 capacity, round ? 1U : 0U, round.value_or(0)};
   context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_gather"), count, kLocal, params,
                   picked_indices_, band.triangle, band.barycentric, band.points, match.triangle,
-                  match.barycentric, round ? keys_ : turns_, picked_samples_.triangle,
+                  match.barycentric, round ? keys_ : rotations_, picked_samples_.triangle,
                   picked_samples_.barycentric, picked_samples_.points, picked_match_.triangle,
-                  picked_match_.barycentric, picked_turns_);
+                  picked_match_.barycentric, picked_rotations_);
 }
 
-void Hemispheres::turn_picked(std::uint32_t count, std::uint32_t round,
-                              cl::Array<std::uint32_t>& turns) {
-  make_room(context_, turns, round_up_to_lanes(count));
+void Hemispheres::rotate_picked(std::uint32_t count, std::uint32_t round,
+                                cl::Array<std::uint32_t>& sample_rotations) {
+  make_room(context_, sample_rotations, round_up_to_lanes(count));
   const kiln_pick_params params{count, 0, 0, 0, 1, round};
-  context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_rotate_round"), count, kLocal, params,
-                  picked_indices_, keys_, turns);
+  context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_rotate_round"), count, kLocal,
+                  params, picked_indices_, keys_, sample_rotations);
 }
 
 /// Prepares the denoiser for the texels of a band that have at least one sample with rays. The
@@ -162,13 +162,16 @@ Hemispheres::TexelSamples Hemispheres::prepare_filter(const TexelBand& band,
 void Hemispheres::cast_all(std::uint32_t rays, std::span<std::vector<std::uint32_t>* const> open,
                            Estimates& of) {
   const auto count = static_cast<std::uint32_t>(of.rays.size());
-  const std::array<TurnsAndCounts, 2> both_estimates{TurnsAndCounts{&picked_turns_, &picked_open_},
-                                                     TurnsAndCounts{&second_turns_, &second_open_}};
-  const std::span<const TurnsAndCounts> rotations = std::span(both_estimates).first(open.size());
-  const std::array<cl::Array<std::uint32_t>*, 2> turns{&picked_turns_, &second_turns_};
+  const std::array<RotationsAndCounts, 2> both_estimates{
+      RotationsAndCounts{&picked_rotations_, &picked_open_},
+      RotationsAndCounts{&second_rotations_, &second_open_}};
+  const std::span<const RotationsAndCounts> rotations =
+      std::span(both_estimates).first(open.size());
+  const std::array<cl::Array<std::uint32_t>*, 2> sample_rotations{&picked_rotations_,
+                                                                  &second_rotations_};
   const std::array<cl::Array<std::uint32_t>*, 2> counts{&picked_open_, &second_open_};
   for (std::size_t i = 0; i < open.size(); ++i) {
-    turn_picked(count, of.turn++, *turns[i]);
+    rotate_picked(count, of.next_seed++, *sample_rotations[i]);
     make_room(context_, *counts[i], round_up_to_lanes(count));
     context_.fill(*counts[i], std::uint32_t{0});
   }
@@ -185,7 +188,7 @@ void Hemispheres::estimate(Estimates& of, const std::vector<std::uint32_t>& texe
     samples.insert(samples.end(), of.shared.samples.begin() + of.shared.first[t],
                    of.shared.samples.begin() + of.shared.first[t + 1]);
   }
-  for (std::size_t i = 0; i < open.size(); ++i) rounds.push_back(of.turn++);
+  for (std::size_t i = 0; i < open.size(); ++i) rounds.push_back(of.next_seed++);
   const std::vector<RayCounts> ray_counts =
       cast_rounds(of.band, of.match, of.second, samples, rays, rounds);
   for (std::size_t i = 0; i < open.size(); ++i) {
@@ -268,7 +271,7 @@ void Hemispheres::cast_unsure(const Estimates& of, AoDenoiser::Result& result) {
     if (result.unsure[t] != 0) texels.push_back(static_cast<std::uint32_t>(t));
   }
   if (texels.empty()) return;
-  make_turns(of.band);
+  make_rotations(of.band);
   std::vector<RayCounts> plain_ray_counts(1);
   plain_ray_counts[0].open.resize(of.band.sample_count);
   std::vector<std::uint32_t> samples;
@@ -314,7 +317,8 @@ std::vector<float> Hemispheres::visibility_within(const TexelBand& band,
   const bool casts_all = of.shared.has_one_sample_a_texel() && parts_ == nullptr &&
                          occluders().traversal() == Traversal::cpu;
   if (casts_all) {
-    for (auto* const array : {&picked_turns_, &second_turns_, &picked_open_, &second_open_}) {
+    for (auto* const array :
+         {&picked_rotations_, &second_rotations_, &picked_open_, &second_open_}) {
       make_room(context_, *array, round_up_to_lanes(static_cast<std::uint32_t>(texels)));
     }
   }

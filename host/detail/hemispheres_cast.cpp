@@ -18,8 +18,8 @@ constexpr std::uint32_t kMaxRaysPerLaunch = 1U << 20;
 constexpr std::uint32_t kMinRaysBySample = 512, kMaxSamplesBySample = 1U << 14;
 
 // Ray directions per block of kiln_hemisphere_cast. With more directions per block, values that all
-// rays of a sample share are computed less often, and the fewer samples of a block are closer
-// together.
+// rays of a sample share are computed less often. A block then holds fewer samples, which lie
+// closer together.
 constexpr std::uint32_t kDirectionsPerBlock = 32;
 
 // Offset of ray origins from their face, in frame units. The high poly's diagonal is 0.5 to 1 and the rounding
@@ -98,8 +98,8 @@ bool Hemispheres::casts_by_sample(const TexelBand& band, const RaySet& set) {
 
 void Hemispheres::for_each_ray_piece(const TexelBand& band, const DeviceCorrespondence& match,
                                      bool second, const RaySet& set,
-                                     const cl::Array<std::uint32_t>& turns, bool groups_by_sample,
-                                     const RayPieceLauncher& launch) {
+                                     const cl::Array<std::uint32_t>& sample_rotations,
+                                     bool groups_by_sample, const RayPieceLauncher& launch) {
   const bool by_sample = groups_by_sample && casts_by_sample(band, set);
   const std::uint32_t batch_size = by_sample ? kMaxRaysPerLaunch / set.count : kSamplesPerPiece;
   const std::uint32_t piece = round_up_to_lanes(std::min(batch_size, band.sample_count));
@@ -119,8 +119,8 @@ void Hemispheres::for_each_ray_piece(const TexelBand& band, const DeviceCorrespo
       const std::size_t items =
           by_sample ? std::size_t{params.stride} * (round_up_to_lanes(params.rays) / kLanes)
                     : std::size_t{params.stride} / kLanes * params.rays;
-      context_.launch(rays, items, kLocal, params, points_, turns, rotation_table_, set.directions,
-                      set.rings, rays_);
+      context_.launch(rays, items, kLocal, params, points_, sample_rotations, rotation_table_,
+                      set.directions, set.rings, rays_);
       launch(params, params.stride * params.rays);
     }
   });
@@ -138,7 +138,7 @@ void Hemispheres::add_misses(const kiln_hemisphere_params& params,
 }
 
 void Hemispheres::count_open(const TexelBand& band, const DeviceCorrespondence& match, bool second,
-                             const RaySet& set, std::span<const TurnsAndCounts> rotations,
+                             const RaySet& set, std::span<const RotationsAndCounts> rotations,
                              const RayCaster& caster, const cl::Array<float>& bent_sum) {
   const RayQuery query = query_up_to(occlusion_reach_, back_faces_);
   if (caster.traversal() == Traversal::cpu) {
@@ -149,22 +149,22 @@ void Hemispheres::count_open(const TexelBand& band, const DeviceCorrespondence& 
     }
     return;
   }
-  for (const auto& [turns, open] : rotations) {
-    for_each_ray_piece(band, match, second, set, *turns, bent_sum.empty(),
-                       [&, to = open](const kiln_hemisphere_params& params, std::uint32_t count) {
-                         make_room(context_, ray_hits_, ray_capacity_);
-                         caster.occluded(rays_, count, ray_capacity_, query, ray_hits_);
-                         add_misses(params, *to);
-                         if (bent_sum.empty()) return;
-                         context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_sum_directions"),
-                                         params.stride / kLanes, kCastLanes, params, ray_hits_,
-                                         rays_, bent_sum);
-                       });
+  for (const auto& [sample_rotations, open] : rotations) {
+    for_each_ray_piece(
+        band, match, second, set, *sample_rotations, bent_sum.empty(),
+        [&, to = open](const kiln_hemisphere_params& params, std::uint32_t count) {
+          make_room(context_, ray_hits_, ray_capacity_);
+          caster.occluded(rays_, count, ray_capacity_, query, ray_hits_);
+          add_misses(params, *to);
+          if (bent_sum.empty()) return;
+          context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_sum_directions"),
+                          params.stride / kLanes, kCastLanes, params, ray_hits_, rays_, bent_sum);
+        });
   }
 }
 
 void Hemispheres::cast_blocks(const TexelBand& band, const DeviceCorrespondence& match, bool second,
-                              const RaySet& set, std::span<const TurnsAndCounts> rotations,
+                              const RaySet& set, std::span<const RotationsAndCounts> rotations,
                               const RayCaster& caster, const RayQuery& query,
                               const cl::Array<float>& bent_sum) {
   for_each_piece(band, match, second, set, kSamplesPerPiece,
@@ -175,8 +175,8 @@ void Hemispheres::cast_blocks(const TexelBand& band, const DeviceCorrespondence&
 
 void Hemispheres::cast_by_sample(const TexelBand& band, const DeviceCorrespondence& match,
                                  bool second, const RaySet& set,
-                                 std::span<const TurnsAndCounts> rotations, const RayCaster& caster,
-                                 const RayQuery& query) {
+                                 std::span<const RotationsAndCounts> rotations,
+                                 const RayCaster& caster, const RayQuery& query) {
   const std::uint32_t batch_size = kMaxRaysPerLaunch / set.count;
   const kiln_ray_params query_params = caster.params(query, KILN_OCCLUSION_BLOCK);
   const cl::Kernel cast =
@@ -185,16 +185,16 @@ void Hemispheres::cast_by_sample(const TexelBand& band, const DeviceCorresponden
     params.rays = set.count;
     make_room(context_, scratch_, std::size_t{params.count} * 6 * KILN_OCCLUSION_BLOCK);
     make_room(context_, ray_hits_, std::size_t{params.count} * KILN_OCCLUSION_BLOCK);
-    for (const auto& [turns, open] : rotations) {
+    for (const auto& [sample_rotations, open] : rotations) {
       context_.launch(cast, params.count, 1, params, query_params, caster.tree().nodes,
-                      caster.tree().blocks, points_, *turns, rotation_table_, set.directions,
-                      scratch_, ray_hits_, *open);
+                      caster.tree().blocks, points_, *sample_rotations, rotation_table_,
+                      set.directions, scratch_, ray_hits_, *open);
     }
   });
 }
 
 void Hemispheres::cast_texels(std::uint32_t count, const RaySet& set,
-                              std::span<const TurnsAndCounts> rotations) {
+                              std::span<const RotationsAndCounts> rotations) {
   const RayCaster& caster = occluders();
   const RayQuery query = query_up_to(occlusion_reach_, back_faces_);
   const cl::Array<float> no_bent_sum;
@@ -221,7 +221,7 @@ void Hemispheres::measure_piece(kiln_hemisphere_params params, const RayCaster& 
   for (params.first_ray = 0; params.first_ray < rays_in_.count; params.first_ray += params.rays) {
     params.rays = std::min(max_rays, rays_in_.count - params.first_ray);
     context_.launch(cast, items, 1, params, caster.params(query, KILN_OCCLUSION_BLOCK), how,
-                    caster.tree().nodes, caster.tree().blocks, points_, turns_, rotation_table_,
+                    caster.tree().nodes, caster.tree().blocks, points_, rotations_, rotation_table_,
                     rays_in_.directions, rays_in_.rings, scratch_, distances_, depth);
   }
 }
@@ -229,7 +229,7 @@ void Hemispheres::measure_piece(kiln_hemisphere_params params, const RayCaster& 
 /// Generates the rays of a piece, casts them and counts those that hit nothing, in one kernel. Used
 /// with Traversal::cpu.
 void Hemispheres::cast_piece(kiln_hemisphere_params params, const RaySet& set,
-                             std::span<const TurnsAndCounts> rotations, const RayCaster& caster,
+                             std::span<const RotationsAndCounts> rotations, const RayCaster& caster,
                              const RayQuery& query, const cl::Array<float>& points,
                              const cl::Array<float>& bent_sum) {
   kiln_cast_params how = block_size(set.count);
@@ -243,10 +243,10 @@ void Hemispheres::cast_piece(kiln_hemisphere_params params, const RaySet& set,
   const std::uint32_t max_rays = std::max(1U, kMaxRaysPerLaunch / params.stride);
   for (params.first_ray = 0; params.first_ray < set.count; params.first_ray += params.rays) {
     params.rays = std::min(max_rays, set.count - params.first_ray);
-    for (const auto& [turns, open] : rotations) {
+    for (const auto& [sample_rotations, open] : rotations) {
       context_.launch(cast, items, 1, params, query_params, how, caster.tree().nodes,
-                      caster.tree().blocks, points, *turns, rotation_table_, set.directions,
-                      set.rings, scratch_, ray_hits_, *open,
+                      caster.tree().blocks, points, *sample_rotations, rotation_table_,
+                      set.directions, set.rings, scratch_, ray_hits_, *open,
                       bent_sum.empty() ? scratch_ : bent_sum);
     }
   }

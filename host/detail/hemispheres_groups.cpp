@@ -78,9 +78,11 @@ void Hemispheres::cast_group(const OccluderGroup& group, const TexelBand& band,
   const cl::Array<float> no_bent_sum;
   const std::size_t plane = plane_of(band);
   const bool wants_bent_sum = !ray_counts[0].bent_sum.empty();
-  const std::array<TurnsAndCounts, 2> both_rounds{TurnsAndCounts{&picked_turns_, &picked_open_},
-                                                  TurnsAndCounts{&second_turns_, &second_open_}};
-  const std::span<const TurnsAndCounts> rotations = std::span(both_rounds).first(ray_counts.size());
+  const std::array<RotationsAndCounts, 2> both_rounds{
+      RotationsAndCounts{&picked_rotations_, &picked_open_},
+      RotationsAndCounts{&second_rotations_, &second_open_}};
+  const std::span<const RotationsAndCounts> rotations =
+      std::span(both_rounds).first(ray_counts.size());
   const std::span<const std::uint32_t> samples = group.samples;
   for (std::size_t first = 0; first < samples.size(); first += kSamplesPerBatch) {
     const auto part = samples.subspan(first, std::min(kSamplesPerBatch, samples.size() - first));
@@ -89,7 +91,7 @@ void Hemispheres::cast_group(const OccluderGroup& group, const TexelBand& band,
     make_room(context_, picked_open_, picked_plane);
     context_.fill(picked_open_, std::uint32_t{0});
     if (rounds.size() > 1) {
-      turn_picked(picked_samples_.sample_count, rounds[1], second_turns_);
+      rotate_picked(picked_samples_.sample_count, rounds[1], second_rotations_);
       make_room(context_, second_open_, picked_plane);
       context_.fill(second_open_, std::uint32_t{0});
     }
@@ -98,7 +100,7 @@ void Hemispheres::cast_group(const OccluderGroup& group, const TexelBand& band,
       context_.fill(picked_bent_sum_, 0.0F);
     }
     if (set.toward_light) {
-      for_each_ray_piece(picked_samples_, picked_match_, second, set, picked_turns_, false,
+      for_each_ray_piece(picked_samples_, picked_match_, second, set, picked_rotations_, false,
                          [&](const kiln_hemisphere_params& of, std::uint32_t rays) {
                            make_room(context_, ray_hits_, ray_capacity_);
                            group.caster->occluded(rays_, rays, ray_capacity_, query, ray_hits_);
@@ -131,7 +133,7 @@ Hemispheres::RayCounts Hemispheres::cast_parts(const TexelBand& band,
   RayCounts ray_counts;
   ray_counts.open.resize(plane_of(band));
   if (bent_sum) ray_counts.bent_sum.resize(std::size_t{3} * plane_of(band));
-  make_turns(band);
+  make_rotations(band);
   std::vector<std::uint32_t> all_indices(band.sample_count);
   std::iota(all_indices.begin(), all_indices.end(), 0U);
   for (const OccluderGroup& group : group_samples(band, match, second, all_indices)) {

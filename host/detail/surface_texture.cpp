@@ -430,7 +430,7 @@ void SurfaceTexture::report(std::vector<Warning>& warnings) const {
   };
   // The format of a normal map is only reported if it was detected, not if the caller gave it.
   const auto is_detected = [&](std::size_t i) {
-    return normal_format_ == NormalTextureFormat::automatic && normals_[i].rebuilt;
+    return normal_format_ == NormalTextureFormat::automatic && normals_[i].computes_z;
   };
   warn(
       "two-channel-normals", [&](std::size_t i) { return is_detected(i) && !normals_[i].in_alpha; },
@@ -443,7 +443,7 @@ void SurfaceTexture::report(std::vector<Warning>& warnings) const {
       "map's channels (" +
           option("high_normal_map", "gl") + ").");
   warn(
-      "normal-map-channels", [&](std::size_t i) { return normals_[i].doubtful; },
+      "normal-map-channels", [&](std::size_t i) { return normals_[i].contradicts_format; },
       normal_format_ == NormalTextureFormat::two_channel ||
               normal_format_ == NormalTextureFormat::two_channel_directx
           ? "seem to hold x and y in other channels than two-channel maps do, but were read as "

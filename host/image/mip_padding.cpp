@@ -20,8 +20,8 @@ constexpr int kKeptTexels = 2;
 /// texels of the map, in which all filled texels are moved by the same share.
 constexpr std::uint32_t kFirstLevel = 4;
 constexpr int kMaxRounds = 40;
-/// Largest bias that may remain (0.3 steps of 8 bits), and the tolerance of the iteration; both in
-/// units of the map's values.
+/// Largest bias of a level that may remain (0.3 steps of 8 bits), and the tolerance of the
+/// iteration; both in units of the map's values.
 constexpr double kMaxBias = 0.3 / 255, kBiasTolerance = 0.05 / 255;
 /// Regularisation of the linear system, as a multiple of its mean diagonal. In a large map, the
 /// weights of different levels are almost the same. With less regularisation, neighbouring squares
@@ -32,8 +32,8 @@ constexpr double kRidge = 2;
 /// Single texels are shifted only if moving whole squares leaves a bias above this: 0.4 steps of 8
 /// bits, in units of the map's values.
 constexpr double kMaxSquareBias = 0.4 / 255;
-/// When single texels are shifted: maximum rounds of Newton's method, and maximum number of times
-/// that the regularisation is weakened.
+/// Maximum rounds of Newton's method, and maximum number of times that the regularisation is
+/// weakened, when single texels are shifted.
 constexpr int kMaxNewtonRounds = 30, kMaxRidgeRounds = 8;
 constexpr double kRidgeFactor = 0.1;
 
@@ -409,7 +409,7 @@ class TexelCorrection {
  private:
   struct DualState {
     double dual = 0;
-    std::vector<double> bias;    ///< Bias of each level, less the part that may remain
+    std::vector<double> bias;  ///< Part of each level's bias that exceeds the bias that may remain
     std::vector<double> matrix;  ///< Derivatives of `bias` with respect to the multipliers
     double largest_bias() const {
       double largest = 0;
@@ -458,7 +458,7 @@ class TexelCorrection {
 
   /// Calls body(texel, weights) for each texel of a band of rows that may be shifted.
   template <typename Body>
-  void for_each_free(std::size_t row, const Body& body) const {
+  void for_each_free_texel(std::size_t row, const Body& body) const {
     std::vector<double> weights(levels_);
     const std::size_t last = std::min<std::size_t>((row + 1) * kRowsPerTask, image_.height);
     for (std::size_t y = row * kRowsPerTask; y < last; ++y) {
@@ -485,7 +485,7 @@ class TexelCorrection {
     parallel_for(rows, 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t row = begin; row < end; ++row) {
         DualState part{0, std::vector<double>(n), std::vector<double>(n * n)};
-        for_each_free(row, [&](std::size_t texel, const std::vector<double>& weights) {
+        for_each_free_texel(row, [&](std::size_t texel, const std::vector<double>& weights) {
           const double shift = shift_of(multipliers, weights), own = value(texel);
           const double moved = std::clamp(own + shift, double{range_[0]}, double{range_[1]}) - own;
           part.dual += shift * moved - moved * moved / 2;
@@ -533,8 +533,8 @@ class TexelCorrection {
       const std::vector<double> downhill = step;
       solve_positive(matrix, step);
       for (std::size_t k = 0; k < levels_; ++k) slope += step[k] * downhill[k];
-      // Steps are shortened repeatedly, since they are far too long if nearly all texels are at an
-      // end of the range.
+      // Newton steps are shortened repeatedly, since they are far too long if nearly all texels are
+      // at an end of the range.
       constexpr double kMinSlope = 1e-14, kMinShare = 1e-9;
       if (!(slope > kMinSlope)) return;
       double share = 1;
@@ -556,7 +556,7 @@ class TexelCorrection {
     const std::size_t rows = (image_.height + kRowsPerTask - 1) / kRowsPerTask;
     parallel_for(rows, 1, [&](std::size_t begin, std::size_t end) {
       for (std::size_t row = begin; row < end; ++row) {
-        for_each_free(row, [&](std::size_t texel, const std::vector<double>& weights) {
+        for_each_free_texel(row, [&](std::size_t texel, const std::vector<double>& weights) {
           const auto moved = static_cast<float>(value(texel) + shift_of(multipliers, weights));
           value(texel) = std::clamp(moved, range_[0], range_[1]);
         });

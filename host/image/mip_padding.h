@@ -37,8 +37,8 @@ namespace kiln {
 ///   any distance from a chart
 void pad_for_mips(Image& image, std::span<const std::uint8_t> coverage, bool keeps_copies = false);
 
-/// The same for a map with stored values. Does nothing to maps whose mean is meaningless (ids, coverage), and to those that have
-/// mip levels of their own.
+/// Pads for mip levels like the function above, for a map with stored values. Does nothing to maps
+/// whose mean is meaningless (ids, coverage), and to those that have mip levels of their own.
 void pad_for_mips(BakedMap& map, std::span<const std::uint8_t> coverage, bool keeps_copies = false);
 
 }  // namespace kiln

@@ -46,7 +46,7 @@ struct Taps {
   }
 };
 
-/// Level 0, where a texel belongs to at most one chart.
+/// Describes level 0, on which each texel belongs to at most one chart.
 template <std::size_t kChannels>
 struct BaseLevel {
   const Image& image;

@@ -34,7 +34,7 @@ struct MipOptions {
   std::array<float, 4> missed{};
 };
 
-/// A level after the first. Texels without a chart are 0.
+/// A mip level after the first. Texels without a chart are 0.
 struct MipLevel {
   Image image;
   /// Coverage of each texel: empty, baked or missed (gutter.h)

@@ -18,8 +18,9 @@ struct ChannelBounds {
   /// Largest difference between the values of an unused channel: 1.5 steps of a byte, which covers
   /// lossy block compression.
   float max_unused_range = 3.0F / 255;
-  /// Largest distance from -1 or 1 in a channel that a decoder has filled with a constant
-  float max_extreme_distance = 4.0F / 255;
+  /// Largest distance from -1 or 1 of the values in a channel that a decoder has filled with -1 or
+  /// 1
+  float max_distance_from_bound = 4.0F / 255;
   /// Largest x^2 + y^2 of a unit vector: 1, plus two steps of a byte
   float in_disc = 1.04F;
   double nearly_all = 0.99;  ///< Share of texels that counts as nearly all of them
@@ -65,8 +66,8 @@ struct ChannelStatistics {
     return most[c] - least[c] <= kChannelBounds.max_unused_range;
   }
   bool is_filled(std::size_t c) const {
-    return most[c] <= -1 + kChannelBounds.max_extreme_distance ||
-           least[c] >= 1 - kChannelBounds.max_extreme_distance;
+    return most[c] <= -1 + kChannelBounds.max_distance_from_bound ||
+           least[c] >= 1 - kChannelBounds.max_distance_from_bound;
   }
   bool nearly_all(std::size_t some) const {
     return static_cast<double>(some) >= kChannelBounds.nearly_all * static_cast<double>(count);
@@ -94,12 +95,12 @@ struct ChannelStatistics {
 /// opacity would be.
 bool is_dxt5nm(const Image& image, const ChannelStatistics& s) {
   return image.channels == 4 && (s.is_filled(0) || s.grey) &&
-         s.least[3] < 1 - kChannelBounds.max_extreme_distance && s.nearly_all(s.in_disc_alpha);
+         s.least[3] < 1 - kChannelBounds.max_distance_from_bound && s.nearly_all(s.in_disc_alpha);
 }
 
 /// True if a picture's two channels are x and y instead of grey and opacity.
 bool holds_x_and_y(const Image& image, const ChannelStatistics& s) {
-  return image.channels == 2 && s.least[1] < 1 - kChannelBounds.max_extreme_distance &&
+  return image.channels == 2 && s.least[1] < 1 - kChannelBounds.max_distance_from_bound &&
          s.nearly_all(s.in_disc);
 }
 
@@ -122,31 +123,31 @@ NormalChannels NormalChannels::of(const Image& image, NormalTextureFormat format
       format == NormalTextureFormat::directx || format == NormalTextureFormat::two_channel_directx;
   const ChannelStatistics s(image);
   const bool in_alpha = is_dxt5nm(image, s);
-  const bool looks_two = in_alpha || holds_x_and_y(image, s) || lacks_blue(image, s);
+  const bool looks_two_channel = in_alpha || holds_x_and_y(image, s) || lacks_blue(image, s);
   switch (format) {
     case NormalTextureFormat::automatic:
-      result.rebuilt = looks_two;
+      result.computes_z = looks_two_channel;
       break;
     case NormalTextureFormat::opengl:
     case NormalTextureFormat::directx:
-      result.doubtful = looks_two;
+      result.contradicts_format = looks_two_channel;
       break;
     case NormalTextureFormat::two_channel:
     case NormalTextureFormat::two_channel_directx:
-      result.rebuilt = true;
+      result.computes_z = true;
       // It is no contradiction if blue holds z, but normals of two channels must have (x, y) in the
       // unit disc.
-      result.doubtful = !looks_two && !s.nearly_all(s.in_disc);
+      result.contradicts_format = !looks_two_channel && !s.nearly_all(s.in_disc);
       break;
   }
-  result.in_alpha = result.rebuilt && in_alpha;
+  result.in_alpha = result.computes_z && in_alpha;
   return result;
 }
 
 void NormalChannels::check(const Image& image) const {
-  const std::uint32_t needed_channels = rebuilt ? 2 : 3;
+  const std::uint32_t needed_channels = computes_z ? 2 : 3;
   if (image.channels >= needed_channels) return;
-  throw Error(ErrorCode::input, "A normal map needs " + std::string(rebuilt ? "two" : "three") +
+  throw Error(ErrorCode::input, "A normal map needs " + std::string(computes_z ? "two" : "three") +
                                     " channels, but the texture has " +
                                     std::to_string(image.channels) + ".");
 }
@@ -154,7 +155,7 @@ void NormalChannels::check(const Image& image) const {
 void NormalChannels::apply(std::array<float, 4>& texel) const {
   if (in_alpha) texel[0] = texel[3];
   if (down) texel[1] = -texel[1];
-  if (!rebuilt) return;
+  if (!computes_z) return;
   const double x = texel[0], y = texel[1];
   texel[2] = static_cast<float>(std::sqrt(std::max(0.0, 1 - x * x - y * y)));
 }

@@ -10,10 +10,11 @@
 namespace kiln {
 
 struct NormalChannels {
-  bool rebuilt = false;   ///< z is sqrt(1 - x^2 - y^2) instead of blue
+  bool computes_z =
+      false;              ///< z is computed as sqrt(1 - x^2 - y^2) instead of being read from blue
   bool in_alpha = false;  ///< x is in alpha (DXT5nm)
   bool down = false;      ///< Green is -y
-  bool doubtful = false;  ///< The picture contradicts the format that the caller gave
+  bool contradicts_format = false;  ///< The picture contradicts the format that the caller gave
 
   /// Detects the channels, as described at NormalTextureFormat. The picture may have any number of
   /// channels.

@@ -174,7 +174,7 @@ FilteredTexture::FilteredTexture(std::shared_ptr<const Image> image, TextureKind
   }
   if (kind == TextureKind::normal) {
     reading.normals.check(*image_);
-    if (reading.normals.rebuilt) channels_ = 3;
+    if (reading.normals.computes_z) channels_ = 3;
   }
   std::uint32_t width = image_->width, height = image_->height;
   levels_.push_back({width, height, image_->pixels.data(), {}});

@@ -97,7 +97,7 @@ BoundedChannel::Range BoundedChannel::over(double u0, double v0, double u1, doub
                                            const Wraps& wraps) const {
   const Level& base = levels_[0];
   const auto width = static_cast<double>(base.width), height = static_cast<double>(base.height);
-  // The texels that bilinear samples anywhere in the rectangle read.
+  // The texels that are read by bilinear filtering at any point of the rectangle.
   const double left = std::floor(u0 * width - 0.5), right = std::floor(u1 * width - 0.5) + 1;
   const double top = std::floor((1 - v1) * height - 0.5),
                bottom = std::floor((1 - v0) * height - 0.5) + 1;

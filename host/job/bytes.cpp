@@ -185,7 +185,7 @@ void fit_asset_maps(const BakeScene& scene, const Source& source, const AssetMap
   }
   std::vector<std::pair<PictureSlot, double>> picture_coarseness;
   if (planned != nullptr && planned->byte_plan_result)
-    picture_coarseness = planned->byte_plan_result->coarseness;
+    picture_coarseness = planned->byte_plan_result->picture_errors;
   const double weight = surface_share(scene, fitted);
   for (PictureLadder& ladder : picture_ladders(maps, options)) {
     ladder.weight = weight;

@@ -891,8 +891,8 @@ std::vector<OptionRow> make_rows() {
       {.flag = "--recall",
        .group = kMatchGroup,
        .value = whole(JOB_MEMBER(bake.report.recall), 0, 1U << 20),
-       .help = "Number of places of HIGH at which Kiln checks whether a texel represents them; 0: "
-               "no check",
+       .help = "Number of test points on HIGH, for each of which Kiln checks whether a texel "
+               "represents it; 0: no check",
        .applies_to_fallback = false,
        .allowed_with_auto = true},
       {.flag = "--reasons",

@@ -33,7 +33,7 @@ class VisibilityMatcher : public Matcher {
 
   void run(const TexelBand& band, DeviceCorrespondence& match) override {
     if (band.sample_count == 0) return;
-    if (reads_sample_places()) check_samples(band, samples_per_side_);
+    if (reads_sample_positions()) check_samples(band, samples_per_side_);
     if (points_capacity_ < band.capacity) {
       points_ = cl::Array<float>();
       points_ = cl::Array<float>(context_, std::size_t{7} * band.capacity);
@@ -47,7 +47,7 @@ class VisibilityMatcher : public Matcher {
   }
 
   bool needs_whole_texels() const override { return true; }
-  bool reads_sample_places() const override { return field_->is_of_texels(); }
+  bool reads_sample_positions() const override { return field_->is_of_texels(); }
 
  private:
   cl::Context& context_;

@@ -20,7 +20,7 @@ constexpr float kMaxHullDistance = 4;  // In frame units; a greater length than 
 constexpr float kMaxContactDistance = 8 * KILN_BVH_EPSILON;
 
 struct DistanceRange {
-  double min_distance = 0, median = 0, most = 0;
+  double min_distance = 0, median = 0, max_distance = 0;
 };
 
 DistanceRange distance_range(std::vector<float> values, double unit) {
@@ -124,8 +124,8 @@ std::optional<CageReport> CageReach::report(const LowSurface& surface) const {
   }
   const DistanceRange out = distance_range(std::move(outward), unit),
                       in = distance_range(std::move(inward), unit);
-  return CageReport{surface.cage_kind, out.min_distance, out.median, out.most,
-                    in.min_distance,   in.median,        in.most};
+  return CageReport{surface.cage_kind, out.min_distance, out.median,     out.max_distance,
+                    in.min_distance,   in.median,        in.max_distance};
 }
 
 }  // namespace kiln

@@ -38,7 +38,7 @@ constexpr float kNoHit = std::numeric_limits<float>::infinity();
 
 class CageSearch {
  public:
-  CageSearch(const MatchRequest& request, const EdgeTurn& turn, const Parts* parts)
+  CageSearch(const MatchRequest& request, const SampleDirections& directions, const Parts* parts)
       : request_(request), context_(context_of(request.source.device)), parts_(parts) {
     const double diagonal = request.source.frame.diagonal * request.source.frame.scale;
     max_height_ = static_cast<float>(kMaxSolidHeight * diagonal);
@@ -47,7 +47,7 @@ class CageSearch {
     max_wall_height_ = static_cast<float>(kMaxWallHeight * diagonal);
     max_own_face_height_ = static_cast<float>(kMaxOwnFaceHeight * diagonal);
     needs_.points = spread_points(context_, request.surface, kTargetPointCount);
-    turn.set_directions(context_, needs_.points.band);
+    directions.set_directions(context_, needs_.points.band);
     point_count_ = needs_.points.list.size();
     points_.resize(7 * point_count_);
     needs_.points.band.points.read(context_, points_);
@@ -294,8 +294,9 @@ class CageSearch {
 
 }  // namespace
 
-CageNeeds find_cage_needs(const MatchRequest& request, const EdgeTurn& turn, const Parts* parts) {
-  return CageSearch(request, turn, parts).run();
+CageNeeds find_cage_needs(const MatchRequest& request, const SampleDirections& directions,
+                          const Parts* parts) {
+  return CageSearch(request, directions, parts).run();
 }
 
 }  // namespace kiln

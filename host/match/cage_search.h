@@ -7,7 +7,7 @@
 #include "kiln/match.h"
 #include "match/registry.h"
 #include "match/surface_places.h"
-#include "texel/edge_turn.h"
+#include "texel/sample_directions.h"
 
 namespace kiln {
 
@@ -29,8 +29,9 @@ struct CageNeeds {
 /// within the search distance and ends beyond it; the outermost face within the distance; the nearest face
 /// inward.
 /// \param request  without a cage
-/// \param turn     direction blending of the bake
+/// \param directions  directions of the bake
 /// \param parts points match only their own part, and only its faces bound them; may be null
-CageNeeds find_cage_needs(const MatchRequest& request, const EdgeTurn& turn, const Parts* parts);
+CageNeeds find_cage_needs(const MatchRequest& request, const SampleDirections& directions,
+                          const Parts* parts);
 
 }  // namespace kiln

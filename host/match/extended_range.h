@@ -7,10 +7,10 @@
 
 namespace kiln {
 
-/// Makes a matcher that casts rays, and casts those of samples that miss a second time, outward and inward, up to the
-/// size of the sample's open sheet (TexelBand::points, the last plane; see SheetReach). The second search takes the
-/// nearest face outward, else the nearest one inward. This finds, for instance, leaves that bend farther away from
-/// their card than kSearchDistance.
+/// Makes a matcher that casts rays, and casts those of samples that miss a second time, outward and
+/// inward, up to the size of the sample's open sheet (TexelBand::points, the last plane; see
+/// SheetDistances). The second search takes the nearest face outward, else the nearest one inward.
+/// This finds, for instance, leaves that bend farther away from their card than kSearchDistance.
 std::unique_ptr<Matcher> extended_range(std::unique_ptr<Matcher> near_matcher,
                                         const MatchRequest& request);
 

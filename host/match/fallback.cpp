@@ -33,10 +33,10 @@ class FallbackMatcher : public Matcher {
 
   std::span<const DecidingMethod> deciding_methods() const override { return deciding_methods_; }
 
-  bool reads_sample_places() const override {
-    return primary_matcher_->reads_sample_places() ||
+  bool reads_sample_positions() const override {
+    return primary_matcher_->reads_sample_positions() ||
            std::any_of(fallbacks_.begin(), fallbacks_.end(),
-                       [](const auto& matcher) { return matcher->reads_sample_places(); });
+                       [](const auto& matcher) { return matcher->reads_sample_positions(); });
   }
 
   void run_fallback(const TexelBand& band, std::span<const std::uint32_t> samples,

@@ -49,7 +49,7 @@ class Matcher {
 
   /// True if the matcher reads samples' positions within texels (TexelBand::sample_slot); it then only
   /// supports bands with the number of samples per texel that it was made for.
-  virtual bool reads_sample_places() const { return false; }
+  virtual bool reads_sample_positions() const { return false; }
 
   /// Which method found the point of each sample of the last band; empty without fallbacks.
   virtual std::span<const DecidingMethod> deciding_methods() const { return {}; }

@@ -114,8 +114,8 @@ MatchRow ray_match() {
   row.info.options =
       "match.max_distance match.near_distance match.cage match.cage_mesh match.ray match.parts "
       "report.recall";
-  row.is_refittable = row.uses_sheet_reach = row.is_good_fallback = row.supports_large_high_poly =
-      true;
+  row.is_refittable = row.uses_sheet_distance = row.is_good_fallback =
+      row.supports_large_high_poly = true;
   row.info.other_names = "rays raycast raycasting raytrace raytracing";
   row.plan_order = row.low_poly_order = 1;
   row.make = [](const MatchRequest& request, MatchNotes&) -> std::unique_ptr<Matcher> {
@@ -126,8 +126,9 @@ MatchRow ray_match() {
     if (request.cage_mesh && request.surface.cage_kind == CageKind::shells) {
       rays = std::make_unique<ShellMatcher>(std::move(rays), request);
     }
-    if (request.turned) rays = smooth_normal_retry(std::move(rays), request);
-    return request.sheet_reach > 0 ? extended_range(std::move(rays), request) : std::move(rays);
+    if (request.blends_directions) rays = smooth_normal_retry(std::move(rays), request);
+    return request.max_sheet_distance > 0 ? extended_range(std::move(rays), request)
+                                          : std::move(rays);
   };
   return row;
 }

@@ -31,7 +31,7 @@ struct MatchRequest {
     request.samples = samples;
     request.distance = distance;
     request.near = near;
-    request.sheet_reach = sheet_reach;
+    request.max_sheet_distance = max_sheet_distance;
     request.cage = cage;
     request.cage_mesh = cage_mesh;
     request.two_sided = two_sided;
@@ -39,7 +39,7 @@ struct MatchRequest {
     request.visibility = visibility;
     request.uv = uv;
     request.ray = ray;
-    request.turned = turned;
+    request.blends_directions = blends_directions;
     return request;
   }
 
@@ -50,7 +50,7 @@ struct MatchRequest {
   /// Distance of a first, shorter search; 0: there is only one search
   double near = 0;
   /// Search distance of samples on open sheets; 0: the same as for other samples
-  double sheet_reach = 0;
+  double max_sheet_distance = 0;
   /// Distance outward from the low poly at which rays start; the first hit counts
   std::optional<double> cage = {};
   /// True if rays start on a cage mesh, at the ends of the surface's directions
@@ -62,7 +62,7 @@ struct MatchRequest {
   RayOptions ray = {};
   /// True if directions were blended at hard edges, so that samples that miss may be retried along
   /// averaged directions
-  bool turned = false;
+  bool blends_directions = false;
   std::uint32_t cluster = 0;  ///< Index of the cluster of visibility directions
   /// Visibility field: created if null, and shared with the requests of further clusters.
   std::shared_ptr<const VisibilityField>* field = nullptr;
@@ -77,8 +77,8 @@ struct MatchRow {
   MatchInfo info;
   /// True if the matcher keeps no data of the high poly except data that a BVH refit updates.
   bool is_refittable = false;
-  /// True if the match uses MatchRequest::sheet_reach when no search distance was given.
-  bool uses_sheet_reach = false;
+  /// True if the match uses MatchRequest::max_sheet_distance when no search distance was given.
+  bool uses_sheet_distance = false;
   /// True if the match searches only by Source::Impl::ray_search() and closest_search(), so that the high poly may be
   /// larger than memory.
   bool supports_large_high_poly = false;

@@ -15,7 +15,7 @@ class SavedMatcher : public Matcher {
     check_samples(band, saved_.samples);
     load_band(context_, band, saved_, unit_length_, match);
   }
-  bool reads_sample_places() const override { return true; }
+  bool reads_sample_positions() const override { return true; }
 
  private:
   cl::Context& context_;

@@ -282,7 +282,7 @@ class UvMatcher : public Matcher {
     raster_.measure(match);
   }
 
-  bool reads_sample_places() const override { return true; }
+  bool reads_sample_positions() const override { return true; }
   bool keeps_surface_points() const override { return true; }
   void move(std::uint32_t first, std::span<const Vec3> positions) override {
     raster_.set_positions(first, positions);

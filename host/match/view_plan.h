@@ -29,9 +29,9 @@ double undersampled_share(std::span<const Vec3> positions, std::span<const Trian
 ViewArea view_area(const LowSurface& surface, double reach, double dense_radius);
 void widen_view_area(ViewArea& area, double dense_radius, std::uint32_t size);
 
-/// The direction from which all faces of both meshes are front faces, if there is one: the high poly
-/// may be a height field, which one view shows. \param least minimum cosine between the direction
-/// and each face
+/// The direction from which all faces of both meshes are front faces, if there is one: for example,
+/// a single view shows all of a height field. \param least minimum cosine between the direction and
+/// each face
 std::optional<Vec3d> height_field_direction(std::span<const Vec3> positions,
                                             std::span<const Triangle> triangles,
                                             const LowSurface& surface);
@@ -42,10 +42,11 @@ struct ViewPlan {
   std::vector<double> coverage;  ///< Share of the probed samples seen after each view
 };
 
-/// Chooses views greedily from candidates spread over the sphere, by the samples that they see for the
-/// first time, or more along the normal. After Stuerzlinger 1999, "Imaging all visible surfaces", who
-/// covers surfaces by as few views as possible. Stops when another view would gain less than
-/// `least_gain`, or at `limit` views.
+/// Chooses views greedily from candidates spread over the sphere, by the samples that no earlier
+/// view sees, or that the candidate sees at a smaller angle to their normals than all earlier
+/// views. After Stuerzlinger 1999, "Imaging all visible surfaces", who covers surfaces by as few
+/// views as possible. Stops when another view would gain less than `least_gain`, or at `limit`
+/// views.
 /// \param points  probed samples: 6 planes of `capacity`
 ViewPlan plan_views(const Source::Impl& source, const cl::Array<float>& points, std::uint32_t count,
                     std::uint32_t capacity, const ViewQuery& query,

@@ -150,20 +150,20 @@ void NormalProbe::match_places(const BakeOptions& options,
                                DeviceCorrespondence& match) const {
   BakeReport report;
   Clusters clusters{0, field};
-  const EdgeTurn edge_blend = edge_turn(options, source_, surface_);
+  const SampleDirections directions = make_sample_directions(options, source_, surface_);
   const std::unique_ptr<Matcher> matcher =
       make_matcher(source_, surface_, options, report, clusters, BakeProgress(options.progress),
-                   edge_blend.blends_directions());
+                   directions.blends_directions());
   field = clusters.field;
-  const SheetReach sheet_reach_map = sheet_reach(options, surface_);
-  if (!edge_blend.blends_directions() && !(sheet_reach_map.max_search_distance() > 0) &&
+  const SheetDistances sheets = sheet_distances(options, surface_);
+  if (!directions.blends_directions() && !(sheets.max_search_distance() > 0) &&
       !cage_.has_cage_mesh()) {
     matcher->run(band_, match);
     return;
   }
   TexelBand directed_band = copy_band();
-  edge_blend.set_directions(context_of(source_.device), directed_band);
-  sheet_reach_map.write_search_distances(context_of(source_.device), directed_band);
+  directions.set_directions(context_of(source_.device), directed_band);
+  sheets.write_search_distances(context_of(source_.device), directed_band);
   cage_.write_sample_reach(context_of(source_.device), directed_band);
   matcher->run(directed_band, match);
 }

@@ -85,7 +85,8 @@ class BytePlanner {
     while (low_polys_.size() < Settings::kMaxTrials) {
       const std::optional<Prediction> next = best_prediction();
       if (!next || !is_worth_building(next->error, error_of(best()))) break;
-      // Larger pictures than predicted may fit, so the size is that of the first maps.
+      // Pictures that are larger than predicted may fit, so the maps are baked at the size of the
+      // first ones.
       build_trial(next->level, low_polys_.front().trial.baked, /*all_maps=*/false, next->error);
     }
     if (!best().trial.fits) build_smallest();
@@ -210,8 +211,8 @@ class BytePlanner {
     build_trial(hard.level, hard.trial.baked, /*all_maps=*/false, 0);
     has_smooth_normals_ = error_of(low_polys_[1]) < error_of(low_polys_[0]);
     if (has_smooth_normals_) evaluator_.smooth_mapped_normals();
-    // Both low polys have the same level. Only the one with the smaller error is kept, and
-    // predictions are calibrated by it.
+    // Both low polys have the same level. Only the low poly with the smaller error is kept, and it
+    // calibrates the predictions.
     const std::size_t worse_index = has_smooth_normals_ ? 0 : 1;
     dropped_trials_.push_back(low_polys_[worse_index].trial);
     low_polys_.erase(low_polys_.begin() + static_cast<std::ptrdiff_t>(worse_index));
@@ -276,7 +277,8 @@ class BytePlanner {
     low_poly.bytes_per_face =
         (static_cast<double>(low_poly.trial.mesh_bytes) - static_cast<double>(fixed_bytes_)) /
         faces;
-    // Only the encodings of the normal map are kept here; other_ladders_ has those of the other pictures.
+    // Only the encodings of the normal map are stored here; other_ladders_ stores those of the
+    // other pictures.
     low_poly.ladders.resize(1);
     std::vector<PictureLadder> all_ladders = low_poly.ladders;
     const std::vector<PictureLadder> other_ladders = limit_other_ladders(size);
@@ -353,7 +355,7 @@ class BytePlanner {
     }
     const std::vector<PictureLadder> other_ladders = limit_other_ladders(other_ladders_size_);
     ladders.insert(ladders.end(), other_ladders.begin(), other_ladders.end());
-    // the prediction need not fall as the bytes of a choice grow
+    // The predicted error may rise although the bytes of a choice grow
     for (PictureLadder& ladder : ladders) {
       double min_steps = HUGE_VAL;
       std::erase_if(ladder.choices, [&](const PictureChoice& choice) {
@@ -444,7 +446,7 @@ class BytePlanner {
     for (const PictureLadder& ladder : other_ladders_) {
       for (std::size_t level = 0; level < ladder.levels.size(); ++level) {
         if (other_ladders_size_ >> level != best_low_poly.trial.baked) continue;
-        result_.coarseness.emplace_back(ladder.picture, ladder.levels[level].steps);
+        result_.picture_errors.emplace_back(ladder.picture, ladder.levels[level].steps);
       }
     }
     plan.result = std::move(best_low_poly.result);

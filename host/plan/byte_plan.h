@@ -60,7 +60,7 @@ struct BytePlan {
   std::size_t chosen = 0;         ///< Index of the chosen low poly in `trials`
   /// Errors of pictures other than normals at the size of `plan`'s bake, relative to the largest baked size, in steps
   /// of 1/255.
-  std::vector<std::pair<PictureSlot, double>> coarseness;
+  std::vector<std::pair<PictureSlot, double>> picture_errors;
 };
 
 /// Lists a fit's choice for each picture, for reports.

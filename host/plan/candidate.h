@@ -21,7 +21,7 @@ struct BuiltCandidate {
   BakeOptions bake;
 };
 
-/// Copies measured errors into a candidate.
+/// Copies the measured errors of a mesh into a candidate.
 void set_measured(const NormalError& error, Candidate& candidate);
 
 /// Builds candidates, and corrects the predictions of the evaluator and the error model by the measured errors of

@@ -18,8 +18,8 @@ using namespace plan_settings;
 
 namespace {
 
-/// Gives a mesh arbitrary UVs so that it can be matched before it is unwrapped. Height fields keep their UVs, which
-/// matching by UVs reads.
+/// Gives a mesh arbitrary UVs, so that points can be matched before the mesh is unwrapped. Height
+/// fields keep their own UVs, which matching by UVs reads.
 Mesh with_placeholder_uvs(const Mesh& low) { return low.uvs.empty() ? with_any_uvs(low) : low; }
 
 }  // namespace

@@ -38,8 +38,8 @@ struct LevelSet {
 using LevelCache = std::map<std::uint32_t, LevelSet>;
 
 /// The coarsest level of [begin, end) that satisfies a predicate, by bisection; all finer levels are assumed to
-/// satisfy it. The range is split at two thirds, since coarse levels are the fastest to evaluate, and preferably at
-/// nodes, which are evaluated in any case.
+/// satisfy it. The range is split at two thirds, since coarse levels are the fastest to evaluate,
+/// and preferably at a node (one of every kNodeStep levels), which is evaluated in any case.
 template <class IsGood>
 std::optional<std::size_t> coarsest_level(std::size_t begin, std::size_t end,
                                           const IsGood& is_good) {
@@ -127,14 +127,14 @@ class LevelEvaluator {
   bool is_frozen_ = false;
   EdgesUnderMap edges_under_map_ = EdgesUnderMap::hard;
   HighPolyView fine_view_, coarse_view_;
-  /// Errors of draft meshes by level; [0] without a map, [1] with a map
+  /// Errors of draft meshes by level: [0] of meshes without a map, [1] of meshes with a map
   std::array<std::map<std::size_t, LevelErrors>, 2> nodes_;
   /// Measured errors of a level's final mesh, and their ratios to those of the draft mesh.
   struct MeasuredLevel {
     LevelErrors errors;
     double without_map = 1, infinite_map = 1;
   };
-  /// Measured levels; [0] without a map, [1] with a map
+  /// Measured levels: [0] of meshes without a map, [1] of meshes with a map
   std::array<std::map<std::size_t, MeasuredLevel>, 2> measured_levels_;
   std::optional<TexelDetail> detail_;  ///< Detail of the high poly; only for TexelDensity::detail
 };

@@ -143,7 +143,7 @@ class LodMaker {
   }
 
   void add(LodLevel level) {
-    // a level with shared maps adds no bytes for texels
+    // A level that shares the maps of the first level adds no bytes for texels
     const auto weight = [&](const LowPolyPlan& plan) {
       const LowPolyBytes& bytes = plan.chosen.bytes;
       return static_cast<double>(level.own_maps ? bytes.total() : bytes.vertices);
@@ -156,8 +156,8 @@ class LodMaker {
     Message text =
         "The level for " + std::to_string(level.screen) + " pixels is left out, and the mesh of " +
         std::to_string(previous().chosen.faces) +
-        " faces is used at that size, too: every mesh within the error bound has more faces, or "
-        "over 90% of the bytes.";
+        " faces is used at that size, too: every mesh within the error bound has more faces than "
+        "that mesh, or more than 90% of its bytes.";
     if (options_.error_growth == 1 && chain_.warnings.empty()) {
       text += " Let the error bound grow from level to level (" + option("lod_growth") +
               ") to allow lighter meshes.";
@@ -168,7 +168,7 @@ class LodMaker {
   const Source& source_;
   const Mesh& high_;
   const LodOptions& options_;
-  double error_factor_ = 1;  ///< Ratio of the level's error bound to the first one's
+  double error_factor_ = 1;  ///< Ratio of the level's error bound to that of the first level
   LevelCache cache_;
   std::unique_ptr<SimplifyLevels> simplified_levels_;  ///< Simplified meshes of the first level
   LodChain chain_;
@@ -185,10 +185,11 @@ LodChain bake_lods(const Source& source, const Mesh& high, const LodOptions& opt
   require(options.error_growth >= 1 && options.error_growth <= 4,
           "error_growth is " + decimal(options.error_growth) + "; it must be 1 to 4");
   const std::uint32_t least = 16U << (options.levels - 1);
-  require(options.plan.screen >= least, "screen is " + std::to_string(options.plan.screen) +
-                                            " pixels; " + std::to_string(options.levels) +
-                                            " levels, each for half the pixels, need " +
-                                            std::to_string(least) + " at least");
+  require(options.plan.screen >= least,
+          "screen is " + std::to_string(options.plan.screen) + " pixels; " +
+              std::to_string(options.levels) +
+              " levels, each for half the pixels of the previous level, need a screen of " +
+              std::to_string(least) + " pixels or more");
   check_plan(options.plan);
   return LodMaker(source, high, options).run();
 }

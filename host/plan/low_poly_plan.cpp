@@ -146,8 +146,8 @@ class LowPolyPlanner {
     return level;
   }
 
-  /// coarsest_level() for errors that need not increase from level to level: the search starts at the coarsest evaluated
-  /// level that satisfies the predicate.
+  /// Like coarsest_level(), but for errors that may decrease from one level to the next coarser
+  /// one: the search starts at the coarsest evaluated level that satisfies the predicate.
   template <class IsGood>
   std::optional<std::size_t> coarsest_level_from_known(std::size_t begin, std::size_t end,
                                                        bool mapped, const IsGood& is_good) const {
@@ -157,8 +157,9 @@ class LowPolyPlanner {
     return coarsest_level(begin, end, is_good);
   }
 
-  /// True if a level's error with an infinite map leaves half of the bound for texels.
-  bool reserves_half_for_texels(std::size_t level) {
+  /// True if a level's error with an infinite map is at most half of the bound, so that texels may
+  /// add the other half.
+  bool leaves_half_of_bound_to_texels(std::size_t level) {
     const LevelErrors errors = evaluator_.at(level, true);
     return errors.infinite_map <= options_.max_error / 2 &&
            errors.silhouette_mismatch <= max_mismatch_;
@@ -167,7 +168,7 @@ class LowPolyPlanner {
   /// \param begin  the finest level of the search
   std::optional<std::size_t> coarsest_for_map(std::size_t begin) {
     return coarsest_level(begin, evaluator_.count(),
-                          [&](std::size_t level) { return reserves_half_for_texels(level); });
+                          [&](std::size_t level) { return leaves_half_of_bound_to_texels(level); });
   }
   /// The coarsest level below `max_bytes` that meets the error bound without a map.
   std::optional<std::size_t> coarsest_without_map(double max_bytes) {
@@ -209,7 +210,7 @@ class LowPolyPlanner {
         evaluator_.refine()) {
       // A map is only needed on levels that exceed the error bound without one.
       const std::optional<std::size_t> coarsest_unmapped_level = coarsest_without_map(HUGE_VAL);
-      if (!coarsest_unmapped_level || reserves_half_for_texels(*coarsest_unmapped_level))
+      if (!coarsest_unmapped_level || leaves_half_of_bound_to_texels(*coarsest_unmapped_level))
         mapped_level = coarsest_for_map(coarsest_unmapped_level.value_or(0));
     }
     std::size_t level = mapped_level.value_or(finest_level());
@@ -234,10 +235,11 @@ class LowPolyPlanner {
     build_candidate({level, *size});
   }
 
-  /// The next candidate. For each map size, finds the coarsest level that is predicted to meet a target error, and
-  /// returns the lightest of these levels. For the map size of the lightest candidate so far, the target is the error
-  /// bound plus a margin; for other sizes, it is the bound minus a margin. Each candidate that exceeds the bound
-  /// lowers the target for its map size.
+  /// Chooses the next candidate. For each map size, finds the coarsest level that is predicted to
+  /// meet a target error, and returns the lightest of these levels. For the map size of the
+  /// lightest candidate so far, the target is the error bound plus a margin; for other sizes, it is
+  /// the bound minus a margin. Each candidate that exceeds the bound lowers the target for its map
+  /// size.
   std::optional<Choice> lightest_predicted() {
     std::optional<Choice> lightest;
     const BuiltCandidate* best_built = has_sound_candidate() ? &best() : nullptr;
@@ -383,7 +385,7 @@ class LowPolyPlanner {
   BakeOptions bake_;
   ProgressScope progress_scope_;
   std::vector<std::uint32_t> sizes_;            ///< Map sizes in increasing order; 0: no map
-  std::map<std::uint32_t, MissRecord> misses_;  ///< Missed candidates by map size
+  std::map<std::uint32_t, MissRecord> misses_;  ///< Candidates that exceeded a bound, by map size
   std::vector<BuiltCandidate> built_candidates_;
   LowPolyPlan plan_;
   LevelEvaluator evaluator_;

@@ -12,7 +12,8 @@ namespace kiln {
 /// low poly
 void check_plan(const LowPolyPlanOptions& options);
 
-/// Implements plan_low_poly() with checked options. \param max_faces  maximum face count of the low poly; 0: unlimited
+/// Does the work of plan_low_poly(), for options that were checked. \param max_faces maximum face
+/// count of the low poly; 0: unlimited
 LowPolyPlan plan_levels(const Source& source, const Mesh& high, const LowPolyPlanOptions& options,
                         LevelCache& cache, std::uint64_t max_faces = 0);
 

@@ -18,7 +18,9 @@ namespace kiln {
 struct PictureError {
   /// Mean over the texels of the length of the difference vector of all channels, in steps of 1/255
   double steps = 0;
-  double degrees = 0;  ///< Mean angle of normals; 0 for other pictures
+  /// Mean angle between the original and the decoded normals; 0 for pictures that are no normal
+  /// maps
+  double degrees = 0;
 };
 
 /// One way to store a picture.

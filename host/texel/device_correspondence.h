@@ -7,8 +7,8 @@
 
 namespace kiln {
 
-/// For every sample of a band: source triangle, barycentric weights of its corners 1 and 2, signed distance along the
-/// sample's direction (frame units, outward positive), and status.
+/// For every sample of a band: triangle of the high poly, barycentric weights of its corners 1 and
+/// 2, signed distance along the sample's direction (frame units, outward positive), and status.
 struct DeviceCorrespondence {
   std::uint32_t count = 0;
   std::uint32_t capacity = 0;         ///< Elements of one plane

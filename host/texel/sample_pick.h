@@ -27,8 +27,9 @@ class SamplePick {
   std::uint32_t count() const { return count_; }
   std::uint32_t capacity() const { return capacity_; }
 
-  /// Gathers planes of values of 1 or 4 bytes; entries beyond the last sample are 0. \param capacity  elements of a
-  /// plane of `from`
+  /// Gathers the picked samples' values from arrays that are stored one after another, one per
+  /// component, with elements of 1 or 4 bytes. Elements beyond the last sample are 0. \param
+  /// capacity length of each array in `from`
   template <typename T>
   cl::Array<T> of(const cl::Array<T>& from, std::uint32_t capacity, std::uint32_t planes) const {
     static_assert(sizeof(T) == 1 || sizeof(T) == 4);

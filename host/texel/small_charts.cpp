@@ -146,7 +146,7 @@ class SmallChartFinder {
   };
 
   bool covers_any_sample(std::size_t i) const {
-    const FixedTriangle& f = pieces_.fixed[i];
+    const FixedTriangle& f = pieces_.fixed_point_triangles[i];
     if (surely_covers_sample(f, grid_)) return true;
     const SampleRange rows = rows_of(f, pieces_.fraction_bits, height_ * samples_);
     for (std::int64_t row = rows.first; row <= rows.last; ++row) {
@@ -268,7 +268,7 @@ class SmallChartFinder {
     is_occupied_.assign(std::size_t{width_} * height_, false);
     const auto samples = std::int64_t{samples_};
     for (std::size_t i = 0; i < pieces_.pieces.size(); ++i) {
-      const FixedTriangle& f = pieces_.fixed[i];
+      const FixedTriangle& f = pieces_.fixed_point_triangles[i];
       const SampleRange rows = rows_of(f, pieces_.fraction_bits, height_ * samples_);
       const auto [low, high] = std::minmax_element(f.x.begin(), f.x.end());
       const std::int64_t texel = samples << pieces_.fraction_bits;
@@ -300,7 +300,7 @@ class SmallChartFinder {
 
   void assign_texel(std::uint32_t small, const FreeTexel& place) {
     is_occupied_[texel_index(place.column, place.row)] = true;
-    has_[small] = 1;
+    has_texel_[small] = 1;
     result_.texels.push_back({static_cast<std::uint32_t>(place.column),
                               static_cast<std::uint32_t>(place.row), result_.triangles[small]});
   }
@@ -322,7 +322,7 @@ class SmallChartFinder {
   }
 
   void assign_texels() {
-    has_.assign(texel_triangles_.size(), 0);
+    has_texel_.assign(texel_triangles_.size(), 0);
     search_failed_.assign(texel_triangles_.size(), 0);
     for (const std::vector<std::uint32_t>& chart : chart_triangles_) {
       FreeTexel best;
@@ -338,7 +338,7 @@ class SmallChartFinder {
     }
     assign_overlapped_texels();
     for (std::uint32_t small = 0; small < texel_triangles_.size(); ++small) {
-      if (has_[small] != 0) continue;
+      if (has_texel_[small] != 0) continue;
       // A search that failed is not repeated, since texels never become free again.
       const FreeTexel place =
           search_failed_[small] != 0 ? FreeTexel{} : nearest_free_texel(texel_triangles_[small]);
@@ -349,7 +349,7 @@ class SmallChartFinder {
       }
     }
     std::sort(result_.texels.begin(), result_.texels.end(),
-              [](const OwnedTexel& a, const OwnedTexel& b) {
+              [](const AssignedTexel& a, const AssignedTexel& b) {
                 return std::tie(a.row, a.column) < std::tie(b.row, b.column);
               });
   }
@@ -394,7 +394,7 @@ class SmallChartFinder {
   // The triangles of result_.triangles, in texels
   std::vector<TexelTriangle> texel_triangles_;
   std::vector<std::vector<std::uint32_t>> chart_triangles_;  // indices into result_.triangles
-  std::vector<std::uint8_t> has_, search_failed_;
+  std::vector<std::uint8_t> has_texel_, search_failed_;
   std::int64_t tiles_across_ = 0;
   std::vector<std::uint8_t> is_tile_used_;  // For each tile, 1 if a small chart may overlap it
   std::vector<bool> is_occupied_;           // Texels that have a covered sample or are assigned

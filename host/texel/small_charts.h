@@ -12,7 +12,7 @@ namespace kiln {
 /// Texels for charts that contain no sample's centre.
 struct SmallCharts {
   /// Assigned texels, sorted by row, then column; each occurs once
-  std::vector<OwnedTexel> texels;
+  std::vector<AssignedTexel> texels;
   /// Triangles of charts that contain no sample's centre, ascending
   std::vector<std::uint32_t> triangles;
   /// Triangles, included in `triangles`, for which no texel was found, ascending

@@ -68,7 +68,7 @@ TexelBins::TexelBins(const TexelGrid& grid, const TexelPieces& pieces)
     if (rows.last < rows.first) return SampleRange{0, -1};
     return SampleRange{rows.first / band_samples, rows.last / band_samples};
   };
-  for (const FixedTriangle& f : pieces.fixed) {
+  for (const FixedTriangle& f : pieces.fixed_point_triangles) {
     const SampleRange bands = bands_of(f);
     for (std::int64_t b = bands.first; b <= bands.last; ++b) {
       ++band_first_entries_[static_cast<std::size_t>(b) + 1];
@@ -78,8 +78,8 @@ TexelBins::TexelBins(const TexelGrid& grid, const TexelPieces& pieces)
     band_first_entries_[b] += band_first_entries_[b - 1];
   band_pieces_.resize(band_first_entries_.back());
   std::vector<std::uint32_t> cursor(band_first_entries_.begin(), band_first_entries_.end() - 1);
-  for (std::size_t i = 0; i < pieces.fixed.size(); ++i) {
-    const SampleRange bands = bands_of(pieces.fixed[i]);
+  for (std::size_t i = 0; i < pieces.fixed_point_triangles.size(); ++i) {
+    const SampleRange bands = bands_of(pieces.fixed_point_triangles[i]);
     for (std::int64_t b = bands.first; b <= bands.last; ++b) {
       band_pieces_[cursor[static_cast<std::size_t>(b)]++] = static_cast<std::uint32_t>(i);
     }
@@ -94,7 +94,7 @@ std::uint32_t TexelBins::key(std::uint32_t column, std::uint32_t row) const {
 }
 
 void TexelBins::add_spans(std::uint32_t piece, std::uint32_t first_row, std::uint32_t last_row) {
-  const FixedTriangle& f = pieces_.fixed[piece];
+  const FixedTriangle& f = pieces_.fixed_point_triangles[piece];
   const std::uint32_t shift = pieces_.fraction_bits;
   const SampleRange rows = rows_of(f, shift, grid_.height * grid_.samples);
   struct Edge {

@@ -13,11 +13,11 @@ namespace kiln {
 /// in the order of a Morton curve) and bands (rows of tiles).
 struct TexelGrid {
   std::uint32_t width = 0, height = 0;  ///< Size of the map in texels
-  std::uint32_t samples = 1;            ///< N of the N x N samples a texel
-  std::uint32_t block_texels = 8;       ///< Side of a block, texels: a power of two
-  std::uint32_t block_samples = 8;      ///< Side of a block, samples
-  std::uint32_t tile_blocks = 8;        ///< Side of a tile, blocks: a power of two
-  std::uint32_t band_tiles = 1;         ///< Rows of tiles in a band
+  std::uint32_t samples = 1;  ///< Number of samples along a texel's side: N x N samples per texel
+  std::uint32_t block_texels = 8;   ///< Side of a block, texels: a power of two
+  std::uint32_t block_samples = 8;  ///< Side of a block, samples
+  std::uint32_t tile_blocks = 8;    ///< Side of a tile, blocks: a power of two
+  std::uint32_t band_tiles = 1;     ///< Rows of tiles in a band
   /// Number of groups of 8 slots, which hold a block's samples
   std::uint32_t slot_groups = 8;
 
@@ -46,7 +46,7 @@ class TexelBins {
 
  private:
   struct Span {
-    std::uint32_t piece, row, begin, end;  // blocks [begin, end) of a row of blocks
+    std::uint32_t piece, row, begin, end;  // Range of blocks [begin, end) within a row of blocks
   };
   void add_spans(std::uint32_t piece, std::uint32_t first_row, std::uint32_t last_row);
   std::uint32_t key(std::uint32_t column, std::uint32_t row) const;

@@ -37,7 +37,7 @@ struct PieceBuilder {
   UvGrid grid;
   std::vector<kiln_texel_piece> pieces;
   std::vector<kiln_texel_corners> corners;
-  std::vector<FixedTriangle> fixed;
+  std::vector<FixedTriangle> fixed_point_triangles;
   CountedFlaw outside, degenerate_uv, missing_uv, degenerate_low;
 
   void add_triangle(const LowSurface& surface, std::size_t t) {
@@ -121,7 +121,7 @@ struct PieceBuilder {
                                          static_cast<double>(magnitude));
     pieces.push_back(piece);
     corners.push_back(data);
-    fixed.push_back(f);
+    fixed_point_triangles.push_back(f);
   }
 };
 
@@ -132,7 +132,7 @@ struct UnusableTriangles {
 
 /// Finds usable triangles without UVs. It visits only the triangles of the texture set, except that the search for an
 /// example may visit those of the whole mesh.
-CountedFlaw find_without_uvs(const LowSurface& surface, std::uint64_t unusable_count) {
+CountedFlaw find_triangles_without_uvs(const LowSurface& surface, std::uint64_t unusable_count) {
   const std::vector<std::uint32_t>& with_uvs = surface.with_uvs;
   const auto usable_with_uvs =
       std::count_if(with_uvs.begin(), with_uvs.end(),
@@ -223,7 +223,8 @@ TexelPieces TexelPieces::of(const LowSurface& surface, std::uint32_t sample_widt
                                         return result;
                                       })
                                       ->triangles;
-  merged_builder.missing_uv = find_without_uvs(surface, merged_builder.degenerate_low.count);
+  merged_builder.missing_uv =
+      find_triangles_without_uvs(surface, merged_builder.degenerate_low.count);
   constexpr std::size_t kTrianglesPerRun = 1 << 14;
   std::vector<PieceBuilder> runs((count + kTrianglesPerRun - 1) / kTrianglesPerRun);
   parallel_for(runs.size(), 1, [&](std::size_t begin, std::size_t end) {
@@ -242,7 +243,9 @@ TexelPieces TexelPieces::of(const LowSurface& surface, std::uint32_t sample_widt
     merged_builder.pieces.insert(merged_builder.pieces.end(), run.pieces.begin(), run.pieces.end());
     merged_builder.corners.insert(merged_builder.corners.end(), run.corners.begin(),
                                   run.corners.end());
-    merged_builder.fixed.insert(merged_builder.fixed.end(), run.fixed.begin(), run.fixed.end());
+    merged_builder.fixed_point_triangles.insert(merged_builder.fixed_point_triangles.end(),
+                                                run.fixed_point_triangles.begin(),
+                                                run.fixed_point_triangles.end());
     merged_builder.outside.add(run.outside);
     merged_builder.degenerate_uv.add(run.degenerate_uv);
     run = PieceBuilder{};
@@ -252,16 +255,16 @@ TexelPieces TexelPieces::of(const LowSurface& surface, std::uint32_t sample_widt
   result.warnings = flaw_warnings(surface, merged_builder);
   result.pieces = std::move(merged_builder.pieces);
   result.corners = std::move(merged_builder.corners);
-  result.fixed = std::move(merged_builder.fixed);
+  result.fixed_point_triangles = std::move(merged_builder.fixed_point_triangles);
   return result;
 }
 
-void TexelPieces::add_assigned_texels(const LowSurface& surface, std::span<const OwnedTexel> texels,
-                                      std::uint32_t width, std::uint32_t height,
-                                      std::uint32_t samples) {
+void TexelPieces::add_assigned_texels(const LowSurface& surface,
+                                      std::span<const AssignedTexel> texels, std::uint32_t width,
+                                      std::uint32_t height, std::uint32_t samples) {
   PieceBuilder merged_builder;
   merged_builder.grid = UvGrid::of(width * samples, height * samples);
-  for (const OwnedTexel& texel : texels) {
+  for (const AssignedTexel& texel : texels) {
     const auto& triangle = surface.triangles[texel.triangle];
     std::array<double, 3> x{}, y{};
     for (std::size_t k = 0; k < 3; ++k) {
@@ -288,7 +291,9 @@ void TexelPieces::add_assigned_texels(const LowSurface& surface, std::span<const
   }
   pieces.insert(pieces.end(), merged_builder.pieces.begin(), merged_builder.pieces.end());
   corners.insert(corners.end(), merged_builder.corners.begin(), merged_builder.corners.end());
-  fixed.insert(fixed.end(), merged_builder.fixed.begin(), merged_builder.fixed.end());
+  fixed_point_triangles.insert(fixed_point_triangles.end(),
+                               merged_builder.fixed_point_triangles.begin(),
+                               merged_builder.fixed_point_triangles.end());
 }
 
 std::array<double, 2> nearest_weights(const std::array<double, 3>& x,

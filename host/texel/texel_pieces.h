@@ -14,7 +14,7 @@
 namespace kiln {
 
 /// A texel that no triangle covers, and the triangle that it is assigned to.
-struct OwnedTexel {
+struct AssignedTexel {
   std::uint32_t column = 0, row = 0;
   std::uint32_t triangle = 0;
 };
@@ -25,7 +25,7 @@ struct TexelPieces {
   std::uint32_t fraction_bits = 0;  ///< Fixed-point bits below one sample, 10 to 28
   std::vector<kiln_texel_piece> pieces;
   std::vector<kiln_texel_corners> corners;
-  std::vector<FixedTriangle> fixed;
+  std::vector<FixedTriangle> fixed_point_triangles;
   /// Warnings "uv-outside", "uv-degenerate", "uv-missing" and "low-degenerate"
   std::vector<Warning> warnings;
 
@@ -42,7 +42,7 @@ struct TexelPieces {
   /// sample's own centre, so that they spread over the triangle's part of the texel. All are moved by 1/256 of the
   /// way to the triangle's centre.
   /// \param width, height, samples size of the map in texels; N: N x N samples a texel
-  void add_assigned_texels(const LowSurface& surface, std::span<const OwnedTexel> texels,
+  void add_assigned_texels(const LowSurface& surface, std::span<const AssignedTexel> texels,
                            std::uint32_t width, std::uint32_t height, std::uint32_t samples);
 };
 

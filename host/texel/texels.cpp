@@ -67,7 +67,7 @@ struct TexelSampler::Impl {
         cl::Array<kiln_texel_piece>(context, std::span<const kiln_texel_piece>(pieces.pieces));
     device_corners =
         cl::Array<kiln_texel_corners>(context, std::span<const kiln_texel_corners>(pieces.corners));
-    // Only the device uses the corners from here on, so the host's copy is freed
+    // From here on, only the device uses the corners, so the host's copy is freed
     pieces.corners = {};
     report.warnings = pieces.warnings;
   }

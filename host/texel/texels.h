@@ -21,7 +21,8 @@ struct TexelBand {
   std::uint32_t row_count = 0;
   std::uint32_t texel_count = 0;
   std::uint32_t sample_count = 0;
-  std::uint32_t samples = 1;             ///< N: a whole texel has N x N samples
+  /// Number of samples along a texel's side: a whole texel has N x N samples
+  std::uint32_t samples = 1;
   std::uint32_t capacity = 0;            ///< Number of elements in each plane of the arrays below
   cl::Array<std::uint32_t> texel_index;  ///< [texel_count] (row - first_row) * width + column
   cl::Array<std::uint32_t> texel_first;  ///< [texel_count + 1] first sample of each texel
@@ -38,10 +39,11 @@ struct TexelBand {
 struct TexelOptions {
   std::uint32_t width = 1024;
   std::uint32_t height = 1024;
-  std::uint32_t samples = 1;  ///< N: N x N samples a texel, 1 to 16
+  /// Number of samples along a texel's side, 1 to 16: N x N samples per texel
+  std::uint32_t samples = 1;
   /// Maximum number of samples in a band, which limits device memory
   std::uint32_t max_samples_per_band = 1 << 22;
-  /// True: charts that cover no sample's centre are assigned texels; see SmallCharts
+  /// True: charts that contain no sample's centre are assigned free texels; see SmallCharts
   bool small_charts = true;
 };
 
@@ -72,7 +74,8 @@ class TexelSampler {
   TexelSampler(TexelSampler&&) noexcept;
 
   std::uint32_t band_count() const;
-  /// Samples one band. Bands may be sampled in any order; repeated ones are counted once.
+  /// Samples one band. Bands may be sampled in any order; a band that is sampled again is counted
+  /// once.
   /// \param recycled a band that is no longer needed; arrays that are large enough are reused (allocating them takes
   ///     a tenth of a second for 10 million samples on a CPU)
   TexelBand sample(std::uint32_t band, TexelBand recycled = {});

@@ -101,7 +101,8 @@ float limit_for_faces(const FineSurface& surface, const VertexTree& tree,
     }
   });
   if (loss_limits.size() <= faces) return -1;
-  // Selects the limit of the last triangle that must be lost to reach the goal.
+  // Selects the error limit at which just enough triangles vanish to leave the requested number of
+  // faces.
   const auto last =
       loss_limits.begin() + static_cast<std::ptrdiff_t>(loss_limits.size() - faces - 1);
   std::nth_element(loss_limits.begin(), last, loss_limits.end());

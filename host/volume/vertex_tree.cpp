@@ -233,15 +233,15 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
   // Indices of edges in ascending order. `joining`: their cells are not all in one node yet, so
   // they may still connect sets. `framing`: they lie on edges of nodes at this level.
   const auto edge_count = static_cast<std::uint32_t>(surface.edges.size());
-  std::vector<std::uint32_t> joining(edge_count), framing, border_end_edges;
+  std::vector<std::uint32_t> joining(edge_count), framing, border_line_ends;
   for (std::uint32_t i = 0; i < edge_count; ++i) joining[i] = i;
   framing = joining;
   if (open) {
-    border_end_edges = find_border_line_ends(surface);
+    border_line_ends = find_border_line_ends(surface);
     std::erase_if(framing, [&](std::uint32_t i) { return !surface.edges[i].is_quad(); });
     std::erase_if(joining, [&](std::uint32_t i) {
       return !surface.edges[i].is_quad() &&
-             !std::binary_search(border_end_edges.begin(), border_end_edges.end(), i);
+             !std::binary_search(border_line_ends.begin(), border_line_ends.end(), i);
     });
   }
   const std::uint32_t side = std::max({size[0], size[1], size[2]}) + 1;
@@ -351,10 +351,10 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
         topology->crossed = static_cast<std::uint16_t>(topology->crossed | bit);
       }
     }
-    std::erase_if(border_end_edges, [&](std::uint32_t index) {
+    std::erase_if(border_line_ends, [&](std::uint32_t index) {
       return find_border_line(surface.edges[index]).level < level;
     });
-    for (const std::uint32_t index : border_end_edges) {
+    for (const std::uint32_t index : border_line_ends) {
       const FineEdge& edge = surface.edges[index];
       const BorderLineAcross line = find_border_line(edge);
       for (const std::uint32_t upper : {0U, 1U}) {

@@ -17,8 +17,8 @@ struct DeviceVoxels {
   std::vector<float> converted;
   VoxelType type = VoxelType::f32;
   float iso = 0;  ///< Smallest float that is not below the iso value; 0 for `converted`
-  /// The finite value that is farthest outside of the iso value; it replaces NaN, and infinity
-  /// outside
+  /// The finite value that is farthest from the iso value on the empty side; it replaces NaN, and
+  /// infinity on the empty side
   float outside = 0;
   /// The value that replaces infinite voxels of the solid, if there are any
   double infinity_value = 0;

@@ -64,9 +64,9 @@ struct AssessOptions {
 /// Tarini, Cignoni, Scopigno, "Visibility based methods and assessment for detail-recovery" (2003),
 /// section 4. Positions are compared as numbers, never as colours.
 ///
-/// A viewing ray comes from a test direction d. It shows the point p of the low poly where it meets
-/// a front face first; back faces occlude but are not rated. Rays lie as evenly as
-/// the pixels of an orthogonal picture, but need no pixel size: each texel is weighted by its area
+/// A viewing ray comes from a test direction d. The ray shows the point p of the low poly where its
+/// first hit is a front face; back faces occlude but are not rated. Rays lie as evenly as the
+/// pixels of an orthogonal picture, but need no pixel size: each texel is weighted by its area
 /// times the cosine between d and the face's normal. Texels without a match have no ray.
 struct MatchAssessment {
   bool cancelled = false;     ///< The progress callback cancelled: the figures are empty
@@ -84,11 +84,11 @@ struct MatchAssessment {
   RayMeasure normalised_image_space = {};
   /// Section 4.3: uniformity over pairs of texels of one chart that share a side.
   Uniformity uniformity = {};
-  /// The same for texels that are neighbours on the surface across a UV seam. Pairs of texels that are
-  /// closer than half a texel are left out, since the ratio of such small steps is noise.
+  /// Uniformity over pairs of texels that are neighbours on the surface across a UV seam. Pairs
+  /// that are closer than half a texel are left out, since the ratio of such small steps is noise.
   Uniformity uniformity_across_seams = {};
 
-  // Measures that the paper does not have follow.
+  // The measures below are not in the paper.
 
   /// |F(p) - p| over the low poly.
   Distribution match_distance = {};

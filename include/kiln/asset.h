@@ -228,8 +228,8 @@ struct AssetLevel {
   std::vector<AssetMaterial> materials = {};
   /// Per object of `low`, index into SaveAssetOptions::nodes; AssetNode::kNone gives the object a root node
   std::vector<std::uint32_t> object_nodes = {};
-  /// The level replaces the previous one where the asset covers at most this share of the view's height, 0 to 1. At
-  /// most the previous level's value
+  /// The level replaces the previous level where the asset covers at most this share of the view's
+  /// height, 0 to 1. Not above the previous level's value
   double coverage = 0;
 };
 

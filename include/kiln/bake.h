@@ -19,22 +19,27 @@ namespace KILN_PUBLIC kiln {
 /// Recall: detail of the high poly that the map lacks, which no measure over the low poly can show. It is the share
 /// of the visible high poly near the low poly that no sample of the map represents.
 ///
-/// Sample places lie evenly over the high poly's area. A place counts if it is within the match's search
-/// distance of the low poly, and if its face deviates by less than 60 degrees from the low poly's there, since a map
-/// along the low poly's normal cannot hold steeper faces. Its weight is the sum of cosines over those of 64
-/// directions all around that see it past the high poly, as pixels of pictures would count it. A sample
-/// stands for a place within 1.5 sample spacings of its matched point if the two faces do not look
-/// opposite ways. Layers closer than that are not told apart.
+/// Test points are spread evenly over the high poly's area. A test point is rated if it is within
+/// the match's search distance of the low poly, and if its face deviates by less than 60 degrees
+/// from the low poly's face there, since a map along the low poly's normal cannot hold steeper
+/// faces. The weight of a test point is the sum of its cosines over those of 64 directions all
+/// around from which the high poly does not hide it, as pixels of pictures would count it. A sample
+/// represents a test point within 1.5 sample spacings of the sample's matched point, unless the
+/// faces of the two points look in opposite directions. Layers closer than this distance are not
+/// distinguished.
 struct HighCoverageReport {
-  std::uint64_t places = 0;  ///< Number of places that are rated
-  /// Sum of the weights of all places, needed to combine reports of several maps
+  std::uint64_t places = 0;  ///< Number of test points that are rated
+  /// Sum of the weights of all rated test points, needed to combine reports of several maps
   double weight = 0;
-  double lost = 0;     ///< Weighted share of the places that no sample represents, 0 to 1
-  double largest = 0;  ///< Share of the largest connected part of the lost surface, 0 to 1
-  /// Share of `lost` that is due to UV copies, 0 to 1: it lies near UV copies, which are not baked and whose texels
-  /// show another surface (BakeReport::uv_copies_differ). Copies of the same surface lose nothing.
+  double lost = 0;  ///< Weighted share of the rated test points that no sample represents, 0 to 1
+  /// Weighted share of the largest connected part of the lost surface among all test points, 0 to 1
+  double largest = 0;
+  /// Weighted share of the test points that are lost near UV copies, 0 to 1 (included in `lost`).
+  /// UV copies are not baked, and their texels show another surface (BakeReport::uv_copies_differ).
+  /// Copies of the same surface lose nothing.
   double by_copies = 0;
-  std::array<double, 3> where{};  ///< A point in the middle of the largest lost part, world units
+  /// A point near the centre of the largest connected lost part, world units
+  std::array<double, 3> where{};
 };
 
 /// Whether a sample of the map represents a vertex of the high poly; one value per vertex.
@@ -76,10 +81,10 @@ struct EncodingOptions {
 struct ReportOptions {
   /// Compare each map at up to 2,000 texels with a finer evaluation (BakeReport::errors).
   bool errors = false;
-  /// Number of places that HighCoverageReport samples, 0 (off) to 2^20. Only for matches that search the
-  /// high poly's BVH (for which obeys(match, "report.recall") is true), not for saved matches, and not in
-  /// sessions. The standard error of a share p is sqrt(p (1 - p) / places): 0.1% for a share of 1% and
-  /// 8192 places.
+  /// Number of test points for HighCoverageReport, 0 (off) to 2^20. Only for matches that search
+  /// the high poly's BVH (for which obeys(match, "report.recall") is true), not for saved matches,
+  /// and not in sessions. The standard error of a share p is sqrt(p (1 - p) / recall): 0.1% for a
+  /// share of 1% and 8192 test points.
   std::uint32_t recall = 8192;
   /// Also store for each vertex of the high poly whether a sample represents it, in
   /// BakeResult::recalled
@@ -96,10 +101,11 @@ struct BakeOptions {
   std::vector<MapKind> maps = std::vector<MapKind>(1, MapKind::normal);
   /// One map per transfer, after `maps`. Names must be unique, and not the name of a map of maps()
   std::vector<Transfer> transfers = {};
-  /// One map per entry, after those of the transfers; the rules for names are those of transfers
+  /// One map per entry, after the maps of the transfers; the rules for names are those for
+  /// transfers
   std::vector<OwnMap> own_maps = {};
-  /// One map per variant, after the own maps; the rules for names are those of transfers. The settings below
-  /// apply to all maps, unless a variant overrides them.
+  /// One map per variant, after the caller's own maps; the rules for names are those for transfers.
+  /// The settings below apply to all maps, unless a variant overrides them.
   std::vector<MapVariant> variants = {};
   /// Time limit for an own map, 1 to 86400 seconds: for its compilation, and for every 65,536 samples. Neither
   /// can be interrupted. After the limit the bake throws Error(input), and this process no longer uses any
@@ -146,18 +152,21 @@ struct BakeReport {
   std::uint64_t viewed = 0;   ///< Samples whose point was found in a depth view
   std::uint64_t closest = 0;  ///< Samples whose point is the nearest point
   std::uint64_t by_uv = 0;    ///< Samples whose point has the sample's UV
-  /// Samples whose ray outward hit a nearer face first, and took one beyond it (RayRule::outermost)
+  /// Samples whose outward ray hit a nearer face first, and that use a face beyond it
+  /// (RayRule::outermost)
   std::uint64_t passed_over = 0;
-  /// Triangles of the low poly that share the texels of other triangles (UvCopies)
+  /// Triangles of the low poly that are not baked, since they share the texels of other triangles
+  /// (UvCopies)
   std::uint64_t uv_copies = 0;
   /// Share of the UV copies' area, 0 to 1, where the match finds another surface than on the triangles that
-  /// are baked for them; no texel holds that surface. Estimated at 4096 places; not with saved matches,
-  /// MatchMethod::uv and in sessions.
+  /// are baked for them; no texel holds that surface. Estimated at 4096 points; 0 with saved
+  /// matches, with MatchMethod::uv and in sessions.
   double uv_copies_differ = 0;
-  /// Triangles of charts without the centre of a sample: they get the nearest free texels.
+  /// Triangles of charts that contain no sample's centre; they are assigned the nearest free
+  /// texels.
   std::uint64_t small_triangles = 0;
-  /// Triangles of charts without the centre of a sample for which no free texel lies within 8
-  /// texels
+  /// Triangles of charts that contain no sample's centre, and have no free texel within 8 texels;
+  /// they are not baked
   std::uint64_t small_without_texel = 0;
   std::uint64_t missed = 0;         ///< Samples without a matched point
   std::uint64_t gutter_texels = 0;  ///< Texels that padding filled
@@ -168,17 +177,18 @@ struct BakeReport {
   std::optional<TransitionReport> transitions =
       {};  ///< Transitions before blending; set if a fallback was requested
   std::optional<TransitionReport> transitions_blended =
-      {};  ///< Transitions after blending; set if it was requested
-  std::uint64_t blended_texels =
-      0;  ///< Texels of the method into which fallback normals were blended
+      {};  ///< Transitions after blending with the fallback; set if blending was requested
+  /// Texels matched by MatchOptions::method into whose normals those of the fallback were blended
+  std::uint64_t blended_texels = 0;
   /// Report of visibility; set if samples were matched by visibility
   std::optional<VisibilityReport> visibility = {};
   /// Report of matching by UVs; set if samples were matched by UVs
   std::optional<UvReport> uv = {};
-  EdgeReport edges = {};  ///< Set if ray directions are blended at hard edges; else edges is 0
+  /// Report of blending ray directions at hard edges; its `edges` is 0 if none are blended
+  EdgeReport edges = {};
   /// Distances of the cage mesh; set if rays start from one
   std::optional<CageReport> cage_mesh = {};
-  /// Detail that the map lacks; set if it was requested and the match supports it
+  /// Detail that the map lacks; set if `recall` was requested and the match supports it
   std::optional<HighCoverageReport> recall = {};
   double curvature_radius = 0;    ///< Radius in effect, world units; 0 if curvature was not baked
   std::vector<IdEntry> ids = {};  ///< The legend of the map id, if it was baked
@@ -204,12 +214,13 @@ struct BakeResult {
   /// State of each texel, rows from the top: values of TexelState
   std::vector<std::uint8_t> coverage = {};
   std::optional<Match> match = {};  ///< The match; set if ReportOptions::keep_match is true
-  /// Whether a sample represents it, for each vertex of the high poly; filled if
+  /// For each vertex of the high poly, whether a sample represents it; filled if
   /// ReportOptions::vertex_coverage is true
   std::vector<VertexCoverage> recalled = {};
   /// Clusters of directions; set if more than one cluster was requested
   std::optional<VisibilityClusters> clusters = {};
-  /// With several clusters: the first cluster's, apart from values that all share
+  /// With several clusters: the report of the first cluster, except for values that are common to
+  /// all clusters
   BakeReport report = {};
   bool cancelled = false;  ///< The progress callback cancelled: there are no maps.
 

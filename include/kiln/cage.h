@@ -18,8 +18,9 @@ struct FoundCage {
   /// "inner". For MatchOptions::cage_mesh; save_obj() and load_mesh() preserve it to the bit.
   Mesh mesh = {};
   std::uint64_t samples = 0;  ///< Number of points of the low poly from which rays were cast
-  /// Number of points over which the outer shell passes the next face, since other points of the
-  /// same triangles need that height. Most of them lie where parts touch, out of sight.
+  /// Number of points at which the outer shell lies beyond a further face of the high poly, since
+  /// other points of the same triangles need this height. Most of these points lie where parts
+  /// touch, out of sight.
   std::uint64_t conflicts = 0;
   /// The warning `cage-flat` counts vertices that stay, since both sides of a flat card share them
   std::vector<Warning> warnings = {};

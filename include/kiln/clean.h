@@ -47,12 +47,13 @@ struct CleanReport {
   /// Groups of faces attached to an edge that two other faces share; they were removed
   Cleaned fins;
   Cleaned turned;  ///< Triangles whose winding was reversed
-  /// Count 1 if views from outside see almost only back faces, which are not repaired; else 0
+  /// Its count is 1 if views from outside see almost only back faces, which are not repaired; else
+  /// 0
   Cleaned inward;
   Cleaned holes;        ///< Holes that were filled by CleanOptions::max_hole
   Cleaned large_holes;  ///< Holes that were filled by CleanOptions::fill_holes
-  /// Holes among large_holes that were filled by a flat lid, since the surface around them ends at
-  /// an angle
+  /// Holes, included in large_holes, that were filled by a flat lid, since the surface around them
+  /// ends at an angle to the lid
   std::uint64_t flat_holes = 0;
   /// Extent of the largest hole among large_holes, as a share of the diagonal
   double largest_hole = 0;

@@ -55,9 +55,9 @@ struct ContourReport {
   std::uint64_t vertices =
       0;  ///< Vertices of the full contour: one per sheet of the surface in a cell
   std::uint64_t quads = 0;  ///< Quads of the full contour
-  double lowest = 0;        ///< Smallest finite voxel, see highest
-  /// Largest finite voxel. Both are only computed for floating-point volumes, and for messages of
-  /// errors
+  double lowest = 0;        ///< Smallest finite voxel; see `highest`
+  /// Largest finite voxel. `lowest` and `highest` are only computed for floating-point volumes, and
+  /// for error messages
   double highest = 0;
   std::uint64_t filled_voxels = 0;  ///< Voxels that count as inside because of outer_only
   /// Duration of classifying voxels, and of finding the cells that the surface crosses
@@ -113,7 +113,7 @@ struct ExtractOptions {
   std::uint32_t size = 1024;                  ///< Side of the map, 16 to 8192 texels
   std::uint32_t border_texels = 2;            ///< Padding around each chart, 1 to 64 texels
   UnwrapMethod unwrap = UnwrapMethod::pairs;  ///< Method of the UV layout
-  /// Only for charts; detail: measured on the full contour
+  /// Only for UnwrapMethod::charts. TexelDensity::detail is measured on the full contour
   TexelDensity density = TexelDensity::area;
   /// Space of the normals: tangent (MikkTSpace) or object
   NormalMapSpace space = NormalMapSpace::tangent;
@@ -136,7 +136,7 @@ struct ExtractOptions {
   Choice choose{};  ///< Which settings extract() chooses; by default none
 };
 
-/// Settings in use, given or chosen.
+/// Settings in use: those given, or those that were chosen.
 struct ExtractUsed {
   double error = 0;               ///< Error bound in use, cells; 0 if `faces` was given
   bool keep_topology = true;      ///< Value of ExtractOptions::keep_topology in use
@@ -150,7 +150,7 @@ struct ExtractUsed {
 /// Report of an extraction.
 struct ExtractReport {
   ContourReport contour = {};  ///< Report of the full-resolution surface
-  ExtractUsed used = {};       ///< Options in use, given or chosen
+  ExtractUsed used = {};       ///< Options in use: those given, or those that were chosen
   std::uint64_t clusters = 0;  ///< Number of inner nodes of the octree of vertices
   std::uint64_t faces = 0;     ///< Triangles of the low poly
   std::uint64_t quads = 0;     ///< Quads of the low poly
@@ -195,11 +195,12 @@ inline constexpr double kMapTooFine = 4;
 /// Mapped Meshes from Volume Data").
 ///
 /// The vertices of the full-resolution contour are clustered bottom-up through an octree: connected
-/// vertices of a node are merged into one. Its quadric error function is the sum of theirs, and it
-/// stays in the node's box. A node's vertex may replace its children if the surface that it replaces is
-/// a disk that meets the node's edges and faces as a single sheet does. So the low poly is a manifold
-/// of the same topology (Schaefer, Ju, Warren 2007, "Manifold Dual Contouring", section 3: it allows
-/// more than the criterion of Ju et al. 2002, section 4.1, which permits only one sheet a cell).
+/// vertices of a node are merged into one. The merged vertex has the sum of their quadric error
+/// functions, and stays in the node's box. The vertex of a node may replace those of the node's
+/// children if the replaced surface is a disk that meets the node's edges and faces as a single
+/// sheet does. So the low poly is a manifold of the same topology (Schaefer, Ju, Warren 2007,
+/// "Manifold Dual Contouring", section 3: this criterion allows more than that of Ju et al. 2002,
+/// section 4.1, which permits only one sheet per cell).
 ///
 /// Each polygon of the low poly is a chart, unless ExtractOptions::unwrap is UnwrapMethod::charts. The
 /// fine vertices of the clusters that it spans are projected onto it and their normals splatted into
@@ -236,8 +237,8 @@ class VolumeSession {
   /// \throws Error as contour()
   VolumeSession(const Device& device, Volume volume, const ContourOptions& options = {});
   ~VolumeSession();
-  VolumeSession(VolumeSession&&) noexcept;             ///< The moved-from session is empty
-  VolumeSession& operator=(VolumeSession&&) noexcept;  ///< The moved-from session is empty
+  VolumeSession(VolumeSession&&) noexcept;             ///< A session that was moved from is empty
+  VolumeSession& operator=(VolumeSession&&) noexcept;  ///< A session that was moved from is empty
 
   /// \param options  `contour` must equal the session's
   /// \throws Error as extract(); Error(usage) if `contour` differs
@@ -249,7 +250,7 @@ class VolumeSession {
   ///         no surface is left. The session is unchanged then.
   void update(const VolumeRegion& region, std::span<const std::byte> voxels);
 
-  /// What the last update(), or the constructor, did.
+  /// Counts and durations of the last update(), or of the constructor if there was none.
   struct Update {
     std::uint64_t vertices = 0;  ///< Vertices of the full contour that were computed again
     std::uint64_t kept = 0;      ///< Vertices of the full contour that were reused

@@ -61,7 +61,7 @@ class Error : public std::runtime_error {
   std::shared_ptr<const Message> message_;
 };
 
-/// Something imperfect in the data that was handled by a documented rule.
+/// An imperfection of the data, which was handled by a documented rule.
 struct Warning {
   std::string code = {};  ///< Stable identifier for scripts, such as "degenerate-triangles".
   Message message = {};  ///< One sentence for a person: what, how many, one example, what was done.

@@ -33,7 +33,7 @@ struct HeightFieldOptions {
 /// Heights from a file, with its metadata.
 struct Heights {
   Image image = {};    ///< Heights in the first channel
-  double largest = 1;  ///< Value in the file of a height of 1: 65535 for a 16-bit PNG
+  double largest = 1;  ///< Number in the file that means a height of 1: 65535 for a 16-bit PNG
   std::optional<double> no_data =
       {};  ///< The file's own marker of pixels without a height (GDAL_NODATA)
   std::array<double, 2>
@@ -51,13 +51,14 @@ struct NoData {
   std::uint64_t pixels = 0;  ///< Number of pixels without a height, including NaN
   /// Values that marked missing heights, as the file stores them; NaN and infinity are not listed
   std::vector<double> values = {};
-  /// Value that may mark missing heights: its distance to all other heights exceeds their range
+  /// A value that may mark missing heights: its distance from all other heights exceeds the range
+  /// of these heights
   std::optional<double> doubtful = {};
 };
 
 /// Replaces pixels without a height by NaN: those that are not finite, that hold `value`, or the file's own marker. If
-/// neither is given, also a customary marker (-9999, -32768, the lowest float and the like) that is farther from all
-/// heights than these are from each other.
+/// neither is given, also a customary marker (-9999, -32768, the lowest float and the like) whose
+/// distance from all heights exceeds the range of the heights.
 /// \param value  as the file holds it: white of a 16-bit PNG is 65535
 /// \param guess  false: no customary markers
 NoData mark_no_data(Heights& heights, std::optional<double> value = {}, bool guess = true);

@@ -1,6 +1,6 @@
 /// \file
-/// Images in memory. image.h reads, writes, converts and compares them. Apart from it, so that what holds an image
-/// is not compiled anew when formats or functions change.
+/// Images in memory. image.h reads, writes, converts and compares them. This header is separate, so
+/// that code which only holds images is not recompiled when formats or functions change.
 #pragma once
 
 #include <cstddef>

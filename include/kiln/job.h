@@ -129,7 +129,7 @@ struct MeshFrameArguments {
   std::vector<std::string> unit = {};  ///< Unit: mm, cm, m, in, ft, or metres as a number
   std::vector<std::string> uv_set =
       {};  ///< UV set to read from files with several sets: an index from 0 on, or a name
-  bool allow_outside = false;   ///< Files referenced by an input may lie outside its folder
+  bool allow_outside = false;   ///< Inputs may refer to files outside of their own folders
   ShadingOptions shading = {};  ///< Normals of the high poly
 
   /// True if any convention is set.
@@ -140,7 +140,7 @@ struct MeshFrameArguments {
 /// and to text and JSON.
 struct Job {
   std::vector<JobInput> high = {};  ///< The high poly; several inputs are joined
-  JobLow low = {};                  ///< The given low poly, or the settings for making it
+  JobLow low = {};                  ///< The low poly that is given, or the settings for making one
   /// A folder for the maps, or NAME.glb, NAME.gltf or NAME.obj for the low poly and its maps in one
   /// asset.
   std::string out = {};
@@ -186,7 +186,7 @@ struct Job {
   std::string view_weights = {};
   bool reasons = false;     ///< Also write an image of why samples were missed
   bool keep_hulls = false;  ///< Also bake the collision hulls of the low poly
-  /// Use the tangents in the low poly's file; if false, those of MikkTSpace
+  /// Use the tangents in the low poly's file; if false, MikkTSpace computes tangents
   bool file_tangents = true;
   /// Make a UV seam of the low poly a hard edge where that reduces the error
   bool split_at_seams = false;
@@ -254,11 +254,12 @@ struct JobResult {
   Mesh low = {};  ///< The low poly on which the maps were baked, with the UVs of all texture sets
   std::string report = {};             ///< Report as JSON, as the command's --json writes it
   std::vector<Warning> warnings = {};  ///< All warnings, in the order in which they occurred
-  std::vector<Warning> causes = {};    ///< Warnings that are not consequences of other warnings
-  std::vector<Message> summary = {};   ///< Summary for users, one line per topic
+  /// Warnings, except those that are consequences of other warnings
+  std::vector<Warning> causes = {};
+  std::vector<Message> summary = {};  ///< Summary for users, one line per topic
   /// The limit that the result exceeds (max_missed_percent, faces, max_error); empty: none
   Message failure = {};
-  bool cancelled = false;  ///< The callback cancelled: nothing more was written
+  bool cancelled = false;  ///< The callback cancelled: no further file was written
 };
 
 /// Runs a job: reads, repairs, makes or reads the low poly, finds texture sets, bakes and writes.

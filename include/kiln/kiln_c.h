@@ -329,7 +329,8 @@ KILN_C_API kiln_status kiln_job_run(const kiln_job* job, const char* device, kil
 KILN_C_API void kiln_job_result_free(kiln_job_result* result);
 /// Returns the path of a written file, UTF-8; null beyond the last.
 KILN_C_API const char* kiln_job_file(const kiln_job_result* result, size_t index);
-/// Returns a warning that is not a consequence of another one; null beyond the last.
+/// Returns a warning; those that are consequences of other warnings are left out. Null beyond the
+/// last.
 KILN_C_API const char* kiln_job_warning(const kiln_job_result* result, size_t index);
 /// Returns the limit that the result exceeds (max_missed, faces, max_error), for which the command exits
 /// with 1; null if it exceeds none.

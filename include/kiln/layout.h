@@ -12,7 +12,7 @@ namespace KILN_PUBLIC kiln {
 
 /// Quality of a mesh's UV layout, independent of the maps baked into it.
 struct LayoutRating {
-  /// Number of rated triangles: all but those of the next two members
+  /// Number of rated triangles: all except those that the next two members count
   std::uint64_t triangles = 0;
   std::uint64_t degenerate =
       0;  ///< Triangles without area on the surface, or with a corner or UV that is not finite

@@ -101,8 +101,8 @@ struct OcclusionOptions {
   /// OcclusionBy::automatic chooses rays.
   OcclusionFalloff falloff = OcclusionFalloff::none;
   bool back_faces = true;  ///< Faces that point away from the point occlude, too
-  // Occluders in the maps ao, bent_normal and shadow; at least one of the next three members must
-  // be set.
+  // Occluders in the maps ao, bent_normal and shadow: the high poly, the low poly and other meshes;
+  // at least one of them must be set.
   bool by_high = true;  ///< The high poly occludes
   bool by_low = false;  ///< The low poly occludes
   /// Other meshes that occlude, in the high poly's space, such as a ground or neighbouring parts;
@@ -175,7 +175,7 @@ struct MapBound {
 struct MapReached {
   MapKind kind = {};           ///< The map
   std::string_view unit = {};  ///< Unit of both errors: "degrees", "ΔE"...
-  double wanted = 0;           ///< Bound: MapBound::max_error
+  double wanted = 0;           ///< Error bound: MapBound::max_error
   double error = 0;            ///< Root mean square of the error
   std::uint32_t points = 0;    ///< Number of points at which map and high poly were compared
   bool reached() const { return error <= wanted; }  ///< True if the error is within the bound
@@ -225,7 +225,7 @@ enum class MapType {
 enum class MissedTexels {
   low_poly,  ///< MissPolicy decides; with MissPolicy::keep the low poly's own value is stored
   /// MissPolicy decides; with MissPolicy::keep the value comes from neighbouring texels, since the
-  /// low poly has none
+  /// low poly has no such value
   neighbours,
   zero,  ///< Missed texels are 0, regardless of MissPolicy
 };

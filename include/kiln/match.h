@@ -39,8 +39,8 @@ struct Match {
   std::uint32_t width = 0;    ///< Width of the map times `samples`
   std::uint32_t height = 0;   ///< Height of the map times `samples`
   std::uint32_t samples = 1;  ///< N x N samples a texel
-  /// Number of triangles of the high poly, by which a mesh is checked that is given with a saved
-  /// match
+  /// Number of triangles of the high poly; a mesh that is baked with a saved match must have this
+  /// number
   std::uint64_t source_triangles = 0;
   std::uint64_t source_hash = 0;  ///< Hash of the high poly's triangles and positions; 0: unknown
   std::uint64_t low_hash = 0;     ///< Hash of the low poly's triangles, positions and UVs
@@ -234,10 +234,11 @@ inline constexpr MatchMethod MatchMethod::axis{"axis"};
 
 /// Rule that selects among the views that show a sample within the search distance.
 enum class ViewCriterion {
-  /// Smallest difference between the sample's depth and the pixel's depth in the view (Wang et al., section 2)
+  /// The view with the smallest difference between the sample's depth and the pixel's depth (Wang
+  /// et al., section 2)
   depth,
-  distance,  ///< Smallest distance in space to the point that the view shows at the sample
-  angle,     ///< Smallest angle between view and sample direction (Wang et al., section 6)
+  distance,  ///< The view whose point at the sample's pixel is nearest to the sample in space
+  angle,  ///< The view with the smallest angle to the sample's direction (Wang et al., section 6)
 };
 
 /// Depth views of MatchMethod::views, and the rule that selects among them.
@@ -315,12 +316,15 @@ struct VisibilityOptions {
 
 /// Limits of layouts for MatchMethod::uv. Shares, 0 or more; infinity: unlimited.
 struct UvOptions {
-  /// Warns if several triangles of the high poly cover more than this share of its samples
+  /// Warns if several triangles of the high poly cover more than this share of the samples that the
+  /// high poly covers
   double warn_overlap = 0;
-  double max_overlap = 0.05;  ///< Above this share, the bake throws Error(input)
+  /// The bake throws Error(input) if several triangles of the high poly cover more than this share
+  double max_overlap = 0.05;
   /// Warns if the 95th percentile of the distances between the surfaces exceeds this share of the diagonal
   double warn_distance = 0.01;
-  double max_distance = 0.05;  ///< Above this share, the bake throws Error(input)
+  /// The bake throws Error(input) if the 95th percentile exceeds this share of the diagonal
+  double max_distance = 0.05;
 };
 
 /// Settings of the match, which finds points of the high poly.
@@ -393,12 +397,14 @@ void save_clusters(const VisibilityClusters& clusters, const std::filesystem::pa
 struct ViewReport {
   /// Directions of the views, in the order in which they were rendered
   std::vector<Vec3> directions = {};
-  /// For automatically chosen views: share of the probed samples that the views up to each one see
+  /// For automatically chosen views: for each view, the share of the probed samples that it and the
+  /// views before it see
   std::vector<double> coverage = {};
-  std::uint32_t size = 0;     ///< Pixels a side of each view
-  double pixel = 0;           ///< Side of a pixel, world units
-  double undersampled = 0;    ///< Share of the high poly whose triangles are smaller than a pixel
-  bool height_field = false;  ///< True if both meshes are height fields, which one view shows
+  std::uint32_t size = 0;   ///< Pixels a side of each view
+  double pixel = 0;         ///< Side of a pixel, world units
+  double undersampled = 0;  ///< Share of the high poly whose triangles are smaller than a pixel
+  /// True if both meshes are height fields, so that a single view shows all of them
+  bool height_field = false;
 };
 
 /// Report of gathering visibility directions, at texels of the field or at vertices.
@@ -416,7 +422,7 @@ struct VisibilityReport {
   std::uint64_t clustered = 0;  ///< Elements whose directions were split into clusters
   /// Mean over all elements of the standard deviation of the directions that see an element
   double mean_deviation = 0;
-  double seconds = 0;  ///< Duration, which seconds_match includes
+  double seconds = 0;  ///< Duration, included in seconds_match
 };
 
 /// Report of matching by UVs: the high poly's layout must not overlap, and both layouts must agree.
@@ -464,7 +470,8 @@ const MatchInfo& find_match(std::string_view name);
 /// "match.ray". Options are named by their paths in BakeOptions. Saved matches depend on none. Any thread may call
 /// it.
 bool obeys(const MatchInfo& match, std::string_view option);
-/// True if a match needs exactly one direction in MatchOptions::views, so that default options do not suffice.
+/// True if a match requires exactly one direction in MatchOptions::views, so that the default
+/// options are refused.
 inline bool needs_direction(const MatchInfo& match) {
   return obeys(match, "match.views.directions") && !obeys(match, "match.views.count");
 }

@@ -81,7 +81,8 @@ struct Material {
   MaterialNumber metallic_from = MaterialNumber::none;   ///< Origin of `metallic`
   MaterialNumber emission_from = MaterialNumber::none;   ///< Origin of `emission`
   std::string extras = {};                               ///< JSON of glTF's `extras`; empty: none
-  /// File and line of its `newmtl`, or its index; empty: not described by a file
+  /// File and line of the material's `newmtl`, or the material's index in the file; empty: no file
+  /// describes the material
   std::string place = {};
 };
 
@@ -122,10 +123,11 @@ std::vector<Material> load_materials(const Mesh& mesh, const std::filesystem::pa
 Texture load_material_texture(const std::vector<Material>& materials, MaterialSlot slot,
                               std::vector<Warning>* warnings = nullptr, std::uint32_t uv_set = 0);
 
-/// The same for the mesh of these materials: pictures may lie on any of its UV sets, see Mesh::other_uvs, and of UDIM
-/// sets only the used tiles are loaded.
+/// Loads the pictures of one slot, as the function above does, for a mesh with these materials:
+/// pictures may use any of the mesh's UV sets (Mesh::other_uvs), and only the used tiles of UDIM
+/// sets are loaded.
 /// \param normals  Texture::normal_format
-/// \throws Error(input) if a picture lies on a set that the mesh lacks
+/// \throws Error(input) if a picture uses a UV set that the mesh lacks
 Texture load_material_texture(const std::vector<Material>& materials, MaterialSlot slot,
                               const Mesh& mesh, std::vector<Warning>* warnings = nullptr,
                               NormalTextureFormat normals = NormalTextureFormat::automatic);

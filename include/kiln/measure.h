@@ -28,7 +28,7 @@ struct NormalError {
   static constexpr std::array<double, 5> kThresholds8Bit = {4, 8, 16, 32, 64};
 
   std::uint64_t pixels = 0;  ///< Number of compared pixels: those that both meshes cover
-  /// Pixels that only one of the two meshes covers, which are not compared
+  /// Pixels that only one of the two meshes covers; they are not compared
   std::uint64_t one_sided = 0;
   double mean_degrees = 0;             ///< Mean angle over the compared pixels
   double rms_degrees = 0;              ///< Root mean square of the error
@@ -41,8 +41,8 @@ struct NormalError {
   /// Standard error of `mean_degrees` due to the limited number of directions and pixels, from the spread
   /// of the pictures' means: 0 for a single picture.
   double standard_error_degrees = 0;
-  /// Difference of silhouettes, 0 to 1: of the area that any of the two meshes covers, the share that only one
-  /// covers. Counted in pixels, or in samples if pixels have several.
+  /// Difference between the silhouettes of the two meshes, 0 to 1: the share of the pixels covered
+  /// by either mesh that only one mesh covers. Counted in samples if pixels have several.
   double one_sided_share = 0;
 };
 
@@ -167,7 +167,7 @@ class ScreenPictures {
 /// whose planes enclose that box in any orientation.
 struct DepthError {
   std::uint64_t pixels = 0;  ///< Number of compared pixels: those that both meshes cover
-  /// Pixels that only one of the two meshes covers, which are not compared
+  /// Pixels that only one of the two meshes covers; they are not compared
   std::uint64_t one_sided = 0;
   double mean = 0;  ///< Mean absolute difference
   double rms = 0;   ///< Root mean square of the error

@@ -26,7 +26,7 @@ struct Tangent {
 /// UVs of a mesh in another UV set of its file.
 struct UvSet {
   std::uint32_t set = 0;       ///< Index of the UV set in the file
-  std::vector<Vec2> uvs = {};  ///< One for each of Mesh::uvs: triangles share Mesh::uv_triangles
+  std::vector<Vec2> uvs = {};  ///< One UV per entry of Mesh::uvs; Mesh::uv_triangles indexes both
   bool operator==(const UvSet&) const = default;
 };
 
@@ -125,7 +125,7 @@ struct LoadMeshOptions {
   double metres = 0;
   bool override_up = false;    ///< Apply `up` to files that state another axis, too
   bool override_unit = false;  ///< Apply `metres` to files that state another unit, too
-  /// Allow files that FBX, glTF and the like reference to lie outside the folder of the file
+  /// Allow FBX, glTF and similar files to refer to files outside of their own folder
   bool outside = false;
 };
 

@@ -121,12 +121,13 @@ struct AgreedNormals {
 
 /// Repairs parts whose own normals oppose their faces, as after mirroring in some tools: normals are flipped, or
 /// windings are reversed. A part consists of triangles connected by edges of two triangles of equal winding, by equal
-/// positions. A closed or nearly closed part is made to face outwards. A part inside another such part is repaired like
-/// that one. An open sheet is repaired like its neighbours; without repaired neighbours, like the other parts; without
-/// these, as \p trust says. Normals that were those of a mirror image are mirrored. All other parts are unchanged to
-/// the bit, such as parts that face inwards with matching normals (rooms), and leaves whose normals are those of a
-/// rounder shape. Meshes without normals are unchanged. Time: 0.02 s for a million triangles that agree. Thread safety:
-/// may be called from several threads, for other meshes.
+/// positions. A closed or nearly closed part is made to face outwards. A part inside another closed
+/// part is repaired like the enclosing part. An open sheet is repaired like its neighbours; if no
+/// neighbour is repaired, like the other parts; if no other part is repaired, by the rule \p trust.
+/// Normals of a mirror image are mirrored back. All other parts are unchanged to the bit, such as
+/// parts that face inwards with matching normals (rooms), and leaves whose normals are those of a
+/// rounder shape. Meshes without normals are unchanged. Time: 0.02 s for a million triangles that
+/// agree. Thread safety: may be called from several threads, for other meshes.
 /// \throws Error(input) for an invalid mesh, see validate(), and for mirrored normals beside tangents
 AgreedNormals agree_normals(Mesh& mesh, Trusted trust);
 
@@ -134,7 +135,7 @@ AgreedNormals agree_normals(Mesh& mesh, Trusted trust);
 struct InwardParts {
   std::uint64_t count = 0;  ///< Number of parts that face inwards
   std::uint64_t parts = 0;  ///< Number of all closed or nearly closed parts
-  Vec3 example = {};        ///< A corner of the first of these parts, relative to Mesh::origin
+  Vec3 example = {};  ///< A corner of the first part that faces inwards, relative to Mesh::origin
 };
 
 /// Finds closed or nearly closed parts that face inwards and lie in no other part that faces outwards: rooms, and

@@ -14,10 +14,11 @@
 
 namespace KILN_PUBLIC kiln {
 
-/// An error about options of a job, whose what() names members of Job. Copies share the data.
+/// An error about options of a job. what() names the options as members of Job. Copies share the
+/// data.
 class OptionError : public Error {
  public:
-  /// Takes the option and the remedies from those that the message names.
+  /// option() and remedies() return the options that the message names.
   explicit OptionError(const Message& message, ErrorCode code = ErrorCode::usage,
                        const char* id = nullptr);
   /// An error about an invalid value of an option.

@@ -35,8 +35,8 @@ struct PlanOptions {
   /// Bound of the mean angle, degrees, between rendered normals of the low poly with its map and the high
   /// poly's. 0: the smallest error that a larger map would not improve by 5%.
   double max_error = 0;
-  /// Bounds of other baked maps, at most one for each map. Maps grow beyond the size that `max_error` needs until
-  /// each map is within its bound.
+  /// Error bounds of other baked maps, at most one for each map. Maps grow beyond the size that
+  /// `max_error` needs until each map is within its bound.
   std::vector<MapBound> bounds = {};
   /// If there is a bound for the map ao, and OcclusionOptions::max_error is 0: set the latter to
   /// half of the bound.
@@ -46,7 +46,7 @@ struct PlanOptions {
   BakeOptions bake = {};
 };
 
-/// A bake that was tried and measured.
+/// A bake that a plan made and measured.
 struct PlanTrial {
   MatchMethod method = MatchMethod::ray;  ///< Match that was tried
   std::uint32_t width = 0;                ///< Side of the map, texels
@@ -73,15 +73,16 @@ struct PlanLimit {
 struct PlannedBake {
   BakeResult result = {};              ///< The maps
   std::vector<PlanTrial> trials = {};  ///< Trials in the order in which they were made
-  std::vector<PlanLimit> limits = {};  ///< Limits of the evaluated matches, in order
+  /// Limits of the evaluated matches, in the order of evaluation
+  std::vector<PlanLimit> limits = {};
   /// If no match reaches the bound: a lower limit of the error of any map, degrees. It is above 0 since a texel shows
   /// one normal to all directions.
   double least = 0;
   PlanTrial chosen = {};  ///< The trial that produced `result`
   /// Error of the low poly's own normals, without a map, over the same pixels
   NormalError without_map = {};
-  /// Bound of the error in use, degrees: PlanOptions::max_error, or the one that was derived if
-  /// that is 0
+  /// Error bound in use, degrees: PlanOptions::max_error; if that is 0, the bound that the plan
+  /// derived
   double wanted = 0;
   /// True if the error of `chosen` is at most `wanted`, and all `bounds` are reached
   bool reached = false;
@@ -123,8 +124,8 @@ struct LowPolyPlanOptions {
   /// Bound of the mean angle, degrees, between rendered normals of the low poly with its map and the high poly's.
   /// Above 0.
   double max_error = 0;
-  /// Bounds of other baked maps, at most one for each map. Map sizes that exceed one of them are
-  /// excluded.
+  /// Error bounds of other baked maps, at most one for each map. Map sizes at which a map exceeds
+  /// its bound are excluded.
   std::vector<MapBound> bounds = {};
   /// If there is a bound for the map ao, and OcclusionOptions::max_error is 0: set the latter to
   /// half of the bound.
@@ -133,9 +134,9 @@ struct LowPolyPlanOptions {
   /// sides, 16 to 16384 pixels. The mean normals of pixels are compared, so detail that is finer than a pixel does
   /// not count. 0: unlimited.
   std::uint32_t screen = 0;
-  /// Bound of the difference of silhouettes, below 1: of the area that any of both meshes covers in pictures, the
-  /// share that only one covers. 0: no bound; but a mesh with a difference over 10% is replaced by a finer one if
-  /// that has less.
+  /// Bound of the difference between the silhouettes of the low poly and the high poly, below 1:
+  /// the share of the pixels covered by either mesh that only one mesh covers. 0: no bound, but a
+  /// mesh with a difference over 10% is replaced by a finer mesh if the finer one differs less.
   double max_outline = 0;
   bool choose_match = true;  ///< Choose the match method; if false, MatchOptions::method is used.
   /// Allow a result without a map, if the low poly's own normals suffice.
@@ -189,12 +190,13 @@ struct PlanLevel {
 struct LowPolyPlan {
   Mesh low = {};                               ///< The low poly, with UVs if there is a map
   SimplifyReport simplified = {};              ///< Report of the mesh's simplification
-  std::optional<UnwrapReport> unwrapped = {};  ///< Report of the unwrap; none if there is no map
+  std::optional<UnwrapReport> unwrapped = {};  ///< Report of unwrapping; none if there is no map
   std::optional<BakeResult> result = {};       ///< The maps; none if no map is needed
   BakeOptions bake = {};                       ///< Options that `result` was baked with
   Image drawn = {};  ///< The normal map as renderers read it: n/2 + 1/2, rounded to `chosen`'s bits
-  Candidate chosen = {};                   ///< The candidate to which `low` and `result` belong
-  std::vector<Candidate> candidates = {};  ///< Candidates that were made and measured, in order
+  Candidate chosen = {};  ///< The candidate to which `low` and `result` belong
+  /// Candidates that were made and measured, in the order in which they were made
+  std::vector<Candidate> candidates = {};
   /// For each map size, in ascending order, the candidate with the fewest faces that is expected to
   /// reach the bound
   std::vector<Candidate> trade = {};
@@ -263,8 +265,9 @@ struct LodLevel {
   std::uint32_t screen = 0;
   /// True: the level has its own maps, or needs none; false: it uses the first level's maps.
   bool own_maps = true;
-  /// Plan of the level. `chosen.measured` is its error at the size `screen`, and `wanted` the bound of that. If the
-  /// level uses the first level's maps, there is no `result`, and `candidates` holds the measured meshes.
+  /// Plan of the level. `chosen.measured` is the level's error at the size `screen`, and `wanted`
+  /// is the bound of this error. If the level uses the first level's maps, there is no `result`,
+  /// and `candidates` holds the measured meshes.
   LowPolyPlan plan = {};
 };
 
@@ -279,10 +282,11 @@ struct LodChain {
   bool cancelled = false;
 };
 
-/// Plans a chain of low polys: plan_low_poly() for `screen`, half of it, a quarter and so on. A level that has more
-/// faces than the previous one, or over 90% of its bytes, is left out with a warning; the previous level is then used
-/// for its size, too. With shared UVs the later levels are simplified from the first one, and keep its layout. They
-/// have the fewest faces with which the first level's map, rounded as in files, stays within the error.
+/// Plans a chain of low polys: plan_low_poly() for `screen`, half of it, a quarter and so on. A
+/// level that has more faces than the previous level, or over 90% of the previous level's bytes, is
+/// left out with a warning; the previous level then also serves the size of the omitted one. With
+/// shared UVs the later levels are simplified from the first one, and keep its layout. They have
+/// the fewest faces with which the first level's map, rounded as in files, stays within the error.
 /// \throws as plan_low_poly(); Error(usage) for levels, growth or screen out of range
 LodChain bake_lods(const Source& source, const Mesh& high, const LodOptions& options);
 

@@ -39,8 +39,8 @@ std::array<ReasonInfo, 8> reason_infos();
 struct ReasonCount {
   Reason reason = Reason::empty;     ///< Reason that this entry is about
   std::uint64_t samples = 0;         ///< Number of samples with this reason, above 0
-  std::uint32_t column = 0;          ///< An example's texel: its column, from the left
-  std::uint32_t row = 0;             ///< The row of the example's texel, from the top
+  std::uint32_t column = 0;          ///< Column of the example's texel, from the left
+  std::uint32_t row = 0;             ///< Row of the example's texel, from the top
   std::array<double, 3> position{};  ///< Position of the example on the low poly, world units
   double distance = 0;               ///< For Reason::far: distance of the nearest hit, world units
 };

@@ -40,12 +40,12 @@ struct RenderOptions {
   std::uint32_t ambient_rays = 64;
   /// Shade with face normals instead of the mesh's own; disables the map, too.
   bool flat = false;
-  bool ignore_map = false;  ///< Draw without the scene's normal map
+  bool ignore_map = false;  ///< Draw the mesh without the scene's normal map
   /// Show world-space normals as n/2 + 1/2, not sRGB-encoded; exactly 0 for background. With one sample per
   /// pixel, the values are exact normals.
   bool show_normals = false;
-  /// Show the map's channels unchanged and unlit, averaged over the samples that hit the mesh; 0 for
-  /// background. Needs a map.
+  /// Show the map's channels unchanged and unlit, averaged over the pixel's samples that hit the
+  /// mesh; 0 for background. Requires a map.
   bool show_colors = false;
   /// Mesh whose bounds the picture shows (default: the scene's mesh), so that pictures of several meshes
   /// can show the same part of the world. Read during the call.

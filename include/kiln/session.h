@@ -53,9 +53,9 @@ class BakeSession {
   BakeSession(const Device& device, Mesh high, Mesh low, const BakeOptions& options = {},
               const SessionOptions& session = {});
   ~BakeSession();
-  /// The moved-from session may only be assigned to or destroyed
+  /// A session that was moved from may only be assigned to or destroyed
   BakeSession(BakeSession&&) noexcept;
-  /// The moved-from session may only be assigned to or destroyed
+  /// A session that was moved from may only be assigned to or destroyed
   BakeSession& operator=(BakeSession&&) noexcept;
 
   /// Changes positions of the high poly's vertices [first, first + count), in the mesh's units. If the
@@ -117,9 +117,9 @@ class ViewSession {
   /// \throws Error as bake()
   ViewSession(const Source& source, const Mesh& low, const BakeOptions& options = {});
   ~ViewSession();
-  /// The moved-from session may only be assigned to or destroyed
+  /// A session that was moved from may only be assigned to or destroyed
   ViewSession(ViewSession&&) noexcept;
-  /// The moved-from session may only be assigned to or destroyed
+  /// A session that was moved from may only be assigned to or destroyed
   ViewSession& operator=(ViewSession&&) noexcept;
 
   /// Effect of one view.

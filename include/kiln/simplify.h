@@ -52,9 +52,9 @@ struct SimplifyReport {
   /// share of the diagonal; else 0. Samples are corners, centroids and edge midpoints of the low poly's
   /// triangles.
   double back_error = 0;
-  /// Search distance for bakes onto the result (MatchOptions::max_distance), as a share of the diagonal: the larger of
-  /// the default of bakes and of 2.5 times `error`, since rays measure the distance along their direction and from the
-  /// low poly.
+  /// Search distance for bakes onto the result (MatchOptions::max_distance), as a share of the
+  /// diagonal: the larger of the default search distance of bakes and 2.5 times `error`, since rays
+  /// start at the low poly and measure the distance along their direction.
   double search_distance() const {
     return 2.5 * error > kSearchDistance ? 2.5 * error : kSearchDistance;
   }
@@ -151,7 +151,7 @@ Mesh simplify(const Mesh& high, const SimplifyOptions& options = {},
 /// A low poly of simplify_levels().
 struct SimplifiedLevel {
   Mesh mesh = {};  ///< The simplified mesh, as simplify() returns it
-  /// Report as that of simplify(); `seconds` is the time that this level took
+  /// Report of this level, like that of simplify(); `seconds` is the time that the level took
   SimplifyReport report = {};
 };
 

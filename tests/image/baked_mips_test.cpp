@@ -236,7 +236,7 @@ TEST(BakedMips, WhereChartsMeetAreNearerToASmallerBakeThanBoxFiltering) {
       // Charts without a centre have texels of the smaller bake that are mostly others' here.
       const std::uint32_t side = 1024U >> level;
       const LowSurface surface = LowSurface::of(bunny.low, Frame());
-      for (const OwnedTexel& texel :
+      for (const AssignedTexel& texel :
            SmallCharts::of(surface, TexelPieces::of(surface, side, side), side, side, 1).texels) {
         *mask.at(texel.column, texel.row) = 0;
       }

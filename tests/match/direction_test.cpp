@@ -14,7 +14,7 @@
 #include "support/environment.h"
 #include "support/hard_scene.h"
 #include "support/shapes.h"
-#include "texel/edge_turn.h"
+#include "texel/sample_directions.h"
 
 namespace kiln {
 namespace {
@@ -126,9 +126,9 @@ std::vector<float> directions_of(const LowSurface& surface, RayDirection directi
   const HardEdges hard = HardEdges::of(surface);
   const std::vector<float> widths(hard.edges.size(), static_cast<float>(width));
   if (direction == RayDirection::automatic) {
-    EdgeTurn(context, surface, hard, widths).set_directions(context, band);
+    SampleDirections(context, surface, hard, widths).set_directions(context, band);
   } else if (direction == RayDirection::face) {
-    EdgeTurn(context, surface, hard, {}).set_directions(context, band);
+    SampleDirections(context, surface, hard, {}).set_directions(context, band);
   }
   std::vector<float> points = band.points.download(context);
   std::vector<float> result(6 * band.sample_count);
@@ -252,7 +252,7 @@ TEST(Direction, BlendsPaint) {
   TexelSampler sampler(context, surface, {32, 32});
   TexelBand band = sampler.sample(0);
   const std::vector<float> before = band.points.download(context);
-  EdgeTurn(context, surface).set_directions(context, band);
+  SampleDirections(context, surface).set_directions(context, band);
   const std::vector<float> after = band.points.download(context);
   const std::vector<std::uint32_t> triangle = band.triangle.download(context);
   const std::size_t plane = band.capacity;

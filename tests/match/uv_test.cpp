@@ -58,7 +58,7 @@ void expect_as_reference(const Mesh& dense, const Mesh& low, const BakeOptions& 
   const TexelPieces pieces =
       TexelPieces::of(surface, options.width * options.samples, options.height * options.samples);
   std::set<std::size_t> owned;
-  for (const OwnedTexel& texel :
+  for (const AssignedTexel& texel :
        SmallCharts::of(surface, pieces, options.width, options.height, options.samples).texels) {
     owned.insert(std::size_t{texel.row} * options.width + texel.column);
   }

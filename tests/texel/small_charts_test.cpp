@@ -118,7 +118,8 @@ double area_within(const std::array<Point, 3>& corners, double column, double ro
 
 std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> owners(const SmallCharts& small) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> result;
-  for (const OwnedTexel& texel : small.texels) result[{texel.row, texel.column}] = texel.triangle;
+  for (const AssignedTexel& texel : small.texels)
+    result[{texel.row, texel.column}] = texel.triangle;
   EXPECT_EQ(result.size(), small.texels.size()) << "a texel twice";
   return result;
 }

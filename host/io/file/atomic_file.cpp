@@ -115,7 +115,7 @@ int AtomicFile::create_named() {
 // Gives an unnamed file a hidden name.
 void AtomicFile::name_file() {
   if (is_written_directly_ || !temporary_.empty()) return;
-  HeldFile file;
+  PendingFile file;
   file.destination = destination_;
   file.target = target_;
   file.descriptor = os::duplicate(os::file_of(stream_));
@@ -143,9 +143,9 @@ void AtomicFile::close_stream() {
 
 // Sets the file's permissions, and starts flushing it to the medium, so that this overlaps with the
 // next file's production.
-void AtomicFile::send(int descriptor) const {
+void AtomicFile::begin_flush(int descriptor) const {
   if (mode_ && !os::set_permissions(descriptor, *mode_) && errno != EPERM) fail("", errno);
-  os::begin_sync(descriptor);  // HeldFile::sync() waits until the data is on the medium
+  os::begin_sync(descriptor);  // PendingFile::sync() waits until the data is on the medium
 }
 
 void AtomicFile::commit() {
@@ -156,13 +156,13 @@ void AtomicFile::commit() {
       is_committed_ = true;
       return;
     }
-    HeldFile file;
+    PendingFile file;
     file.destination = destination_;
     file.target = target_;
     if (stream_ != nullptr) {
       errno = 0;
       if (std::fflush(stream_) != 0 || std::ferror(stream_) != 0) fail("", errno);
-      send(os::file_of(stream_));
+      begin_flush(os::file_of(stream_));
       if (temporary_.empty()) {
         file.descriptor = os::duplicate(os::file_of(stream_));
         // An unnamed file must stay open, and too many files are open already
@@ -175,7 +175,7 @@ void AtomicFile::commit() {
       const int descriptor = os::open_to_read(temporary_.path());
       if (descriptor < 0) fail("", errno);
       try {
-        send(descriptor);
+        begin_flush(descriptor);
       } catch (...) {
         os::close(descriptor);
         throw;
@@ -184,8 +184,8 @@ void AtomicFile::commit() {
     }
     file.temporary = std::move(temporary_);
     is_committed_ = true;
-    if (hold_output(file)) return;
-    std::vector<HeldFile> single_file;
+    if (add_to_open_set(file)) return;
+    std::vector<PendingFile> single_file;
     single_file.push_back(std::move(file));
     place_files(single_file);
   } catch (...) {

@@ -58,7 +58,7 @@ class AtomicFile {
   void open_stream(int descriptor);
   int create_named();
   void name_file();
-  void send(int descriptor) const;
+  void begin_flush(int descriptor) const;
   void discard() noexcept;
 
   std::filesystem::path destination_;

@@ -22,7 +22,7 @@ constexpr std::uint64_t max_unpack_ratio(Packing packing) {
     case Packing::exr_piz:
       return 454;  // Huffman: one bit for "run", 8 for its length, at most 255 values of 2 bytes
     case Packing::exr_pxr24:
-      return kMaxDeflateRatio * 4 / 3;  // of a float's 4 bytes, 3 are kept and deflated
+      return kMaxDeflateRatio * 4 / 3;  // PXR24 keeps and deflates 3 of a float's 4 bytes
     case Packing::exr_b44:
       return 11;  // 3 bytes encode a flat block of 4 x 4 values of 2 bytes
     case Packing::exr_dwa:

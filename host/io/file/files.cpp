@@ -70,7 +70,7 @@ void create_output_folder(const std::filesystem::path& folder) {
                                        "' cannot be created (" + error.message() +
                                        "): choose another place.");
   }
-  if (!made) return;  // Another process created it, or the path ends in a slash
+  if (!made) return;  // Another process has created the folder, or the path ends in a slash
   const std::filesystem::path whole = os::absolute(folder, error);
   const std::lock_guard lock(created_mutex);
   created_folders.push_back(error ? folder : whole);

@@ -25,7 +25,7 @@ using FileIndex = std::unordered_map<std::string, std::size_t>;  // By os::name_
 struct OutputState {
   std::mutex mutex;
   bool is_open = false;
-  std::vector<HeldFile> files;
+  std::vector<PendingFile> files;
   FileIndex by_target;       ///< For each target, the index in `files` of its first file
   FileIndex by_destination;  ///< For each destination, the index in `files` of its last file
   std::set<os::FileId> read;
@@ -40,8 +40,8 @@ struct OutputState {
     }
   }
   /// Removes all files from the set, and returns them.
-  std::vector<HeldFile> release_files() {
-    std::vector<HeldFile> all = std::exchange(files, {});
+  std::vector<PendingFile> release_files() {
+    std::vector<PendingFile> all = std::exchange(files, {});
     rebuild_indices();
     return all;
   }
@@ -53,13 +53,13 @@ OutputState& output_state() {
 }
 
 /// Path at which a file's bytes can be read.
-std::filesystem::path bytes_of(const HeldFile& file) {
+std::filesystem::path bytes_of(const PendingFile& file) {
   return file.temporary.empty() ? std::filesystem::path(os::path_of_open_file(file.descriptor))
                                 : file.temporary.path();
 }
 
 /// Absolute path of a file's destination, without following links.
-std::filesystem::path absolute_name(const HeldFile& file) {
+std::filesystem::path absolute_name(const PendingFile& file) {
   return os::absolute_normal(file.destination);
 }
 
@@ -75,7 +75,7 @@ OutputSet::OutputSet() {
 }
 
 OutputSet::~OutputSet() {
-  std::vector<HeldFile> dropped_files;
+  std::vector<PendingFile> dropped_files;
   const std::lock_guard lock(output_state().mutex);
   output_state().is_open = false;
   output_state().read.clear();
@@ -84,9 +84,9 @@ OutputSet::~OutputSet() {
 
 namespace {
 
-void place_held(std::vector<HeldFile>& files) {
+void place_pending(std::vector<PendingFile>& files) {
   // An output may have been read as an input after it had been written; this is refused here, too.
-  for (const HeldFile& file : files) {
+  for (const PendingFile& file : files) {
     if (const auto found = os::query_file(file.target)) refuse_input(file.destination, found->id);
   }
   place_files(files);
@@ -95,24 +95,24 @@ void place_held(std::vector<HeldFile>& files) {
 }  // namespace
 
 void OutputSet::commit() {
-  std::vector<HeldFile> files;
+  std::vector<PendingFile> files;
   {
     const std::lock_guard lock(output_state().mutex);
     files = output_state().release_files();
   }
-  place_held(files);
+  place_pending(files);
 }
 
 namespace {
 
 /// Removes the files that a run has written from the set, and returns them. The caller must hold
 /// the lock.
-std::vector<HeldFile> extract_files_of(const InputLog& run) {
-  std::vector<HeldFile>& files = output_state().files;
-  const auto first = std::stable_partition(files.begin(), files.end(),
-                                           [&](const HeldFile& file) { return file.run != &run; });
-  std::vector<HeldFile> run_files(std::make_move_iterator(first),
-                                  std::make_move_iterator(files.end()));
+std::vector<PendingFile> extract_files_of(const InputLog& run) {
+  std::vector<PendingFile>& files = output_state().files;
+  const auto first = std::stable_partition(
+      files.begin(), files.end(), [&](const PendingFile& file) { return file.run != &run; });
+  std::vector<PendingFile> run_files(std::make_move_iterator(first),
+                                     std::make_move_iterator(files.end()));
   files.erase(first, files.end());
   output_state().rebuild_indices();
   return run_files;
@@ -121,26 +121,27 @@ std::vector<HeldFile> extract_files_of(const InputLog& run) {
 }  // namespace
 
 void commit_outputs(const InputLog& run) {
-  std::vector<HeldFile> files;
+  std::vector<PendingFile> files;
   {
     const std::lock_guard lock(output_state().mutex);
     files = extract_files_of(run);
   }
-  place_held(files);
+  place_pending(files);
 }
 
 void discard_outputs(const InputLog& run) {
-  std::vector<HeldFile> dropped_files;
+  std::vector<PendingFile> dropped_files;
   const std::lock_guard lock(output_state().mutex);
   dropped_files = extract_files_of(run);
 }
 
-std::vector<HeldOutput> outputs_of(const InputLog& run) {
+std::vector<PendingOutput> outputs_of(const InputLog& run) {
   const std::lock_guard lock(output_state().mutex);
-  std::vector<HeldOutput> outputs;
-  for (const HeldFile& file : output_state().files) {
+  std::vector<PendingOutput> outputs;
+  for (const PendingFile& file : output_state().files) {
     if (file.run != &run) continue;
-    std::erase_if(outputs, [&](const HeldOutput& o) { return o.destination == file.destination; });
+    std::erase_if(outputs,
+                  [&](const PendingOutput& o) { return o.destination == file.destination; });
     outputs.push_back({file.destination, bytes_of(file)});
   }
   return outputs;
@@ -168,7 +169,7 @@ void OutputSet::check(const std::filesystem::path& destination) {
   if (const auto found = os::query_file(destination)) refuse_input(destination, found->id);
 }
 
-bool hold_output(HeldFile& file) {
+bool add_to_open_set(PendingFile& file) {
   const std::lock_guard lock(output_state().mutex);
   if (!output_state().is_open) return false;
   file.run = current_input_log();
@@ -178,7 +179,7 @@ bool hold_output(HeldFile& file) {
   if (number >= kMaxUnnamedFiles) file.name();
   const auto [first, is_new] = output_state().by_target.emplace(os::name_key(file.target), number);
   if (!is_new) {
-    const HeldFile& other = output_state().files[first->second];
+    const PendingFile& other = output_state().files[first->second];
     if (other.run != file.run) {
       throw Error(ErrorCode::usage, "'" + file.destination.string() +
                                         "' is written by another bake of this run, too: give each "

@@ -14,7 +14,7 @@ namespace kiln {
 /// Passes a finished file to the open set.
 /// \returns false if no set is open; then the caller places the file
 /// \throws Error(usage) if links make it the same file as another one of the set
-bool hold_output(HeldFile& file);
+bool add_to_open_set(PendingFile& file);
 
 /// Commits those files of the open set that one run wrote, as OutputSet::commit() does for all
 /// files; for several runs at the same time. A run is identified by its log of inputs
@@ -24,13 +24,13 @@ void commit_outputs(const InputLog& run);
 /// Deletes the files that a run wrote to the open set, unless they were committed. May be called
 /// from any thread.
 void discard_outputs(const InputLog& run);
-/// A file that is not committed yet, and the path at which its bytes can be read.
-struct HeldOutput {
+/// An output file that is not committed yet, and the path at which its bytes can be read.
+struct PendingOutput {
   std::filesystem::path destination, bytes;
 };
 /// The uncommitted files of a run. Of several with the same destination, only the last one is
 /// included.
-std::vector<HeldOutput> outputs_of(const InputLog& run);
+std::vector<PendingOutput> outputs_of(const InputLog& run);
 /// Number of uncommitted files in the open set.
 std::size_t held_outputs();
 

@@ -100,7 +100,8 @@ bool is_plain(std::string_view name) {
 void complete_journal(const fs::path& folder, const fs::path& journal) {
   const std::optional<os::FileStatus> facts = os::query_link(journal);
   // Journals of other users are ignored, since they may be forged.
-  if (!facts || !facts->is_regular || !facts->is_owned_by_user || facts->bytes > kMaxJournalBytes) return;
+  if (!facts || !facts->is_regular || !facts->is_owned_by_user || facts->bytes > kMaxJournalBytes)
+    return;
   std::ifstream file(journal, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(file), {}};
   std::vector<std::string> names;
@@ -153,8 +154,8 @@ void complete_journals(const fs::path& folder) {
 /// A transaction of several renames, which can be undone.
 class Placement {
  public:
-  explicit Placement(std::vector<HeldFile>& files) : files_(files), backups_(files.size()) {
-    for (HeldFile& file : files) {
+  explicit Placement(std::vector<PendingFile>& files) : files_(files), backups_(files.size()) {
+    for (PendingFile& file : files) {
       const fs::path folder = canonical_folder(file.target.parent_path());
       file.target = folder / file.target.filename();
     }
@@ -170,10 +171,10 @@ class Placement {
   Placement& operator=(const Placement&) = delete;
 
   void run() {
-    for (const HeldFile& file : files_) file.sync();
+    for (const PendingFile& file : files_) file.sync();
     for (const fs::path& folder : folders_) locks_.emplace_back(folder);
     for (const fs::path& folder : folders_) complete_journals(folder);
-    for (HeldFile& file : files_) file.name();
+    for (PendingFile& file : files_) file.name();
     link_old_files();
     for (const fs::path& folder : folders_) write_journal(folder);
     is_placing = true;
@@ -256,7 +257,7 @@ class Placement {
 
   /// After all files were placed, removes the links to old files and the journals.
   void drop_backups() {
-    for (HeldFile& file : files_) file.temporary.release();
+    for (PendingFile& file : files_) file.temporary.release();
     undo();
   }
 
@@ -269,7 +270,7 @@ class Placement {
     }
   }
 
-  std::vector<HeldFile>& files_;
+  std::vector<PendingFile>& files_;
   std::vector<TemporaryName> backups_, journals_;
   std::vector<std::size_t> new_files_;  ///< Indices of the files that did not replace an old one
   std::vector<fs::path> folders_;
@@ -278,16 +279,16 @@ class Placement {
 
 }  // namespace
 
-HeldFile::~HeldFile() { discard(); }
+PendingFile::~PendingFile() { discard(); }
 
-HeldFile::HeldFile(HeldFile&& other) noexcept
+PendingFile::PendingFile(PendingFile&& other) noexcept
     : destination(std::move(other.destination)),
       target(std::move(other.target)),
       temporary(std::move(other.temporary)),
       descriptor(std::exchange(other.descriptor, -1)),
       run(other.run) {}
 
-HeldFile& HeldFile::operator=(HeldFile&& other) noexcept {
+PendingFile& PendingFile::operator=(PendingFile&& other) noexcept {
   if (this != &other) {
     discard();
     destination = std::move(other.destination);
@@ -299,7 +300,7 @@ HeldFile& HeldFile::operator=(HeldFile&& other) noexcept {
   return *this;
 }
 
-void HeldFile::sync() const {
+void PendingFile::sync() const {
   const int opened = descriptor >= 0 ? -1 : os::open_to_read(temporary.path());
   const int file = descriptor >= 0 ? descriptor : opened;
   const bool good = file >= 0 && os::sync(file);
@@ -310,7 +311,7 @@ void HeldFile::sync() const {
     fail_to_write(destination, "", saved_error);
 }
 
-void HeldFile::name() {
+void PendingFile::name() {
   if (!temporary.empty()) return;
   for (int attempt = 0;; ++attempt) {
     TemporaryName name(target.parent_path());
@@ -323,19 +324,19 @@ void HeldFile::name() {
   }
 }
 
-void HeldFile::discard() noexcept {
+void PendingFile::discard() noexcept {
   if (descriptor >= 0) os::close(std::exchange(descriptor, -1));
   if (!temporary.empty()) os::remove_file(temporary.path().c_str());
   temporary.release();
 }
 
-void place_files(std::vector<HeldFile>& files) {
+void place_files(std::vector<PendingFile>& files) {
   if (files.empty()) return;
   if (files.size() > 1) {
     Placement(files).run();
     return;
   }
-  HeldFile& file = files.front();
+  PendingFile& file = files.front();
   file.sync();
   const LockedFolder folder(file.target.parent_path());
   // Completes journals first: later, one of them might replace this file by an older one

@@ -10,11 +10,11 @@
 namespace kiln {
 
 /// A finished file that is not at its destination yet.
-struct HeldFile {
-  HeldFile() = default;
-  ~HeldFile();  ///< Removes the file, unless it was placed
-  HeldFile(HeldFile&& other) noexcept;
-  HeldFile& operator=(HeldFile&& other) noexcept;
+struct PendingFile {
+  PendingFile() = default;
+  ~PendingFile();  ///< Removes the file, unless it was placed
+  PendingFile(PendingFile&& other) noexcept;
+  PendingFile& operator=(PendingFile&& other) noexcept;
 
   std::filesystem::path destination;  ///< Path as the caller gave it, for messages
   std::filesystem::path target;       ///< Absolute path of the destination with links resolved
@@ -39,7 +39,7 @@ struct HeldFile {
 /// process can complete the transaction if this one is killed. A lock ensures that two processes do
 /// not mix their files.
 /// \throws Error(output)
-void place_files(std::vector<HeldFile>& files);
+void place_files(std::vector<PendingFile>& files);
 
 /// If a killed process has left a journal in a folder, completes its transaction. Waits for
 /// processes that are placing files there.

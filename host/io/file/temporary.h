@@ -33,7 +33,7 @@ class TemporaryName {
 enum class NameState {
   foreign,  ///< The name was not created by Kiln
   running,  ///< The process that created the name is running
-  unknown,  ///< The process ran on another machine, or before the last boot
+  unknown,  ///< The process that created the name ran on another machine, or before the last boot
   ended,    ///< The process has ended
 };
 /// \param name  a file's name, without its folder  \param ending  required ending, such as "tmp"

@@ -70,7 +70,8 @@ void decode_signed_channel(const std::uint8_t* block, std::size_t channel, Block
 
 /// Layout of a mode of BC7: the number of bits of each field.
 struct Mode {
-  /// Number of subsets; then the bits of the partition, of the rotation and of the index selection
+  /// Number of subsets, and numbers of bits of the partition, of the rotation and of the index
+  /// selection
   unsigned subsets, partition, rotation, selector;
   /// Bits per channel of an endpoint; without bits, alpha is 1
   unsigned color, alpha;

@@ -32,7 +32,7 @@ namespace kiln {
 void save_exr(const Image& image, const std::filesystem::path& path,
               const SaveImageOptions& options);
 
-/// Begins the same file, for rows that follow.
+/// Begins the file that save_image() would write, for rows that are put afterwards.
 std::unique_ptr<ImageRows> save_exr_rows(const ImageShape& shape, const std::filesystem::path& path,
                                          const SaveImageOptions& options);
 

@@ -124,9 +124,9 @@ void check_blocks(const ByteSource& source, const ExrHeaders& headers, const Fai
     const std::uint64_t needed = part.bytes_of(box);
     if (needed > most_unpacked(part.packing, size)) {
       fail("dataWindow",
-           "it says " + sides_text(part.data) + "; " + place + " of them takes " +
-               std::to_string(needed) + " bytes, but has " + std::to_string(size) +
-               ", which by compression " + part.compression + " hold at most " +
+           "it says " + sides_text(part.data) + "; " + place + " of this size takes " +
+               std::to_string(needed) + " bytes, but " + std::to_string(size) +
+               " bytes are stored, which compression " + part.compression + " expands to at most " +
                std::to_string(most_unpacked(part.packing, size)),
            kExportAgain);
     }

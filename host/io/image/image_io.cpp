@@ -160,7 +160,8 @@ const ReadableFormat kPictures[] = {
     {"KTX 2", "", "", parse_ktx2},       {"DDS", "", "", parse_dds},
 };
 
-/// Detects the format by the first bytes. TGA has no magic number, so the extension must fit, too.
+/// Detects the format by the first bytes. For TGA, which has no magic number, the extension must be
+/// that of TGA, too.
 std::optional<PictureKind> picture_kind(const std::string& head, const std::string& file) {
   using namespace std::string_literals;
   if (head.starts_with("\x89PNG\r\n\x1a\n")) return kPng;

@@ -165,7 +165,7 @@ void save_match(const Match& match, const std::filesystem::path& path) {
 }
 
 Match parse_match(const ByteSource& source, const std::string& file, const ImageLimits& limits) {
-  // All failures get the same remedy, in place of their own.
+  // All failures get this remedy, which replaces that of the failed check.
   const FailWith failure = [inner = image_failure(file, kMatchKind)](const std::string& place,
                                                                      const std::string& problem,
                                                                      const Message&) {

@@ -20,7 +20,8 @@ enum class Deflate {
   /// Chooses the filter that is best for a sample of the rows; uses libdeflate if it was built in,
   /// otherwise zlib
   small,
-  /// As `small`, at the highest level of the library, which takes seconds per million pixels
+  /// Compresses like `small`, but at the library's highest level, which takes seconds per million
+  /// pixels
   smallest,
 };
 

@@ -479,7 +479,8 @@ void PngRows::put(const Image& rows) {
         for (std::size_t i = begin; i < stop; ++i) {
           const std::size_t y = (first_band + i) * band_rows_;
           Band band = encode_band(rows, y, std::min<std::size_t>(y + band_rows_, shape_.height));
-          // Never blocks for long: the thread that brings the next band writes all bands that are ready.
+          // Never blocks for long: the thread that puts the next band in order also writes all
+          // later bands that are ready.
           const std::lock_guard lock(mutex);
           bands[i] = std::move(band);
           for (; next_band < bands.size() && bands[next_band].raw_bytes != 0; ++next_band) {

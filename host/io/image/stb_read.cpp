@@ -52,8 +52,8 @@ int on_read(void* user, char* to, int count) {
   bytes.at += got;
   if (got != 0 && (to == bytes.buffer || got == wanted)) return static_cast<int>(got);
   bytes.is_cut_short = true;
-  // After the end of the file, line ends are supplied. With other bytes stb_image would never end
-  // for Radiance HDR: zeros are runs of length 0, and all others continue a line of the header.
+  // After the end of the file, stb_image gets line ends. With any other bytes it would never finish
+  // a Radiance HDR: zeros are runs of length 0, and all other bytes continue a line of the header.
   std::fill(to + got, to + wanted, '\n');
   return count;
 }

@@ -21,8 +21,8 @@ class StoredErrorSums {
   /// \param coverage   of these rows; empty: all texels count
   void add(const Image& rows, std::size_t first_row, const SaveImageOptions& options,
            std::span<const std::uint8_t> coverage);
-  /// The same for other ways to dither and to decode. \param lossy  decoded picture if the format is lossy, otherwise
-  /// empty
+  /// Adds rows like the function above, for other ways to dither and to decode. \param lossy
+  /// decoded picture if the format is lossy, otherwise empty
   void add(const Image& rows, std::size_t first_row, const SaveImageOptions& options,
            const DitherBlocks& dither, const Image& lossy, std::span<const std::uint8_t> coverage);
   StoredError error() const;
@@ -32,8 +32,9 @@ class StoredErrorSums {
     double sum = 0, max = 0;
     std::uint64_t texels = 0;
   };
-  std::vector<Sum>
-      sums_;  ///< Of each block of a few rows, so that threads do not change the order of sums
+  /// One sum for each block of a few rows, so that the number of threads does not change the order
+  /// of additions
+  std::vector<Sum> sums_;
 };
 
 }  // namespace kiln

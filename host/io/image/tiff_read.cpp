@@ -213,7 +213,7 @@ std::uint64_t max_unpack_ratio(std::uint16_t packing) {
     case COMPRESSION_DEFLATE:
       return most_unpacked(Packing::deflate, 1);
     case COMPRESSION_LZW:
-      return 4096;  // At best, 12 bits encode a string as long as the table
+      return 4096;  // At best, a code of 12 bits encodes a string as long as the table (LZW)
     default:
       return 0;
   }
@@ -430,7 +430,8 @@ bool read_geography(TIFF* file, TiffGeography& geography) {
   const auto keys = values_of<std::uint16_t>(file, kGeoKeys, TIFF_SHORT);
   for (std::size_t k = 4; k + 4 <= keys.size(); k += 4) {
     any = true;
-    if (keys[k + 1] != 0) continue;  // Otherwise the key's value is stored in another tag
+    // The values of other keys are stored in other tags, whose numbers are not 0
+    if (keys[k + 1] != 0) continue;
     if (keys[k] == kModelType) geography.is_degrees = keys[k + 3] == kGeographic;
     if (keys[k] == kLengthUnit) geography.length_unit = keys[k + 3];
     if (keys[k] == kHeightUnit) geography.height_unit = keys[k + 3];

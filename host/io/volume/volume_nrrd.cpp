@@ -214,7 +214,7 @@ std::vector<std::string> numbered_files(const VolumeInput& input, const HeaderFi
       end == name_pattern.npos ? "" : name_pattern.substr(percent + 1, end - percent - 1);
   const auto digits = format.empty() ? 0 : to_integer(format);
   if (end == name_pattern.npos || !digits || *digits < 0 || *digits > kMaxDigits) {
-    fail("has no number such as %d or %03d");
+    fail("has no placeholder for a number, such as %d or %03d");
   }
   const auto first = to_integer(list[1]), last = to_integer(list[2]), step = to_integer(list[3]);
   const auto ordinary = [](const auto& n) { return n && std::abs(*n) < std::int64_t{1} << 40; };

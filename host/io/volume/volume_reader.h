@@ -61,8 +61,8 @@ struct VoxelPlace {
   VoxelEncoding encoding = VoxelEncoding::plain;
   ByteOrder order = ByteOrder::little;
   std::uint64_t offset = 0;  ///< Offset of the encoded voxels in their file, bytes.
-  /// True if the voxels are the last bytes of the file, which must not be compressed; `offset` is
-  /// then a lower bound
+  /// True if the voxels are the last bytes of the file (only allowed without compression); `offset`
+  /// is then a lower bound of their position
   bool at_end = false;
   /// Number of bytes before the first voxel after decompression; for compressed data only
   std::uint64_t skip_unpacked = 0;

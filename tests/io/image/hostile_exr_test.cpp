@@ -150,7 +150,7 @@ TEST(HostileExr, ABlockMustHoldItsPixels) {
   Spec spec{.data = {0, 0, 99, 0}, .display = {0, 0, 99, 0}};
   const std::string text =
       refusal(with_blocks(header(spec), {scan_lines(0, std::string(399, 'x'))}));
-  expect_words(text, {"takes 400 bytes", "has 399", "hold at most 399"});
+  expect_words(text, {"takes 400 bytes", "but 399 bytes are stored", "at most 399"});
 }
 
 TEST(HostileExr, ATableLongerThanTheFile) {

@@ -282,9 +282,9 @@ int run_render(const RenderArguments& arguments) {
                                               apply_maps.color,     apply_maps.occlusion,
                                               apply_maps.curvature, arguments.reference};
   const Job& bake_as = arguments.bake;
-  const std::vector<std::string> more_high = further_input_names(bake_as.high),
-                                 more_low = further_input_names(bake_as.low.given);
-  for (const auto* more : {&arguments.show, &more_high, &more_low}) {
+  const std::vector<std::string> further_high_polys = further_input_names(bake_as.high),
+                                 further_low_polys = further_input_names(bake_as.low.given);
+  for (const auto* more : {&arguments.show, &further_high_polys, &further_low_polys}) {
     files.insert(files.end(), more->begin(), more->end());
   }
   files.insert(files.end(), {bake_as.load_match, bake_as.cage_mesh, bake_as.match_list});
@@ -292,7 +292,7 @@ int run_render(const RenderArguments& arguments) {
   RenderOptions options = render_options(arguments);
   prepare_parent(arguments.out);
   prepare_parent(arguments.json);
-  std::vector<std::string> high_files = more_high, low_files = more_low;
+  std::vector<std::string> high_files = further_high_polys, low_files = further_low_polys;
   if (!arguments.reference.empty()) high_files.push_back(arguments.reference);
   low_files.push_back(arguments.mesh);
   check_mesh_frame(bake_as.frame, high_files, low_files, {});

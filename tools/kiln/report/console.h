@@ -68,7 +68,8 @@ class Console {
 /// \param seconds  elapsed time
 std::string time_left(double share, double seconds);
 
-/// Prints all general warnings. Each kind of warning about settings is printed once, with its number.
+/// Prints all general warnings. Each kind of warning about settings is printed once, with the
+/// number of its occurrences.
 /// \param report  file that lists all warnings, for "see REPORT"
 void print_warnings(Console& console, const std::vector<Warning>& general,
                     const std::vector<Warning>& of_settings, const std::string& report);

@@ -12,25 +12,26 @@
 
 namespace kiln {
 
-/// Sets the directions of samples, and their blending near hard edges; kernels/texel/turn.cl describes the field of
-/// directions. A default-constructed object leaves directions unchanged.
-class EdgeTurn {
+/// Sets the directions of samples: the low poly's normals, blended near hard edges;
+/// kernels/texel/turn.cl describes the blending. A default-constructed object leaves directions
+/// unchanged.
+class SampleDirections {
  public:
-  EdgeTurn() = default;
+  SampleDirections() = default;
   /// \param widths blend width of each hard edge, in frame units, above 0. If empty, directions are the mesh's own
   ///     normals
-  EdgeTurn(cl::Context& context, const LowSurface& surface, const HardEdges& hard,
-           std::span<const float> widths);
+  SampleDirections(cl::Context& context, const LowSurface& surface, const HardEdges& hard,
+                   std::span<const float> widths);
   /// Blends directions by weights that are painted in the mesh's colours (LowSurface::Corner::straight).
-  EdgeTurn(cl::Context& context, const LowSurface& surface);
+  SampleDirections(cl::Context& context, const LowSurface& surface);
 
   bool blends_directions() const { return blends_directions_; }
   /// Sets the directions of a newly sampled band; must be called once.
   void set_directions(cl::Context& context, TexelBand& band) const;
 
  private:
-  EdgeTurn(cl::Context& context, const LowSurface& surface, const std::vector<float>& edges,
-           const std::vector<std::uint32_t>& first, bool painted);
+  SampleDirections(cl::Context& context, const LowSurface& surface, const std::vector<float>& edges,
+                   const std::vector<std::uint32_t>& first, bool painted);
 
   bool blends_directions_ = false, painted_ = false;
   cl::Array<float> normals_, weights_, edges_;

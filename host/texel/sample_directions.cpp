@@ -1,4 +1,4 @@
-#include "texel/edge_turn.h"
+#include "texel/sample_directions.h"
 
 #include <vector>
 
@@ -24,8 +24,9 @@ std::vector<float> pack_near_edges(const HardEdges& hard, const HardEdges::Edges
 
 }  // namespace
 
-EdgeTurn::EdgeTurn(cl::Context& context, const LowSurface& surface, const std::vector<float>& edges,
-                   const std::vector<std::uint32_t>& first, bool painted)
+SampleDirections::SampleDirections(cl::Context& context, const LowSurface& surface,
+                                   const std::vector<float>& edges,
+                                   const std::vector<std::uint32_t>& first, bool painted)
     : blends_directions_(true), painted_(painted) {
   std::vector<float> normals, weights;
   normals.reserve(9 * surface.triangles.size());
@@ -44,22 +45,23 @@ EdgeTurn::EdgeTurn(cl::Context& context, const LowSurface& surface, const std::v
       cl::Array<std::uint32_t>(context, std::span<const std::uint32_t>(first));
 }
 
-EdgeTurn::EdgeTurn(cl::Context& context, const LowSurface& surface)
-    : EdgeTurn(context, surface, {}, std::vector<std::uint32_t>(surface.triangles.size() + 1, 0),
-               true) {}
+SampleDirections::SampleDirections(cl::Context& context, const LowSurface& surface)
+    : SampleDirections(context, surface, {},
+                       std::vector<std::uint32_t>(surface.triangles.size() + 1, 0), true) {}
 
-EdgeTurn::EdgeTurn(cl::Context& context, const LowSurface& surface, const HardEdges& hard,
-                   std::span<const float> widths) {
+SampleDirections::SampleDirections(cl::Context& context, const LowSurface& surface,
+                                   const HardEdges& hard, std::span<const float> widths) {
   if (widths.empty()) {
-    *this = EdgeTurn(context, surface, {},
-                     std::vector<std::uint32_t>(surface.triangles.size() + 1, 0), false);
+    *this = SampleDirections(context, surface, {},
+                             std::vector<std::uint32_t>(surface.triangles.size() + 1, 0), false);
     return;
   }
   const HardEdges::EdgesOfTriangles near = hard.find_near(surface, widths);
-  *this = EdgeTurn(context, surface, pack_near_edges(hard, near, widths), near.first, false);
+  *this =
+      SampleDirections(context, surface, pack_near_edges(hard, near, widths), near.first, false);
 }
 
-void EdgeTurn::set_directions(cl::Context& context, TexelBand& band) const {
+void SampleDirections::set_directions(cl::Context& context, TexelBand& band) const {
   if (!blends_directions() || band.sample_count == 0) return;
   context.launch(context.kernel("turn", "kiln_texel_blend_directions"), band.sample_count, kLocal,
                  band.sample_count, band.capacity, painted_ ? 1U : 0U, normals_, weights_,

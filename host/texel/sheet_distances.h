@@ -1,5 +1,4 @@
-// Second search distance, for samples that find no point nearby and lie on open sheets of the low poly, such as
-// cards for leaves.
+// A second search distance for samples on open sheets of the low poly, such as cards for leaves.
 #pragma once
 
 #include <vector>
@@ -10,12 +9,13 @@
 
 namespace kiln {
 
-/// Writes search distances for samples (TexelBand::points, the last plane): the size of the sample's open sheet
-/// (mesh/open_sheets.h), or 0 for a sample that is on no such sheet. Does nothing for low polys without open sheets.
-class SheetReach {
+/// Second search distances of samples that find no point nearby and lie on open sheets of the low
+/// poly (mesh/open_sheets.h): the size of the sheet, or 0 for samples on no open sheet. They are
+/// stored in the last plane of TexelBand::points; a low poly without open sheets has none.
+class SheetDistances {
  public:
-  SheetReach() = default;
-  explicit SheetReach(const LowSurface& surface);
+  SheetDistances() = default;
+  explicit SheetDistances(const LowSurface& surface);
 
   /// Largest search distance in frame units; 0 if the low poly has no open sheets
   float max_search_distance() const { return max_search_distance_; }

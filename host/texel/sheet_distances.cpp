@@ -1,4 +1,4 @@
-#include "texel/sheet_reach.h"
+#include "texel/sheet_distances.h"
 
 #include <algorithm>
 #include <span>
@@ -7,13 +7,13 @@
 
 namespace kiln {
 
-SheetReach::SheetReach(const LowSurface& surface)
+SheetDistances::SheetDistances(const LowSurface& surface)
     : triangle_search_distances_(sheet_sizes(surface)) {
   for (const float search_distance : triangle_search_distances_)
     max_search_distance_ = std::max(max_search_distance_, search_distance);
 }
 
-void SheetReach::write_search_distances(cl::Context& context, TexelBand& band) const {
+void SheetDistances::write_search_distances(cl::Context& context, TexelBand& band) const {
   if (!(max_search_distance_ > 0) || band.sample_count == 0) return;
   std::vector<std::uint32_t> triangle(band.sample_count);
   band.triangle.read(context, triangle);
