@@ -43,7 +43,7 @@ bool has_repeated_sides(std::span<const Triangle> triangles) {
 
 bool has_repeated_sides(const SideLists& lists) {
   for (std::size_t v = 0; v < lists.vertices(); ++v) {
-    const std::span<const SideLists::SortedTriangle> vertex_sides = lists.of(v);
+    const std::span<const SideLists::Item> vertex_sides = lists.of(v);
     for (std::size_t i = 1; i < vertex_sides.size(); ++i) {
       if (vertex_sides[i].key == vertex_sides[i - 1].key) return true;
     }
