@@ -13,21 +13,21 @@ namespace {
 
 /// Flags and keywords that cannot be derived from the name: of options whose flag is not simply the last word of the
 /// name, and of functions, which are not members of a job.
-struct OptionSpelling {
+struct SpecialSpelling {
   std::string_view name, flag, keyword;
 };
 constexpr std::array kSpellings = {
-    OptionSpelling{"keep_topology", "--topology", "keep_topology"},
-    OptionSpelling{"match.saved", "--load-match", "match"},
-    OptionSpelling{"outer_only", "--outer", "outer_only"},
-    OptionSpelling{"save_match()", "--save-match", "kiln.Match.save()"},
-    OptionSpelling{"simplify()", "`kiln bake` without LOW", "kiln.simplify()"},
-    OptionSpelling{"unwrap()", "`kiln bake --unwrap`", "kiln.unwrap()"},
+    SpecialSpelling{"keep_topology", "--topology", "keep_topology"},
+    SpecialSpelling{"match.saved", "--load-match", "match"},
+    SpecialSpelling{"outer_only", "--outer", "outer_only"},
+    SpecialSpelling{"save_match()", "--save-match", "kiln.Match.save()"},
+    SpecialSpelling{"simplify()", "`kiln bake` without LOW", "kiln.simplify()"},
+    SpecialSpelling{"unwrap()", "`kiln bake --unwrap`", "kiln.unwrap()"},
 };
 
-const OptionSpelling* find_spelling(std::string_view name) {
+const SpecialSpelling* find_spelling(std::string_view name) {
   const auto* const found = std::find_if(kSpellings.begin(), kSpellings.end(),
-                                         [&](const OptionSpelling& s) { return s.name == name; });
+                                         [&](const SpecialSpelling& s) { return s.name == name; });
   return found == kSpellings.end() ? nullptr : found;
 }
 
@@ -55,7 +55,7 @@ Message option_of(std::string_view flag, std::string_view value) {
 
 std::string option_as_flag(std::string_view name, std::string_view value) {
   std::string text;
-  if (const OptionSpelling* const other = find_spelling(name)) {
+  if (const SpecialSpelling* const other = find_spelling(name)) {
     text = other->flag;
   } else {
     text = "--" + keyword_of(name);
@@ -65,7 +65,7 @@ std::string option_as_flag(std::string_view name, std::string_view value) {
 }
 
 std::string option_as_keyword(std::string_view name, std::string_view value) {
-  const OptionSpelling* const other = find_spelling(name);
+  const SpecialSpelling* const other = find_spelling(name);
   const std::string text = other != nullptr ? std::string(other->keyword) : keyword_of(name);
   if (value.empty()) return text;
   double number = 0;

@@ -132,7 +132,7 @@ TEST(NormalChannels, AutomaticFindsWhereXAndYAre) {
   for (const Kind& kind : kKinds) {
     const Image image = encoded(normals, kind.encode);
     const NormalChannels channels = NormalChannels::of(image, NormalTextureFormat::automatic);
-    EXPECT_EQ(channels.rebuilt, kind.two) << kind.name;
+    EXPECT_EQ(channels.computes_z, kind.two) << kind.name;
     EXPECT_FALSE(channels.down) << kind.name;
     EXPECT_FALSE(holds_heights(image, NormalTextureFormat::automatic)) << kind.name;
     for (const std::size_t at : {5U, 30U, 61U}) {
@@ -153,8 +153,8 @@ TEST(NormalChannels, WhatIsAskedForIsDoneAndDoubted) {
       EXPECT_THROW(NormalChannels::of(image, NormalTextureFormat::opengl).check(image), Error);
     } else {
       const NormalChannels gl = NormalChannels::of(image, NormalTextureFormat::opengl);
-      EXPECT_FALSE(gl.rebuilt);
-      EXPECT_EQ(gl.doubtful, kind.two) << kind.name;
+      EXPECT_FALSE(gl.computes_z);
+      EXPECT_EQ(gl.contradicts_format, kind.two) << kind.name;
       EXPECT_TRUE(NormalChannels::of(image, NormalTextureFormat::directx).down);
     }
     // Of three channels x and y say the same.
@@ -162,7 +162,7 @@ TEST(NormalChannels, WhatIsAskedForIsDoneAndDoubted) {
     EXPECT_NEAR(down[0], n[0], 1.5 / 255) << kind.name;
     EXPECT_NEAR(down[1], -n[1], 1.5 / 255) << kind.name;
     EXPECT_NEAR(down[2], n[2], 1.5 / 255) << kind.name;
-    EXPECT_FALSE(NormalChannels::of(image, NormalTextureFormat::two_channel).doubtful) << kind.name;
+    EXPECT_FALSE(NormalChannels::of(image, NormalTextureFormat::two_channel).contradicts_format) << kind.name;
   }
 }
 
@@ -174,32 +174,32 @@ TEST(NormalChannels, MapsOfThreeChannelsStayAsTheyAre) {
   const Encode three = kKinds[0].encode;
   for (const auto& normals : {flat, dent, bumps(0.01), bumps(0.1)}) {
     EXPECT_FALSE(
-        NormalChannels::of(encoded(normals, three), NormalTextureFormat::automatic).rebuilt);
+        NormalChannels::of(encoded(normals, three), NormalTextureFormat::automatic).computes_z);
   }
   // Their x and y alone are not.
   for (const double height : {0.5, 1.0}) {
     EXPECT_TRUE(
         NormalChannels::of(encoded(bumps(height), kKinds[3].encode), NormalTextureFormat::automatic)
-            .rebuilt);
+            .computes_z);
   }
   std::vector<Normal> dents = flat;
   for (std::size_t i = 100; i < 105; ++i) dents[i] = {0.6, 0, 0.8};
   EXPECT_TRUE(
-      NormalChannels::of(encoded(dents, kKinds[3].encode), NormalTextureFormat::automatic).rebuilt);
+      NormalChannels::of(encoded(dents, kKinds[3].encode), NormalTextureFormat::automatic).computes_z);
   EXPECT_TRUE(
-      NormalChannels::of(encoded(flat, kKinds[2].encode), NormalTextureFormat::automatic).rebuilt);
+      NormalChannels::of(encoded(flat, kKinds[2].encode), NormalTextureFormat::automatic).computes_z);
   // Not of unit length, but with a blue that says something: a blend of maps.
   const Image blend = encoded(bumps(), [](const Normal& n) {
     return std::vector{0.6 * n[0], 0.6 * n[1], 0.6 * n[2] + 0.2};
   });
-  EXPECT_FALSE(NormalChannels::of(blend, NormalTextureFormat::automatic).rebuilt);
+  EXPECT_FALSE(NormalChannels::of(blend, NormalTextureFormat::automatic).computes_z);
 }
 
 /// Filtering and lossy blocks make x and y too long for a unit vector: z is then 0, not the root of a negative number.
 TEST(NormalChannels, RebuiltZIsNeverNan) {
   const Image image = encoded(bumps(), kKinds[3].encode);
   const NormalChannels channels = NormalChannels::of(image, NormalTextureFormat::two_channel);
-  ASSERT_TRUE(channels.rebuilt);
+  ASSERT_TRUE(channels.computes_z);
   for (const auto& [x, y, z] : {std::array{0.8F, 0.7F, 0.0F}, std::array{-1.0F, 1.0F, 0.0F},
                                 std::array{0.0F, 0.0F, 1.0F}, std::array{0.6F, 0.0F, 0.8F}}) {
     std::array<float, 4> texel{x, y, 0.5F, 1};
