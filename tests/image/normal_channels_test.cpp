@@ -162,7 +162,8 @@ TEST(NormalChannels, WhatIsAskedForIsDoneAndDoubted) {
     EXPECT_NEAR(down[0], n[0], 1.5 / 255) << kind.name;
     EXPECT_NEAR(down[1], -n[1], 1.5 / 255) << kind.name;
     EXPECT_NEAR(down[2], n[2], 1.5 / 255) << kind.name;
-    EXPECT_FALSE(NormalChannels::of(image, NormalTextureFormat::two_channel).contradicts_format) << kind.name;
+    EXPECT_FALSE(NormalChannels::of(image, NormalTextureFormat::two_channel).contradicts_format)
+        << kind.name;
   }
 }
 
@@ -184,10 +185,10 @@ TEST(NormalChannels, MapsOfThreeChannelsStayAsTheyAre) {
   }
   std::vector<Normal> dents = flat;
   for (std::size_t i = 100; i < 105; ++i) dents[i] = {0.6, 0, 0.8};
-  EXPECT_TRUE(
-      NormalChannels::of(encoded(dents, kKinds[3].encode), NormalTextureFormat::automatic).computes_z);
-  EXPECT_TRUE(
-      NormalChannels::of(encoded(flat, kKinds[2].encode), NormalTextureFormat::automatic).computes_z);
+  EXPECT_TRUE(NormalChannels::of(encoded(dents, kKinds[3].encode), NormalTextureFormat::automatic)
+                  .computes_z);
+  EXPECT_TRUE(NormalChannels::of(encoded(flat, kKinds[2].encode), NormalTextureFormat::automatic)
+                  .computes_z);
   // Not of unit length, but with a blue that says something: a blend of maps.
   const Image blend = encoded(bumps(), [](const Normal& n) {
     return std::vector{0.6 * n[0], 0.6 * n[1], 0.6 * n[2] + 0.2};
