@@ -213,7 +213,7 @@ class StlStream : public MeshStream {
     const std::uint64_t pieces = (count + kStlTrianglesPerPiece - 1) / kStlTrianglesPerPiece;
     for (std::uint64_t piece = 0; piece < pieces; ++piece) {
       ProgressGuard::poll_within_stage("joining the high poly's vertices, piece " +
-                             std::to_string(piece + 1) + " of " + std::to_string(pieces));
+                                       std::to_string(piece + 1) + " of " + std::to_string(pieces));
       const std::uint64_t first = piece * kStlTrianglesPerPiece;
       const auto now =
           static_cast<std::size_t>(std::min<std::uint64_t>(kStlTrianglesPerPiece, count - first));

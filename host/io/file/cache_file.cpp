@@ -60,8 +60,8 @@ CacheFileWriter::~CacheFileWriter() {
 
 /// A temporary name that no other run uses, since another run may be writing a file of the same name at the same time.
 fs::path CacheFileWriter::unique_name() const {
-  return folder_ /
-         (name_ + "-" + os::process_namespace_id() + "-" + std::to_string(os::process_id()) + ".tmp");
+  return folder_ / (name_ + "-" + os::process_namespace_id() + "-" +
+                    std::to_string(os::process_id()) + ".tmp");
 }
 
 void CacheFileWriter::fail(int error) const {
