@@ -213,11 +213,11 @@ TEST(BadVolume, NrrdDetachedData) {
   bad(header + "data file: slice%d.raw 1099511627775 1099511627775 1\n",
       {"slice1099511627775.raw", "no such file"});
   bad(header + "data file: slice%20d.raw 1 1 1\n", {"slice                   1.raw"});
-  bad(header + "data file: slice%21d.raw 1 1 1\n", {"line 6", "no number"});
-  bad(header + "data file: slice%-3d.raw 1 1 1\n", {"line 6", "no number"});
+  bad(header + "data file: slice%21d.raw 1 1 1\n", {"line 6", "no placeholder"});
+  bad(header + "data file: slice%-3d.raw 1 1 1\n", {"line 6", "no placeholder"});
   bad(header + "data file: slice%04d.raw -7 -7 1\n", {"slice-007.raw", "no such file"});
-  bad(header + "data file: slice%s.raw 1 2 1\n", {"line 6", "no number"});
-  bad(header + "data file: slice%999999999d.raw 1 2 1\n", {"line 6", "no number"});
+  bad(header + "data file: slice%s.raw 1 2 1\n", {"line 6", "no placeholder"});
+  bad(header + "data file: slice%999999999d.raw 1 2 1\n", {"line 6", "no placeholder"});
   bad(header + "data file: short.raw\nline skip: 3\n", {"fewer lines"});
   bad(header + "data file: short.raw\nbyte skip: 8\n", {"8 bytes", "have 7"});
   bad(header + "data file: short.raw\nbyte skip: -2\n", {"\"-2\""});
