@@ -463,10 +463,13 @@ void Pipeline::open_rows() {
 
 void Pipeline::finish_report() {
   BakeReport& report = result_.report;
+  const double farthest = max_point_distance();
   for (BakedMap& map : result_.maps) {
     const auto layer =
         std::find_if(layers_.all().begin(), layers_.all().end(),
                      [&](const Layer& made) { return made.row->info.kind == map.kind; });
+    // A session keeps maps that a moved high poly does not change, but their ranges depend on its size.
+    map.ranges = ranges_of(*layer->row, {scene_.high, scene_.options, farthest});
     layer->map_maker->report(map, report.warnings);
     if (find_variant(scene_.options, map.kind.name) != nullptr) continue;
     if (!map.ids.empty()) report.ids = map.ids;

@@ -166,8 +166,9 @@ TEST(CageCommand, SaysWhereACopyServesAsAHull) {
       {"bake", folder / "high.obj", folder / "low.obj", "--cage-mesh", folder / "cage.obj", "--out",
        folder / "out", "--size", "64", "--json", folder / "r.json"});
   ASSERT_EQ(result.exit_code, 0) << result.errors;
-  EXPECT_NE(result.errors.find("is used as a closed hull, not as a copy of the low poly: faces of"),
-            std::string::npos)
+  EXPECT_NE(
+      result.errors.find("is used as a closed hull, not as a copy of the low poly: the faces of"),
+      std::string::npos)
       << result.errors;
   const nlohmann::json report = read_json(folder / "r.json");
   EXPECT_EQ(report["cage"]["kind"], "hull");
