@@ -52,7 +52,8 @@ bool same_normal(const Vec3& a, const Vec3& b) {
            kSameSeamCosine * length(to_double(a)) * length(to_double(b)));
 }
 
-bool same_uv(const Mesh& mesh, std::uint32_t t, std::size_t i, std::uint32_t u, std::size_t k) {
+bool corners_share_uv(const Mesh& mesh, std::uint32_t t, std::size_t i, std::uint32_t u,
+                      std::size_t k) {
   const std::uint32_t a = mesh.uv_triangles[t][i], b = mesh.uv_triangles[u][k];
   return a == b || (mesh.uvs[a].x == mesh.uvs[b].x && mesh.uvs[a].y == mesh.uvs[b].y);
 }
@@ -86,8 +87,8 @@ std::vector<SharedSide> shared_sides(const Mesh& mesh, const Surface& surface) {
     }
     SharedSide edge{one, other};
     const std::uint32_t t = one.triangle, u = other.triangle;
-    edge.parts_uvs =
-        !same_uv(mesh, t, one.at_a, u, other.at_a) || !same_uv(mesh, t, one.at_b, u, other.at_b);
+    edge.parts_uvs = !corners_share_uv(mesh, t, one.at_a, u, other.at_a) ||
+                     !corners_share_uv(mesh, t, one.at_b, u, other.at_b);
     edge.hard = !same_normal(surface.normal(t, one.at_a), surface.normal(u, other.at_a)) ||
                 !same_normal(surface.normal(t, one.at_b), surface.normal(u, other.at_b));
     shared_sides_found.push_back(edge);
