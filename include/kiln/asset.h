@@ -57,19 +57,19 @@ struct Asset {
 /// Other formats are read by load_mesh(), and by load_materials() if the files that the mesh names exist; they have no
 /// nodes.
 ///
-/// glTF: all nodes of the default scene (else of all scenes; else all), each node with a mesh becomes an object. The
-/// object takes the node's name, else the mesh's; repeated names get the suffixes ".001" and so on. Mirrored nodes keep
-/// their outside. Repeated names of materials get suffixes, too; primitives without a material use "default". Vertex
-/// colours become sRGB bytes. Meshes without normals are shaded flat. Morph targets are added by their default weights;
-/// a skinned mesh lies where the nodes of its joints place it; the transform of its own node is ignored. UVs get their
-/// origin at the lower left; quantised ones are scaled by the transform of their material's pictures. Referenced files
-/// must lie in the file's folder or below, after symbolic links are resolved; LoadMeshOptions::outside lifts this.
-/// Supported extensions: KHR_mesh_quantization, EXT_mesh_gpu_instancing (an object each), EXT_meshopt_compression,
-/// KHR_draco_mesh_compression where Draco was built in, KHR_texture_transform, EXT_texture_webp, KHR_texture_basisu
-/// (KTX 2 without Basis Universal), MSFT_texture_dds and KHR_materials_emissive_strength;
-/// KHR_materials_pbrSpecularGlossiness is converted: its diffuse becomes the colour, 1 - glossiness the roughness. A
-/// file that requires another extension is refused; KHR_materials_* are accepted. Warnings, beside those of
-/// load_mesh():
+/// glTF: the nodes of the default scene are read; without a default scene those of all scenes, without scenes all
+/// nodes. Each node with a mesh becomes an object. The object takes the node's name, else the mesh's; repeated names
+/// get the suffixes ".001" and so on. Mirrored nodes keep their outside. Repeated names of materials get suffixes, too;
+/// primitives without a material use "default". Vertex colours become sRGB bytes. Meshes without normals are shaded
+/// flat. Morph targets are added by their default weights; a skinned mesh lies where the nodes of its joints place it;
+/// the transform of its own node is ignored. UVs get their origin at the lower left; quantised ones are scaled by the
+/// transform of their material's pictures. Referenced files must lie in the file's folder or below, after symbolic
+/// links are resolved; LoadMeshOptions::outside lifts this. Supported extensions: KHR_mesh_quantization,
+/// EXT_mesh_gpu_instancing (an object each), EXT_meshopt_compression, KHR_draco_mesh_compression where Draco was built
+/// in, KHR_texture_transform, EXT_texture_webp, KHR_texture_basisu (KTX 2 without Basis Universal), MSFT_texture_dds
+/// and KHR_materials_emissive_strength; KHR_materials_pbrSpecularGlossiness is converted: its diffuse becomes the
+/// colour, 1 - glossiness the roughness. A file that requires another extension is refused; KHR_materials_* are
+/// accepted. Warnings, beside those of load_mesh():
 ///   ignored-primitives  points and lines, which are dropped
 ///   flat-normals        triangles without normals
 ///   rest-pose           skins, read in their rest pose, and morph targets, read with their default weights:
@@ -229,7 +229,7 @@ struct AssetLevel {
   /// Per object of `low`, index into SaveAssetOptions::nodes; AssetNode::kNone gives the object a root node
   std::vector<std::uint32_t> object_nodes = {};
   /// The level replaces the previous level where the asset covers at most this share of the view's
-  /// height, 0 to 1. Not above the previous level's value
+  /// height, 0 to 1. It must not exceed the previous level's value
   double coverage = 0;
 };
 

@@ -42,7 +42,7 @@ struct FoundCage {
 ///
 /// Of the options it uses `method` (rays of a fallback are not blended at hard edges), `ray.direction`,
 /// `ray.edge_width`, `max_distance`, `two_sided` and `parts`. Deterministic on any number of threads.
-/// Lifetimes and threads as bake().
+/// Rules for lifetimes and threads are those of bake().
 /// \throws Error(usage) for an option out of its range; Error(input) for a low poly without UVs; Error(device)
 FoundCage find_cage(const Source& source, const Mesh& low, const BakeOptions& options = {});
 

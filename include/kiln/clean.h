@@ -16,7 +16,7 @@ struct CleanOptions {
   /// Reverse triangles whose winding opposes that of their neighbours.
   bool orient = true;
   /// Weld vertices of open edges that are closer than this, and close open edges on which vertices of other open edges
-  /// lie. Never across more than a quarter of the shortest edge there. 0: off.
+  /// lie. The distance is limited to a quarter of the shortest edge there. 0: off.
   double weld = 1e-5;
   /// Largest perimeter of small holes that are filled: holes of at most 12 edges across which the surface
   /// continues. 0: off.
@@ -47,8 +47,7 @@ struct CleanReport {
   /// Groups of faces attached to an edge that two other faces share; they were removed
   Cleaned fins;
   Cleaned turned;  ///< Triangles whose winding was reversed
-  /// Its count is 1 if views from outside see almost only back faces, which are not repaired; else
-  /// 0
+  /// `count` is 1 if views from outside see almost only back faces, which are not repaired; else 0
   Cleaned inward;
   Cleaned holes;        ///< Holes that were filled by CleanOptions::max_hole
   Cleaned large_holes;  ///< Holes that were filled by CleanOptions::fill_holes

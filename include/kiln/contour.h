@@ -75,13 +75,13 @@ struct ContourReport {
 /// A cell is a cube between eight voxels. An edge between a voxel inside and one outside is crossed where
 /// linear interpolation meets the iso value. The normal there is the field's gradient (central differences,
 /// interpolated along the edge). Second differences may show a crease between two voxels, as at sharp edges of
-/// CSG solids. Then differences are taken on the straight side; a crossing between two planes lies in the one
-/// that holds it. Each sheet of surface in a cell gets a vertex of its own (Nielson 2004, "Dual Marching
-/// Cubes"). It lies where the quadric error function of its crossings is least, clamped to the cell; directions
-/// that the crossings do not decide (eigenvalues below 1/20 of the largest) keep the crossings' mean. Each
-/// crossed edge gives a quad of two triangles. Sheets are separated so that the mesh is a closed, consistently
-/// oriented 2-manifold (Wenger 2013, "Isosurfaces", section 3.3: ambiguous faces between two cells that both
-/// join what the face separates are joined).
+/// CSG solids. Then differences are taken on the side where the field is straight. If the field is planar on
+/// both sides, the crossing is put on the plane that belongs to its side of the crease. Each sheet of surface in a cell
+/// gets a vertex of its own (Nielson 2004, "Dual Marching Cubes"). It lies where the quadric error function of its
+/// crossings is least, clamped to the cell; along directions that the crossings do not determine (eigenvalues below
+/// 1/20 of the largest), it lies at the mean of the crossings. Each crossed edge gives a quad of two triangles. Sheets
+/// are separated so that the mesh is a closed, consistently oriented 2-manifold (Wenger 2013, "Isosurfaces", section
+/// 3.3: ambiguous faces between two cells that both join what the face separates are joined).
 ///
 /// Voxels that are not finite count as outside, infinities on the solid's side of the iso value as inside
 /// ("non-finite-voxels"). Vertices have positions relative to the volume's origin and smooth unit normals.
@@ -124,7 +124,7 @@ struct ExtractOptions {
   /// the result.
   struct Choice {
     /// With faces = 0: choose the smallest error, `error` or more, that leaves at most 1/20 of the
-    /// contour's triangles. Barry and Wood, table 1: 80.6 to 99.97% less.
+    /// contour's triangles. Barry and Wood removed 80.6 to 99.97% of the triangles (table 1).
     bool error = false;
     /// Keep the topology, unless that leaves more than twice the target number of triangles.
     bool topology = false;
@@ -210,9 +210,10 @@ inline constexpr double kMapTooFine = 4;
 /// a cell. Large charts are laid out by unwrap(), and resampled from the polygons' texels at twice the
 /// resolution, so both sides of a seam hold the same values. Where the map has kMapTooFine texels a
 /// cell or more, push-pull fills it between fine vertices. That is no better, and may be worse, than
-/// the low poly's own normals ("map-too-fine"). Threads, lifetimes and callbacks as contour().
+/// the low poly's own normals ("map-too-fine"). Rules for threads, lifetimes and
+/// callbacks are those of contour().
 /// \throws as contour(); Error(usage) for an option out of range or a map too small for the number of
-///         faces; Error(input) where it is too small for the charts that the topology keeps
+///         faces; Error(input) for a map too small for the charts that are left to keep the topology
 ExtractResult extract(const Device& device, const Volume& volume,
                       const ExtractOptions& options = {});
 

@@ -68,8 +68,8 @@ NoData mark_no_data(Heights& heights, std::optional<double> value = {}, bool gue
 /// Pixels are points: the outermost ones lie on the border, so that (columns - 1) x (rows - 1) cells span `width` x
 /// `depth`. Row 0 is at the largest y. UVs are those of the plane: u along +X and v along +Y over the unit square.
 /// Cells are cut from their lower left to their upper right corner. It has no normals; they are computed when
-/// needed. Triangles at a non-finite value are left out: a hole. The image is read during the call. Thread safety
-/// of all functions here: may be called from several threads, each with a mesh of its own.
+/// needed. Triangles at a non-finite value are left out, so that holes remain. The image is read during the call.
+/// Thread safety of all functions here: may be called from several threads, each with a mesh of its own.
 /// \param image  1 channel, or more of which the first counts; 2 x 2 pixels or more
 /// \throws Error(usage) for extents that are not finite or below 0; Error(input) for an image that
 ///         is too small, or has no three finite values side by side

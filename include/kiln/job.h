@@ -109,8 +109,8 @@ struct JobLow {
 
 /// Repairs of the high poly before all other steps: see clean_mesh().
 enum class CleanHigh {
-  /// All repairs if Kiln makes the low poly with new UVs; else only inconsistent windings are
-  /// repaired
+  /// Makes all repairs if Kiln makes the low poly with new UVs; else repairs only inconsistent
+  /// windings
   automatic,
   none,
   all,

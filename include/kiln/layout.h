@@ -55,7 +55,7 @@ struct LayoutRating {
 
 /// Rates a mesh's UVs for maps of this size. Stretch, uniformity, charts and seams hardly depend on the size,
 /// unless the map is not square.
-/// Deterministic. Lifetimes: arguments are read during the call. Threads: as bake().
+/// Deterministic. Lifetimes: arguments are read during the call. Rules for threads are those of bake().
 /// \param width,height  size of the maps, 1 to 16384 texels
 /// \throws Error(usage) for a size out of range, Error(input) if the mesh has no UVs or no usable triangle
 LayoutRating rate_layout(const Device& device, const Mesh& mesh, std::uint32_t width,

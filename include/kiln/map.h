@@ -68,11 +68,11 @@ enum class Bitangent {
 /// Ways to gather ambient light at the high poly's points.
 enum class OcclusionBy {
   rays,  ///< Rays over the hemisphere of each sample
-  /// Depth views of the occluders from all around; each sample is looked up in every view. For the maps ao
-  /// and bent_normal, without a distance or falloff, and with faces that occlude from both sides
+  /// Depth views of the occluders from all around; each sample is looked up in every view. Applicable to
+  /// the maps ao and bent_normal if no distance or falloff is set and faces occlude from both sides
   views,
-  /// Views (two per requested ray) if they are applicable and expected to be faster; else rays. With more
-  /// than 64 rays always rays, since views would be less accurate
+  /// Views (two per requested ray) if they are applicable and expected to be faster; else rays. Also rays
+  /// if more than 64 are requested, since views would be less accurate
   automatic,
 };
 
@@ -241,8 +241,8 @@ struct MapInfo {
   float low = 0;
   float high = 1;  ///< Value that integer formats store as 1
   /// Options that affect this map but not all maps: their paths in BakeOptions, separated by blanks. "occlusion"
-  /// stands for all that begin with "occlusion."; "match.visibility" is listed by maps of the directions that such a
-  /// match used.
+  /// stands for all that begin with "occlusion."; "match.visibility" is listed by maps that show
+  /// the directions of a visibility match.
   std::string_view options = {};
   MissedTexels missed = MissedTexels::low_poly;  ///< What missed texels hold
   /// Space of the map's normals, regardless of EncodingOptions::space, so that one bake can make maps in

@@ -32,7 +32,7 @@ enum class SampleStatus : std::uint8_t {
   outermost = 8,  ///< Hit of a ray outward beyond a nearer face
 };
 
-/// The correspondences of a bake in host memory: for each sample of the map its point of the high poly.
+/// The correspondences of a bake in host memory: for each sample of the map its matched point.
 /// Any map can be baked from them later. Arrays have width * height elements (of the supersampled map),
 /// rows from the top. validate() (kiln/validate.h) lists the invariants.
 struct Match {
@@ -323,7 +323,8 @@ struct UvOptions {
   double max_overlap = 0.05;
   /// Warns if the 95th percentile of the distances between the surfaces exceeds this share of the diagonal
   double warn_distance = 0.01;
-  /// The bake throws Error(input) if the 95th percentile exceeds this share of the diagonal
+  /// The bake throws Error(input) if the 95th percentile of these distances exceeds this share of the
+  /// diagonal
   double max_distance = 0.05;
 };
 

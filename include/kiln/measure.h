@@ -22,7 +22,8 @@ namespace KILN_PUBLIC kiln {
 /// the 8-bit difference, the unit of Wang, Froehlich and Goebel 2003 ("Fast Normal Map Generation for
 /// Simplified Meshes", section 5). Each component n of a unit normal is stored as the integer q =
 /// floor(255 (n/2 + 1/2) + 1/2), 0 to 255. The difference of two normals is sqrt(dqx^2 + dqy^2 +
-/// dqz^2). Normals an angle a apart differ by about 255 sin(a/2): 2.2 a degree, 255 for opposite ones.
+/// dqz^2). Normals an angle a apart differ by about 255 sin(a/2): by 2.2 for one
+/// degree, by 255 for opposite normals.
 struct NormalError {
   /// The thresholds of `above_8bit`, in the unit of `mean_8bit`.
   static constexpr std::array<double, 5> kThresholds8Bit = {4, 8, 16, 32, 64};
@@ -72,7 +73,8 @@ class NormalComparison {
 NormalError compare_normals(const Image& reference, const Image& other);
 
 /// The angle between the normals at each pixel, degrees, one channel; -1 where neither picture shows a
-/// mesh, -2 where only one does. Pictures and errors as for NormalComparison::add.
+/// mesh, -2 where only one does. Requirements on the pictures, and errors, are those of
+/// NormalComparison::add.
 Image normal_angles(const Image& reference, const Image& other);
 
 /// Distances of matched points from the low poly.
@@ -148,10 +150,10 @@ class ScreenPictures {
   ScreenPictures(const ScreenPictures&) = delete;
   ScreenPictures& operator=(const ScreenPictures&) = delete;
 
-  /// The mean angle of a low poly's own normals to the high poly's, degrees.
+  /// Mean angle between the normals of a low poly, without a map, and those of the high poly, degrees.
   double degrees(const Mesh& low) const;
-  /// The mean angle of a low poly's normals with a normal map (n/2 + 1/2) to the high poly's,
-  /// degrees.
+  /// Mean angle between the normals that a low poly shows with a normal map (n/2 + 1/2) and those of the
+  /// high poly, degrees.
   /// \param baked  the options that it was baked with
   double degrees(const Mesh& low, const Image& map, const BakeOptions& baked) const;
 

@@ -214,9 +214,9 @@ Mesh load_mesh(std::span<const std::byte> bytes, std::string_view name,
 /// Groups, objects and materials keep their names; equal names are merged. Attributes that only some meshes
 /// have are filled for the others: UVs are NaN (nothing is baked there), normals zero (computed), colours
 /// white, tangents without direction (MikkTSpace's), materials "default". A mesh without groups or objects
-/// becomes one with the mesh's name. The result's name joins theirs with " + "; for more than three meshes it
-/// is the first name and a count. Warnings: missing-uvs, missing-colors, as load_mesh(); they name the mesh.
-/// Memory and time are linear in the meshes. Thread safety: may be called from several threads.
+/// becomes one with the mesh's name. The result's name is the meshes' names, joined by " + "; for more
+/// than three meshes it is the first name and a count. Warnings: missing-uvs, missing-colors, as load_mesh(); they name
+/// the mesh. Memory and time are linear in the meshes. Thread safety: may be called from several threads.
 /// \param meshes    at least one; of one, the result is a copy with names
 /// \param warnings  receives warnings; may be null
 /// \throws Error(usage) for no mesh; Error(input) for an invalid mesh, see validate(), or for more than

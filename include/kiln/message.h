@@ -10,7 +10,7 @@ namespace KILN_PUBLIC kiln {
 
 /// A piece of a message: text; or an option, with the value that it has or should get.
 struct MessagePiece {
-  std::string text = {};  ///< Text; empty: the piece is an option
+  std::string text = {};  ///< Literal text of this piece; empty if the piece names an option
   /// Name as for set_option(), "match.max_distance" or "max_distance"; or a function, "unwrap()". Empty: the piece
   /// is text
   std::string option = {};
@@ -35,7 +35,7 @@ class Message {
   Message(std::string_view text) : Message(std::string(text)) {}
   /// A text.
   Message(const char* text) : Message(std::string(text)) {}
-  /// A message of one option. \param name, value  as MessagePiece::option and MessagePiece::value
+  /// A message that consists of one option. \param name, value  as MessagePiece::option and MessagePiece::value
   static Message option(std::string_view name, std::string_view value = {});
 
   /// Appends all pieces of another message.

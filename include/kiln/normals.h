@@ -61,7 +61,8 @@ struct FitNormalsReport {
 /// The sides of a two-sided sheet share no normal: each uses the samples that face its way.
 ///
 /// Existing normals are replaced, and tangents, which belong to them, dropped. All else is kept. Deterministic:
-/// the same on every run and number of threads. Lifetimes and threads as simplify().
+/// the same on every run and number of threads. Rules for lifetimes and threads are those
+/// of simplify().
 /// \param high  the high poly; read during the call
 /// \param report  receives the report; may be null
 /// \throws Error(usage) for options out of range, Error(input) if no triangle of `high` has any area
@@ -94,8 +95,8 @@ struct SoftSeams {
 SoftSeams soft_seams(const Mesh& mesh, double least_degrees = 30);
 
 /// Makes each UV seam a hard edge, as most modelling tools can: corners at a seam take the
-/// angle-weighted normal of the faces on their own side. Seams, and edges that are hard already, bound
-/// a side. All other normals are unchanged to the bit. Tangents are dropped, since they belong to the
+/// angle-weighted normal of the faces on their own side. A side ends at seams and at edges that are already
+/// hard. All other normals are unchanged to the bit. Tangents are dropped, since they belong to the
 /// old normals. Deterministic; linear time. Thread safety: may be called from several threads.
 /// \returns the mesh with normals
 /// \throws Error(input) for a mesh without UVs, or as validate()

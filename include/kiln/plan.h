@@ -75,8 +75,8 @@ struct PlannedBake {
   std::vector<PlanTrial> trials = {};  ///< Trials in the order in which they were made
   /// Limits of the evaluated matches, in the order of evaluation
   std::vector<PlanLimit> limits = {};
-  /// If no match reaches the bound: a lower limit of the error of any map, degrees. It is above 0 since a texel shows
-  /// one normal to all directions.
+  /// If no match reaches the bound: a lower limit of the error of any map, degrees. It is above 0, since a texel shows
+  /// the same normal in all views.
   double least = 0;
   PlanTrial chosen = {};  ///< The trial that produced `result`
   /// Error of the low poly's own normals, without a map, over the same pixels
@@ -93,13 +93,14 @@ struct PlannedBake {
 /// Bakes with the cheapest match that reaches the bound for a high poly of this size, and with the smallest map that
 /// reaches it.
 ///
-/// Matching the points that pictures show gives the error of a map of unlimited size. A small map is baked and its
-/// error measured in the same pictures. Errors of larger maps are extrapolated, and the smallest map that is expected
-/// to reach the bound is baked. `reached` is measured on the final map. Matching by UVs comes first where the high
-/// poly's lie over the low poly's, then rays (views, if the high poly has more than two million triangles); with a
-/// cage, only rays are tried. If no match is expected to reach the bound, the one with the smallest error is baked,
-/// at a size that larger maps would improve by less than 5%. Parts of the high poly that a trial loses count with the
-/// error without a map.
+/// Errors are measured in rendered pictures of the low poly. For each match that is tried, the surface points that the
+/// pictures show are matched directly, without texels. Their error is that of a map of unlimited size. Then a small map
+/// is baked and its error measured in the same pictures. Errors of larger maps are extrapolated, and the smallest map
+/// that is expected to reach the bound is baked. `reached` is measured on the final map. Matching by UVs is tried first
+/// if the high poly's UVs coincide with the low poly's, then rays (views, if the high poly has more than two million
+/// triangles); with a cage, only rays are tried. If no match is expected to reach the bound, the one with the smallest
+/// error is baked, at the size beyond which a larger map would reduce the error by less than 5%. For the
+/// choice between bakes, the error without a map counts for the share of the high poly that no sample represents.
 /// \throws as bake(), and Error(usage) for a negative or not finite error, or maps without a normal map
 PlannedBake bake_planned(const Source& source, const Mesh& low, const PlanOptions& options);
 
@@ -230,11 +231,12 @@ std::uint64_t split_vertices(const Mesh& mesh);
 
 /// Chooses faces, map size, samples, match and bits together, for the least memory that reaches a bound.
 ///
-/// One run of simplify() gives meshes of all numbers of faces. Pictures of some of them give the error without a map
-/// and with a map of unlimited size; one map and its mip-maps give the error that texels of each size add. Of all
-/// pairs of a mesh and a map size that are expected to reach the bound, the one of least memory is made and measured,
-/// which corrects the predictions for the others. This repeats until no lighter pair is expected to reach the bound.
-/// The returned result is always measured with its final map. Meshes with defects are replaced by finer ones.
+/// One run of simplify() makes meshes with all numbers of faces. For some of them, the error without a map and the
+/// error with a map of unlimited size are measured in pictures. One map and its mip-maps show how much error texels of
+/// each size add. Of all pairs of a mesh and a map size that are expected to reach the bound, the one of least memory
+/// is made and measured, which corrects the predictions for the others. This repeats until no lighter pair is expected
+/// to reach the bound. The returned result is always measured with its final map. Meshes with defects are replaced by
+/// finer ones.
 /// \param high  the mesh from which `source` was made
 /// \throws as simplify(), unwrap() and bake(); Error(usage) for options out of range, or options for a given low poly
 LowPolyPlan plan_low_poly(const Source& source, const Mesh& high,
@@ -260,8 +262,8 @@ struct LodOptions {
 
 /// One level of a chain of levels of detail.
 struct LodLevel {
-  /// Width of the mesh on screen, pixels, at and below which this level is used, down to the next
-  /// level's.
+  /// Largest width of the mesh on screen, pixels, at which this level is used. At the next
+  /// level's `screen` and below, that level replaces it.
   std::uint32_t screen = 0;
   /// True: the level has its own maps, or needs none; false: it uses the first level's maps.
   bool own_maps = true;

@@ -57,7 +57,8 @@ struct Reasons {
 };
 
 /// Finds the reasons by casting the missed rays again. Deterministic.
-/// Lifetimes, threads and welding as bake(): no argument is kept, and several threads may use one Source.
+/// Rules for lifetimes, threads and welding are those of bake(): no argument is kept, and several threads may use
+/// one Source.
 /// No callback is called.
 /// \param match    the match of the bake: BakeResult::match
 /// \param options  options of the bake, which must match by MatchMethod::ray without fallbacks

@@ -23,8 +23,8 @@ struct Rectangle {
 /// Settings of a session: bounds of the high poly's motion, and ray casting.
 struct SessionOptions {
   /// The box within which the high poly moves. None given: the bounding box of the initial high poly. It
-  /// defines the rounding of positions, and the diagonal of relative lengths. Positions may leave it by
-  /// up to about its size.
+  /// defines the rounding of positions, and the diagonal of relative lengths. Positions may lie outside of
+  /// the box by up to about its size.
   std::optional<Bounds> bounds = {};
   RayTraversal traversal = RayTraversal::automatic;  ///< Kernels for ray casting, see Source
 };
@@ -112,8 +112,9 @@ class BakeSession {
 /// Lifetimes: it holds the Source and a copy of the low poly. The progress callback is not called.
 class ViewSession {
  public:
-  /// \param options  of these, size, samples, max_distance, two_sided and the size, criterion and
-  ///                 refine of the views are used; maps, methods, fallback and directions are ignored
+  /// \param options  these members are used: width, height, samples, `match.max_distance`,
+  ///                 `match.two_sided`, and the views' size, criterion and refine. Maps, methods,
+  ///                 fallback and directions are ignored
   /// \throws Error as bake()
   ViewSession(const Source& source, const Mesh& low, const BakeOptions& options = {});
   ~ViewSession();

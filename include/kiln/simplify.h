@@ -58,9 +58,9 @@ struct SimplifyReport {
   double search_distance() const {
     return 2.5 * error > kSearchDistance ? 2.5 * error : kSearchDistance;
   }
-  /// First search distance for such bakes (MatchOptions::near_distance), as a share of the diagonal: a multiple of
-  /// the mean distance. 0 (none) if small components were dropped, since rays must find these at their full distance
-  /// from the low poly.
+  /// First search distance for bakes onto the result (MatchOptions::near_distance), as a share of the diagonal: a
+  /// multiple of the mean distance. 0 (none) if small components were dropped, since rays must find these at their full
+  /// distance from the low poly.
   double near_distance() const {
     if (dropped_parts > 0 && !(search_distance() > kSearchDistance)) return 0;
     const double near = 4 * mean_error;
@@ -72,7 +72,7 @@ struct SimplifyReport {
   /// Remaining triangles that face away from the high poly, or down in a height field.
   std::uint64_t folded = 0;
   std::uint64_t without_area = 0;  ///< Remaining triangles without area.
-  std::uint64_t holes = 0;         ///< Number of loops of open edges beyond those of the high poly.
+  std::uint64_t holes = 0;  ///< Number of new holes: loops of open edges that the high poly lacks.
   std::uint64_t dropped_parts = 0;  ///< Number of small components that were dropped
   std::uint64_t charts = 0;  ///< With keep_uvs: number of charts (connected pieces) of the layout.
   /// With keep_uvs: area of the UV layout, in units of the unit square, including parts outside of
@@ -95,19 +95,19 @@ struct SimplifyReport {
 /// "faces-not-reached"; if the mesh has fewer, all are kept ("faces-above-input").
 ///
 /// With a bound instead, the result's measured error never exceeds it. A collapse is rejected if a sample would be too
-/// far from the triangles around (Klein, Liebich and Strasser 1996, "Mesh Reduction with Error Control"); other
+/// far from the triangles around it (Klein, Liebich and Strasser 1996, "Mesh Reduction with Error Control"); other
 /// collapses continue. Vertices move within the bound, which permits more collapses. The bound also holds for corners,
 /// centroids and edge midpoints of the low poly (`back_error`). If no face can be removed, or one is left, the warning
 /// is "all-faces-kept" or "one-triangle".
 ///
-/// If `faces` does not suffice for four triangles per part (or all of the part's), the smallest parts are dropped
-/// first.
+/// If `faces` does not suffice for four triangles per part (or all triangles of a part that has fewer), the smallest
+/// parts are dropped first.
 ///
-/// A small component is a part (triangles that shared vertices connect) whose box has a diagonal below the largest
-/// deviation that the part of most area has in a low poly of `faces` triangles with all parts: the error elsewhere
-/// exceeds its size. Small components are dropped first, so that their faces can be used elsewhere, and counted
-/// ("dropped-parts"). Deviations are then those of the remaining parts. The largest part is always kept. Nothing is
-/// dropped with a bound, `height_field`, `keep_uvs`, `hull` or `keep_parts`.
+/// A small component is a part (triangles connected by shared vertices) that is smaller than the error elsewhere. It is
+/// found by simplifying all parts to `faces` triangles together: the diagonal of its bounding box is below the largest
+/// deviation of the part with the largest area. Small components are dropped first, so that their faces can be used
+/// elsewhere, and counted ("dropped-parts"). Deviations are then those of the remaining parts. The largest part is
+/// always kept. Nothing is dropped with a bound, `height_field`, `keep_uvs`, `hull` or `keep_parts`.
 ///
 /// Two-sided sheets (cloth, flags, leaves) have each triangle twice, once with each winding. One side is simplified,
 /// and the other is its reversed copy with separate vertices. Both count as faces. Each side has its own groups,
@@ -138,9 +138,9 @@ struct SimplifyReport {
 /// UV at that vertex, or else the mean of its neighbours'. "non-finite-uvs" counts such triangles; those without any UV
 /// are unchanged. Triangles out of the unit square are counted ("uv-outside").
 ///
-/// With `hull`, each collapse puts its vertex outside of, or on, the planes of all triangles around
-/// the edge. There the sum of squared distances is least (Sander, Gu, Gortler, Hoppe and Snyder
-/// 2000, "Silhouette Clipping", section 4.1).
+/// With `hull`, each collapse moves its vertex to a position outside of, or on, the planes of all triangles
+/// around the edge. Of these positions, the one with the least sum of squared distances is used (Sander, Gu, Gortler,
+/// Hoppe and Snyder 2000, "Silhouette Clipping", section 4.1).
 /// \throws Error(usage) for options out of range or that exclude each other; Error(input) if no usable triangle is
 ///         left, or keep_uvs finds no UVs
 /// Cost, two cores: 0.4 s for 70,000 faces to 2,000; 1.0 to 1.4 s for a million to 5,000; with a bound about twice

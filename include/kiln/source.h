@@ -41,7 +41,8 @@ class Source {
  public:
   /// \param traversal  which ray kernels to use; all give the same results to the bit
   /// \param bounds  replaces the mesh's own bounding box: it defines the diagonal, and the rounding of positions, so
-  ///                that a mesh that moves within it is always rounded alike. Should have about the mesh's size
+  ///                that a mesh that moves within it is always rounded alike. It should be about as large as
+  ///                the mesh
   /// \throws Error(input) if no triangle is usable, Error(usage) for a box without size or far from the mesh,
   ///         Error(device) if memory runs out
   /// Thread safety: may be called from several threads, also with one Device.

@@ -61,16 +61,16 @@ struct UnwrapReport {
 /// Xu, Gotsman, Gortler 2008). Then its symmetric Dirichlet energy is lowered without a flip (Rabinovich, Poranne,
 /// Panozzo, Sorkine-Hornung 2017). Protruding parts of charts are cut off if that packs better (after Limper,
 /// Vining, Sheffer 2018). Charts are packed by bitmaps, at one scale: the texel density follows the area. The
-/// returned UVs hold exactly: no triangle is mirrored or without area; no two overlap; charts are `border_texels`
+/// returned UVs satisfy exactly: no triangle is mirrored or without area; no two overlap; charts are `border_texels`
 /// apart (half of that from the map's edges). A triangle too small for a chart becomes its own chart. Vertices at
 /// exactly the same position count as one. Padding that is too wide shrinks, as below.
 ///
-/// With `detail_of`, charts have individual scales. From the high poly's normals nearest to points on each
-/// triangle follow the error e that texels of three sizes leave, and the exponent p with which it falls with the
-/// texel's side. Sides of charts then are proportional to (p e)^(1 / (2 + p)), which minimises the sum of errors
-/// for a number of texels (Lagrange). The densest chart has at most 4 times as many texels per length as the least
-/// dense. Charts are cut where parts need different densities, if the gain outweighs the seam. If less than 1%
-/// would be gained, the density stays even. Cost: a box tree of the high poly; about 100,000 to 200,000
+/// With `detail_of`, charts have individual scales. For points on each triangle, the high poly's normals at the
+/// nearest points determine the error e that remains with texels of three sizes, and the exponent p with which this
+/// error falls with the texel's side. Sides of charts then are proportional to (p e)^(1 / (2 + p)), which minimises the
+/// sum of errors for a number of texels (Lagrange). The densest chart has at most 4 times as many texels per length as
+/// the least dense. Charts are cut where parts need different densities, if the gain outweighs the seam. If less than
+/// 1% would be gained, the density stays even. Cost: a box tree of the high poly; about 100,000 to 200,000
 /// nearest-point queries; up to two more packings.
 ///
 /// **Pairs**: triangles are paired along shared edges and packed as rectangles (Wang, Froehlich, Goebel, "Fast
@@ -91,7 +91,7 @@ struct UnwrapReport {
 ///
 /// Existing UVs are replaced, and tangents, which belong to them, dropped; all else is kept. Deterministic: the
 /// same on every run and number of threads.
-/// Lifetimes and threads as simplify().
+/// Rules for lifetimes and threads are those of simplify().
 /// \param report  receives the report; may be null
 /// \throws Error(usage) for options out of range, Error(input) if no triangle has any area
 /// Cost of pairs: about 10 ms for 5,000 triangles, 2 s for a million, on one core. Of charts: see
