@@ -57,8 +57,8 @@ struct Material {
   std::array<float, 3> color{1, 1, 1};  ///< `Kd`, linear light
   float opacity = 1;                    ///< `d`, or 1 - `Tr`; 1 for `Tr 1` without `d`
   float roughness = 1;  ///< `Pr`, or else 1 - sqrt(`Ns` / 1000), the convention of Blender
-  float metallic =
-      0;  ///< `Pm`; or else, in Blender's files, `Ka` if `illum` states reflection; else 0
+  /// `Pm`; or else, in Blender's files, `Ka` if `illum` states reflection; else 0
+  float metallic = 0;
   std::array<float, 3> emission{};          ///< `Ke`, linear light
   float normal_scale = 1;                   ///< glTF's factor of the normal map's x and y
   float occlusion_strength = 1;             ///< glTF's `occlusionTexture.strength`
