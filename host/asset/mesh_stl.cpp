@@ -10,65 +10,12 @@
 #include <vector>
 
 #include "asset/mesh_builder.h"
+#include "asset/stl_triangles.h"
 #include "base/lower_case.h"
 #include "io/file/text_scanner.h"
 
 namespace kiln {
 namespace {
-
-/// Merges corners with exactly equal positions into one vertex, in the order of their first
-/// appearance. -0 equals 0, and a NaN equals the same NaN. It is a hash table with open addressing
-/// and linear probing, at most half full.
-class Welder {
- public:
-  Welder(std::vector<MeshBuilder::Position>& positions, std::size_t expected)
-      : positions_(positions), slots_(std::bit_ceil(2 * expected + 16), MeshBuilder::kNone) {}
-
-  std::uint32_t add(MeshBuilder::Position p) {
-    if (2 * positions_.size() >= slots_.size()) grow();
-    for (double& value : p) value += 0.0;  // Adding 0 turns -0 into 0
-    std::size_t slot = hash(p);
-    while (slots_[slot] != MeshBuilder::kNone) {
-      if (std::memcmp(&positions_[slots_[slot]], &p, sizeof p) == 0) return slots_[slot];
-      slot = (slot + 1) & (slots_.size() - 1);
-    }
-    slots_[slot] = static_cast<std::uint32_t>(positions_.size());
-    positions_.push_back(p);
-    return slots_[slot];
-  }
-
- private:
-  std::size_t hash(const MeshBuilder::Position& p) const {
-    std::uint64_t h = 0;
-    for (const double value : p) {
-      h = (h ^ std::bit_cast<std::uint64_t>(value)) * 0x9E3779B97F4A7C15u;
-      h ^= h >> 32;
-    }
-    return h & (slots_.size() - 1);
-  }
-  void grow() {
-    std::vector<std::uint32_t> old(slots_.size() * 2, MeshBuilder::kNone);
-    old.swap(slots_);
-    for (const std::uint32_t vertex : old) {
-      if (vertex == MeshBuilder::kNone) continue;
-      std::size_t slot = hash(positions_[vertex]);
-      while (slots_[slot] != MeshBuilder::kNone) slot = (slot + 1) & (slots_.size() - 1);
-      slots_[slot] = vertex;
-    }
-  }
-
-  std::vector<MeshBuilder::Position>& positions_;
-  std::vector<std::uint32_t> slots_;
-};
-
-constexpr std::size_t kHeaderBytes = 84, kTriangleBytes = 50;
-
-std::uint32_t little_endian(const char* bytes) {
-  std::uint32_t value = 0;
-  std::memcpy(&value, bytes, 4);
-  if constexpr (std::endian::native == std::endian::big) value = __builtin_bswap32(value);
-  return value;
-}
 
 /// Decodes the colours that some programs store in the two bytes after each triangle of a binary
 /// STL, with 5 bits per channel. There are two conventions. VisCAM and SolidView set bit 15 of
@@ -80,8 +27,8 @@ std::uint32_t little_endian(const char* bytes) {
 class StlColors {
  public:
   explicit StlColors(const MeshInput& input) : bytes_(input.bytes) {
-    constexpr std::string_view kMagicsPrefix = "COLOR=";
-    const std::string_view header = bytes_.substr(0, kHeaderBytes - 4);
+    constexpr std::string_view kMagicsPrefix = kStlColorPrefix;
+    const std::string_view header = bytes_.substr(0, kStlHeaderBytes - 4);
     const std::size_t at = header.find(kMagicsPrefix);
     if (at == std::string_view::npos || at + kMagicsPrefix.size() + 4 > header.size()) return;
     std::array<std::uint8_t, 4> color;
@@ -132,7 +79,7 @@ class StlColors {
   static constexpr std::uint32_t kDefaultColorBit = 0x8000;
 
   std::uint32_t attribute(std::uint64_t triangle) const {
-    const char* const at = bytes_.data() + kHeaderBytes + (triangle + 1) * kTriangleBytes - 2;
+    const char* const at = bytes_.data() + kStlHeaderBytes + (triangle + 1) * kStlTriangleBytes - 2;
     return static_cast<std::uint8_t>(at[0]) | std::uint32_t{static_cast<std::uint8_t>(at[1])} << 8U;
   }
   struct Bits {
@@ -142,7 +89,7 @@ class StlColors {
   };
   Bits scan_bits() const {
     Bits bits;
-    bits.count = little_endian(bytes_.data() + kHeaderBytes - 4);
+    bits.count = little_endian_word(bytes_.data() + kStlHeaderBytes - 4);
     if (bits.count != 0) bits.first = attribute(0);
     for (std::uint64_t t = 0; t < bits.count; ++t) {
       const std::uint32_t color_bits = attribute(t);
@@ -168,13 +115,13 @@ class StlColors {
 
 Mesh read_binary(const MeshInput& input) {
   const std::string_view bytes = input.bytes;
-  if (bytes.size() < kHeaderBytes) {
+  if (bytes.size() < kStlHeaderBytes) {
     input.fail("byte " + std::to_string(bytes.size()),
                "the file ends inside the header of 84 bytes (truncated)",
                "Copy or export it again.");
   }
-  const std::uint64_t count = little_endian(bytes.data() + 80);
-  const std::uint64_t needed_bytes = kHeaderBytes + count * kTriangleBytes;
+  const std::uint64_t count = little_endian_word(bytes.data() + kStlHeaderBytes - 4);
+  const std::uint64_t needed_bytes = kStlHeaderBytes + count * kStlTriangleBytes;
   if (needed_bytes > bytes.size()) {
     input.fail("header",
                "it declares " + std::to_string(count) + " triangles, which take " +
@@ -188,16 +135,16 @@ Mesh read_binary(const MeshInput& input) {
                std::to_string(extra) + " bytes after the last triangle were ignored.", extra);
   }
   MeshBuilder builder(input);
-  Welder welder(builder.positions, count / 2);
+  CornerWelder<MeshBuilder::Position> welder(builder.positions, count / 2);
   const StlColors colors(input);
   for (std::uint64_t t = 0; t < count; ++t) {
     // Address of the triangle's vertices, which come after its normal
-    const char* at = bytes.data() + kHeaderBytes + t * kTriangleBytes + 12;
+    const char* at = bytes.data() + kStlHeaderBytes + t * kStlTriangleBytes + kStlNormalBytes;
     std::uint32_t corner[3];
     for (std::uint32_t& vertex : corner) {
       MeshBuilder::Position p;
       for (double& value : p) {
-        value = double{std::bit_cast<float>(little_endian(at))};
+        value = double{std::bit_cast<float>(little_endian_word(at))};
         at += 4;
       }
       vertex = welder.add(p);
@@ -229,7 +176,7 @@ std::string keyword_at(TextScanner& scan) {
 Mesh read_ascii(const MeshInput& input) {
   TextScanner scan(input.bytes);
   MeshBuilder builder(input);
-  Welder welder(builder.positions, input.bytes.size() / 512);
+  CornerWelder<MeshBuilder::Position> welder(builder.positions, input.bytes.size() / 512);
   std::vector<std::uint64_t> triangle_lines;
   std::vector<std::uint32_t> corners;
   const char* const remedy = "Correct the line or export the mesh again.";
@@ -285,9 +232,10 @@ Mesh read_stl(const MeshInput& input) {
   const std::string_view bytes = input.bytes;
   // A binary file's header may start with "solid", too, so its size decides first.
   const bool sized =
-      bytes.size() >= kHeaderBytes &&
-      bytes.size() ==
-          kHeaderBytes + kTriangleBytes * std::uint64_t{little_endian(bytes.data() + 80)};
+      bytes.size() >= kStlHeaderBytes &&
+      bytes.size() == kStlHeaderBytes +
+                          kStlTriangleBytes *
+                              std::uint64_t{little_endian_word(bytes.data() + kStlHeaderBytes - 4)};
   const bool text = is_word(TextScanner(bytes).token(), "solid") &&
                     bytes.substr(0, 1024).find('\0') == std::string_view::npos;
   return !sized && text ? read_ascii(input) : read_binary(input);

@@ -11,6 +11,7 @@
 
 #include "asset/file_identity.h"
 #include "asset/mesh_reader.h"
+#include "asset/stl_triangles.h"
 #include "base/file.h"
 #include "base/fnv.h"
 #include "base/formatted.h"
@@ -27,12 +28,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kStlHeadBytes = 84, kStlTriangleBytes = 50, kStlNormalBytes = 12;
 constexpr std::size_t kStlTrianglesPerPiece = std::size_t{1} << 18;
 // Bytes of a triangle in a text, of which few are shorter
 constexpr std::uint64_t kTextBytesPerTriangle = 300;
-constexpr std::uint32_t kNoVertex = 0xFFFFFFFFU;
 constexpr char kJoinedMagic[8] = {'k', 'i', 'l', 'n', 'm', 's', 'h', '1'};
+
+/// The position of a corner, with the layout of Vec3
+using Corner = std::array<float, 3>;
+static_assert(sizeof(Corner) == sizeof(Vec3));
 
 /// The last bytes of a file of joined vertices. Before them: the triangles, the vertices' positions, and the key.
 struct JoinedTail {
@@ -50,71 +53,6 @@ FailWith stl_failure(const MeshInput& input) {
     input.fail(place, problem, remedy);
   };
 }
-
-std::uint32_t stl_word_at(const char* bytes) {
-  std::uint32_t value = 0;
-  std::memcpy(&value, bytes, sizeof value);
-  if constexpr (std::endian::native == std::endian::big) value = __builtin_bswap32(value);
-  return value;
-}
-
-/// Joins equal positions to one vertex, in the order of first appearance: a hash table with linear probing, at most half
-/// full.
-class PositionJoiner {
- public:
-  PositionJoiner(std::size_t expected, const MeshInput& input) : input_(input) {
-    const std::size_t slots = std::bit_ceil(2 * expected + 16);
-    require_memory("Joining its vertices", expected * sizeof(Vec3) + slots * sizeof(std::uint32_t),
-                   memory_failure(stl_failure(input_), ""));
-    positions_.reserve(expected);
-    slots_.assign(slots, kNoVertex);
-  }
-
-  /// Prefetches the slot that add() will read.
-  void expect(const Vec3& p) const { __builtin_prefetch(&slots_[slot_of(p)]); }
-
-  /// \param p  with no negative zeros
-  std::uint32_t add(const Vec3& p) {
-    if (2 * positions_.size() >= slots_.size()) grow();
-    std::size_t slot = slot_of(p);
-    while (slots_[slot] != kNoVertex) {
-      if (std::memcmp(&positions_[slots_[slot]], &p, sizeof p) == 0) return slots_[slot];
-      slot = (slot + 1) & (slots_.size() - 1);
-    }
-    slots_[slot] = static_cast<std::uint32_t>(positions_.size());
-    positions_.push_back(p);
-    return slots_[slot];
-  }
-
-  const std::vector<Vec3>& positions() const { return positions_; }
-
- private:
-  std::size_t slot_of(const Vec3& p) const {
-    std::uint64_t hash =
-        std::bit_cast<std::uint32_t>(p.x) | std::uint64_t{std::bit_cast<std::uint32_t>(p.y)} << 32U;
-    hash = (hash ^ hash >> 29U) * 0x9E3779B97F4A7C15U;
-    hash = (hash ^ std::bit_cast<std::uint32_t>(p.z) ^ hash >> 32U) * 0xBF58476D1CE4E5B9U;
-    return (hash ^ hash >> 31U) & (slots_.size() - 1);
-  }
-
-  void grow() {
-    const std::size_t slots = 2 * slots_.size();
-    require_memory("Joining its vertices",
-                   slots * sizeof(std::uint32_t) + 2 * positions_.size() * sizeof(Vec3),
-                   memory_failure(stl_failure(input_), ""));
-    slots_ = {};
-    slots_.assign(slots, kNoVertex);
-    for (std::size_t v = 0; v < positions_.size(); ++v) {
-      std::size_t slot = slot_of(positions_[v]);
-      while (slots_[slot] != kNoVertex) slot = (slot + 1) & (slots_.size() - 1);
-      slots_[slot] = static_cast<std::uint32_t>(v);
-    }
-  }
-
-  const MeshInput& input_;
-  std::vector<Vec3> positions_;
-  std::vector<std::uint32_t> slots_;
-};
 
 /// A descriptor that is closed at its end, also where a constructor throws.
 struct JoinedFile {
@@ -201,14 +139,21 @@ class StlStream : public MeshStream {
 
   void join_vertices(const ByteSource& source, const fs::path& folder,
                      const std::string& file_name) {
-    const std::string head = source.head(kStlHeadBytes);
-    const std::uint64_t count = (source.size() - kStlHeadBytes) / kStlTriangleBytes;
-    const std::string_view header = std::string_view(head).substr(0, kStlHeadBytes - 4);
-    if (header.find("COLOR=") != std::string_view::npos) refuse_colors("header");
+    const std::string head = source.head(kStlHeaderBytes);
+    const std::uint64_t count = (source.size() - kStlHeaderBytes) / kStlTriangleBytes;
+    const std::string_view header = std::string_view(head).substr(0, kStlHeaderBytes - 4);
+    if (header.find(kStlColorPrefix) != std::string_view::npos) refuse_colors("header");
     CacheFileWriter writer(folder, file_name);
-    PositionJoiner joiner(static_cast<std::size_t>(count / 2 + count / 32), input_);
+    const auto expected = static_cast<std::size_t>(count / 2 + count / 32);
+    std::vector<Corner> positions;
+    CornerWelder<Corner> welder(positions, expected, [&](std::size_t slots, std::size_t vertices) {
+      require_memory("Joining its vertices",
+                     vertices * sizeof(Corner) + slots * sizeof(std::uint32_t),
+                     memory_failure(stl_failure(input_), ""));
+    });
+    positions.reserve(expected);
     std::vector<char> bytes;
-    std::vector<Vec3> corners;
+    std::vector<Corner> corners;
     std::vector<Triangle> triangles;
     const std::uint64_t pieces = (count + kStlTrianglesPerPiece - 1) / kStlTrianglesPerPiece;
     for (std::uint64_t piece = 0; piece < pieces; ++piece) {
@@ -219,7 +164,7 @@ class StlStream : public MeshStream {
           static_cast<std::size_t>(std::min<std::uint64_t>(kStlTrianglesPerPiece, count - first));
       bytes.resize(now * kStlTriangleBytes);
       const std::size_t got =
-          source.read_at(kStlHeadBytes + first * kStlTriangleBytes, bytes.data(), bytes.size());
+          source.read_at(kStlHeaderBytes + first * kStlTriangleBytes, bytes.data(), bytes.size());
       if (got != bytes.size() || source.was_written()) {
         input_.fail("", "it changed while it was read", "Wait until it is written, and try again.");
       }
@@ -227,17 +172,19 @@ class StlStream : public MeshStream {
       triangles.resize(now);
       constexpr std::size_t kPrefetchedCorners = 24;
       for (std::size_t i = 0; i < corners.size(); ++i) {
-        if (i + kPrefetchedCorners < corners.size()) joiner.expect(corners[i + kPrefetchedCorners]);
-        triangles[i / 3][i % 3] = joiner.add(corners[i]);
+        if (i + kPrefetchedCorners < corners.size()) {
+          welder.prefetch(corners[i + kPrefetchedCorners]);
+        }
+        triangles[i / 3][i % 3] = welder.add(corners[i]);
       }
       writer.write(triangles.data(), triangles.size() * sizeof(Triangle));
     }
-    finish(joiner.positions(), count, writer);
+    finish(positions, count, writer);
   }
 
   /// Reads the corners of some triangles. \throws Error(input) if one has a colour
   void read_corners(std::uint64_t first, const std::vector<char>& bytes,
-                    std::vector<Vec3>& corners) const {
+                    std::vector<Corner>& corners) const {
     const std::size_t count = bytes.size() / kStlTriangleBytes;
     corners.resize(3 * count);
     parallel_for(count, kStreamedElementsPerRead, [&](std::size_t begin, std::size_t end) {
@@ -249,12 +196,10 @@ class StlStream : public MeshStream {
         }
         at += kStlNormalBytes;
         for (std::size_t k = 0; k < 3; ++k) {
-          std::array<float, 3> p{};
-          for (float& value : p) {
-            value = std::bit_cast<float>(stl_word_at(at)) + 0.0F;  // -0 becomes 0
+          for (float& value : corners[3 * t + k]) {
+            value = std::bit_cast<float>(little_endian_word(at));
             at += sizeof(float);
           }
-          corners[3 * t + k] = {p[0], p[1], p[2]};
         }
       }
     });
@@ -266,9 +211,9 @@ class StlStream : public MeshStream {
   }
 
   /// Completes the file of joined vertices, and opens it.
-  void finish(const std::vector<Vec3>& positions, std::uint64_t triangles,
+  void finish(const std::vector<Corner>& positions, std::uint64_t triangles,
               CacheFileWriter& writer) {
-    writer.write(positions.data(), positions.size() * sizeof(Vec3));
+    writer.write(positions.data(), positions.size() * sizeof(Corner));
     tail_ = {triangles, positions.size(), identity_.size(), 0, {}};
     std::memcpy(tail_.magic, kJoinedMagic, sizeof kJoinedMagic);
     file_.descriptor = writer.open_to_read();
@@ -300,11 +245,11 @@ class StlStream : public MeshStream {
 StlLayout stl_layout(const fs::path& path) {
   const MeshInput input{path.string(), {}};
   const std::unique_ptr<ByteSource> source = open_file(path, stl_failure(input));
-  const std::string head = source->head(kStlHeadBytes);
+  const std::string head = source->head(kStlHeaderBytes);
   StlLayout layout;
-  if (head.size() < kStlHeadBytes) return layout;
-  const std::uint64_t count = stl_word_at(head.data() + kStlHeadBytes - 4);
-  const std::uint64_t needed = kStlHeadBytes + count * kStlTriangleBytes;
+  if (head.size() < kStlHeaderBytes) return layout;
+  const std::uint64_t count = little_endian_word(head.data() + kStlHeaderBytes - 4);
+  const std::uint64_t needed = kStlHeaderBytes + count * kStlTriangleBytes;
   if (needed == source->size()) {
     layout.triangles = count;
     return layout;
