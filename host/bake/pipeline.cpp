@@ -399,9 +399,8 @@ void Pipeline::finish_maps(Image* drawn) {
   std::vector<Image> images = layers_.finish(context_, options, band_storage_ == BandStorage::kept,
                                              result_.coverage, report.gutter_texels, drawn);
   result_.maps.clear();
-  const double farthest = max_point_distance();
   for (std::size_t l = 0; l < images.size(); ++l) {
-    BakedMap map = describe(layers_.all()[l], farthest);
+    BakedMap map = describe(layers_.all()[l]);
     map.image = std::move(images[l]);
     map.mips = std::move(mips[l]);
     result_.maps.push_back(std::move(map));
@@ -441,13 +440,12 @@ double Pipeline::max_point_distance() const {
   return std::max(cage, request.distance * units_per_frame_unit_ - (request.cage ? cage : 0));
 }
 
-/// Describes a layer's map by its properties that do not depend on the bake.
-BakedMap Pipeline::describe(const Layer& layer, double farthest) const {
+/// Describes a layer's map by its properties that do not depend on the bake, except its ranges.
+BakedMap Pipeline::describe(const Layer& layer) const {
   const MapInfo& info = layer.row->info;
   const BakeOptions& options = scene_.options;
   BakedMap map{info.kind, {options.width, options.height, info.channels, {}}, {}, cluster_, info};
   if (obeys(info, "encoding.origin")) map.origin = map_origin(options, scene_.high.frame);
-  map.ranges = ranges_of(*layer.row, {scene_.high, options, farthest});
   map.unit = layer.row->unit;
   return map;
 }
@@ -457,7 +455,10 @@ void Pipeline::open_rows() {
   if (scene_.open_rows == nullptr) return;
   const double farthest = max_point_distance();
   for (const Layer& layer : layers_.all()) {
-    if (layer.rows) layers_.set_target(layer, (*scene_.open_rows)(describe(layer, farthest)));
+    if (!layer.rows) continue;
+    BakedMap map = describe(layer);
+    map.ranges = ranges_of(*layer.row, {scene_.high, scene_.options, farthest});
+    layers_.set_target(layer, (*scene_.open_rows)(map));
   }
 }
 

@@ -91,7 +91,7 @@ class Pipeline {
 
  private:
   double max_point_distance() const;
-  BakedMap describe(const Layer& layer, double farthest) const;
+  BakedMap describe(const Layer& layer) const;
   void open_rows();
   bool keeps_matcher() const;
   void prepare_copies();
