@@ -27,13 +27,6 @@ namespace {
 constexpr std::uint64_t kBytesOfDeviceBuffers = std::uint64_t{256} << 20;
 constexpr std::uint64_t kBytesPerTexel = 32;
 
-/// Facts about a mesh file that follow from its first bytes and its size.
-struct LargeFile {
-  std::uint64_t triangles = 0;  ///< 0 if the number is unknown
-  bool has_normals = false, has_pictures = false;
-  std::string obstacle;  ///< As PlyLayout::obstacle
-};
-
 LargeFile examine(const std::string& path) {
   const std::string extension = lower_extension(path);
   if (extension == ".ply") {
@@ -60,11 +53,12 @@ bool chooses_asset_maps(const Job& job) {
 }
 
 /// Explains which option of the job needs the whole high poly in memory; empty if none does.
-Message find_streaming_obstacle(const Job& job, const BakeOptions& options, const RunHooks& hooks) {
+Message find_streaming_obstacle(const LargeFile& high, const Job& job, const BakeOptions& options,
+                                const RunHooks& hooks) {
   if (job.low.given.empty() && (plans_low_poly(job) || !deviation_bound(job).empty())) {
     return explain_error_bound_need("give LOW, or " + option("faces"));
   }
-  if (!asset_file(job).empty() && examine(job.high.front().name).has_pictures) {
+  if (!asset_file(job).empty() && high.has_pictures) {
     return Message("its pictures need the whole high poly in memory: name a folder for ") +
            option("out") + ".";
   }
@@ -84,7 +78,7 @@ Message find_streaming_obstacle(const Job& job, const BakeOptions& options, cons
         option("clean", job.clean == CleanHigh::all ? "all" : kAutomatic));
   }
   // A streamed mesh uses the normals of its file, so smooth normals cannot replace them.
-  if (job.frame.shading.rule == ShadingRule::smooth && examine(job.high.front().name).has_normals) {
+  if (job.frame.shading.rule == ShadingRule::smooth && high.has_normals) {
     return explain_whole_mesh_need(option("high_normals", "smooth"));
   }
   if (const Message obstacle = find_reading_obstacle(job.frame, job.fill_holes); !obstacle.empty())
@@ -119,13 +113,13 @@ Message find_reading_obstacle(const MeshFrameArguments& frame, double fill_holes
 
 std::shared_ptr<const MeshStream> open_larger_than_memory(
     const std::string& path, const MemoryNeed& need,
-    const std::function<Message()>& find_obstacle) {
+    const std::function<Message(const LargeFile& high)>& find_obstacle) {
   const LargeFile layout = examine(path);
   if (layout.triangles == 0 ||
       memory_fits(layout.triangles * need.bytes_per_triangle + need.other_bytes)) {
     return nullptr;
   }
-  Message obstacle = find_obstacle();
+  Message obstacle = find_obstacle(layout);
   if (!layout.obstacle.empty()) {
     obstacle = "it " + layout.obstacle +
                ": write it as a binary, little-endian PLY of triangles, or as a binary STL.";
@@ -149,7 +143,8 @@ std::shared_ptr<const MeshStream> open_streamed_high(const Job& job, const BakeO
   ProgressGuard progress_guard(
       [&](double, std::string_view stage) { return log.report_progress(0, stage); });
   std::shared_ptr<const MeshStream> streamed = open_larger_than_memory(
-      path, need, [&] { return find_streaming_obstacle(job, options, hooks); });
+      path, need,
+      [&](const LargeFile& high) { return find_streaming_obstacle(high, job, options, hooks); });
   if (streamed != nullptr) log.progress(0, "reading " + path);
   return streamed;
 }

@@ -38,13 +38,21 @@ Message explain_error_bound_need(const Message& remedy);
 /// is given.
 Message find_reading_obstacle(const MeshFrameArguments& frame, double fill_holes);
 
+/// Facts about a mesh file that follow from its first bytes and its size.
+struct LargeFile {
+  std::uint64_t triangles = 0;  ///< 0 if the number is unknown
+  bool has_normals = false, has_pictures = false;
+  std::string obstacle;  ///< Why it cannot be read in pieces, as PlyLayout::obstacle
+};
+
 /// Opens a high poly that is larger than memory. Null if it fits into memory, or if it may fit and the whole mesh is
 /// needed.
 /// \param find_obstacle  returns why the whole mesh is needed, as explain_whole_mesh_need() does; empty if it is not
 ///                       needed. Called only for a high poly that does not fit
 /// \throws OptionError if the whole mesh is needed and cannot fit
 std::shared_ptr<const MeshStream> open_larger_than_memory(
-    const std::string& path, const MemoryNeed& need, const std::function<Message()>& find_obstacle);
+    const std::string& path, const MemoryNeed& need,
+    const std::function<Message(const LargeFile& high)>& find_obstacle);
 
 /// Reduces a mesh that is larger than memory to a mesh in memory from which a low poly of `faces` triangles can be
 /// made.
