@@ -28,9 +28,8 @@ MapRange parse_range(const Job& job, const std::string& text) {
       option("range") + " '" + text + "': write MAP=LO,HI, two numbers, such as height=-0.2,0.2.");
   const std::string_view name = std::string_view(text).substr(0, equals);
   const std::vector<std::string> own_names = own_map_names(job);
-  const bool is_owned_by_user =
-      std::find(own_names.begin(), own_names.end(), name) != own_names.end();
-  range.kind = is_owned_by_user ? MapKind{name} : find_map(name).kind;
+  const bool is_own_map = std::find(own_names.begin(), own_names.end(), name) != own_names.end();
+  range.kind = is_own_map ? MapKind{name} : find_map(name).kind;
   return range;
 }
 

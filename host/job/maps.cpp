@@ -72,12 +72,12 @@ void sample_images(const BakeScene& scene, const Source& source, BakeOptions opt
   const MatchResult found = match(source, scene.low.mesh, options);
   if (found.cancelled) throw Cancelled{};
   baked.sampled_images = scene.run.hooks.sample(found.match, scene.high.mesh());
-  const auto is_owned_by_user = [&](std::string_view name) {
+  const auto is_replaced = [&](std::string_view name) {
     return baked.sampled_images.contains(std::string(name));
   };
-  std::erase_if(baked.options.maps, [&](MapKind map) { return is_owned_by_user(map.name); });
+  std::erase_if(baked.options.maps, [&](MapKind map) { return is_replaced(map.name); });
   std::erase_if(baked.options.transfers,
-                [&](const auto& transfer) { return is_owned_by_user(transfer.name); });
+                [&](const auto& transfer) { return is_replaced(transfer.name); });
 }
 
 /// True if images of RunHooks::sample replace all maps to bake. If only transfers remain, a bake still needs one map,
