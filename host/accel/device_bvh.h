@@ -17,7 +17,7 @@ namespace kiln {
 /// Variants of the traversal kernels. All give the same bits.
 enum class Traversal {
   automatic,  ///< Chosen by the device's type
-  cpu,        ///< Explicit vectors: beams of neighbouring rays, streams of any-hit rays (on PoCL)
+  cpu,  ///< Kernels of explicit vectors, for PoCL: trace neighbouring rays as beams, any-hit rays as streams
   cpu_single,  ///< As `cpu`, for drivers other than PoCL: traces any-hit rays one by one, 8 boxes a step
   gpu,         ///< Scalar, one ray per work-item
 };

@@ -85,7 +85,7 @@ class Rasterizer {
   cl::Array<kiln_raster_bounds> bounds_;      // one per 16 chunks
   cl::Array<kiln_raster_boxes> boxes_;        // [views of a batch * bounds]
   cl::Array<kiln_raster_boxes> group_boxes_;  // [views of a batch * bounds / 16]
-  // Arrays of the paths other than RasterPath::tiles.
+  // Arrays that only the raster paths other than RasterPath::tiles use.
   cl::Array<std::int32_t> projected_;    // [4 * vertices]
   cl::Array<std::uint32_t> queue_size_;  // [1]
   cl::Array<std::uint32_t> queue_;       // [4 * triangles]

@@ -32,9 +32,9 @@ struct RayQuery {
   bool outermost = false;
   bool has_ray_limits =
       false;  ///< With `outermost`, ignore hits with t above the sample's own `reach`
-  /// Only whether a ray has a hit matters: on CPUs, rays that are not traced as streams end at any hit. Of the result,
-  /// only which rays hit nothing is then defined. For rays that have little in common; many of them are faster by RayCaster::occluded(), whose kernel is
-  /// another program.
+  /// Only whether a ray has a hit matters: on CPUs, rays that are not traced as streams end at any hit. The
+  /// result then only tells which rays hit nothing. Meant for incoherent rays. For many such rays,
+  /// RayCaster::occluded() is faster, which has a kernel of its own.
   bool any_hit = false;
   /// If known, the number of triangles per ray in the region that rays of neighbouring texels hit. On CPUs it
   /// determines whether these rays are traced as a stream. Never changes results.

@@ -297,13 +297,14 @@ class FbxReader {
     bool is_there = false;
     std::uint32_t first = 0;  // Index in the builder of the first UV of the set
     // The UVs of the chosen set; used if all pictures refer to this set
-    const ufbx_vertex_vec2* own = nullptr;
+    const ufbx_vertex_vec2* chosen_uvs = nullptr;
     // UVs of several sets; used if a picture refers to a set other than the chosen one
     std::vector<std::uint32_t> of_corner;
 
     std::uint32_t at(std::size_t corner) const {
       if (!of_corner.empty()) return of_corner[corner];
-      const std::uint32_t uv = own == nullptr ? UFBX_NO_INDEX : own->indices.data[corner];
+      const std::uint32_t uv =
+          chosen_uvs == nullptr ? UFBX_NO_INDEX : chosen_uvs->indices.data[corner];
       return uv == UFBX_NO_INDEX ? MeshBuilder::kNone : first + uv;
     }
   };
@@ -399,8 +400,8 @@ class FbxReader {
     if (!uvs.is_there) return uvs;
     uvs.first = static_cast<std::uint32_t>(builder_.uvs.size());
     if (other_sets_.empty()) {
-      uvs.own = &mesh.uv_sets.data[*set].vertex_uv;
-      for (const ufbx_vec2& uv : uvs.own->values) {
+      uvs.chosen_uvs = &mesh.uv_sets.data[*set].vertex_uv;
+      for (const ufbx_vec2& uv : uvs.chosen_uvs->values) {
         builder_.uvs.push_back({narrow(uv.x), narrow(uv.y)});
       }
       return uvs;

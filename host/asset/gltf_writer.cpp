@@ -881,7 +881,7 @@ void check_nodes(const Mesh& low, const SaveAssetOptions& options) {
 }
 
 /// For each object, its node and the transform to its space.
-struct ObjectPlaces {
+struct ObjectPlacements {
   std::vector<std::size_t> nodes;
   std::vector<WorldToObject> locals;
 };
@@ -923,8 +923,8 @@ class Hierarchy {
 
   /// Assigns a node to each object.
   /// \param of_objects  the node that each object had in the input; empty if there is no hierarchy
-  ObjectPlaces place(const Mesh& mesh, const std::vector<std::uint32_t>& of_objects) {
-    ObjectPlaces places;
+  ObjectPlacements place(const Mesh& mesh, const std::vector<std::uint32_t>& of_objects) {
+    ObjectPlacements places;
     if (is_flat_) {
       places.locals.resize(mesh.objects.empty() ? 1 : mesh.object_names.size());
       for (std::size_t i = 0; i < places.locals.size(); ++i) {
@@ -1012,7 +1012,7 @@ void add_hulls(GltfOutput& file, Hierarchy& hierarchy, const SaveAssetOptions& o
   hulls.uv_triangles = {};
   hulls.tangents = {};
   hulls.colors = {};
-  const ObjectPlaces places = hierarchy.place(hulls, options.hull_nodes);
+  const ObjectPlacements places = hierarchy.place(hulls, options.hull_nodes);
   Json& json = file.json();
   for (const auto& [of, part] : primitives_of(hulls, places.locals, {})) {
     const PackedObject object(file, options.compression, {&part}, places.nodes[of.object]);
@@ -1249,7 +1249,7 @@ void add_mesh(GltfOutput& file, Hierarchy& hierarchy, const Mesh& low,
               const std::vector<std::uint32_t>& object_nodes, const SaveAssetOptions& options,
               bool is_coarser) {
   Json& json = file.json();
-  const ObjectPlaces places = hierarchy.place(low, object_nodes);
+  const ObjectPlacements places = hierarchy.place(low, object_nodes);
   const Primitives primitives = primitives_of(low, places.locals, materials);
   if (primitives.empty()) {
     throw Error(ErrorCode::input,

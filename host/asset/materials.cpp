@@ -235,12 +235,12 @@ std::shared_ptr<const Image> extract_channel(const Image& image, std::uint32_t c
 
 /// The UV sets of a mesh: its own, with which it was read, and the others.
 struct KnownSets {
-  std::uint32_t own = 0;
+  std::uint32_t own_set = 0;
   std::span<const UvSet> others;
 
   bool has(std::uint32_t set) const {
-    return set == own || std::any_of(others.begin(), others.end(),
-                                     [set](const UvSet& other) { return other.set == set; });
+    return set == own_set || std::any_of(others.begin(), others.end(),
+                                         [set](const UvSet& other) { return other.set == set; });
   }
 };
 
@@ -581,7 +581,7 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
     texture.image_of.push_back(Texture::kNone);
     texture.uv_transforms.push_back(picture.uv_transform);
     texture.wraps.push_back(picture.wrap);
-    texture.uv_sets.push_back(picture.empty() ? known_sets.own : picture.uv_set);
+    texture.uv_sets.push_back(picture.empty() ? known_sets.own_set : picture.uv_set);
     texture.factors.push_back(factor_of(material, slot, picture));
     // glTF multiplies the base colour, including alpha, by the vertex colours.
     texture.times_vertex_colors.push_back(
@@ -591,7 +591,7 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
           (slot == MaterialSlot::opacity && material.alpha_mode != AlphaMode::opaque))));
     if (picture.empty()) continue;
     if (!known_sets.has(picture.uv_set)) {
-      fail_of_uv_set(material, slot, picture.uv_set, known_sets.own);
+      fail_of_uv_set(material, slot, picture.uv_set, known_sets.own_set);
     }
     check_transform(material, picture.uv_transform);
     std::error_code error;
@@ -665,7 +665,7 @@ Texture load_texture(const std::vector<Material>& materials, MaterialSlot slot,
     if (set->second == Texture::kNone) heights.add(material);
     texture.image_of.back() = set->second;
   }
-  drop_default_lists(texture, known_sets.own);
+  drop_default_lists(texture, known_sets.own_set);
   if (missing.count() != 0) {
     missing.warn(warnings, "picture-missing",
                  "with a missing picture ('" + first_missing +

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 /// How many words follow an option of a picture, and whether they are numbers or names such as
 /// "on". nullopt if a word is no option.
 struct OptionWords {
-  int least, most;
+  int min_count, max_count;
 };
 std::optional<OptionWords> option_words(std::string_view option) {
   static const std::map<std::string_view, OptionWords> word_counts = {
@@ -260,10 +260,10 @@ class MtlReader {
       }
       std::array<std::string_view, 3> option_values;
       int found = 0;
-      for (; found < words->most; ++found) {
+      for (; found < words->max_count; ++found) {
         std::string_view lookahead = remaining_line;
         const std::string_view word = next_word(lookahead);
-        if (found >= words->least && !to_double(word)) break;
+        if (found >= words->min_count && !to_double(word)) break;
         option_values[static_cast<std::size_t>(found)] = word;
         remaining_line = lookahead;
       }

@@ -177,8 +177,9 @@ class RoleCheck {
   std::string example_;
 };
 
-/// Checks roles that come in sets. An incomplete set is ignored; of several sets, the first counts.
-void check_vertex_roles(const MeshInput& input, Element& vertex) {
+/// Checks that the vertices have positions, and ignores incomplete sets of properties, such as normals without nz. If
+/// a set occurs several times, the first one is used.
+void check_vertex_properties(const MeshInput& input, Element& vertex) {
   for (const Role role : {Role::x, Role::y, Role::z}) {
     const std::ptrdiff_t count = RoleCheck::count(vertex, role);
     if (count == 1) continue;
@@ -196,7 +197,7 @@ void check_vertex_roles(const MeshInput& input, Element& vertex) {
   check.warn(input, "vertices");
 }
 
-void check_face_roles(const MeshInput& input, Element& face) {
+void check_face_properties(const MeshInput& input, Element& face) {
   RoleCheck check(face);
   check.keep_whole({Role::red, Role::green, Role::blue}, Role::alpha);
   check.warn(input, "faces");
@@ -336,8 +337,8 @@ Header parse_header(const MeshInput& input) {
   }
   if (!has_format) fail("the header has no \"format\" line");
   for (Element& element : header.elements) {
-    if (element.name == "vertex") check_vertex_roles(input, element);
-    if (element.name == "face") check_face_roles(input, element);
+    if (element.name == "vertex") check_vertex_properties(input, element);
+    if (element.name == "face") check_face_properties(input, element);
   }
   if (unknown_lines != 0) {
     input.warn("ignored-header-lines",

@@ -113,9 +113,9 @@ class PlyStream : public MeshStream {
         source_(open_file(path, stream_failure(input_))) {
     const std::string head = source_->head(kMaxHeaderBytes);
     const MeshInput start{path_, head};
-    const std::string obstacle = find_stream_layout(parse_header(start), layout_);
-    if (!obstacle.empty()) {
-      throw Error(ErrorCode::internal, "'" + path_ + "' " + obstacle + ": it cannot be streamed.");
+    const std::string reason = find_stream_layout(parse_header(start), layout_);
+    if (!reason.empty()) {
+      throw Error(ErrorCode::internal, "'" + path_ + "' " + reason + ": it cannot be streamed.");
     }
     if (layout_.first_face + layout_.triangles * kTriangleFaceBytes > source_->size()) {
       input_.fail("header", "it promises more elements than the file can hold (truncated)",

@@ -244,7 +244,7 @@ void check_map_options(const BakeOptions& options) {
     check_length(option("curvature_radius"), *options.curvature_radius, false);
 }
 
-/// Rejects settings of a variant that its map ignores.
+/// Throws if a map variant sets options that this kind of map ignores, or has invalid values.
 void check_variant(const MapVariant& map, const BakeOptions& options) {
   const MapInfo& info = map_row(map.kind).info;
   const auto check = [&](bool is_set, const char* setting) {

@@ -50,8 +50,9 @@ class CopyCheck {
   /// \param test_points  points on copies
   std::vector<CopyComparison> find(std::span<const TestPoint> test_points);
 
-  /// Checks points all over the copies. \returns the share of their area that differs; if it exceeds 5%, a warning
-  /// names the parts with the largest differing area
+  /// Checks points spread over all UV copies.
+  /// \returns the share of the copies' area whose match differs; if it exceeds 5%, a warning names the parts with the
+  ///   largest differing area
   double check_copies(const Mesh& low, std::vector<Warning>& warnings);
 
  private:

@@ -84,7 +84,8 @@ bool allows_rows(const MapInfo& map, const BakeOptions& options) {
 /// \param by_rows  true: maps that can be finished row by row are not kept
 std::uint64_t peak_bytes(const BakeOptions& options, std::span<const MapRow> rows,
                          std::uint32_t band, bool by_rows) {
-  std::uint64_t channels = 1;  // Number of channels of the maps, and 1 for coverage and charts
+  // Channels of all maps, and one more for the memory of coverage and chart indices
+  std::uint64_t channels = 1;
   const auto count = [&](const MapInfo& map) {
     if (!by_rows || !allows_rows(map, options)) channels += map.channels;
   };

@@ -33,9 +33,9 @@ namespace {
 struct GroupNames {
   const char *limit_file, *usage_file, *cached_key, *shared_key;
 };
-constexpr GroupNames kNamesOfVersion2 = {"memory.max", "memory.current", "file", "shmem"};
-constexpr GroupNames kNamesOfVersion1 = {"memory.limit_in_bytes", "memory.usage_in_bytes",
-                                         "total_cache", "total_shmem"};
+constexpr GroupNames kGroupNamesV2 = {"memory.max", "memory.current", "file", "shmem"};
+constexpr GroupNames kGroupNamesV1 = {"memory.limit_in_bytes", "memory.usage_in_bytes",
+                                      "total_cache", "total_shmem"};
 /// Larger limits count as "no limit", for which version 1 reports a multiple of the page size just below
 /// 2^63.
 constexpr std::uint64_t kMaxRealLimit = std::uint64_t{1} << 62;
@@ -61,8 +61,8 @@ std::uint64_t bytes_left_in_group(const std::string& folder, const GroupNames& n
 std::uint64_t free_in_control_groups(const std::string& root, const std::string& group_file) {
   // In a container, the process's group is the mounted root. Otherwise `group_file` states its path: "0::/a/b", or in
   // version 1 "9:memory:/a/b".
-  std::uint64_t available_bytes = std::min(bytes_left_in_group(root, kNamesOfVersion2),
-                                           bytes_left_in_group(root + "/memory", kNamesOfVersion1));
+  std::uint64_t available_bytes = std::min(bytes_left_in_group(root, kGroupNamesV2),
+                                           bytes_left_in_group(root + "/memory", kGroupNamesV1));
   std::ifstream groups(group_file);
   for (std::string line; std::getline(groups, line);) {
     const std::size_t first = line.find(':'), second = line.find(':', first + 1);
@@ -75,8 +75,8 @@ std::uint64_t free_in_control_groups(const std::string& root, const std::string&
          path.resize(path.find_last_of('/'))) {
       available_bytes =
           std::min(available_bytes,
-                   is_version_2 ? bytes_left_in_group(root + path, kNamesOfVersion2)
-                                : bytes_left_in_group(root + "/memory" + path, kNamesOfVersion1));
+                   is_version_2 ? bytes_left_in_group(root + path, kGroupNamesV2)
+                                : bytes_left_in_group(root + "/memory" + path, kGroupNamesV1));
     }
   }
   return available_bytes;

@@ -10,7 +10,7 @@ namespace kiln::os {
 /// control sequences. Only Windows needs it.
 void prepare_streams() noexcept;
 
-/// Restores the terminal's state before prepare_streams(), and calls std::_Exit(). Async-signal-safe.
+/// Restores the state that the terminal had before prepare_streams(), then calls std::_Exit(). Async-signal-safe.
 [[noreturn]] void end_process(int exit_code) noexcept;
 
 /// If the program was started without some of the standard streams, reserves their descriptors, such that using these

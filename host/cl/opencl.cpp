@@ -112,12 +112,13 @@ void write_buffer(cl::Context& context, const Image& image, const OpenClTarget& 
          "opencl-memory");
   }
   const std::size_t x = part.x * pixels.size;
-  const std::size_t there[3] = {target.offset + x, part.y, 0}, here[3] = {x, part.y, 0};
+  const std::size_t target_origin[3] = {target.offset + x, part.y, 0},
+                    source_origin[3] = {x, part.y, 0};
   const std::size_t region[3] = {part.width * pixels.size, part.height, 1};
   cl::check(cl::driver([&] {
-              return clEnqueueWriteBufferRect(context.queue(), target.memory, CL_TRUE, there, here,
-                                              region, row_bytes, 0, pixels.row, 0,
-                                              pixels.bytes.data(), 0, nullptr, nullptr);
+              return clEnqueueWriteBufferRect(
+                  context.queue(), target.memory, CL_TRUE, target_origin, source_origin, region,
+                  row_bytes, 0, pixels.row, 0, pixels.bytes.data(), 0, nullptr, nullptr);
             }),
             "clEnqueueWriteBufferRect");
 }

@@ -142,7 +142,7 @@ std::shared_ptr<Context::Program> Context::build(std::string_view source,
   const std::string mark = "compiled " + options;
   const bool is_known = is_kept && !info_.is_gpu && binaries_->find(source, mark);
   if (!info_.is_gpu && !is_known && !has_compiled_.exchange(true)) {
-    require_memory("Compiling kernels, which is kept for later runs,", kCompilerBytes);
+    require_memory("Compiling kernels (later runs reuse them)", kCompilerBytes);
   }
   auto built_program = std::make_shared<Program>();
   CompileResult compile_result;
@@ -193,8 +193,8 @@ Kernel Context::kernel_of(Program& program, const std::string& name) {
 std::shared_ptr<Context::Build> Context::build_by(
     const std::string& key, std::function<std::shared_ptr<Program>()>&& build) {
   std::unique_lock lock(programs_mutex_);
-  const auto there = programs_.find(key);
-  if (there != programs_.end()) return there->second;
+  const auto known_build = programs_.find(key);
+  if (known_build != programs_.end()) return known_build->second;
   const auto task = std::make_shared<std::packaged_task<std::shared_ptr<Program>()>>(
       [this, build = std::move(build)] {
         const auto start = std::chrono::steady_clock::now();
@@ -235,8 +235,9 @@ Kernel Context::kernel_by(const std::string& key, const std::string& name,
     try {
       return new_build->program.get();
     } catch (...) {  // the next caller builds the program again
-      const auto there = programs_.find(key);
-      if (there != programs_.end() && there->second == new_build) programs_.erase(there);
+      const auto known_build = programs_.find(key);
+      if (known_build != programs_.end() && known_build->second == new_build)
+        programs_.erase(known_build);
       throw;
     }
   }();

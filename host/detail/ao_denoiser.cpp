@@ -256,8 +256,9 @@ std::vector<AoDenoiser::LevelChoice> AoDenoiser::choose_levels(const Levels& lev
                         static_cast<float>(std::sqrt(squared_error / around.count))};
       }
       if (plain_variance == 0) continue;
-      // Fewer than two smoothing steps leave more noise than plain rays have. As plain rays have so
-      // little noise, the blur to compare it with has to be averaged over more texels.
+      // Fewer than two smoothing steps leave more noise than plain rays have. The noise of
+      // plain rays is so small that the blur has to be averaged over more texels before the two can
+      // be compared.
       const Tile wide = sum_within(BlurBounds::kTileReach);
       const double lost_blur = std::max(
           0.0, wide.blur + BlurBounds::kBlurDeviations * 2 * wide.noise[0] / std::sqrt(wide.count));

@@ -168,8 +168,8 @@ class Cutter {
   }
   bool has_udim_set() const { return udim_set_ != Texture::kNone; }
 
-  /// Selects the UDIM tile that contains a UV. If the set lacks that tile, the opacity is the
-  /// material's constant one.
+  /// Selects the UDIM tile that contains a UV. If the set lacks that tile, the
+  /// material's constant opacity is used.
   void select_tile(double u, double v) {
     const std::uint32_t number = udim_of(u, v);
     picture_ = nullptr;

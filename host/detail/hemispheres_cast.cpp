@@ -12,10 +12,10 @@ constexpr std::size_t kCastLanes = 8;
 // Maximum number of rays per launch. It limits the time of a launch and the device memory: 25 MB,
 // or 47 MB with nearest hits.
 constexpr std::uint32_t kMaxRaysPerLaunch = 1U << 20;
-// Rays are grouped by sample if there are at least kMinRaysBySample rays per sample and at most
-// kMaxSamplesBySample samples. A packet then holds rays of one sample, which are more coherent than
+// Rays are grouped by sample if there are at least kMinRaysPerSampleToGroup rays per sample and at
+// most kMaxSamplesToGroup samples. A packet then holds rays of one sample, which are more coherent than
 // rays of neighbouring samples.
-constexpr std::uint32_t kMinRaysBySample = 512, kMaxSamplesBySample = 1U << 14;
+constexpr std::uint32_t kMinRaysPerSampleToGroup = 512, kMaxSamplesToGroup = 1U << 14;
 
 // Ray directions per block of kiln_hemisphere_cast. With more directions per block, values that all
 // rays of a sample share are computed less often. A block then holds fewer samples, which lie
@@ -93,7 +93,7 @@ void Hemispheres::for_each_piece(const TexelBand& band, const DeviceCorresponden
 }
 
 bool Hemispheres::casts_by_sample(const TexelBand& band, const RaySet& set) {
-  return set.count >= kMinRaysBySample && band.sample_count <= kMaxSamplesBySample;
+  return set.count >= kMinRaysPerSampleToGroup && band.sample_count <= kMaxSamplesToGroup;
 }
 
 void Hemispheres::for_each_ray_piece(const TexelBand& band, const DeviceCorrespondence& match,

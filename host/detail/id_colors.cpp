@@ -17,7 +17,8 @@ using Bytes = std::array<std::uint8_t, 3>;
 // the next distance is tried.
 constexpr std::array<int, 4> kMinDistances = {80, 40, 20, 1};
 constexpr int kTriesPerDistance = 48;
-// If there are more names than this, the colours of the rest only have to differ.
+// Number of names whose colours have these distances. The colours of further names only have to
+// differ from all others.
 constexpr std::size_t kMaxSeparatedNames = 1024;
 
 /// RGB of a hue at a brightness.

@@ -35,8 +35,8 @@ const MapRow& map_row(MapKind kind) {
     if (row.info.kind == kind) return row;
     known_names += (known_names.empty() ? "" : ", ") + std::string(row.info.kind.name);
   }
-  throw Error(ErrorCode::usage, "There is no map '" + std::string(kind.name) +
-                                    "': maps has any of " + known_names + ".");
+  throw Error(ErrorCode::usage, "There is no map '" + std::string(kind.name) + "'. The maps are " +
+                                    known_names + ".");
 }
 
 std::span<const MapInfo> maps() {

@@ -17,7 +17,8 @@ constexpr std::size_t kRowsPerTask = 16;
 /// read it.
 constexpr int kKeptTexels = 2;
 /// The finest level whose bias is corrected. A texel of this level corresponds to a square of
-/// texels of the map, in which all filled texels are moved by the same share.
+/// texels of the map. All filled texels of a square are moved by the same share of the range in
+/// which each may change.
 constexpr std::uint32_t kFirstLevel = 4;
 constexpr int kMaxRounds = 40;
 /// Largest bias of a level that may remain (0.3 steps of 8 bits), and the tolerance of the

@@ -37,8 +37,8 @@ struct Taps {
   static Taps of(std::size_t at, std::size_t fine) {
     if (fine == 1) return {};
     if (fine % 2 == 0) return {2 * at, 2, {1, 1, 0}};
-    // If level k - 1 has 2m + 1 texels, a texel of level k is (2m + 1) / m of them wide, and its
-    // start lies at / m of a texel behind the start of the first one.
+    // If level k - 1 has 2m + 1 texels, a texel of level k is (2m + 1) / m of them wide. It
+    // begins `at` / m of their width after the start of the first one that it covers.
     const std::size_t half = fine / 2;
     const auto m = static_cast<double>(half);
     const auto i = static_cast<double>(at);

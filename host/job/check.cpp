@@ -177,7 +177,8 @@ MapInfo own_map_info() {
 }
 
 bool applies_to_maps(const OptionRow& row, const Job& a) {
-  // Own maps and transfers hold normals, colours or values, so options of these apply to them.
+  // User-defined maps and transfers hold normals, colours or values, so the options for normals, colours and values
+  // apply to them, too.
   if (!row.is_map_option()) return true;
   if (!own_map_names(a).empty() && row.applies_to(own_map_info())) return true;
   const std::vector<MapKind> kinds = requested_map_kinds(a);

@@ -87,7 +87,7 @@ void MatchInputs::find_cage(const Job& job, const Device& device, const Mesh& hi
 
 void MatchInputs::apply_cage(BakeOptions& options) const {
   if (cage_mesh_) options.match.cage_mesh = &*cage_mesh_;
-  // the search distance limited the search for the cage; rays end at the cage itself
+  // The search distance only limited how far find_cage() searched. Rays from the found cage end at the cage itself.
   if (found_cage_) options.match.max_distance.reset();
 }
 

@@ -12,8 +12,8 @@ namespace {
 
 // Extra height above the needed height, as a share of it
 constexpr double kExtraHeight = 0.25;
-constexpr double kMaxClearanceShare =
-    0.5;  // Maximum share of the free space above the needed height that the extra height may use
+// The extra height uses at most this share of the free space that lies above the needed height
+constexpr double kMaxClearanceShare = 0.5;
 constexpr int kSmoothingPasses = 4;
 constexpr int kFittingPasses = 32;
 // Share of the free space that is kept free at each of its ends

@@ -56,7 +56,7 @@ class PartMatcher : public Matcher {
   PartMatcher(const MatchRow& row, const MatchRequest& request, const Parts& parts,
               MatchNotes& notes)
       : context_(context_of(request.source.device)),
-        part_of_low_(parts.low),
+        part_of_low_triangle_(parts.low),
         index_in_part_(parts.low.size()),
         parts_(parts.count),
         samples_(parts.count) {
@@ -86,7 +86,7 @@ class PartMatcher : public Matcher {
     for (std::vector<std::uint32_t>& list : samples_) list.clear();
     for (std::uint32_t i = 0; i < band.sample_count; ++i) {
       low_indices[i] = index_in_part_[triangle[i]];
-      samples_[part_of_low_[triangle[i]]].push_back(i);
+      samples_[part_of_low_triangle_[triangle[i]]].push_back(i);
     }
     const cl::Array<std::uint32_t> device_low_indices(context_,
                                                       std::span<const std::uint32_t>(low_indices));
@@ -109,7 +109,7 @@ class PartMatcher : public Matcher {
     match.triangle.read(context_, found);
     for (std::uint32_t i = 0; i < band.sample_count; ++i) {
       if (found[i] == KILN_NO_TRIANGLE) continue;
-      found[i] = parts_[part_of_low_[triangle[i]]].triangles[found[i]];
+      found[i] = parts_[part_of_low_triangle_[triangle[i]]].triangles[found[i]];
     }
     match.triangle.write(context_, std::span<const std::uint32_t>(found));
   }
@@ -124,7 +124,7 @@ class PartMatcher : public Matcher {
 
  private:
   cl::Context& context_;
-  std::vector<std::uint32_t> part_of_low_;
+  std::vector<std::uint32_t> part_of_low_triangle_;
   // For each triangle of the low poly, its index in its part
   std::vector<std::uint32_t> index_in_part_;
   std::vector<Part> parts_;

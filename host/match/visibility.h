@@ -64,7 +64,7 @@ class VisibilityProbe {
   /// Points, the normals of their faces, and the sums of directions and weights, on the device.
   struct ProbedPoints {
     std::uint32_t count = 0;
-    std::uint32_t capacity = 0;  ///< A multiple of 64: elements of one plane
+    std::uint32_t capacity = 0;  ///< Number of elements in one plane, a multiple of 64
     cl::Array<float> points;  ///< 6 planes: position in the probe's scale, unit normal of the face
     cl::Array<float> sums;    ///< 4 planes: weighted sum of directions x y z, sum of weights
     cl::Array<std::int32_t>

@@ -138,7 +138,7 @@ void check_bounds(const BakeOptions& bake, std::span<const MapBound> bounds) {
       fail("The error of the map " + name + " cannot be measured: leave its bound out.");
     }
     if (!std::isfinite(bound.max_error) || !(bound.max_error > 0)) {
-      fail("The error of the map " + name + " is " + decimal(bound.max_error) +
+      fail("The bound on the error of the map " + name + " is " + decimal(bound.max_error) +
            ": it must be finite and above 0.");
     }
     if (std::count_if(bounds.begin(), bounds.end(),

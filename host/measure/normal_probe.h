@@ -63,7 +63,8 @@ class NormalProbe {
   /// \param map  map of normals n, encoded as n/2 + 1/2 as in Scene
   NormalError with_map(const Image& map, const BakeOptions& baked) const;
 
-  /// Error of given normals, such as matched ones: one for each place, in the mesh's space.
+  /// Error of given normals, such as matched ones.
+  /// \param normals  x, y, z of one normal per place, in the mesh's space
   NormalError error_with_normals(const std::vector<float>& normals) const;
 
   /// Errors of a match with a map of infinite resolution.

@@ -74,7 +74,7 @@ struct LatticeRule {
       0.05;  ///< Edges with angles of 30 to 65 degrees must have at least this share of the weight
 };
 
-/// Parameters for single edges between planes.
+/// Parameters of correct_edges_between_planes().
 struct PlanarRegionRule {
   static constexpr float kMaxPlaneAngle =
       0.1F;  ///< Edges within a plane have at most this angle, in degrees
@@ -107,7 +107,9 @@ class CreaseFinder {
   template <typename IsHard>
   void cut(const IsHard& is_hard);
   void find_regions();
-  void correct_single_edges();
+  /// Softens hard edges of round shapes such as tubes, and makes edges hard that resemble no other edge of their
+  /// planes.
+  void correct_edges_between_planes();
   Creases take_result();
 
  private:
@@ -396,7 +398,7 @@ void CreaseFinder::find_regions() {
   }
 }
 
-void CreaseFinder::correct_single_edges() {
+void CreaseFinder::correct_edges_between_planes() {
   if (creases_.hard_parts == 0) return;
   // Border between two planes. A pair of planes has a single border, whatever the number of shared edges.
   struct PlaneBorder {
@@ -479,7 +481,7 @@ Creases find_creases(const Mesh& mesh, const FaceEdges& faces) {
   rule.group_edges_by_part();
   rule.classify_parts();
   rule.find_regions();
-  rule.correct_single_edges();
+  rule.correct_edges_between_planes();
   return rule.take_result();
 }
 

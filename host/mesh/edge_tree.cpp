@@ -388,8 +388,8 @@ BendSums EdgeTree::sum_leaf(std::size_t leaf, const Sheet& sheet, const Vec3d& c
   return sums;
 }
 
-/// Sums a sheet in a ball with very many pieces. Opens boxes level by level up to a limit. Then the leaf in the middle
-/// of each box represents the box, scaled by its area.
+/// Approximates the sums over a sheet that has very many pieces in a ball. Opens boxes level by level up to a limit.
+/// Then the leaf in the middle of each box represents the box, scaled by its area.
 BendSums EdgeTree::sum_by_leaves(const Sheet& sheet, const Vec3d& centre, Scratch& scratch) const {
   BendSums sums;
   const std::uint32_t level = open_levels(kMaxSampledLeaves, scratch, [&](const Node& node) {

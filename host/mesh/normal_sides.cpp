@@ -207,9 +207,10 @@ class FaultFinder {
       : parts_(parts), is_trusted_(trust) {
     measure_errors(mesh);
     fault_of_part_.resize(parts.list.size());
-    const bool has_foreign = has_foreign_normals();
+    const bool imitates_other_shapes = open_parts_imitate_other_shapes();
     for (std::size_t p = 0; p < parts.list.size(); ++p) {
-      if (!(parts.list[p].open && has_foreign)) fault_of_part_[p].mirror = mirror_of(parts.list[p]);
+      if (!(parts.list[p].open && imitates_other_shapes))
+        fault_of_part_[p].mirror = mirror_of(parts.list[p]);
     }
     find_faults();
   }
@@ -240,7 +241,7 @@ class FaultFinder {
     }
   }
 
-  bool has_foreign_normals() const {
+  bool open_parts_imitate_other_shapes() const {
     double open = 0, foreign_area = 0;
     for (const SidePart& part : parts_.list) {
       if (!part.open) continue;

@@ -6,7 +6,7 @@
 
 namespace kiln {
 
-/// A variable that is declared without braces is not initialized, as with Vec3d. dot() is GLM's.
+/// Like a Vec3d, a variable that is declared without braces is not initialized. The dot product is glm::dot().
 using Vec2d = glm::dvec2;
 
 inline double cross(const Vec2d& a, const Vec2d& b) { return a.x * b.y - a.y * b.x; }

@@ -64,7 +64,7 @@ void find_lowest_place(const CellRows& occupied_cells, const AtlasBitmap& sheet,
         std::tie(top, at->first, turn) >= std::tie(window.top, packed.x[i], packed.turn[i])) {
       return;
     }
-    window.top = top;  // Later rotations must not end higher than this one
+    window.top = top;  // At later rotations, the top must not be higher than at this one
     packed.x[i] = at->first, packed.y[i] = at->second;
     packed.turn[i] = turn;
   };

@@ -23,8 +23,8 @@ constexpr std::size_t kFineGridOutlines = 100;
 constexpr std::uint32_t kMaxTriesTimesSquare = 120000, kMinTries = 4, kMaxTriesPerSquare = 8;
 /// Number of parallel searches, and number of orders that each of them tries.
 constexpr std::uint32_t kSearches = 4, kTriesPerSearch = 120;
-/// Up to kFineGridOutlines outlines, rounds of searches with new seeds are repeated until the outlines cover this
-/// share, but at most kSearchRounds times. The last round starts with the orders by size again.
+/// If there are at most kFineGridOutlines outlines, rounds of searches with new seeds follow each other until the
+/// outlines cover this share, up to kSearchRounds rounds. The last round starts again from outlines sorted by size.
 constexpr double kTargetCoverage = 0.785;
 constexpr std::uint32_t kSearchRounds = 3;
 /// The first scale is that at which outlines cover the share kMaxFirstCoverage of the square. It is smaller if the

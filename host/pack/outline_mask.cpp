@@ -118,7 +118,7 @@ class CellBitmap {
     for (std::size_t w = 0; w < words_; ++w) {
       for (std::uint32_t base = 0; base < height_; base += 64) {
         const std::uint32_t rows = std::min(64U, height_ - base);
-        // Bit i of a new row comes from the i-th row below the highest remaining one.
+        // In each new row of the block, bit i comes from the old row `top` - 1 - i.
         const std::uint32_t top = height_ - base;
         for (std::uint32_t i = 0; i < 64; ++i) block[i] = i < rows ? row(top - 1 - i)[w] : 0;
         transpose(block);

@@ -58,7 +58,7 @@ bool EdgeCollapser::has_twins(std::uint32_t a, std::uint32_t b, const Step& step
 bool EdgeCollapser::repair_by_collapse(std::uint32_t triangle, const auto& bad) {
   Step best{Quadric()};
   best.cost = std::numeric_limits<double>::infinity();
-  std::uint32_t best_gone = 0, best_kept = 0;
+  std::uint32_t best_removed = 0, best_kept = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     const auto [a, b] =
         std::minmax({mesh_.triangles[triangle][k], mesh_.triangles[triangle][(k + 1) % 3]});
@@ -82,13 +82,13 @@ bool EdgeCollapser::repair_by_collapse(std::uint32_t triangle, const auto& bad) 
         continue;
       if (!bound_allows(a, b, step.anchor, step.target)) continue;
       best = step;
-      best_gone = a;
+      best_removed = a;
       best_kept = b;
     }
   }
   if (!std::isfinite(best.cost)) return false;
-  bound_allows(best_gone, best_kept, best.anchor, best.target);
-  collapse(best_gone, best_kept, best);
+  bound_allows(best_removed, best_kept, best.anchor, best.target);
+  collapse(best_removed, best_kept, best);
   return true;
 }
 

@@ -85,8 +85,8 @@ Vec3d normal_at(const std::vector<Vec3d>& points, const Triangle& v) {
 }  // namespace
 
 /// Sets the planes that hold lines between labels: each plane contains a line and stands perpendicular to the surface,
-/// with the line's length as its weight. Creases need no such planes, since the samples of the bound hold the faces on
-/// both sides.
+/// with the line's length as its weight. Creases need no such planes, since the bound on the deviation of
+/// samples already keeps the faces on both of their sides in place.
 void EdgeCollapser::limit_line_error(double bound) {
   line_quadrics_.clear();
   max_line_error_ = bound;

@@ -9,7 +9,8 @@
 namespace kiln {
 namespace {
 
-/// Cosine of the largest angle by which a collapse may turn a triangle's normal; one value per leniency.
+/// Cosine of the largest angle by which a collapse may turn a triangle's normal; one value per leniency, of which 0 is
+/// the strictest (CollapseShape::kMaxLeniency).
 constexpr std::array<double, 3> kMinTurnCosines{0.5, 0.2, 0.0};
 /// Minimum quality of a triangle (1: equilateral; 0: no area). Triangles below it may not get worse. The limit is low,
 /// a triangle 80 times as long as high, because long triangles along bevels and creases approximate the surface better
@@ -20,8 +21,8 @@ constexpr double kMinQuality = 0.02;
 constexpr double kMinAreaRatio = 1e-5;
 /// A triangle is degenerate if its doubled area over its squared longest side is below this ratio.
 constexpr double kDegenerateRatio = 1e-12;
-/// Smallest cosine between the normal of a triangle and the mean normal of the surface that its corners replace, by
-/// leniency.
+/// Smallest cosine between the normal of a triangle and the mean normal of the surface that its corners replace;
+/// one value per leniency.
 constexpr std::array<double, 3> kMinFacingCosines{0.2, 0.0, -0.1};
 /// Minimum length of a mean of unit normals. Normals with a shorter mean have no common direction.
 constexpr double kMinDirectionLength = 0.3;

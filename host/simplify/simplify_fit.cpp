@@ -51,7 +51,7 @@ void SimplifyJob::fit_draft(SimplifyResult& result) {
 /// Moves the corners of flawed triangles back to their positions before the fit.
 void SimplifyJob::revert_flawed(SimplifyResult& fitted, const SimplifyResult& before) {
   for (int round = 0; round < kMaxRepairRounds; ++round) {
-    const Flaws flaws = check_.find(fitted.points, fitted.triangles);
+    const Flaws flaws = flaw_check_.find(fitted.points, fitted.triangles);
     bool any = false;
     for (const auto* list : {&flaws.flat, &flaws.facing_down, &flaws.folded}) {
       for (const std::uint32_t t : *list) {

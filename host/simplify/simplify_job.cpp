@@ -43,10 +43,10 @@ constexpr int kMaxSurplusRounds = 3;
 /// Number of samples for estimating which components are small.
 constexpr std::uint64_t kComponentSamples = 1 << 14;
 /// Maximum number of presimplifications.
-constexpr int kMaxStarts = 4;
+constexpr int kMaxPresimplifications = 4;
 /// Maximum number of presimplifications if the goal is an error instead of a number of faces. Presimplification then
 /// causes fewer flaws.
-constexpr int kMaxBoundStarts = 2;
+constexpr int kMaxErrorBoundPresimplifications = 2;
 /// If there are at most this many flaws, presimplification is repeated and keeps the high poly around them.
 constexpr std::size_t kMaxFlawedPlaces = 256;
 
@@ -121,12 +121,12 @@ SimplifyResult SimplifyJob::simplify_to_count(const Work& work) const {
 /// Repairs flawed triangles.
 /// \returns the number of repaired triangles
 std::size_t SimplifyJob::repair_flaws(SimplifyResult& result) {
-  Flaws flaws = check_.find(result.points, result.triangles);
+  Flaws flaws = flaw_check_.find(result.points, result.triangles);
   const std::size_t found = flaws.count();
   for (int round = 0; round < kMaxRepairRounds && !flaws.none(); ++round) {
     SimplifyState simplify_state(result.points, result.triangles, result.labels,
                                  options_.keep_uvs ? &result.layout : nullptr, options_, scale_);
-    const auto bad = [&](const TriangleCorners& corners) { return check_.is_flaw(corners); };
+    const auto bad = [&](const TriangleCorners& corners) { return flaw_check_.is_flaw(corners); };
     bool any = false;
     for (const auto* list : {&flaws.flat, &flaws.facing_down, &flaws.folded}) {
       for (const std::uint32_t t : *list)
@@ -134,7 +134,7 @@ std::size_t SimplifyJob::repair_flaws(SimplifyResult& result) {
     }
     if (!any) break;
     simplify_state.extract(result);
-    flaws = check_.find(result.points, result.triangles);
+    flaws = flaw_check_.find(result.points, result.triangles);
   }
   return found - std::min(found, flaws.count());
 }
@@ -142,7 +142,7 @@ std::size_t SimplifyJob::repair_flaws(SimplifyResult& result) {
 /// True if there are no flaws. Counts the folds and degenerate triangles that remain, and holes that the high poly does
 /// not have.
 bool SimplifyJob::has_no_flaws(SimplifyResult& result) {
-  const Flaws flaws = check_.find(result.points, result.triangles);
+  const Flaws flaws = flaw_check_.find(result.points, result.triangles);
   report_.folded = flaws.folded.size() + flaws.facing_down.size();
   report_.without_area = flaws.flat.size();
   const std::uint64_t rims = count_rims(result.triangles, result.points.size());
@@ -266,7 +266,8 @@ SimplifyResult SimplifyJob::solve() {
   std::vector<Ball> places;
   PresimplifiedPieces known;
   const bool finely_curved = is_finely_tessellated();
-  const int max_attempts = options_.faces == 0 ? kMaxBoundStarts : kMaxStarts;
+  const int max_attempts =
+      options_.faces == 0 ? kMaxErrorBoundPresimplifications : kMaxPresimplifications;
   for (int attempt = 0; attempt < max_attempts; ++attempt) {
     const Work work = start(options_.faces, places, true, finely_curved, &known);
     report_progress(0.2);
@@ -292,7 +293,7 @@ void SimplifyJob::drop_components(const ComponentSizes& parts,
   is_finely_tessellated_.reset();
   fit_.reset();
   dense_positions_ = to_floats(dense_.points);
-  check_ = SimplifyCheck(dense_positions_, dense_.triangles, options_.height_field);
+  flaw_check_ = SimplifyCheck(dense_positions_, dense_.triangles, options_.height_field);
   report_.warnings.push_back({"dropped-parts",
                               counted(count, "part") + " of the high poly " +
                                   (count == 1 ? "is" : "are") + " smaller than " + why +

@@ -71,9 +71,9 @@ class SimplifyState {
         collapser_(mesh_, rule(), [scale](const Vec3d& p) { return scale.snap(p); }) {}
 
   EdgeCollapser& collapser() { return collapser_; }
-  /// From now on, bounds the distance of the samples.
+  /// Bounds the distance of the samples from the simplified mesh in all collapses that follow.
   /// \returns true if all samples are within the bound at present
-  /// \param close  sets of balls; each set with a ball that contains a sample tightens the sample's limit further
+  /// \param close  sets of balls; a sample that lies in a ball gets a smaller limit, once for each such set
   bool limit_deviation(const BoundSamples& samples, double bound, bool is_high_poly,
                        std::span<const std::vector<Ball>> close, double sharpening) {
     deviation_bound_ = std::make_unique<DeviationBound>(mesh_, samples, bound, is_high_poly);
@@ -144,7 +144,7 @@ class SimplifyJob {
         scale_(high, cleaned_triangles_),
         dense_(prepare_dense_mesh()),
         dense_positions_(to_floats(dense_.points)),
-        check_(dense_positions_, dense_.triangles, options.height_field) {
+        flaw_check_(dense_positions_, dense_.triangles, options.height_field) {
     if (options.keep_uvs)
       layout_ = layout_of(high, dense_);
     else
@@ -252,7 +252,7 @@ class SimplifyJob {
   bool is_reversed_ = false;
   Work dense_;
   std::vector<Vec3> dense_positions_;
-  SimplifyCheck check_;
+  SimplifyCheck flaw_check_;
   Layout layout_;
   std::vector<std::uint32_t> label_source_;  ///< For each label, a high-poly triangle that has it
   /// For each label, the triangle that is the back of a triangle with this label; see Labels::backs

@@ -21,7 +21,7 @@ enum class LevelRule {
   height_field,
 };
 
-/// How normals of a mesh under a map behave along hard edges of the high poly.
+/// Whether the normals of a simplified mesh are split along hard edges of the high poly if the mesh gets a normal map.
 enum class EdgesUnderMap {
   hard,  ///< Normals are split along these edges, so small maps need not store the jump of the normal
   smooth  ///< Normals are only split at UV seams, which saves vertices

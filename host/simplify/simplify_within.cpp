@@ -45,10 +45,10 @@ void SimplifyState::run_within() {
 std::size_t SimplifyJob::repair_within(SimplifyState& shrinking, SimplifyResult& result) {
   std::vector<std::uint32_t> sources;
   shrinking.extract(result, &sources);
-  Flaws flaws = check_.find(result.points, result.triangles);
+  Flaws flaws = flaw_check_.find(result.points, result.triangles);
   const std::size_t found = flaws.count();
   for (int round = 0; round < kMaxRepairRounds && !flaws.none(); ++round) {
-    const auto bad = [&](const TriangleCorners& corners) { return check_.is_flaw(corners); };
+    const auto bad = [&](const TriangleCorners& corners) { return flaw_check_.is_flaw(corners); };
     bool any = false;
     for (const auto* list : {&flaws.flat, &flaws.facing_down, &flaws.folded}) {
       for (const std::uint32_t t : *list) {
@@ -57,7 +57,7 @@ std::size_t SimplifyJob::repair_within(SimplifyState& shrinking, SimplifyResult&
     }
     if (!any) break;
     shrinking.extract(result, &sources);
-    flaws = check_.find(result.points, result.triangles);
+    flaws = flaw_check_.find(result.points, result.triangles);
   }
   return found - std::min(found, flaws.count());
 }

@@ -38,7 +38,7 @@ struct PieceBuilder {
   std::vector<kiln_texel_piece> pieces;
   std::vector<kiln_texel_corners> corners;
   std::vector<FixedTriangle> fixed_point_triangles;
-  CountedFlaw outside, degenerate_uv, missing_uv, degenerate_low;
+  CountedFlaw outside_square, degenerate_uv, missing_uv, degenerate_low;
 
   void add_triangle(const LowSurface& surface, std::size_t t) {
     // UV copies are not baked, since they share the texels of another triangle
@@ -55,14 +55,14 @@ struct PieceBuilder {
         degenerate_uv.add(t);
         return;
       }
-      if (grid.beyond_square(f)) outside.add(t);
+      if (grid.beyond_square(f)) outside_square.add(t);
       if (grid.misses_square(f)) return;
       std::array<ClipVertex, 3> uncut_corners;
       for (std::size_t k = 0; k < 3; ++k) uncut_corners[k].weight[k] = 1;
       add_piece(f, triangle, uncut_corners, t, first);
       return;
     }
-    outside.add(t);
+    outside_square.add(t);
     const std::vector<ClipVertex> polygon =
         clip_to_prism({triangle[0].uv, triangle[1].uv, triangle[2].uv});
     for (std::size_t i = 2; i < polygon.size(); ++i) {
@@ -167,7 +167,7 @@ std::string uv_of_triangle(const LowSurface& surface, std::size_t t) {
 
 std::vector<Warning> flaw_warnings(const LowSurface& surface, const PieceBuilder& merged_builder) {
   std::vector<Warning> warnings;
-  if (const CountedFlaw& found = merged_builder.outside; found.count != 0) {
+  if (const CountedFlaw& found = merged_builder.outside_square; found.count != 0) {
     warnings.push_back(
         {"uv-outside",
          name_triangles(found.count) + (found.count == 1 ? "reaches" : "reach") +
@@ -246,7 +246,7 @@ TexelPieces TexelPieces::of(const LowSurface& surface, std::uint32_t sample_widt
     merged_builder.fixed_point_triangles.insert(merged_builder.fixed_point_triangles.end(),
                                                 run.fixed_point_triangles.begin(),
                                                 run.fixed_point_triangles.end());
-    merged_builder.outside.add(run.outside);
+    merged_builder.outside_square.add(run.outside_square);
     merged_builder.degenerate_uv.add(run.degenerate_uv);
     run = PieceBuilder{};
   }

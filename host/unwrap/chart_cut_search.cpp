@@ -37,7 +37,7 @@ class LineSearch {
  public:
   LineSearch(const CutShape& shape, std::span<const CutPrice> prices)
       : shape_(shape),
-        prices_(prices),
+        cut_prices_(prices),
         triangle_count_(static_cast<std::uint32_t>(shape.chart.triangles.size())),
         cut_off_(prices.size()),
         best_cuts_(prices.size()) {}
@@ -226,8 +226,8 @@ class LineSearch {
     const Part& part = parts_[p];
     const double rest = shape_.area - part.area;
     double box_area_sum = -1;  // Sum of both parts' box areas; computed on first use
-    for (std::size_t n = 0; n < prices_.size(); ++n) {
-      const CutPrice& price = prices_[n];
+    for (std::size_t n = 0; n < cut_prices_.size(); ++n) {
+      const CutPrice& price = cut_prices_[n];
       ChartCut& best = best_cuts_[n];
       if (std::min(part.area, rest) < std::max(price.min_part_area, kMinCutShare * shape_.area))
         continue;
@@ -297,7 +297,7 @@ class LineSearch {
   }
 
   const CutShape& shape_;
-  std::span<const CutPrice> prices_;
+  std::span<const CutPrice> cut_prices_;
   std::uint32_t triangle_count_;
   std::vector<std::uint32_t> node_of_triangle_;  ///< Node of each triangle
   std::vector<Node> nodes_;

@@ -42,14 +42,14 @@ class CutTree {
  public:
   CutTree(const ChartSurface& surface, const ChartBorders& borders,
           std::span<const CutPrice> prices, int threads)
-      : surface_(surface), borders_(borders), prices_(prices), threads_(threads) {}
+      : surface_(surface), borders_(borders), cut_prices_(prices), threads_(threads) {}
 
   void run(std::vector<FlatChart> charts) {
     std::vector<std::uint32_t> index_in_chart(surface_.triangles.size());
     for (const FlatChart& chart : charts) {
       for (std::uint32_t i = 0; i < chart.source.size(); ++i) index_in_chart[chart.source[i]] = i;
     }
-    std::vector<std::uint32_t> all_prices(prices_.size());
+    std::vector<std::uint32_t> all_prices(cut_prices_.size());
     std::iota(all_prices.begin(), all_prices.end(), 0U);
     for (FlatChart& chart : charts) {
       Node node{std::move(chart), {}, all_prices, {}};
@@ -139,8 +139,8 @@ class CutTree {
         std::vector<CutPrice> prices;
         bool any = false;
         for (const std::uint32_t p : nodes_[begin + n].prices) {
-          prices.push_back(prices_[p]);
-          any = any || shapes[n]->may_reduce_cost(prices_[p]);
+          prices.push_back(cut_prices_[p]);
+          any = any || shapes[n]->may_reduce_cost(cut_prices_[p]);
         }
         cuts[i] = any ? shapes[n]->best_cuts(i % CutShape::kDirections, prices)
                       : std::vector<ChartCut>(prices.size());
@@ -257,7 +257,7 @@ class CutTree {
 
   const ChartSurface& surface_;
   const ChartBorders& borders_;
-  std::span<const CutPrice> prices_;
+  std::span<const CutPrice> cut_prices_;
   int threads_;
   std::vector<Node> nodes_;
   std::size_t root_count_ = 0;  ///< Number of roots: the uncut charts, which come first

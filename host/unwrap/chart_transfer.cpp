@@ -45,7 +45,7 @@ std::vector<std::uint8_t> glued_edges(const ChartSurface& surface, const VertexF
     const std::uint32_t v = leaf_vertices.back();
     leaf_vertices.pop_back();
     if (open_edges[v] != 1) continue;
-    // v is not on the border, since two edges are open at border vertices
+    // v has one open edge, so it is not on the border: a border vertex has two
     std::uint32_t h = fans.first[v];
     while (glued[h] != 0) h = surface.mate[previous_half_edge(h)];
     if (is_proxy_edge[h] != 0) continue;

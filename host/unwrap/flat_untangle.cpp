@@ -15,7 +15,7 @@ namespace {
 
 /// Distance by which touching border vertices are pushed in the first round, as a share of the length of the sides
 /// beside them; and the factor by which this distance grows in each round.
-constexpr double kFirstPush = 0.1, kPushGrowth = 1.3;
+constexpr double kInitialPushDistance = 0.1, kPushGrowth = 1.3;
 /// Weight that holds a pushed vertex at its target, relative to the weights of its triangles.
 constexpr double kHoldWeight = 1;
 /// Factor by which a flipped triangle's weight grows in each round.
@@ -104,7 +104,7 @@ class Untangler {
       const Vec2d along = chart_.points[chart_.boundary[(i + 1) % count]] -
                           chart_.points[chart_.boundary[(i + count - 1) % count]];
       if (push_length_[v] == 0) pushed_vertices_.push_back(v);
-      push_length_[v] = push_length_[v] == 0 ? kFirstPush : push_length_[v] * kPushGrowth;
+      push_length_[v] = push_length_[v] == 0 ? kInitialPushDistance : push_length_[v] * kPushGrowth;
       push_targets_[v] = chart_.points[v] + Vec2d{-along.y, along.x} * (0.5 * push_length_[v]);
     }
   }
@@ -134,10 +134,11 @@ class Untangler {
       const double size = std::sqrt(dot(along, along));
       if (push_length_[v] == 0) pushed_vertices_.push_back(v);
       if (push_shares[i] == 1)
-        push_length_[v] = push_length_[v] == 0 ? kFirstPush : push_length_[v] * kPushGrowth;
-      push_length_[v] = std::max(push_length_[v], kFirstPush * push_shares[i]);
-      const double by =
-          0.5 * std::max(push_length_[v], kFirstPush) * push_shares[i] * std::sqrt(dot(side, side));
+        push_length_[v] =
+            push_length_[v] == 0 ? kInitialPushDistance : push_length_[v] * kPushGrowth;
+      push_length_[v] = std::max(push_length_[v], kInitialPushDistance * push_shares[i]);
+      const double by = 0.5 * std::max(push_length_[v], kInitialPushDistance) * push_shares[i] *
+                        std::sqrt(dot(side, side));
       push_targets_[v] = chart_.points[v];
       if (size > 0) push_targets_[v] = push_targets_[v] + Vec2d{-along.y, along.x} * (by / size);
     }

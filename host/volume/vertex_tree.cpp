@@ -250,7 +250,7 @@ VertexTree::VertexTree(const FineSurface& surface, const std::array<std::uint32_
     std::uint32_t set, node;
   };
   std::vector<GrowingChild> growing_children;
-  std::vector<std::uint32_t> lowest;  // Lowest fine vertex of each new cluster
+  std::vector<std::uint32_t> lowest;  // Lowest index of a fine vertex in each new cluster
   for (std::uint32_t level = 1; (side - 1) >> (level - 1) != 0; ++level) {
     ProgressGuard::poll();
     const std::uint32_t plane = level - 1;

@@ -50,7 +50,7 @@ class VertexTree {
   const Cluster& cluster(std::uint32_t node) const { return clusters_[node - leaves_]; }
 
  private:
-  /// Finds the earlier tree's cluster at a level by its lowest fine vertex; null if there is none.
+  /// Finds the earlier tree's cluster at a level by the lowest index of its fine vertices; null if there is none.
   static const Cluster* find_earlier_cluster(const EarlierTree& earlier, std::uint32_t leaf,
                                              std::uint32_t level);
 

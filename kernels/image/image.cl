@@ -97,7 +97,7 @@ static KILN_CALL void gutter_columns(const uint item, const kiln_gutter_band ban
     const gutter_key8 nearest_key =
         (to_key8(distance * distance) << GUTTER_DISTANCE_SHIFT) |
         (to_key8(offset + GUTTER_BIAS) << GUTTER_SHIFT);
-    // All bits of the key set for texels without a source, else 0.
+    // Mask: all bits are set for texels without a source, none for others.
     const gutter_key8 no_source = (gutter_key8)0 - to_key8((uint8)1 & as_uint8(distance >= limit));
     vstore8((nearest_key & ~no_source) | ((gutter_key8)GUTTER_NONE & no_source), 0, key);
   }

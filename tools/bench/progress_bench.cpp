@@ -70,7 +70,7 @@ struct Watch {
   int calls = 0;
   double longest_pause = 0, silent_at = 0;
   double cpu_begin = cpu_seconds(), cpu_last = cpu_begin, cpu_silence = 0;
-  std::string stage, silent_in;
+  std::string stage, stage_before_pause;
 
   Progress progress() {
     return [this](double, std::string_view now) {
@@ -79,7 +79,7 @@ struct Watch {
       if (pause > longest_pause) {
         longest_pause = pause;
         silent_at = seconds_since(begin);
-        silent_in = stage;
+        stage_before_pause = stage;
       }
       last = Clock::now();
       cpu_silence = std::max(cpu_silence, cpu_seconds() - cpu_last);
@@ -111,7 +111,7 @@ void print(const char* what, double seconds, const Watch& watch, double handle_p
       "\"calls_a_second\": %.1f, \"longest_silence\": %.3f, \"at\": %.2f, \"after_stage\": \"%s\", "
       "\"longest_silence_cpu\": %.3f, \"cancel_heard\": %.3f, \"load\": \"%s\"}\n",
       what, seconds, cpu_seconds() - watch.cpu_begin, watch.calls / seconds, watch.longest_pause,
-      watch.silent_at, watch.silent_in.c_str(), watch.cpu_silence, handle_progress,
+      watch.silent_at, watch.stage_before_pause.c_str(), watch.cpu_silence, handle_progress,
       load.substr(0, load.find(' ')).c_str());
   std::fflush(stdout);
 }

@@ -51,7 +51,7 @@ class StackGuard {
 };
 
 /// Runs the thread's function below the protected pages.
-__attribute__((noinline)) void* run_below_guard(const ThreadStart& start) {
+__attribute__((noinline)) void* run_with_stack_guard(const ThreadStart& start) {
   if (!start.has_guard) return start.begin(start.with);
   const StackGuard guard(static_cast<char*>(alloca(kStackGuardBytes + 2 * sysconf(_SC_PAGESIZE))));
   return start.begin(start.with);
@@ -66,7 +66,7 @@ void* begin_thread(void* given) {
   stack.ss_sp = room.data();
   stack.ss_size = room.size();
   sigaltstack(&stack, nullptr);
-  return run_below_guard(*start);
+  return run_with_stack_guard(*start);
 }
 
 }  // namespace

@@ -43,7 +43,8 @@ std::vector<Measure> measures(double degrees_without_map = 0) {
            "Normalised image space: distance match to ray, over distance match to sample",
            "Mean, 0 to 1"},
           {"uniformity", "uniformity_percent",
-           "Uniformity: steps between matches, longer or shorter than the texels'", "Mean, %"},
+           "Uniformity: deviation of the distance between matches from that between their texels",
+           "Mean, %"},
           {"normal_error", "normal_error.mean_angle_degrees",
            "Error of the picture: rendered normals to the high poly's (no map: " +
                fixed_text(degrees_without_map, 2) + "°)",

@@ -211,7 +211,7 @@ class PlansChart : public ChartKind {
   }
 
   /// The Pareto front: points for which no other point has both fewer bytes and a lower error.
-  std::vector<Json> front() const {
+  std::vector<Json> pareto_front() const {
     double min_bytes = 1e300;
     std::vector<Json> some = points_of([](const Json&) { return true; });
     std::erase_if(some, [&](const Json& point) {
@@ -223,7 +223,7 @@ class PlansChart : public ChartKind {
   }
 
   void mark_front() {
-    for (const Json& best : front()) {
+    for (const Json& best : pareto_front()) {
       for (Json& point : points_) {
         const bool is_same =
             bytes_of(point) == bytes_of(best) && degrees_of(point) == degrees_of(best);
@@ -234,7 +234,7 @@ class PlansChart : public ChartKind {
 
   /// The default errors to plan for, rounded to two digits.
   std::vector<double> errors_between() const {
-    const std::vector<Json> points = front();
+    const std::vector<Json> points = pareto_front();
     const double worst = degrees_of(points.front()), best = degrees_of(points.back());
     std::vector<double> errors;
     for (const double share : kDefaultErrorShares) {
@@ -245,10 +245,10 @@ class PlansChart : public ChartKind {
     return errors;
   }
 
-  /// Returns the bytes of the front at an error, interpolated linearly in log-log scale; null if the front does not
-  /// reach the error.
+  /// Returns the size in bytes at which the Pareto front reaches an error, interpolated linearly in log-log scale; null
+  /// if it does not reach the error.
   Json bytes_at(double degrees) const {
-    const std::vector<Json> points = front();
+    const std::vector<Json> points = pareto_front();
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (degrees_of(points[i]) > degrees) continue;
       const double bytes = bytes_of(points[i]);
@@ -288,7 +288,8 @@ class PlansChart : public ChartKind {
     return true;
   }
 
-  /// Makes the plot: a curve of the grid for each map size, the front, and a ring at each plan.
+  /// Makes the plot: for each map size a curve of the tried numbers of faces, the Pareto front, and a ring at each
+  /// plan.
   Json panel(const std::string& title) const {
     Json panel = plot_panel("Mean angle between rendered normals, degrees");
     panel["title"] = title;
@@ -305,7 +306,8 @@ class PlansChart : public ChartKind {
       add(map_text(size), {{"thin", shade}},
           points_of([&](const Json& p) { return p.at("size").number() == size; }));
     }
-    add("the front of faces and sizes, " + std::to_string(kGridBits) + " bits", "kiln", front());
+    add("the front of faces and sizes, " + std::to_string(kGridBits) + " bits", "kiln",
+        pareto_front());
     Json& rings = panel["rings"];
     rings["title"] = "the plans";
     for (const Json& plan : plans_.elements()) {
@@ -342,7 +344,7 @@ class PlansChart : public ChartKind {
                       {"times the front", "times_front", 2}},
                      plans_,
                      ".csv"},
-                    {"The front of the grid:", {faces, map, kibibytes, measured}, front()}};
+                    {"The front of the grid:", {faces, map, kibibytes, measured}, pareto_front()}};
     return group;
   }
 

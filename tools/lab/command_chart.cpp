@@ -19,7 +19,7 @@ using Arguments = ChartArguments;
 /// The value of --settings that selects the settings for hard surfaces.
 constexpr const char* kHardSurfaceGroup = "hard";
 
-/// Names of all settings of mesh charts.
+/// Names of all settings that plots about meshes compare.
 std::vector<std::string> mesh_setting_names() {
   std::vector<std::string> names;
   for (const ChartSetting& setting : all_chart_settings()) names.push_back(setting.name);
@@ -27,7 +27,7 @@ std::vector<std::string> mesh_setting_names() {
   return names;
 }
 
-/// Names of the settings of all charts, without duplicates.
+/// Names of the settings of all plots, without duplicates.
 std::vector<std::string> setting_names() {
   std::vector<std::string> names = mesh_setting_names();
   for (const std::string& name : volume_setting_names()) {

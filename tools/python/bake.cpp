@@ -333,10 +333,10 @@ PyBake finished(BakeResult result, const Request& request, const std::string& lo
 }
 
 void check_transfers(const Job& job, const PyMesh& high) {
-  const bool of_materials =
+  const bool uses_materials =
       std::any_of(job.transfers.begin(), job.transfers.end(),
                   [](const std::string& transfer) { return transfer.starts_with("mtl:"); });
-  if (high.is_of_file() || !of_materials) return;
+  if (high.is_of_file() || !uses_materials) return;
   throw Error(ErrorCode::usage,
               option("transfer") +
                   ": the high poly was not read from a file with materials: give textures as "

@@ -225,7 +225,7 @@ fs::path find_unsafe_level(const fs::path& path) {
     }
     const fs::path next = at / part;
     struct stat status {};
-    // This process will create a missing level, unless others can create it first.
+    // A missing folder is safe, since this process will create it, unless others may create it first.
     if (lstat(next.c_str(), &status) != 0) return others_may_create ? next : fs::path();
     const bool is_trusted = status.st_uid == geteuid() || status.st_uid == 0 ||
                             (!others_may_create_above && status.st_uid == system);

@@ -11,7 +11,8 @@
 namespace kiln::os {
 namespace {
 
-constexpr suseconds_t kMicrosecondsToEnd = 330000;
+/// Time after an interrupt within which the process should end by itself; then deadline() is called.
+constexpr suseconds_t kMaxEndMicroseconds = 330000;
 
 std::atomic<bool> is_interrupt_received{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
@@ -22,7 +23,7 @@ extern "C" void on_alarm(int) { deadline(); }
 extern "C" void on_interrupt(int) {
   if (is_interrupt_received.exchange(true)) deadline();  // a second request ends the wait
   itimerval deadline_timer{};
-  deadline_timer.it_value.tv_usec = kMicrosecondsToEnd;
+  deadline_timer.it_value.tv_usec = kMaxEndMicroseconds;
   setitimer(ITIMER_REAL, &deadline_timer, nullptr);
 }
 

@@ -1,6 +1,6 @@
-// Makes narrow names UTF-8 in paths. libstdc++ 12 converts wide paths to UTF-8, but narrow ones by this facet, which
-// does not support UTF-8 with msvcrt.dll. The definitions here replace all those of the library's object file, so
-// that the linker does not use it.
+// Makes std::filesystem::path treat narrow names as UTF-8. libstdc++ 12 converts wide paths to UTF-8, but narrow ones
+// by this facet, which does not support UTF-8 with msvcrt.dll. The definitions here replace all those of the library's
+// object file, so that the linker does not use it.
 #include <codecvt>
 #include <locale>
 

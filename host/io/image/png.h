@@ -51,7 +51,7 @@ void save_png(const Image& image, const std::filesystem::path& path, const PngOp
 /// Selects which squares of an 8-bit image are dithered.
 class DitherBlocks {
  public:
-  /// Side in texels of the squares that are dithered or not.
+  /// The image is divided into squares of this side, in texels. Each square is dithered as a whole, or not.
   static constexpr std::size_t kSide = 32;
   /// \param use  content of the image: for normals, Dither::automatic rounds z instead of dithering it
   DitherBlocks(const Image& image, Dither dither, TextureUse use = TextureUse::values);

@@ -217,8 +217,9 @@ Json measure_around(const Scene& high, const Scene& low, const Mesh& frame, bool
 
 namespace {
 
-constexpr double kMaxRatioToInvert =
-    0.9;  // largest ratio of the errors with inverted and with given green at which the map's green counts as inverted
+// The map's green counts as inverted if the error with inverted green is below this share of the error with green as
+// given.
+constexpr double kMaxRatioToInvert = 0.9;
 // A map of HIGH's normals reduces the error, apart from rounding. If a map increases it by this factor plus this many
 // degrees, it belongs to another HIGH.
 constexpr double kMisfitRatio = 1.1, kMisfitDegrees = 1;

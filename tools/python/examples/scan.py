@@ -11,7 +11,7 @@ import numpy as np
 import kiln
 
 
-def scanned():
+def make_scan():
     """(vertices, faces, colours) of a dome."""
     n, random = 300, np.random.default_rng(1)
     u, v = (grid.ravel() for grid in np.meshgrid(np.linspace(-1, 1, n), np.linspace(-1, 1, n)))
@@ -25,7 +25,7 @@ def scanned():
 
 
 folder = Path(sys.argv[1])
-scan = kiln.load(sys.argv[2]) if sys.argv[2:] else kiln.Mesh(*scanned()[:2], colors=scanned()[2])
+scan = kiln.load(sys.argv[2]) if sys.argv[2:] else kiln.Mesh(*make_scan()[:2], colors=make_scan()[2])
 # The fewest faces with rendered normals within 4 degrees.
 glb = kiln.to_glb(scan, max_error="normal=4deg", texture_size=1024, path=folder / "scan.glb")
 error = kiln.measure(scan, glb.mesh, glb.bake)

@@ -28,7 +28,7 @@ OF_MATERIALS = ("roughness", "metallic", "emission")
 
 
 #: Extensions of compressed triangles, which the arrays of a Glb cannot read, as they appear in its JSON.
-_PACKED = (b"EXT_meshopt_compression", b"KHR_draco_mesh_compression")
+_COMPRESSION_EXTENSIONS = (b"EXT_meshopt_compression", b"KHR_draco_mesh_compression")
 
 
 class Glb:
@@ -63,7 +63,7 @@ class Glb:
 
     def _part(self, name: str) -> np.ndarray:
         if not self._parts:
-            packed = any(name in self.data[: 20 + int.from_bytes(self.data[12:16], "little")] for name in _PACKED)
+            packed = any(name in self.data[: 20 + int.from_bytes(self.data[12:16], "little")] for name in _COMPRESSION_EXTENSIONS)
             plain = _core.encode_glb(self.mesh, {}, "mask", "no") if packed else self.data
             self._parts = arrays_of(plain)
         return self._parts[name]
