@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 
@@ -41,6 +42,8 @@ struct RayQuery {
   double triangles_per_ray = 0;
 };
 
+class RayCaster;
+
 /// Ray queries on a surface, whose data may be in memory or in parts of a file.
 class RaySearch {
  public:
@@ -55,6 +58,10 @@ class RaySearch {
   virtual void intersect(const cl::Array<float>& points, std::uint32_t count,
                          std::uint32_t capacity, const RayQuery& query,
                          DeviceCorrespondence& result) const = 0;
+
+  /// Calls `use` with one BVH after the other, which together hold all of the surface. Each is freed after its call, if
+  /// memory needs it.
+  virtual void for_each_part(const std::function<void(const RayCaster&)>& use) const = 0;
 };
 
 /// The traversal kernels of rays, and their BVH.
@@ -81,6 +88,10 @@ class RayCaster : public RaySearch {
 
   void intersect(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,
                  const RayQuery& query, DeviceCorrespondence& result) const override;
+  /// There is one part: this BVH.
+  void for_each_part(const std::function<void(const RayCaster&)>& use) const override {
+    use(*this);
+  }
 
   /// Any-hit query: writes 1 to `hit` for rays with a hit in [t_min, t_max], else 0.
   void occluded(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,

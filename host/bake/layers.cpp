@@ -113,7 +113,8 @@ Layers::Layers(const Source::Impl& source, const LowSurface& surface, const Bake
   const bool by_rows =
       storage == ImageStorage::rows && allows_rows(options) && !any_map_obeys_max_error(options);
   if (storage != ImageStorage::none) {
-    require_memory("The maps", peak_bytes(options, own_rows_, band_samples(source), by_rows));
+    require_memory("The maps",
+                   peak_bytes(options, own_rows_, band_samples(source, options), by_rows));
     coverage_.resize(std::size_t{options.width} * options.height);
   }
   const MapRequest request{source, surface, options, shared_results_, finer, checks};

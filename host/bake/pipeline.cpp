@@ -46,7 +46,7 @@ Pipeline::Pipeline(const Scene& scene, BandStorage bands, BakeProgress progress)
       streamed_part_(scene.high.is_streamed() ? scene.high.matched_part() : nullptr),
       sampler_(context_, surface_,
                {scene.options.width, scene.options.height, scene.options.samples,
-                band_samples(scene.high)}),
+                band_samples(scene.high, scene.options)}),
       sample_directions_(make_directions()),
       sheet_distances_(sheet_distances(scene.options, surface_)),
       layers_(streamed_part_ != nullptr ? *streamed_part_ : scene.high, surface_, scene.options,

@@ -21,9 +21,9 @@ constexpr std::uint32_t kBandSamples = 1U << 20;
 /// Maximum number of samples in a band if the high poly is larger than memory: each band reads all of it, so fewer
 /// and larger bands are faster.
 constexpr std::uint32_t kStreamedBandSamples = 1U << 22;
-inline std::uint32_t band_samples(const Source::Impl& high) {
-  return high.is_streamed() ? kStreamedBandSamples : kBandSamples;
-}
+/// Maximum number of samples in a band of a bake. Smoothed occlusion depends on where bands end, so its bands are always
+/// those of a high poly in memory.
+std::uint32_t band_samples(const Source::Impl& high, const BakeOptions& options);
 
 /// Resets counts of samples to 0.
 void clear_counts(BakeReport& report);

@@ -54,6 +54,15 @@ Message streaming_obstacle(const BakeOptions& options) {
   const auto needs = [](const Message& what) {
     return what + " needs the whole high poly in memory: leave it out.";
   };
+  const auto has_views = [](const OcclusionOptions& occlusion) {
+    return occlusion.by != OcclusionBy::rays;
+  };
+  if (has_views(options.occlusion) ||
+      std::any_of(options.variants.begin(), options.variants.end(), [&](const MapVariant& map) {
+        return map.occlusion && has_views(*map.occlusion);
+      })) {
+    return Message("occlusion by views needs the whole high poly in memory: use rays.");
+  }
   if (options.color || options.opacity) return needs("a picture of the high poly");
   if (options.match.saved != nullptr) return needs(option("match.saved"));
   if (options.match.parts != nullptr) return needs(option("match.parts"));

@@ -237,7 +237,8 @@ void Hemispheres::upload() {
   make_room(context_, positions_, source_.positions.size() * 3);
   positions_.write(context_,
                    std::span<const float>(&source_.positions[0].x, source_.positions.size() * 3));
-  if (triangles_.empty()) {
+  // The triangles of a high poly that is larger than memory are those that the band matched.
+  if (triangles_.empty() || source_.is_streamed()) {
     triangles_ = cl::Array<std::uint32_t>(
         context_,
         std::span<const std::uint32_t>(source_.triangles[0].data(), source_.triangles.size() * 3));
@@ -292,17 +293,17 @@ void Hemispheres::measure_thickness(const TexelBand& band, const DeviceCorrespon
   if (sums.has_depth) return;
   make_room(context_, sums.depth, plane_of(band));
   context_.fill(sums.depth, 0.0F);
-  const RayCaster& caster = source_.rays();
   const RayQuery query = query_up_to(std::min(thickness_reach_, unbounded_reach_), true);
   make_rotations(band);
   sums.has_depth = true;
-  if (caster.traversal() == Traversal::cpu) {
+  if (!source_.is_streamed() && source_.rays().traversal() == Traversal::cpu) {
     for_each_piece(band, match, second, rays_in_, kSamplesPerPiece,
                    [&](const kiln_hemisphere_params& params) {
-                     measure_piece(params, caster, query, sums.depth);
+                     measure_piece(params, source_.rays(), query, sums.depth);
                    });
     return;
   }
+  const RaySearch& search = source_.occluder_search();
   const cl::Kernel depth = context_.kernel("hemisphere", "kiln_hemisphere_sum_depths");
   for_each_ray_piece(band, match, second, rays_in_, rotations_, false,
                      [&](const kiln_hemisphere_params& params, std::uint32_t count) {
@@ -310,7 +311,7 @@ void Hemispheres::measure_thickness(const TexelBand& band, const DeviceCorrespon
                          first_hits_ = DeviceCorrespondence();
                          first_hits_ = DeviceCorrespondence(context_, ray_capacity_);
                        }
-                       caster.intersect(rays_, count, ray_capacity_, query, first_hits_);
+                       search.intersect(rays_, count, ray_capacity_, query, first_hits_);
                        context_.launch(depth, params.stride / kLanes, kLocalLanes, params,
                                        first_hits_.triangle, first_hits_.distance, sums.depth);
                      });
@@ -345,16 +346,15 @@ std::vector<float> Hemispheres::shadow(const TexelBand& band, const DeviceCorres
     lit_counts_.write(context_, std::span(ray_counts.open));
     return compute_shares(band, lit_counts_, rays_to_light_.count);
   }
-  const RayCaster& caster = occluders();
   const RayQuery query = query_up_to(unbounded_reach_, back_faces_);
   const cl::Kernel lit = context_.kernel("hemisphere", "kiln_hemisphere_count_lit");
   make_rotations(band);
-  for_each_ray_piece(band, match, second, rays_to_light_, rotations_, false,
-                     [&](const kiln_hemisphere_params& params, std::uint32_t count) {
-                       make_room(context_, ray_hits_, ray_capacity_);
-                       caster.occluded(rays_, count, ray_capacity_, query, ray_hits_);
+  const RotationsAndCounts rotations_and_counts{&rotations_, &lit_counts_};
+  for_each_hit_piece(band, match, second, rays_to_light_, {&rotations_and_counts, 1}, false,
+                     occluders(), query,
+                     [&](const RotationsAndCounts& of, const kiln_hemisphere_params& params) {
                        context_.launch(lit, params.stride / kLanes, kLocalLanes, params, ray_hits_,
-                                       rays_, lit_counts_);
+                                       rays_, *of.open);
                      });
   return compute_shares(band, lit_counts_, rays_to_light_.count);
 }

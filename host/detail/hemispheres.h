@@ -126,9 +126,22 @@ class Hemispheres : public SharedWork {
   /// make_keys().
   void rotate_picked(std::uint32_t count, std::uint32_t round,
                      cl::Array<std::uint32_t>& sample_rotations);
+  /// What rays are cast against.
+  struct Occluders {
+    const RayCaster* whole =
+        nullptr;  // One BVH of all occluders; null if the high poly is larger than memory
+    const RaySearch* high = nullptr;    // Otherwise, the high poly, or null if it does not occlude
+    const RayCaster* others = nullptr;  // Otherwise, the other occluders, or null if there are none
+    /// Calls `use` with one BVH after the other, which together hold all occluders.
+    void for_each_part(const std::function<void(const RayCaster&)>& use) const;
+    /// True if kernels generate and cast the rays in one step.
+    bool are_cast_in_one_step() const {
+      return whole != nullptr && whole->traversal() == Traversal::cpu;
+    }
+  };
   /// Samples whose rays are cast against the same occluders.
   struct OccluderGroup {
-    const RayCaster* caster;
+    Occluders occluders;
     std::vector<std::uint32_t> samples;
   };
   /// Groups samples by their part (OcclusionOptions::own_part); without that option, all are in one
@@ -164,7 +177,7 @@ class Hemispheres : public SharedWork {
   void upload();
   /// The occluders of outward rays: the high poly alone, or together with the low poly and other
   /// meshes.
-  const RayCaster& occluders();
+  Occluders occluders();
   struct OccluderCaster {
     std::vector<Vec3> positions;
     std::vector<Triangle> triangles;
@@ -207,7 +220,15 @@ class Hemispheres : public SharedWork {
   /// \param bent_sum  empty: directions are not summed
   void count_open(const TexelBand& band, const DeviceCorrespondence& match, bool second,
                   const RaySet& set, std::span<const RotationsAndCounts> rotations,
-                  const RayCaster& caster, const cl::Array<float>& bent_sum);
+                  const Occluders& occluders, const cl::Array<float>& bent_sum);
+  /// Casts the rays of each set of rotations, and calls `use` for each piece of rays when ray_hits_ tells which of them
+  /// have a hit. Occluders that are not in memory together are passed once for all rays.
+  using HitUser = std::function<void(const RotationsAndCounts& rotations,
+                                     const kiln_hemisphere_params& params)>;
+  void for_each_hit_piece(const TexelBand& band, const DeviceCorrespondence& match, bool second,
+                          const RaySet& set, std::span<const RotationsAndCounts> rotations,
+                          bool groups_by_sample, const Occluders& occluders, const RayQuery& query,
+                          const HitUser& use);
   kiln_hemisphere_params ray_params(const TexelBand& band, const DeviceCorrespondence& match,
                                     bool second, const RaySet& set) const;
   /// Computes the points of samples `params.first` to `params.first + params.count - 1`.
@@ -267,7 +288,8 @@ class Hemispheres : public SharedWork {
 
   // Other meshes that occlude: their positions, in frame units, and triangles
   std::vector<Mesh> other_occluders_;
-  std::optional<RayCaster> all_occluders_;  // Unset if the high poly is the only occluder
+  // All occluders, or, if the high poly is larger than memory, the others; unset if the high poly is the only one
+  std::optional<RayCaster> all_occluders_;
   std::map<std::uint32_t, RayCaster> part_occluders_;
   std::optional<HemisphereViews> views_;
   bool is_uploaded_ = false, has_rotations_ = false, has_keys_ = false;

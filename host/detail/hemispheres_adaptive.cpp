@@ -314,8 +314,8 @@ std::vector<float> Hemispheres::visibility_within(const TexelBand& band,
   Estimates of{band, match, second, prepare_filter(band, match, second), {}, {}, {}, {}, {}};
   const std::size_t texels = of.shared.first.size() - 1;
   if (texels == 0) return shares;
-  const bool casts_all = of.shared.has_one_sample_a_texel() && parts_ == nullptr &&
-                         occluders().traversal() == Traversal::cpu;
+  const bool casts_all =
+      of.shared.has_one_sample_a_texel() && parts_ == nullptr && occluders().are_cast_in_one_step();
   if (casts_all) {
     for (auto* const array :
          {&picked_rotations_, &second_rotations_, &picked_open_, &second_open_}) {

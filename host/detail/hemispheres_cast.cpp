@@ -1,7 +1,12 @@
 // Casts the rays of a band, piece by piece.
 #include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <span>
+#include <vector>
 
+#include "base/memory.h"
+#include "base/parallel.h"
 #include "detail/hemisphere_rays.h"
 #include "detail/hemispheres.h"
 
@@ -35,7 +40,51 @@ kiln_cast_params block_size(std::uint32_t rays) {
   return how;
 }
 
+/// Which rays of a band have a hit in the occluders that were searched so far: one bit a ray, in the order in which
+/// the pieces of rays are generated. The numbers of rays in pieces are multiples of kLanes.
+class HitBits {
+ public:
+  explicit HitBits(std::size_t rays) : bits_(rays / kLanes) {}
+
+  /// Starts again at the first ray.
+  void rewind() { next_ = 0; }
+  /// Adds the hits of the next piece of rays. \param hits  1 or 0 for each ray
+  void add(std::span<const std::uint8_t> hits) {
+    for_each_group(hits.size(), [&](std::uint8_t& bits, std::size_t ray) {
+      for (std::size_t k = 0; k < kLanes; ++k) {
+        bits = static_cast<std::uint8_t>(bits | hits[ray + k] << k);
+      }
+    });
+  }
+  /// Reads the hits of the next piece of rays, as 1 or 0 for each.
+  void read(std::span<std::uint8_t> hits) {
+    for_each_group(hits.size(), [&](std::uint8_t& bits, std::size_t ray) {
+      for (std::size_t k = 0; k < kLanes; ++k) hits[ray + k] = bits >> k & 1U;
+    });
+  }
+
+ private:
+  static_assert(kLanes == 8);
+  template <typename Use>
+  void for_each_group(std::size_t rays, const Use& use) {
+    constexpr std::size_t kGroupsPerTask = std::size_t{1} << 15;
+    parallel_for(rays / kLanes, kGroupsPerTask, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t g = begin; g < end; ++g) use(bits_[next_ + g], g * kLanes);
+    });
+    next_ += rays / kLanes;
+  }
+
+  std::vector<std::uint8_t> bits_;
+  std::size_t next_ = 0;
+};
+
 }  // namespace
+
+void Hemispheres::Occluders::for_each_part(const std::function<void(const RayCaster&)>& use) const {
+  if (whole != nullptr) use(*whole);
+  if (high != nullptr) high->for_each_part(use);
+  if (others != nullptr) use(*others);
+}
 
 kiln_hemisphere_params Hemispheres::ray_params(const TexelBand& band,
                                                const DeviceCorrespondence& match, bool second,
@@ -139,27 +188,70 @@ void Hemispheres::add_misses(const kiln_hemisphere_params& params,
 
 void Hemispheres::count_open(const TexelBand& band, const DeviceCorrespondence& match, bool second,
                              const RaySet& set, std::span<const RotationsAndCounts> rotations,
-                             const RayCaster& caster, const cl::Array<float>& bent_sum) {
+                             const Occluders& occluders, const cl::Array<float>& bent_sum) {
   const RayQuery query = query_up_to(occlusion_reach_, back_faces_);
-  if (caster.traversal() == Traversal::cpu) {
+  if (occluders.are_cast_in_one_step()) {
     if (bent_sum.empty() && casts_by_sample(band, set)) {
-      cast_by_sample(band, match, second, set, rotations, caster, query);
+      cast_by_sample(band, match, second, set, rotations, *occluders.whole, query);
     } else {
-      cast_blocks(band, match, second, set, rotations, caster, query, bent_sum);
+      cast_blocks(band, match, second, set, rotations, *occluders.whole, query, bent_sum);
     }
     return;
   }
-  for (const auto& [sample_rotations, open] : rotations) {
-    for_each_ray_piece(
-        band, match, second, set, *sample_rotations, bent_sum.empty(),
-        [&, to = open](const kiln_hemisphere_params& params, std::uint32_t count) {
-          make_room(context_, ray_hits_, ray_capacity_);
-          caster.occluded(rays_, count, ray_capacity_, query, ray_hits_);
-          add_misses(params, *to);
-          if (bent_sum.empty()) return;
-          context_.launch(context_.kernel("hemisphere", "kiln_hemisphere_sum_directions"),
-                          params.stride / kLanes, kCastLanes, params, ray_hits_, rays_, bent_sum);
-        });
+  for_each_hit_piece(band, match, second, set, rotations, bent_sum.empty(), occluders, query,
+                     [&](const RotationsAndCounts& of, const kiln_hemisphere_params& params) {
+                       add_misses(params, *of.open);
+                       if (bent_sum.empty()) return;
+                       context_.launch(
+                           context_.kernel("hemisphere", "kiln_hemisphere_sum_directions"),
+                           params.stride / kLanes, kCastLanes, params, ray_hits_, rays_, bent_sum);
+                     });
+}
+
+void Hemispheres::for_each_hit_piece(const TexelBand& band, const DeviceCorrespondence& match,
+                                     bool second, const RaySet& set,
+                                     std::span<const RotationsAndCounts> rotations,
+                                     bool groups_by_sample, const Occluders& occluders,
+                                     const RayQuery& query, const HitUser& use) {
+  const auto for_each_piece_of = [&](const RotationsAndCounts& of, const RayPieceLauncher& launch) {
+    for_each_ray_piece(band, match, second, set, *of.sample_rotations, groups_by_sample, launch);
+  };
+  if (occluders.whole != nullptr) {
+    for (const RotationsAndCounts& of : rotations) {
+      for_each_piece_of(of, [&](const kiln_hemisphere_params& params, std::uint32_t count) {
+        make_room(context_, ray_hits_, ray_capacity_);
+        occluders.whole->occluded(rays_, count, ray_capacity_, query, ray_hits_);
+        use(of, params);
+      });
+    }
+    return;
+  }
+  const std::size_t max_rays = std::size_t{round_up_to_lanes(band.sample_count)} * set.count;
+  require_memory("Occlusion by a high poly that is larger than memory",
+                 max_rays / kLanes * rotations.size());
+  std::vector<HitBits> hits(rotations.size(), HitBits(max_rays));
+  std::vector<std::uint8_t> piece;
+  occluders.for_each_part([&](const RayCaster& part) {
+    for (std::size_t r = 0; r < rotations.size(); ++r) {
+      hits[r].rewind();
+      for_each_piece_of(rotations[r], [&](const kiln_hemisphere_params&, std::uint32_t count) {
+        make_room(context_, ray_hits_, ray_capacity_);
+        part.occluded(rays_, count, ray_capacity_, query, ray_hits_);
+        piece.resize(count);
+        ray_hits_.read(context_, std::span(piece));
+        hits[r].add(piece);
+      });
+    }
+  });
+  for (std::size_t r = 0; r < rotations.size(); ++r) {
+    hits[r].rewind();
+    for_each_piece_of(rotations[r], [&](const kiln_hemisphere_params& params, std::uint32_t count) {
+      piece.resize(count);
+      hits[r].read(piece);
+      make_room(context_, ray_hits_, ray_capacity_);
+      ray_hits_.write(context_, std::span<const std::uint8_t>(piece));
+      use(rotations[r], params);
+    });
   }
 }
 
@@ -195,7 +287,7 @@ void Hemispheres::cast_by_sample(const TexelBand& band, const DeviceCorresponden
 
 void Hemispheres::cast_texels(std::uint32_t count, const RaySet& set,
                               std::span<const RotationsAndCounts> rotations) {
-  const RayCaster& caster = occluders();
+  const RayCaster& caster = *occluders().whole;
   const RayQuery query = query_up_to(occlusion_reach_, back_faces_);
   const cl::Array<float> no_bent_sum;
   kiln_hemisphere_params params = ray_params(picked_samples_, picked_match_, false, set);

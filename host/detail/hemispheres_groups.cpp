@@ -52,7 +52,7 @@ std::vector<Hemispheres::OccluderGroup> Hemispheres::group_samples(
     return hit_triangles[sample] != KILN_NO_TRIANGLE || (keeps_misses_ && !second);
   };
   if (parts_ == nullptr) {
-    OccluderGroup all_samples{&occluders(), {}};
+    OccluderGroup all_samples{occluders(), {}};
     all_samples.samples.reserve(samples.size());
     std::copy_if(samples.begin(), samples.end(), std::back_inserter(all_samples.samples), has_rays);
     return {std::move(all_samples)};
@@ -65,7 +65,7 @@ std::vector<Hemispheres::OccluderGroup> Hemispheres::group_samples(
   std::vector<OccluderGroup> result;
   result.reserve(samples_by_part.size());
   for (auto& [part, list] : samples_by_part)
-    result.push_back({&occluders_of(part), std::move(list)});
+    result.push_back({{.whole = &occluders_of(part)}, std::move(list)});
   return result;
 }
 
@@ -84,8 +84,10 @@ void Hemispheres::cast_group(const OccluderGroup& group, const TexelBand& band,
   const std::span<const RotationsAndCounts> rotations =
       std::span(both_rounds).first(ray_counts.size());
   const std::span<const std::uint32_t> samples = group.samples;
-  for (std::size_t first = 0; first < samples.size(); first += kSamplesPerBatch) {
-    const auto part = samples.subspan(first, std::min(kSamplesPerBatch, samples.size() - first));
+  // Each batch passes over all occluders, which is slow if they are not in memory together.
+  const std::size_t batch = group.occluders.whole != nullptr ? kSamplesPerBatch : samples.size();
+  for (std::size_t first = 0; first < samples.size(); first += batch) {
+    const auto part = samples.subspan(first, std::min(batch, samples.size() - first));
     pick(band, match, part, rounds.empty() ? std::nullopt : std::optional(rounds[0]));
     const std::size_t picked_plane = plane_of(picked_samples_);
     make_room(context_, picked_open_, picked_plane);
@@ -100,15 +102,14 @@ void Hemispheres::cast_group(const OccluderGroup& group, const TexelBand& band,
       context_.fill(picked_bent_sum_, 0.0F);
     }
     if (set.toward_light) {
-      for_each_ray_piece(picked_samples_, picked_match_, second, set, picked_rotations_, false,
-                         [&](const kiln_hemisphere_params& of, std::uint32_t rays) {
-                           make_room(context_, ray_hits_, ray_capacity_);
-                           group.caster->occluded(rays_, rays, ray_capacity_, query, ray_hits_);
-                           context_.launch(count_lit, of.stride / kLanes, kGroupLanes, of,
-                                           ray_hits_, rays_, picked_open_);
+      for_each_hit_piece(picked_samples_, picked_match_, second, set, rotations.first(1), false,
+                         group.occluders, query,
+                         [&](const RotationsAndCounts& of, const kiln_hemisphere_params& params) {
+                           context_.launch(count_lit, params.stride / kLanes, kGroupLanes, params,
+                                           ray_hits_, rays_, *of.open);
                          });
     } else {
-      count_open(picked_samples_, picked_match_, second, set, rotations, *group.caster,
+      count_open(picked_samples_, picked_match_, second, set, rotations, group.occluders,
                  wants_bent_sum ? picked_bent_sum_ : no_bent_sum);
     }
     std::vector<std::uint32_t> part_counts(part.size());

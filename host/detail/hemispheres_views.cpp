@@ -62,7 +62,7 @@ Hemispheres::OccluderCaster Hemispheres::caster_of_all_occluders() const {
       occluders_of_all.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
     }
   };
-  if (by_high_) add(source_.positions, source_.triangles);
+  if (by_high_ && !source_.is_streamed()) add(source_.positions, source_.triangles);
   for (const Mesh& other : other_occluders_) add(other.positions, other.triangles);
   for (std::size_t i = 0; by_low_ && i < surface_.triangles.size(); ++i) {
     if (surface_.usable[i] == 0) continue;
@@ -74,13 +74,18 @@ Hemispheres::OccluderCaster Hemispheres::caster_of_all_occluders() const {
   return occluders_of_all;
 }
 
-const RayCaster& Hemispheres::occluders() {
-  if (by_high_ && !by_low_ && other_occluders_.empty()) return source_.rays();
-  if (all_occluders_) return *all_occluders_;
-  const OccluderCaster occluders_of_all = caster_of_all_occluders();
-  all_occluders_.emplace(context_, occluders_of_all.positions, occluders_of_all.triangles,
-                         source_.traversal);
-  return *all_occluders_;
+Hemispheres::Occluders Hemispheres::occluders() {
+  const bool others = by_low_ || !other_occluders_.empty();
+  if (others && !all_occluders_) {
+    const OccluderCaster occluders_of_all = caster_of_all_occluders();
+    all_occluders_.emplace(context_, occluders_of_all.positions, occluders_of_all.triangles,
+                           source_.traversal);
+  }
+  const RayCaster* const in_memory = all_occluders_ ? &*all_occluders_ : nullptr;
+  if (by_high_ && source_.is_streamed()) {
+    return {.high = &source_.occluder_search(), .others = in_memory};
+  }
+  return {.whole = in_memory != nullptr ? in_memory : &source_.rays()};
 }
 
 void Hemispheres::gather_views(const TexelBand& band, const DeviceCorrespondence& match,

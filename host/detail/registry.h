@@ -90,8 +90,8 @@ struct MapRow {
   /// True if the map reads more of the high poly than the matched points, so that any change of the
   /// mesh may change any texel.
   bool reads_around = false;
-  /// True if the map reads nothing of the high poly but the matched triangles, so that the high
-  /// poly may be larger than memory.
+  /// True if the map reads nothing of the high poly but the matched triangles, or casts rays at all
+  /// of it (Source::Impl::occluder_search()), so that the high poly may be larger than memory.
   bool streams = false;
   /// Unit of the values, such as "world units", if MapInfo does not give it.
   std::string_view unit = {};

@@ -189,7 +189,7 @@ JobResult run_stages(const std::function<Device()>& open_device, const Job& give
   if (high.streamed != nullptr) {
     high.input.mesh = sample_of(*high.streamed, kSampledTriangles);
     high.input.shading = shading_of(*high.streamed);
-    if (choose_streamed_asset_maps(job, *high.streamed, log)) options = options_of(job);
+    if (choose_streamed_asset_maps(job, *high.streamed)) options = options_of(job);
     if (job.low.given.empty()) high.chunks = sort_into_chunks(high, 0, log);
   } else if (high.prepared == nullptr) {
     high = read_high(job, log);

@@ -258,9 +258,9 @@ void offer_saved_tree(const Job& job, const Source& source);
 /// \throws OptionError
 std::shared_ptr<const MeshStream> open_streamed_high(const Job& job, const BakeOptions& options,
                                                      const RunHooks& hooks, RunLog& log);
-/// Chooses the maps of an asset where the job leaves them to Kiln: those of set_default_asset_maps() that can be baked from
-/// a HIGH larger than memory, and its colours; warns of the others. \returns false if the job names its maps
-bool choose_streamed_asset_maps(Job& job, const MeshStream& high, RunLog& log);
+/// Where the job leaves the maps of an asset to Kiln, adds the colours of a HIGH that is larger than memory to those of
+/// set_default_asset_maps(). \returns false if the job names its maps
+bool choose_streamed_asset_maps(Job& job, const MeshStream& high);
 /// Sorts the triangles of a streamed HIGH into chunks, or opens the chunks of an earlier run.
 /// \param progress the run's progress, which is reported meanwhile
 std::shared_ptr<const ChunkedMesh> sort_into_chunks(const LoadedHigh& high, double progress,

@@ -83,11 +83,7 @@ Message find_streaming_obstacle(const LargeFile& high, const Job& job, const Bak
   }
   if (const Message obstacle = find_reading_obstacle(job.frame, job.fill_holes); !obstacle.empty())
     return obstacle;
-  BakeOptions streamed = options;
-  if (chooses_asset_maps(job)) {
-    std::erase_if(streamed.maps, [](MapKind map) { return !map_row(map).streams; });
-  }
-  return streaming_obstacle(streamed);
+  return streaming_obstacle(options);
 }
 
 }  // namespace
@@ -149,22 +145,10 @@ std::shared_ptr<const MeshStream> open_streamed_high(const Job& job, const BakeO
   return streamed;
 }
 
-bool choose_streamed_asset_maps(Job& job, const MeshStream& high, RunLog& log) {
+bool choose_streamed_asset_maps(Job& job, const MeshStream& high) {
   if (!chooses_asset_maps(job)) return false;
-  std::string left_out;
-  std::erase_if(job.bake.maps, [&](MapKind map) {
-    if (map_row(map).streams) return false;
-    left_out += (left_out.empty() ? "" : ", ") + std::string(map.name);
-    return true;
-  });
   if (high.has_colors())
     job.bake.maps.emplace_back(name_of(Words(kMaterialSlots), MaterialSlot::color));
-  if (left_out.empty()) return true;
-  log.warnings.push_back({"maps-left-out",
-                          "HIGH is larger than memory: the asset was made without the map " +
-                              left_out + ", which needs the whole high poly in memory. Raise the " +
-                              option("memory_limit") + " for it.",
-                          1});
   return true;
 }
 

@@ -37,6 +37,8 @@ class Samples {
       : count_(count) {
     for (std::size_t p = 0; p < kPointPlanes; ++p) {
       planes_[p].resize(count);
+      // Rays that maps generate have no plane of reaches, and their queries do not read it.
+      if (points.size() < (p + 1) * capacity) continue;
       points.read(context, planes_[p], p * capacity);
     }
   }
@@ -505,6 +507,16 @@ void ChunkedRays::intersect(const cl::Array<float>& points, std::uint32_t count,
                 "sample can only use the rule of the first hit.");
   }
   search_chunks(*chunks_, RayRules{query, traversal_}, points, count, capacity, result);
+}
+
+void ChunkedRays::for_each_part(const std::function<void(const RayCaster&)>& use) const {
+  const std::size_t count = chunks_->mesh().size();
+  for (std::size_t chunk = 0; chunk < count; ++chunk) {
+    ProgressGuard::poll_within_stage("occlusion by chunk " + std::to_string(chunk + 1) + " of " +
+                                     std::to_string(count));
+    const std::shared_ptr<const LoadedChunks::Chunk> loaded = chunks_->load(chunk);
+    if (loaded->tree != nullptr) use(RayCaster(chunks_->context(), loaded->tree, traversal_));
+  }
 }
 
 void ChunkedClosest::find(const cl::Array<float>& points, std::uint32_t count,

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <span>
@@ -54,6 +55,8 @@ class ChunkedRays : public RaySearch {
       : chunks_(std::move(chunks)), traversal_(traversal) {}
   void intersect(const cl::Array<float>& points, std::uint32_t count, std::uint32_t capacity,
                  const RayQuery& query, DeviceCorrespondence& result) const override;
+  /// The parts are the chunks.
+  void for_each_part(const std::function<void(const RayCaster&)>& use) const override;
 
  private:
   std::shared_ptr<const LoadedChunks> chunks_;

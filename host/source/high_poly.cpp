@@ -182,6 +182,7 @@ Source::Impl::Impl(const Device& opened, std::shared_ptr<const ChunkedMesh> mesh
 std::unique_ptr<Source::Impl> Source::Impl::matched_part() const {
   auto part = std::make_unique<Impl>(*this, std::vector<std::uint32_t>());
   part->chunks_ = chunks_;
+  part->chunked_occluders_ = std::make_unique<ChunkedRays>(chunks_, traversal);
   DeviceCorrespondence none(context_of(device), 1);
   const std::uint32_t first = 0;
   none.triangle.write(context_of(device), std::span(&first, 1));
@@ -238,6 +239,10 @@ const RaySearch& Source::Impl::ray_search() const {
 
 const ClosestSearch& Source::Impl::closest_search() const {
   return chunked_closest_ != nullptr ? *chunked_closest_ : closest();
+}
+
+const RaySearch& Source::Impl::occluder_search() const {
+  return chunked_occluders_ != nullptr ? *chunked_occluders_ : ray_search();
 }
 
 const std::shared_ptr<Tree>& Source::Impl::tree() const {

@@ -74,6 +74,8 @@ struct KILN_HIDDEN Source::Impl {
   /// Searches for matches.
   const RaySearch& ray_search() const;
   const ClosestSearch& closest_search() const;
+  /// Searches all of the high poly; on a matched_part(), too, where ray_search() only searches the matched triangles.
+  const RaySearch& occluder_search() const;
   /// Corners of some triangles in the frame; those of KILN_NO_TRIANGLE are undefined.
   std::vector<std::array<Vec3, 3>> corners_of(std::span<const std::uint32_t> some) const;
   /// BVH and other structures for searches, each built at its first use. \throws Error(internal) if the high poly
@@ -127,6 +129,7 @@ struct KILN_HIDDEN Source::Impl {
   /// Chunks of a mesh that is larger than memory; null if the whole mesh is in memory
   std::shared_ptr<const LoadedChunks> chunks_;
   std::unique_ptr<RaySearch> chunked_rays_;
+  std::unique_ptr<RaySearch> chunked_occluders_;  // Of a matched_part()
   std::unique_ptr<ClosestSearch> chunked_closest_;
   mutable std::mutex mutex_;
   mutable std::shared_ptr<Tree> tree_;

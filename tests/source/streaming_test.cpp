@@ -110,6 +110,34 @@ void expect_same(const BakeResult& expected, const BakeResult& result, const std
   }
 }
 
+/// Maps that cast rays at all of the high poly: plain, with two samples a texel, smoothed, and with the low poly and
+/// another mesh as occluders.
+std::vector<BakeOptions> occlusions(std::uint32_t size, const Mesh& other) {
+  BakeOptions options = options_for(size, false);
+  options.maps = {find_map("ao").kind, find_map("bent_normal").kind, find_map("thickness").kind,
+                  find_map("shadow").kind};
+  options.occlusion.rays = 24;
+  options.light = {{1, 2, 3}, 20};
+  std::vector<BakeOptions> all(6, options);
+  all[1].samples = 2;
+  all[1].occlusion.distance = Length::share(0.1);
+  all[1].occlusion.falloff = OcclusionFalloff::smooth;
+  all[1].occlusion.back_faces = false;
+  all[2].maps = {find_map("ao").kind};
+  all[2].occlusion.max_error = 1;
+  all[3].maps = {find_map("ao").kind};
+  all[3].occlusion.max_error = 1;
+  all[3].samples = 2;
+  all[4].occlusion.by_low = true;
+  all[4].occlusion.by_others = {&other};
+  all[4].encoding.miss = MissPolicy::keep;
+  all[5].maps = {find_map("ao").kind};
+  all[5].occlusion.rays = 600;  // rays grouped by sample
+  all[5].occlusion.by_high = false;
+  all[5].occlusion.by_low = true;
+  return all;
+}
+
 /// Bakes from a file in one piece, and in chunks of several sizes.
 void expect_same_for_chunks(const Mesh& high, const Mesh& low,
                             const std::vector<BakeOptions>& all_options,
@@ -198,6 +226,41 @@ TEST(Streaming, TiesOfSheetsAreDecidedAsInOnePiece) {
   all.push_back(all[2]);
   all.back().match.two_sided = true;
   expect_same_for_chunks(high, test::plane(2, 2), all, {500, 33, 2});
+}
+
+TEST(Streaming, OcclusionIsTheSameForAllChunks) {
+  KILN_REQUIRE_DEVICE();
+  Mesh other = test::cube(0.3);
+  for (Vec3& p : other.positions) p.z += 1.2F;
+  std::vector<BakeOptions> all = occlusions(48, other);
+  all.push_back(all[0]);
+  all.back().maps = {find_map("ao").kind};
+  all.back().occlusion.rays = 600;
+  const Mesh high = test::BumpySphere::dense(6000);
+  expect_same_for_chunks(high, test::BumpySphere::light(), all,
+                         {high.triangles.size(), high.triangles.size() / 7, 300});
+  expect_same_for_chunks(sheets(), test::plane(2, 2), occlusions(32, other), {500, 33});
+}
+
+/// A plane whose UVs are a strip of `width` of the map's width: bands of whole rows have few samples each.
+Mesh strip(float width) {
+  Mesh mesh = test::plane(2, 2);
+  for (Vec2& uv : mesh.uvs) uv.x = 0.5F + (uv.x - 0.5F) * width;
+  return mesh;
+}
+
+// Each band has matched triangles of its own, and smoothed occlusion depends on where bands end.
+TEST(Streaming, OcclusionOfSeveralBandsIsTheSame) {
+  KILN_REQUIRE_DEVICE();
+  BakeOptions options = options_for(32, false);
+  options.height = 8192;
+  options.samples = 5;
+  options.maps = {find_map("ao").kind, find_map("thickness").kind, MapKind::normal};
+  options.occlusion.rays = 4;
+  BakeOptions smoothed = options;
+  smoothed.maps = {find_map("ao").kind};
+  smoothed.occlusion.max_error = 1;
+  expect_same_for_chunks(test::BumpySphere::dense(6000), strip(0.02F), {options, smoothed}, {2000});
 }
 
 TEST(Streaming, TriangleSoupIsTheSameForOneTriangleAChunk) {
@@ -305,9 +368,24 @@ TEST(Streaming, ProgressNamesTheChunkAndCancels) {
 TEST(Streaming, WhatNeedsTheWholeMeshIsRefusedByName) {
   BakeOptions options = options_for(64, false);
   EXPECT_TRUE(streaming_obstacle(options).empty());
-  options.maps = {MapKind::normal, find_map("ao").kind, find_map("curvature").kind};
-  EXPECT_NE(streaming_obstacle(options).text().find("the maps ao and curvature need"),
+  options.maps = {MapKind::normal, find_map("id").kind, find_map("curvature").kind};
+  EXPECT_NE(streaming_obstacle(options).text().find("the maps id and curvature need"),
             std::string::npos);
+  options.maps = {find_map("ao").kind};
+  EXPECT_TRUE(streaming_obstacle(options).empty());
+  for (const OcclusionBy by : {OcclusionBy::views, OcclusionBy::automatic}) {
+    options.occlusion.by = by;
+    EXPECT_NE(streaming_obstacle(options).text().find("occlusion by views needs the whole"),
+              std::string::npos);
+    options.occlusion.by = OcclusionBy::rays;
+    MapVariant near;
+    near.kind = options.maps[0];
+    near.name = "near";
+    near.occlusion.emplace().by = by;
+    options.variants = {near};
+    EXPECT_FALSE(streaming_obstacle(options).empty());
+    options.variants = {};
+  }
   options = options_for(64, false);
   options.match.method = find_match("views").method;
   EXPECT_NE(streaming_obstacle(options).text().find("match by ray, closest or axis"),
@@ -449,7 +527,7 @@ TEST(Streaming, AJobStreamsWhereTheMemoryLimitAsksForIt) {
   EXPECT_EQ(whole.report.find("\"streamed\""), std::string::npos);
   leave_memory(std::uint64_t{440} << 20);
   const JobResult streamed = run(*test::device(), job);
-  job.bake.maps.push_back(find_map("ao").kind);
+  job.bake.maps.push_back(find_map("curvature").kind);
   const std::string error = error_of([&] {
     leave_memory(std::uint64_t{100} << 20);
     run(*test::device(), job);
@@ -461,7 +539,7 @@ TEST(Streaming, AJobStreamsWhereTheMemoryLimitAsksForIt) {
     EXPECT_EQ(whole.maps[m].map.image.pixels, streamed.maps[m].map.image.pixels)
         << whole.maps[m].name;
   }
-  EXPECT_NE(error.find("larger than memory, and the map ao needs the whole high poly"),
+  EXPECT_NE(error.find("larger than memory, and the map curvature needs the whole high poly"),
             std::string::npos)
       << error;
 }
@@ -516,11 +594,7 @@ TEST(Streaming, AnAssetStreamsWithColoursAndNormals) {
   job.low = JobLow();
   job.low.make.faces = 500;
   const JobResult made = streamed(std::uint64_t{540} << 20);
-  EXPECT_EQ(pictures(made), 2U);
-  EXPECT_TRUE(std::any_of(made.warnings.begin(), made.warnings.end(), [](const Warning& warning) {
-    return warning.code == "maps-left-out" &&
-           warning.message.text().find("without the map ao") != std::string::npos;
-  }));
+  EXPECT_EQ(pictures(made), 3U);  // normal, ao and color
   // What needs all of the mesh
   const auto refused = [&](const Job& with) {
     const std::string error = error_of([&] {
@@ -531,9 +605,9 @@ TEST(Streaming, AnAssetStreamsWithColoursAndNormals) {
     return error;
   };
   Job other = job;
-  other.bake.maps = {find_map("ao").kind};
+  other.bake.maps = {find_map("curvature").kind};
   other.given = {"--maps"};
-  EXPECT_NE(refused(other).find("the map ao needs the whole"), std::string::npos);
+  EXPECT_NE(refused(other).find("the map curvature needs the whole"), std::string::npos);
   other = job;
   other.low = test::BumpySphere::light();
   other.max_bytes = 100000;
