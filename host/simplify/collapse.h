@@ -56,7 +56,7 @@ class EdgeCollapser {
   ///   position
   void limit_deviation(DeviationBound* deviation, double sharpening, double bound) {
     deviation_bound_ = deviation;
-    shape_limits_.limit_edges(sharpening);
+    shape_limits_.limit_sharpening(sharpening);
     touched_vertices_.assign(mesh_.points.size(), 1);
     limit_line_error(bound);
   }
@@ -154,7 +154,7 @@ class EdgeCollapser {
   CollapseQueue queue_;
   /// Changed vertices whose edges are not queued yet; nullopt outside of collapse_up_to_cost()
   std::optional<std::vector<std::uint32_t>> deferred_vertices_;
-  std::vector<CollapseMesh::Neighbour> near_a_, near_b_;
+  std::vector<CollapseMesh::Neighbour> neighbours_of_a_, neighbours_of_b_;
   std::vector<std::uint64_t> edges_;  ///< Scratch memory of queue_edges()
   std::vector<Entry> entries_;
   /// Scratch memory: neighbours that an edge's two vertices share

@@ -24,9 +24,9 @@ constexpr std::size_t kEdgesPerBatch = std::size_t{1} << 15;
 }  // namespace
 
 /// Position and cost of an edge's collapse. A hub keeps its position, since moving it would move its whole fan. Without
-/// a constraint, the cost is the increase of the distance times its weight, because a deviation is visible in
-/// proportion to its size, not to its square. With a constraint, the cost is the squared distance, as in Garland and
-/// Heckbert, because the constraint's planes add squared distances.
+/// a constraint, the cost is the increase of the weighted distance, because a deviation is visible in proportion to its
+/// size, not to its square. With a constraint, the cost is the squared distance, as in Garland and Heckbert, because
+/// the constraint's planes add squared distances.
 EdgeCollapser::Step EdgeCollapser::step_for(std::uint32_t a, std::uint32_t b) const {
   Step step(quadrics_[a] + quadrics_[b]);
   const bool hub_a = mesh_.is_hub(a), hub_b = mesh_.is_hub(b);
