@@ -125,7 +125,7 @@ void add_optional_keys(const RunOutcome& outcome, Json& json) {
   }
   if (report.small_triangles > 0) {
     json["small_charts"] = {{"triangles", report.small_triangles},
-                            {"without_texel", report.small_without_texel}};
+                            {"without_texel", report.small_triangles_without_texel}};
   }
   if (!scene.high.input.heights) json["high_normals"] = describe(scene.high.input.shading);
   if (clean_options(job)) json["clean"] = describe(scene.high.repairs);

@@ -73,7 +73,7 @@ void apply_search_distance(Job& job, const LoadedHigh& high, const LowMesh& low,
   const SimplifyReport* const simplified = simplify_report_of(job, low);
   if (simplified == nullptr || high.is_height_field() || job.cage_auto || has_cage_mesh(job))
     return;
-  look_as_far(*simplified, options.match);
+  set_search_distances(*simplified, options.match);
   job.bake.match.near_distance = options.match.near_distance;
 }
 

@@ -139,7 +139,7 @@ void MapValues::add(const BakedMap& rows, std::uint32_t first_row,
                     std::span<const std::uint8_t> coverage) {
   const RangeExcess further = beyond_range(rows, coverage);
   const std::uint64_t texels = excess.texels + further.texels;
-  if (further.by > excess.by) {
+  if (further.distance > excess.distance) {
     excess = further;
     excess.y += first_row;
   }

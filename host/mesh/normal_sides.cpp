@@ -374,7 +374,7 @@ AgreedNormals agree_normals(Mesh& mesh, Trusted trust) {
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
     const PartFault& fault = fault_finder.fault_of(t);
     const bool is_foreign = fault_finder.has_foreign_part(t);
-    if (is_foreign) ++result.strange;
+    if (is_foreign) ++result.unexplained;
     if ((is_foreign || fault.mirror != kUnchanged) && !first_faulty) first_faulty = t;
     if (fault.mirror == kUnchanged) continue;
     AxisSigns signs = kMirrorSigns[fault.mirror];

@@ -117,7 +117,7 @@ bool add_ao(const Device& device, const Mesh& high, const Mesh& low, const Chart
     marks.back().figures =
         fields("name label family flags rms mean p95 max texels against",
                {setting.name, setting.label, setting.family, setting.flags, e.rms / 255,
-                e.mean / 255, e.p95 / 255, e.max / 255, e.texels, e.against});
+                e.mean / 255, e.p95 / 255, e.max / 255, e.texels, e.reference});
     steps.done += 2;
   }
   bake_with.report.errors = false;

@@ -315,7 +315,7 @@ class MatchChart : public ChartKind {
       const Image& map = result.maps[0].image;
       const Image mask = common_texels(*reference, result);
       const ImageDifference error = compare_images(reference->maps[0].image, map, &mask);
-      if (error.compared == 0) {
+      if (error.compared_texels == 0) {
         const std::string size = std::to_string(*a_.size);
         throw Error(ErrorCode::input, "'" + low_->name + "' has no texel at " + size + " x " +
                                           size + " for which rays find '" + high_.mesh.name +
@@ -351,7 +351,7 @@ class MatchChart : public ChartKind {
          bake.mean_abs_distance,
          fields("mean_angle_degrees p95_angle_degrees p99_angle_degrees max_angle_degrees texels",
                 {map.mean_angle_degrees, map.p95_angle_degrees, map.p99_angle_degrees,
-                 map.max_angle_degrees, map.compared}),
+                 map.max_angle_degrees, map.compared_texels}),
          describe(picture), percent(a.object_space.mean), percent(a.object_space.rms),
          percent(a.image_space.mean), a.normalised_image_space.mean, a.uniformity.mean_percent,
          percent(a.match_distance.mean), a.stretch.rms, a.folded, percent(a.largest_jump),

@@ -221,7 +221,7 @@ Json json_of(const MatchAssessment& a) {
       "image_space_by_place never_visible stretch fold_rate largest_jump",
       {a.directions, json_of(a.object_space, a.diagonal), json_of(a.image_space, a.diagonal),
        fields("mean rms share_of_rays", {n.mean, n.rms, n.share}), uniform,
-       json_of(a.match_distance, a.diagonal), json_of(a.image_space_by_place, a.diagonal),
+       json_of(a.match_distance, a.diagonal), json_of(a.image_space_over_area, a.diagonal),
        a.never_visible,
        fields("mean_log2 deviation cells", {a.mean_stretch, json_of(a.stretch, 1), a.cells}),
        a.folded,
