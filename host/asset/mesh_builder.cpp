@@ -459,7 +459,7 @@ void MeshBuilder::check_steps(const Mesh& mesh) {
     return length(cross(b - a, c - a)) > 0 && std::isfinite(length(a) + length(b) + length(c));
   };
   if (coarse_coordinates_.empty())
-    coarse_coordinates_ = stretched_box({triangles_, has_corners, position, {}});
+    coarse_coordinates_ = describe_stretched_box({triangles_, has_corners, position, {}});
   if (!coarse_coordinates_.empty()) input_.warn("coarse-coordinates", coarse_coordinates_, 1);
 }
 

@@ -122,7 +122,7 @@ void EdgeCollapser::collapse(std::uint32_t a, std::uint32_t b, const Step& step)
   if (deviation_bound_ != nullptr) deviation_bound_->collapse();
   mesh_.points[kept] = step.target;
   quadrics_[kept] += quadrics_[gone];
-  vertex_errors_[kept] = quadrics_[kept].off(step.target);
+  vertex_errors_[kept] = quadrics_[kept].weighted_distance(step.target);
   if (!line_quadrics_.empty()) line_quadrics_[kept] += line_quadrics_[gone];
   is_on_border_[kept] = is_on_border_[kept] | is_on_border_[gone];
   shape_limits_.merge(kept, gone);

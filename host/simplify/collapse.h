@@ -137,7 +137,7 @@ class EdgeCollapser {
   /// If there is a bound: 1 for each vertex whose surroundings have changed since the queue was filled
   std::vector<std::uint8_t> touched_vertices_;
   std::vector<Quadric> quadrics_;
-  /// Quadric::off() of each vertex at its current position; empty if there is a constraint
+  /// Quadric::weighted_distance() of each vertex at its current position; empty if there is a constraint
   std::vector<double> vertex_errors_;
   /// If there is a bound and the mesh has labels: for each vertex, the quadric of the lines between labels that met
   /// there when the bound was set. It sums the planes that contain these lines and stand perpendicular to the surface.

@@ -47,7 +47,7 @@ EdgeCollapser::Step EdgeCollapser::step_for(std::uint32_t a, std::uint32_t b) co
     return step;
   }
   const double previous_error = vertex_errors_[a] + vertex_errors_[b];
-  step.cost = std::max(0.0, step.sum.off(step.target) - previous_error) +
+  step.cost = std::max(0.0, step.sum.weighted_distance(step.target) - previous_error) +
               kLengthWeight * size * step.sum.area;
   return step;
 }
@@ -75,7 +75,7 @@ void EdgeCollapser::fill_queue(std::vector<std::uint64_t> all, bool only_touched
     parallel_for(vertex_errors_.size(), std::size_t{1} << 14,
                  [&](std::size_t begin, std::size_t end) {
                    for (std::size_t v = begin; v < end; ++v)
-                     vertex_errors_[v] = quadrics_[v].off(mesh_.points[v]);
+                     vertex_errors_[v] = quadrics_[v].weighted_distance(mesh_.points[v]);
                  });
   }
   if (only_touched) {

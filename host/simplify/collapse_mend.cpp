@@ -39,7 +39,7 @@ bool EdgeCollapser::repair_by_moving(std::uint32_t triangle, const auto& repair_
     deviation_bound_->collapse();
   }
   mesh_.points[moved_vertex] = best;
-  vertex_errors_[moved_vertex] = quadrics_[moved_vertex].off(best);
+  vertex_errors_[moved_vertex] = quadrics_[moved_vertex].weighted_distance(best);
   ++vertex_stamps_[moved_vertex];
   mesh_.gather(moved_vertex, neighbours_of_a_);
   for (const CollapseMesh::Neighbour& n : neighbours_of_a_) push(moved_vertex, n.vertex);
