@@ -20,9 +20,9 @@ double max_height_share(const Mesh& field) {
   const Bounds box = Bounds::of(field);
   double squared_diagonal = 0;
   for (std::size_t k = 0; k < 3; ++k) squared_diagonal += std::pow(box.high[k] - box.low[k], 2);
-  const double reach =
+  const double max_distance =
       std::max({std::abs(box.low[2]), std::abs(box.high[2]), box.high[2] - box.low[2]});
-  return squared_diagonal > 0 ? reach / std::sqrt(squared_diagonal) : 0;
+  return squared_diagonal > 0 ? max_distance / std::sqrt(squared_diagonal) : 0;
 }
 
 /// Returns the options of a height field. If they state no extent, it is derived from the file's pixel spacing.

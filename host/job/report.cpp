@@ -162,7 +162,7 @@ void add_input_files(const BakeScene& scene, Json& json) {
   low["triangulation"] = name_of(Words(kTriangulationWords), job.load.triangulation);
   low["tangents"] = scene.low.mesh.tangents.empty() ? "mikktspace" : "file";
   low["quads"] = scene.low.polygons.quads;
-  low["larger_polygons"] = scene.low.polygons.larger;
+  low["larger_polygons"] = scene.low.polygons.larger_polygons;
   low["soft_seams"] = scene.low.soft_seams;
 }
 

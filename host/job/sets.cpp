@@ -324,7 +324,7 @@ bool tiles_show_different_surfaces(const Mesh& low, const Source& source,
   constexpr std::uint32_t kTrialMapSize = 16;
   try {
     if (find_texture_sets(low, SetsBy::udim).size() < 2) return false;
-    // The trial uses plain rays, since the meaning of LOW's layout does not depend on the bake's options.
+    // The trial uses plain rays: the surface that LOW's UVs represent does not depend on the bake's options.
     BakeOptions options;
     options.width = options.height = kTrialMapSize;
     options.match.max_distance = match.max_distance;

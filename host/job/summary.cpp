@@ -201,9 +201,10 @@ void add_summary(const RunOutcome& outcome, const Source::Stats& source) {
                            with_commas(low.simplified->input_faces).c_str(),
                            low.simplified->error * 100));
   }
-  if (low.polygons.quads + low.polygons.larger > 0) {
+  if (low.polygons.quads + low.polygons.larger_polygons > 0) {
     console.line("LOW: " + with_commas(low.polygons.quads) + " quads and " +
-                 with_commas(low.polygons.larger) + " larger polygons, triangulated by the rule '" +
+                 with_commas(low.polygons.larger_polygons) +
+                 " larger polygons, triangulated by the rule '" +
                  name_of(Words(kTriangulationWords), job.load.triangulation) + "'");
   }
   if (!low.mesh.tangents.empty() && job.bake.encoding.space == NormalMapSpace::tangent) {
