@@ -52,14 +52,14 @@ template <class Bounded, class Wanted>
 void add_best_within_limit(const char* key, double limit, const std::string& unit,
                            const Bounded& bounded, const Wanted& wanted,
                            const std::vector<Mark>& marks, ChartGroup& group) {
-  const auto worse = [&](const Mark& a, const Mark& b) {
-    const bool a_within = bounded(a) <= limit, b_within = bounded(b) <= limit;
-    if (a_within != b_within) return b_within;
-    return a_within ? wanted(a) > wanted(b) : bounded(a) > bounded(b);
+  const auto is_worse = [&](const Mark& a, const Mark& b) {
+    const bool is_a_within = bounded(a) <= limit, is_b_within = bounded(b) <= limit;
+    if (is_a_within != is_b_within) return is_b_within;
+    return is_a_within ? wanted(a) > wanted(b) : bounded(a) > bounded(b);
   };
   const Mark* best = &marks.front();
   for (const Mark& mark : marks) {
-    if (worse(*best, mark)) best = &mark;
+    if (is_worse(*best, mark)) best = &mark;
   }
   const bool reached = bounded(*best) <= limit;
   const std::string& flags = best->figures.at("flags").text();
@@ -90,7 +90,7 @@ bool add_ao(const Device& device, const Mesh& high, const Mesh& low, const Chart
             const std::vector<AoSetting>& settings, Steps& steps, ChartGroup& group) {
   const Source source(device, high);
   BakeOptions bake_with;
-  // All settings are for this map.
+  // The map that all settings bake.
   bake_with.maps = {std::find_if(maps().begin(), maps().end(), [](const MapInfo& map) {
                       return obeys(map, "occlusion.max_error") && obeys(map, "occlusion.views");
                     })->kind};
