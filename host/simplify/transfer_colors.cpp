@@ -48,8 +48,8 @@ Rgba linear_of(const std::array<std::uint8_t, 4>& color) {
 
 /// For each vertex, the area and the normals of the faces around it.
 struct VertexSurroundings {
-  /// Sum of the faces' cross products; about 0 for a vertex that both sides of a sheet share
   std::vector<double> area;  ///< A third of the triangles' area; 0 if a corner is not finite
+  /// Sum of the faces' cross products; about 0 for a vertex that both sides of a sheet share
   std::vector<Vec3d> facing;
 
   /// Side of a triangle on which a vertex lies: the side of the triangle's normal (1), the opposite side (-1), or both

@@ -67,8 +67,8 @@ class CutShape {
   std::vector<ChartCut> best_cuts(std::size_t direction, std::span<const CutPrice> prices) const;
 
   const FlatChart& chart;
-  /// Every border vertex, with each of its triangles at the border
   std::vector<Edge> edges;  ///< Every inner edge once
+  /// Every border vertex, with each of its triangles at the border
   std::vector<BorderVertex> border_vertices;
   std::vector<Extents> vertex_extents;  ///< Extent of each vertex
   Extents chart_extents;                ///< Extent of the whole chart

@@ -246,8 +246,8 @@ class ChartMerger {
   ChartBorders& borders_;
   std::vector<std::uint32_t> owner_, root_;
   std::vector<ChartPatch> patches_;
-  /// For each patch, a heap of its pairs that are not in queue_
   std::priority_queue<Pair> queue_;  ///< The cheapest pair of each patch
+  /// For each patch, a heap of its pairs that are not in queue_
   std::vector<std::vector<Pair>> waiting_pairs_;
   /// Scratch of propose(): for each patch, kNoIndex or its index in the list of neighbours.
   std::vector<std::uint32_t> neighbour_index_;

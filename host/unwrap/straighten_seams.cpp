@@ -105,8 +105,8 @@ class SeamStraightener {
 
   /// The triangles of a possible move: one or two triangles around a vertex, between two half-edges of a seam.
   struct Fan {
-    /// Half-edges opposite the vertex, which become the new border
     std::array<std::uint32_t, 2> inside{};  ///< Half-edges of the triangles that end at the vertex
+    /// Half-edges opposite the vertex, which become the new border
     std::array<std::uint32_t, 2> outer{};
     std::uint32_t count = 0;
     /// Positions in the layout of the other chart. `apex` is the corner that both triangles share.

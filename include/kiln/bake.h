@@ -193,7 +193,6 @@ struct BakeReport {
   std::vector<IdEntry> ids = {};  ///< The legend of the map id, if it was baked
   /// Report of ambient occlusion; set if ao or bent_normal was baked. For variants see BakedMap
   std::optional<OcclusionReport> occlusion = {};
-  /// Duration of making, padding and encoding mip levels, and of finding charts
   double seconds_recall = 0;  ///< Duration of computing `recall`
   double seconds_build =
       0;  ///< Duration of building structures of the source that no earlier bake had needed
@@ -201,6 +200,7 @@ struct BakeReport {
   double seconds_match = 0;   ///< Duration of matching, fallbacks included
   double seconds_detail = 0;  ///< Duration of computing the maps' values at the matched points
   double seconds_image = 0;   ///< Duration of padding and encoding
+  /// Duration of making, padding and encoding mip levels, and of finding charts
   double seconds_mips = 0;
   std::vector<MapError> errors = {};  ///< Errors of the maps; set if ReportOptions::errors is true
   double seconds_errors = 0;          ///< Duration of the finer evaluation

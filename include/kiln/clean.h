@@ -34,8 +34,8 @@ struct CleanOptions {
 
 /// Number of repaired elements of a kind, and an example.
 struct Cleaned {
-  /// Position of one such element, relative to Mesh::origin; valid if count > 0
   std::uint64_t count = 0;  ///< Number of elements
+  /// Position of one such element, relative to Mesh::origin; valid if count > 0
   Vec3 example = {};
 };
 

@@ -93,12 +93,11 @@ struct ImageDifference {
 
 /// Compares two images as normal maps (n/2 + 1/2 in the first three channels) and by channel.
 ///
-/// The angle is atan2(|a x b|, a . b) of the decoded vectors, in double precision. If both vectors
-/// are zero (shorter than 0.01) it is 0 degrees; if one is, 180. If a value is not finite in only
-/// one image, or is another kind of non-finite value in each (NaN, infinity), it counts as a
-/// difference of 1 and of 180 degrees. Percentiles are exact, by nearest rank: the smallest angle
-/// that at least 95% (99%) of the texels do not exceed. The result does not depend on the number of
-/// threads. Memory: 8 bytes per texel.
+/// The angle is atan2(|a x b|, a . b) of the decoded vectors, in double precision. If both vectors are zero (shorter
+/// than 0.01) it is 0 degrees; if one is, 180. A value that is finite in only one of the images, or a different one of
+/// NaN, infinity and -infinity in each, counts as a difference of 1 and of 180 degrees. Percentiles are exact, by
+/// nearest rank: the smallest angle that at least 95% (99%) of the texels do not exceed. The result does not depend on
+/// the number of threads. Memory: 8 bytes per texel.
 /// \param mask  optional: texels whose first channel is 0 there are left out
 /// \throws Error(input) if sizes or numbers of channels differ, or pixels are missing.
 ImageDifference compare_images(const Image& a, const Image& b, const Image* mask = nullptr);

@@ -11,9 +11,9 @@
 namespace kiln::cli {
 namespace {
 
-/// With --ao-error, a bake first casts this fraction of its rays, and casts more only if the error bound requires it,
-/// which a bound of 1 never does.
-constexpr std::uint32_t kSmoothedShare = 4;
+/// With --ao-error, a bake first casts --ao-rays divided by this number, and casts more only if the error bound
+/// requires it. A bound of 1 never does.
+constexpr std::uint32_t kRaysPerFirstRay = 4;
 
 const Measure& ao_measure() {
   static const Measure measure = {
@@ -35,7 +35,7 @@ std::vector<AoSetting> all_settings() {
   }
   for (std::uint32_t rays = 8; rays <= 1024; rays *= 2) {
     add("ao_smooth", "smoothed", rays,
-        "--ao-rays " + std::to_string(kSmoothedShare * rays) + " --ao-error 1");
+        "--ao-rays " + std::to_string(kRaysPerFirstRay * rays) + " --ao-error 1");
   }
   for (std::uint32_t views = 64; views <= 512; views *= 2) {
     add("ao_views", "views", views, "--ao-by views --ao-views " + std::to_string(views));
